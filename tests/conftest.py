@@ -5,13 +5,13 @@ import signal
 
 import pytest
 
-# A shell that starts the tests in the background has Ctrl-C ignored, by them and by all that they start. Some of them
-# press it.
+# A shell that starts the tests in the background ignores Ctrl-C for them and their child processes, but some tests
+# send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-# Hypothesis counts 200 ms for an example, and a busy machine may take longer for any of them.
+# Hypothesis limits an example to 200 ms, which a busy machine may exceed.
 if importlib.util.find_spec("hypothesis") is not None:
     from hypothesis import HealthCheck, settings
 
@@ -20,6 +20,6 @@ if importlib.util.find_spec("hypothesis") is not None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Warnings are errors, but notices are not: tests that mean them ask for them by `pytest.warns`."""
+    """Makes warnings errors, except notices: tests that expect notices use `pytest.warns`."""
     if importlib.util.find_spec("raycam") is not None:
         config.addinivalue_line("filterwarnings", "ignore::raycam.Notice")

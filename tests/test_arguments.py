@@ -1,4 +1,4 @@
-"""Arguments: arrays, numbers, words; odd values of every public call."""
+"""Arguments: arrays, numbers and names; invalid values for every public call."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from raycam.errors import CameraError, SettingsError
 from support.raises import raises
 
 
-def test_floats_takes_what_is_a_number() -> None:
+def test_floats_accepts_every_kind_of_number() -> None:
     for value in ([[1, 2]], np.array([[1, 2]], ">i2"), np.array([[1, 0, 2, 0]], np.float32)[:, ::2]):
         array = floats("a", value, ("n", 2))
         assert array.dtype == np.float64
@@ -27,17 +27,17 @@ def test_floats_takes_what_is_a_number() -> None:
 
 
 @pytest.mark.parametrize("value", [["1", "2", "3"], [1j, 0, 0], [True, False, True], None, {}, [[1], [2, 3]]])
-def test_floats_refuses_the_rest(value: object) -> None:
+def test_floats_refuses_other_values(value: object) -> None:
     with raises(CameraError, code="wrong_type", mentions=["points", "[3]"]):
         floats("points", value, (3,), error=CameraError)  # type: ignore[arg-type]
 
 
-def test_floats_names_all_shapes() -> None:
+def test_floats_lists_all_accepted_shapes() -> None:
     with raises(SettingsError, code="wrong_shape", mentions=["[3]", "[n, 3]", "[2, 2]"]):
         floats("a", np.zeros((2, 2)), (3,), ("n", 3))
 
 
-def test_whole() -> None:
+def test_whole_checks_type_and_range() -> None:
     assert whole("a", np.int16(3), 0, 5) == 3
     for bad in (1.0, "1", True, None, np.float32(1)):
         with raises(SettingsError, code="wrong_type", mentions=["a"]):
@@ -46,7 +46,7 @@ def test_whole() -> None:
         whole("a", 6, 0, 5)
 
 
-def test_size_of() -> None:
+def test_size_of_checks_image_sizes() -> None:
     assert size_of(np.array([640, 480])) == (640, 480)
     for bad in ((1, 2, 3), (1,), 5, (1.5, 2), (-1, 2)):
         with pytest.raises(SettingsError):
@@ -54,7 +54,7 @@ def test_size_of() -> None:
 
 
 class Tensor:
-    """A tensor that has DLPack alone."""
+    """A tensor that supports only DLPack."""
 
     def __init__(self, values: object) -> None:
         self.values = np.asarray(values, dtype=np.float32)
@@ -75,7 +75,7 @@ class Elsewhere(Tensor):
         raise TypeError("not on the CPU")
 
 
-def test_worlds_and_cameras_take_tensors() -> None:
+def test_worlds_and_cameras_accept_tensors() -> None:
     import raycam
 
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -120,7 +120,7 @@ ODD: list[Any] = [
 
 
 def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
-    """Calls of the public names, with arguments that are right."""
+    """Calls of the public functions with valid arguments."""
     world = raycam.World()
     world.add_object(vertices=VERTICES, triangles=TRIANGLES, name="a")
     world.add_object(box=1, name="b", location=[2, 0, 0])
@@ -303,10 +303,10 @@ def moving(folder: Path) -> Path:
     return path
 
 
-def test_odd_arguments_are_accepted_or_refused_by_name(
+def test_invalid_arguments_are_accepted_or_refused_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each argument of each call in turn: no exception of NumPy's or of an attribute, no warning but a notice."""
+    """For each argument of each call: only raycam's errors and notices, no errors of NumPy or missing attributes."""
     monkeypatch.chdir(tmp_path)
     faults = []
     for call, (function, right) in calls(tmp_path).items():
@@ -322,6 +322,6 @@ def test_odd_arguments_are_accepted_or_refused_by_name(
                     except Exception as fault:
                         if "os.PathLike" not in str(fault) and "null byte" not in str(
                             fault
-                        ):  # Python's own words
+                        ):  # Python's own messages
                             faults.append(f"{call}({name}={value!r}): {fault!r}")
     assert faults == []

@@ -1,4 +1,4 @@
-"""The build: targets of the Makefile, prerequisites, what a wheel holds."""
+"""The build: targets of the Makefile, prerequisites, and the contents of a wheel."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def make(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["make", *words], cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE)
 
 
-def test_make_alone_says_what_there_is() -> None:
+def test_make_without_a_target_lists_the_targets() -> None:
     out = make("help").stdout
     for target in ("demo", "test", "lint", "bench", "docs", "wheel", "clean"):
         assert f"make {target}" in out
@@ -26,7 +26,7 @@ def test_make_alone_says_what_there_is() -> None:
 
 @pytest.fixture
 def tools(tmp_path: Path) -> Path:
-    """A PATH with the machine's shell tools, and stand-ins for what is checked."""
+    """A PATH with the machine's shell tools, and stand-ins for the checked programs."""
     folder = tmp_path / "bin"
     folder.mkdir()
     for name in ("bash", "sed", "sort", "head", "printf", "printenv", "mkdir", "rm", "cut", "dirname", "env"):
@@ -76,7 +76,7 @@ def check(tools: Path) -> str:
         ("python3", '[ "$1" = -m ] && exit 1; echo 3.13.1', "Python's venv module"),
     ],
 )
-def test_a_missing_prerequisite_is_named_in_one_line(
+def test_missing_prerequisite_is_reported_in_one_line(
     tools: Path, broken: str, line: str | None, words: str
 ) -> None:
     if line is None:
@@ -89,7 +89,7 @@ def test_a_missing_prerequisite_is_named_in_one_line(
     assert said.startswith("raycam needs ")
 
 
-def test_rustup_brings_a_toolchain_that_is_missing(tools: Path) -> None:
+def test_missing_rust_toolchain_is_installed_with_rustup(tools: Path) -> None:
     stand_in(tools, "rustc", '[ "$1" = +stable ] && echo rustc 1.90.0 || echo rustc 1.63.0')
     stand_in(tools, "rustup", 'echo "rustup $*" >&2')
     stand_in(tools, "python3", '[ "$1" = -m ] && mkdir -p "$3" || echo 3.13.1')
@@ -97,7 +97,7 @@ def test_rustup_brings_a_toolchain_that_is_missing(tools: Path) -> None:
     assert "RUSTUP_TOOLCHAIN := stable" in (tools.parent / "venv" / "done" / "toolchain.mk").read_text()
 
 
-def test_one_version_and_one_rust() -> None:
+def test_packages_share_one_version_and_one_rust_version() -> None:
     workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert project["dynamic"] == ["version"]
@@ -109,7 +109,7 @@ def test_one_version_and_one_rust() -> None:
         assert package["version"] == package["rust-version"] == {"workspace": True}
 
 
-def test_wheels_run_on_any_machine() -> None:
+def test_wheels_use_no_machine_specific_instructions() -> None:
     manifest = tomllib.loads((ROOT / "Cargo.toml").read_text())
     assert "abi3-py311" in manifest["workspace"]["dependencies"]["pyo3"]["features"]
     settings = (
@@ -128,7 +128,7 @@ def test_ci_runs_make_test() -> None:
     assert "make test" in script.read_text()
 
 
-def test_types_of_the_client_are_left_out_aloud_and_never_where_they_are_needed(tools: Path) -> None:
+def test_client_type_check_is_skipped_with_a_message_unless_required(tools: Path) -> None:
     def run(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [str(tools / "bash"), str(ROOT / ".ci" / "client"), str(tools.parent / "venv"), *words],

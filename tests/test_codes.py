@@ -45,7 +45,7 @@ def error_codes_in_python() -> set[str]:
 
 
 def codes_of_settling() -> set[str]:
-    """The codes of crates/settle, which depends on no table."""
+    """The codes of crates/settle, which does not use the table."""
     text = (REPOSITORY / "crates" / "settle" / "src" / "error.rs").read_text(encoding="utf-8")
     return set(re.findall(r'=> "(\w+)"', text))
 
@@ -69,7 +69,7 @@ def codes_in_rust(table: str) -> set[str]:
     ],
     ids=["notices", "errors"],
 )
-def test_codes_that_are_used_are_those_of_the_table(table: dict[str, codes.Code], used: set[str]) -> None:
+def test_used_codes_equal_the_table(table: dict[str, codes.Code], used: set[str]) -> None:
     assert sorted(used) == sorted(table)
 
 

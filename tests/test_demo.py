@@ -13,7 +13,7 @@ from support.raises import raises
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """Runs the commands with few samples and small pictures; what was asked for."""
+    """Runs the commands with few samples and small images; returns the requested commands."""
     asked: list[list[str]] = []
     real = cli.main
 
@@ -32,7 +32,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return asked
 
 
-def test_demo(
+def test_demo_writes_its_files_and_prints_its_commands(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     small: list[list[str]],
@@ -53,7 +53,7 @@ def test_demo(
     assert (folder / "spot.toml").read_text() == "broken ="
 
 
-def test_the_world_is_that_of_the_commands(tmp_path: Path) -> None:
+def test_demo_world_file_is_used_by_its_commands(tmp_path: Path) -> None:
     for command in commands(tmp_path):
         assert command.startswith("raycam ")
         assert shlex.quote(str(tmp_path / "spot.toml")) in command

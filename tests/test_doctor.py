@@ -8,7 +8,7 @@ from raycam import doctor
 from support.raises import raises
 
 
-def test_it_names_what_matters_and_tests_itself() -> None:
+def test_doctor_reports_versions_and_runs_a_self_test() -> None:
     text = doctor.doctor()
     for part in (
         "raycam",
@@ -33,11 +33,11 @@ def test_it_names_what_matters_and_tests_itself() -> None:
         ("CPU implementer\t: 0x99\nCPU part\t: 0x001\n", "implementer 0x99, part 0x001"),
     ],
 )
-def test_processors(text: str, name: str) -> None:
+def test_doctor_finds_the_processor_name(text: str, name: str) -> None:
     assert name in (doctor.processor_in(text) or "")
 
 
-def test_a_missing_package_says_what_it_is_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_lists_the_use_of_a_missing_package(monkeypatch: pytest.MonkeyPatch) -> None:
     real = doctor.metadata.version
 
     def version(name: str) -> str:
@@ -49,7 +49,7 @@ def test_a_missing_package_says_what_it_is_for(monkeypatch: pytest.MonkeyPatch) 
     assert "missing; for video files: pip install 'raycam[video]'" in doctor.doctor()
 
 
-def test_a_wrong_image_fails_the_self_test(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_fails_on_a_wrong_image(monkeypatch: pytest.MonkeyPatch) -> None:
     def off_by_one(*args: object, **keys: object) -> raycam.Frame:
         frame = raycam.render(*args, **keys)  # type: ignore[arg-type]
         if keys["integrator"] == "flat":

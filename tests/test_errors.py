@@ -1,4 +1,4 @@
-"""Bad input gets a clear error: what was given, what was expected, and where."""
+"""Errors for invalid input contain the given value, the expected values and the location."""
 
 from __future__ import annotations
 
@@ -272,7 +272,7 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_bad_input(name: str) -> None:
+def test_invalid_input_raises_with_given_and_expected_values(name: str) -> None:
     call, kind, words = CASES[name]
     with pytest.raises(kind) as caught:
         call()
@@ -282,13 +282,13 @@ def test_bad_input(name: str) -> None:
     assert "\n" not in message
 
 
-def test_errors_are_value_errors_and_of_raycam() -> None:
+def test_raycam_errors_are_value_errors() -> None:
     for kind in (raycam.WorldError, raycam.CameraError, raycam.FormatError, raycam.SettingsError):
         assert issubclass(kind, raycam.Error)
         assert issubclass(kind, ValueError)
 
 
-def test_a_failed_call_changes_nothing() -> None:
+def test_failed_call_leaves_the_world_unchanged() -> None:
     world = box_world()
     before = world.counts
     for description in ({"box": {"size": -1}}, {"sphere": {}, "color": [2, 0, 0]}, {"torus": {}, "scale": 0}):
@@ -310,7 +310,7 @@ def test_a_failed_call_changes_nothing() -> None:
         ("[[object]\n", ["1"]),
     ],
 )
-def test_world_files_name_file_and_line(tmp_path: Path, text: str, words: list[str]) -> None:
+def test_errors_in_world_files_contain_file_and_line(tmp_path: Path, text: str, words: list[str]) -> None:
     path = tmp_path / "bad.toml"
     path.write_text(text)
     with pytest.raises(raycam.Error) as caught:
@@ -321,7 +321,7 @@ def test_world_files_name_file_and_line(tmp_path: Path, text: str, words: list[s
     assert not [word for word in words if word not in message], message
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_unreadable_files_raise_with_their_name(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as missing:
         raycam.load(tmp_path / "nowhere.toml")
     assert missing.value.filename == str(tmp_path / "nowhere.toml")
@@ -342,7 +342,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             raycam.load(path)
 
 
-def test_nearest() -> None:
+def test_nearest_suggests_similar_names() -> None:
     assert "did you mean 'depth'?" in nearest("channel", "Dept", ["color", "depth"])
     assert "did you mean" not in nearest("channel", "zzz", ["color", "depth"])
     assert "color, depth" in nearest("channel", "zzz", ["color", "depth"])

@@ -1,4 +1,4 @@
-"""Imports: public names stay callable whatever is imported."""
+"""Imports: public names stay callable after any import."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_public_names_stay_callable_after_every_submodule_is_imported() -> None:
     assert int(found.stdout) > 100
 
 
-def test_render_is_the_function_and_its_package_can_be_imported() -> None:
+def test_raycam_render_is_the_function_and_its_package_can_be_imported() -> None:
     from raycam.render.frame import Frame
 
     assert callable(raycam.render)
@@ -39,7 +39,7 @@ def test_render_is_the_function_and_its_package_can_be_imported() -> None:
 
 
 @pytest.mark.parametrize("package", ["raycam.jobs", "raycam.cluster"])
-def test_packages_that_workers_import_in_threads_import_none_of_their_modules(package: str) -> None:
+def test_packages_used_in_worker_threads_do_not_import_their_modules(package: str) -> None:
     program = f"import sys, {package}; print([name for name in sys.modules if name.startswith('{package}.')])"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert found.stdout == "[]\n"

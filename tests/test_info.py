@@ -10,7 +10,7 @@ import raycam
 from raycam.info import info, info_cameras
 
 
-def test_it_counts_what_there_is() -> None:
+def test_info_counts_the_contents_of_a_world() -> None:
     world = raycam.World(up="y")
     world.add_object(box={"size": 2}, name="crate", category="thing")
     world.add_object(instance_of="crate", location=[4, 0, 0])
@@ -36,19 +36,19 @@ def test_it_counts_what_there_is() -> None:
         assert part in text, part
 
 
-def test_it_shows_the_camera_that_would_be_used() -> None:
+def test_info_shows_the_default_camera() -> None:
     world = raycam.World()
     assert "objects    0" in info(world)
     world.add_object(sphere={})
     assert "this one frames everything" in info(world)
 
 
-def test_zero_has_no_sign() -> None:
+def test_info_prints_no_negative_zero() -> None:
     camera = raycam.Camera.from_pose([0, 0, 0], 0, 0, 0, size=(64, 48), focal=50)
     assert "-0.000000" not in info_cameras({"front": camera})
 
 
-def test_places_far_away_are_not_rounded_to_metres() -> None:
+def test_info_prints_all_digits_of_distant_positions() -> None:
     far = [512345.678125, -5412345.25, 103.5]
     camera = raycam.Camera.from_pose(far, 0, 0, 0, size=(64, 48), focal=50)
     assert "C  512345.678125 -5412345.25 103.5" in info_cameras({"front": camera})
@@ -65,7 +65,7 @@ TILT=NONE
 
 
 @pytest.mark.parametrize("kind", ["file", "array", "ies", "area", "daylight"])
-def test_info_every_light_prints_one_line(tmp_path: Path, kind: str) -> None:
+def test_info_prints_one_line_per_light(tmp_path: Path, kind: str) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     sky = np.full((4, 8, 3), 0.5, np.float32)

@@ -1,4 +1,4 @@
-"""Notices are warnings at the user's line, once for each cause, and errors where they are asked to be."""
+"""Notices are warnings at the user's line, once per cause, or errors on request."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from support.raises import raises
 
 @pytest.fixture
 def heard() -> Iterator[list[warnings.WarningMessage]]:
-    """The warnings that Python's own default filter lets through."""
+    """The warnings that pass Python's default filter."""
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("default")
         yield found
@@ -44,7 +44,7 @@ def line_of(words: str) -> int:
     return next(number for number, line in enumerate(lines, 1) if line.endswith(f"# {words}"))
 
 
-def test_loading_warns_at_the_line_that_loads(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+def test_load_warns_at_the_line_of_the_caller(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
     world = raycam.load(odd_obj)  # loads
     assert said(heard) == [str(notice) for notice in world.notices] != []
     assert str(odd_obj) in said(heard)[0]
@@ -72,7 +72,7 @@ def test_rendering_warns_once_for_one_line_and_cause(heard: list[warnings.Warnin
     assert said(heard) == [str(notice) for notice in frame.notices]
 
 
-def test_counts_are_no_causes(heard: list[warnings.WarningMessage]) -> None:
+def test_notices_that_differ_only_in_counts_warn_once(heard: list[warnings.WarningMessage]) -> None:
     for count in (3, 14, 159):
         notices.warn(raycam.Notice(f"room.toml: {count} of 1,000 samples are clamped", "clamped_samples"))
     assert said(heard) == ["room.toml: 3 of 1,000 samples are clamped"]
@@ -81,14 +81,16 @@ def test_counts_are_no_causes(heard: list[warnings.WarningMessage]) -> None:
     assert len(heard) == 5, "names differ by their numbers"
 
 
-def test_other_lines_are_warned_as_well(heard: list[warnings.WarningMessage]) -> None:
+def test_equal_notices_at_other_lines_warn_again(heard: list[warnings.WarningMessage]) -> None:
     notices.warn(raycam.Notice("left out", "ignored_element"))
     notices.warn(raycam.Notice("left out", "ignored_element"))
     assert [item.lineno for item in heard] == [heard[0].lineno, heard[0].lineno + 1]
 
 
 @pytest.mark.parametrize("time", [0.0, 0.5])
-def test_load_cameras_warns(tmp_path: Path, time: float, heard: list[warnings.WarningMessage]) -> None:
+def test_load_cameras_emits_warnings(
+    tmp_path: Path, time: float, heard: list[warnings.WarningMessage]
+) -> None:
     path = tmp_path / "transforms.json"
     frame = {
         "file_path": "a.png",
@@ -99,24 +101,24 @@ def test_load_cameras_warns(tmp_path: Path, time: float, heard: list[warnings.Wa
     assert said(heard) == [str(notice) for notice in cameras.notices]
 
 
-def test_strict_raises_and_keeps_nothing_after(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+def test_strict_raises_only_inside_its_block(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
     with raycam.strict(), raises(raycam.Notice, code="dropped_geometry"):
         raycam.load(odd_obj)
     assert heard == []
     raycam.load(odd_obj)
     assert len(heard) == 1
     with raycam.strict(), raises(raycam.Notice, code="dropped_geometry"):
-        raycam.load(odd_obj)  # although it has been warned of before
+        raycam.load(odd_obj)  # although the same warning was shown before
 
 
-def test_a_thread_of_the_user_warns(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+def test_loading_in_a_user_thread_warns(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
     with concurrent.futures.ThreadPoolExecutor(1) as pool:
         pool.submit(raycam.load, odd_obj).result()
     assert len(heard) == 1
 
 
 @pytest.mark.parametrize("workers", [None, 1])
-def test_data_sets_warn_once_and_tell(
+def test_data_sets_warn_once_and_return_their_notices(
     tmp_path: Path, workers: int | None, heard: list[warnings.WarningMessage]
 ) -> None:
     world = raycam.World()
@@ -129,7 +131,7 @@ def test_data_sets_warn_once_and_tell(
     assert {item.filename for item in heard} == {__file__}
 
 
-def test_commands_print_a_notice_once_and_warn_not(
+def test_commands_print_each_notice_once_without_python_warnings(
     odd_obj: Path, capsys: pytest.CaptureFixture[str], heard: list[warnings.WarningMessage], tmp_path: Path
 ) -> None:
     assert (
@@ -142,7 +144,9 @@ def test_commands_print_a_notice_once_and_warn_not(
     assert heard == []
 
 
-def test_copies_warn_not(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+def test_copies_of_a_world_do_not_repeat_warnings(
+    odd_obj: Path, heard: list[warnings.WarningMessage]
+) -> None:
     world = raycam.load(odd_obj)
     heard.clear()
     raycam.World.from_bytes(world.to_bytes())

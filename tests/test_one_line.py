@@ -1,4 +1,4 @@
-"""Texts of objects that hold arrays: one line each, however large the arrays are."""
+"""Reprs of objects with arrays: one line each, for arrays of any size."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ MAKERS = {
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_repr_of_a_list_of_results_is_one_short_line_each(name: str) -> None:
+def test_repr_of_each_result_is_one_short_line(name: str) -> None:
     text = repr([MAKERS[name]()])
     assert "\n" not in text
     assert len(text) < 500
     assert name in text
 
 
-def test_repr_shows_dtype_shape_and_values_that_are_not_defaults() -> None:
+def test_repr_shows_dtype_shape_and_non_default_values() -> None:
     assert repr(raycam.Texture(SQUARE, repeat=4)) == "Texture(image=uint8[64, 64, 3], repeat=4)"
     assert repr(raycam.Texture("a.png")) == "Texture(image='a.png')"
 

@@ -7,13 +7,13 @@ from raycam import progress
 
 
 def on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Makes stderr a terminal on which even short work is drawn, at once."""
+    """Makes stderr a terminal on which even short work is drawn immediately."""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     monkeypatch.setattr(progress, "SHOW_AFTER_SECONDS", 0.0)
     monkeypatch.setattr(progress, "DRAW_AFTER_SECONDS", 0.0)
 
 
-def test_it_is_silent_away_from_a_terminal(
+def test_progress_bar_prints_nothing_without_a_terminal(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(progress, "SHOW_AFTER_SECONDS", 0.0)
@@ -24,7 +24,7 @@ def test_it_is_silent_away_from_a_terminal(
     assert captured.out == captured.err == ""
 
 
-def test_it_shows_long_work_on_a_terminal(
+def test_progress_bar_shows_long_work_on_a_terminal(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     on_a_terminal(monkeypatch)
@@ -39,7 +39,9 @@ def test_it_shows_long_work_on_a_terminal(
     assert captured.out == ""
 
 
-def test_short_work_shows_nothing(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_bar_is_hidden_for_short_work(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     with progress.bar("rendering") as tell:
         tell(1, 2)
@@ -47,7 +49,7 @@ def test_short_work_shows_nothing(capfd: pytest.CaptureFixture[str], monkeypatch
     assert capfd.readouterr().err == ""
 
 
-def test_frames_tell_their_rate_and_failures(
+def test_progress_bar_shows_frame_rate_and_failures(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     on_a_terminal(monkeypatch)
@@ -55,7 +57,7 @@ def test_frames_tell_their_rate_and_failures(
     clock = iter(range(0, 1000, 10))
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
     with progress.frames_bar("views") as tell:
-        tell(10, 40, 0)  # ten were there already
+        tell(10, 40, 0)  # ten frames were finished before
         tell(19, 40, 1)
     first, last, *_ = [part for part in capfd.readouterr().err.split("\r") if part.strip()]
     assert "[=======>" in first
@@ -67,7 +69,7 @@ def test_frames_tell_their_rate_and_failures(
     assert "-" not in last.split()[-1]
 
 
-def test_it_fits_a_narrow_terminal(
+def test_progress_bar_fits_a_narrow_terminal(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)

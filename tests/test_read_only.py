@@ -1,4 +1,4 @@
-"""Arrays and tables of cameras, rigs and worlds: changes of them raise, and name the method for changes."""
+"""Arrays and tables of cameras, rigs and worlds are read-only; errors name the method for changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cameras and rigs are what their description says."""
+"""Cameras and rigs are equal if their descriptions are."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ KINDS = {"camera": CAMERA, "rig": raycam.Rig.stereo(CAMERA, 0.123)}
 
 
 def moved(item: raycam.Camera | raycam.Rig) -> raycam.Camera | raycam.Rig:
-    """The same, a thousandth of a thousandth of a millimetre away."""
+    """The same object, moved by 1e-9 m."""
     return item.at_pose(item.R, item.C + np.array([1e-9, 0, 0]))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_equal_is_what_has_the_same_numbers(kind: str) -> None:
+def test_objects_with_equal_numbers_are_equal(kind: str) -> None:
     item = KINDS[kind]
     again = type(item).from_dict(item.to_dict())
     assert again is not item
@@ -32,7 +32,7 @@ def test_equal_is_what_has_the_same_numbers(kind: str) -> None:
     assert hash(moved(item)) != hash(item)
 
 
-def test_a_camera_is_no_rig() -> None:
+def test_cameras_and_rigs_have_different_kinds() -> None:
     assert KINDS["camera"] != KINDS["rig"]
 
 
@@ -45,7 +45,7 @@ def test_pickles_and_copies_are_equal(kind: str) -> None:
         assert again.up == "y"
 
 
-def test_a_class_of_ones_own_pickles_as_itself() -> None:
+def test_user_subclass_pickles_as_itself() -> None:
     mine = Mine.from_dict(CAMERA.to_dict())
     assert type(pickle.loads(pickle.dumps(mine))) is Mine
     assert mine == CAMERA
@@ -54,4 +54,4 @@ def test_a_class_of_ones_own_pickles_as_itself() -> None:
 
 
 class Mine(raycam.Camera):
-    """Somebody's camera."""
+    """A user's subclass of Camera."""

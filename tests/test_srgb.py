@@ -1,4 +1,4 @@
-"""The sRGB transfer function, compared with the bytes that the core converts."""
+"""The sRGB transfer function, compared with the core's conversion of bytes."""
 
 from __future__ import annotations
 

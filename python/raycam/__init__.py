@@ -55,7 +55,8 @@ if TYPE_CHECKING:
         texture_from_photos,
     )
     from .randomize import Recipe, sample
-    from .viewer.viewer import Viewer, view
+    from .viewer.view import view
+    from .viewer.viewer import Viewer
     from .world.settle import Settled, settle
 
 __all__ = [
@@ -152,7 +153,7 @@ _LAZY_IMPORTS = {
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",
-    "view": "viewer.viewer",
+    "view": "viewer.view",
 }
 
 

@@ -57,6 +57,14 @@ _OWN_NOTICES = {
         "The image was denoised, so it is an estimate and no longer unbiased.",
         "Render without denoise for an unbiased image.",
     ),
+    "chosen_world": Code(
+        "A folder or an archive contains several worlds or models, and one of them is shown.",
+        "Name the files to show.",
+    ),
+    "watch_limit": Code(
+        "The folder contains too many files, so only some of them are watched for changes.",
+        "Keep the world and its files in a folder of their own.",
+    ),
     "applied_orientation": Code(
         "A photo was turned by its EXIF orientation because only the turned photo has its camera's shape.",
         'Pass orientation="ignore" if the camera belongs to the pixels as they are stored.',
@@ -195,6 +203,10 @@ _OWN_ERRORS = {
     "folder_in_use": Code(
         "Another process works in the same folder.",
         "Wait for it, stop it, or give each process its part with shard=(I, N).",
+    ),
+    "no_poses": Code(
+        "The state of a MuJoCo model has no poses, because MuJoCo has not computed them yet.",
+        "Call `mujoco.mj_forward(model, data)` first.",
     ),
     "no_volume": Code(
         "An object that should fall encloses no volume.",

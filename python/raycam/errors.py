@@ -44,8 +44,8 @@ class Notice(UserWarning):
     """A warning about something that was assumed, changed or omitted; the filters of `warnings` apply.
 
     `code` is the kind of notice as a short name; `raycam.codes.NOTICES` lists the cause and remedy of each. Programs
-    should use the code, because messages may change. `subjects` lists up to three of the `count` things that the
-    notice concerns (it is empty if the message itself names them). `str(notice)` is the whole text.
+    should use the code, because messages may change. `subjects` lists up to three of the `count` subjects of the
+    notice (it is empty if the message itself names them). `str(notice)` is the whole text.
     """
 
     def __init__(
@@ -155,4 +155,4 @@ def nearest(what: str, given: object, valid: list[str]) -> str:
     meant = meant or [names[name] for name in difflib.get_close_matches(typed, names, n=1)]
     meant = meant or [name for name in valid if typed and name.lower().startswith(typed)]
     guess = f"; did you mean {' or '.join(map(repr, meant))}?" if meant else ""
-    return f"unknown {what} {given!r}{guess} (there are: {', '.join(valid) or 'none'})"
+    return f"unknown {what} {given!r}{guess} (available: {', '.join(valid) or 'none'})"

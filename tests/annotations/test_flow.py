@@ -17,7 +17,7 @@ SIZE = (160, 120)
 
 
 def room() -> raycam.World:
-    """A floor, a box that slides and turns, a ball that hides a part of it."""
+    """A floor, a box that slides and turns, and a ball that hides a part of the box."""
     world = raycam.World()
     world.add_object(plane={"size": [9, 9]}, name="floor")
     world.add_object(box={"size": [1, 1.5, 0.8]}, name="box", location=[0.3, 0.2, 0.4])
@@ -38,7 +38,7 @@ def eye(shift: float = 0.0, **options: object) -> raycam.Camera:
 
 
 @pytest.mark.parametrize("distortion", [None, [-0.2, 0.05, 0.001, -0.002]])
-def test_flow_is_reprojection(distortion: list[float] | None) -> None:
+def test_flow_equals_reprojection_by_numpy(distortion: list[float] | None) -> None:
     world = room()
     later = world.at(0.7)
     first, second = eye(distortion=distortion), eye(0.3, distortion=distortion, pixel_center="half")
@@ -70,7 +70,7 @@ def test_flow_is_reprojection(distortion: list[float] | None) -> None:
     assert 50 < hidden.sum() < 0.3 * len(hidden)
 
 
-def test_forward_and_backward_agree() -> None:
+def test_forward_and_backward_flow_agree() -> None:
     world = room()
     later = world.at(0.5)
     first, second = eye(), eye(0.2)
@@ -80,7 +80,7 @@ def test_forward_and_backward_agree() -> None:
     for index in np.random.default_rng(1).choice(fine.sum(), 40, replace=False):
         row, column = (axis[index] for axis in np.nonzero(fine))
         target = np.array([column, row]) + forward["flow"][row, column].astype(np.float64)
-        # A second camera whose picture is shifted by a part of a pixel has a centre where the point went.
+        # A second camera, shifted by a fraction of a pixel, has a pixel centre at the point's new position.
         x, y = np.rint(target).astype(int)
         shift = np.zeros((3, 3))
         shift[:2, 2] = [x, y] - target
@@ -92,7 +92,7 @@ def test_forward_and_backward_agree() -> None:
         assert not back["occluded"][y, x]
 
 
-def test_nothing_moves_where_nothing_moves() -> None:
+def test_flow_is_zero_without_motion() -> None:
     world = room()
     found = flow(world, eye())
     seen = np.isfinite(found["depth"])
@@ -103,7 +103,7 @@ def test_nothing_moves_where_nothing_moves() -> None:
     assert not found["outside"].any()
 
 
-def test_what_is_behind_the_second_camera_has_no_flow() -> None:
+def test_points_behind_the_second_camera_have_no_flow() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [100, 100]})
     first = raycam.Camera.look_at([0, 0, 1], [10, 0, 0], size=SIZE)
@@ -115,7 +115,7 @@ def test_what_is_behind_the_second_camera_has_no_flow() -> None:
     np.testing.assert_array_equal(found["outside"], seen)
 
 
-def test_disparity_is_focal_length_times_baseline_over_depth() -> None:
+def test_disparity_equals_focal_length_times_baseline_over_depth() -> None:
     world = room()
     left = eye()
     shifted = left.K + np.array([[0, 0, 7.5], [0, 0, 0], [0, 0, 0]])
@@ -167,17 +167,17 @@ def test_flow_follows_skins_and_morph_targets(tmp_path: Path) -> None:
     assert np.abs(found["flow"][seen] - moved).max() < 1e-3
     assert np.abs(found["scene_flow"][seen] - (after - before)).max() < 1e-5
     assert np.linalg.norm(moved, axis=1).max() > 20
-    # The second picture shows the same triangle at the point's new place, unless something hides it there.
+    # The second image shows the same triangle at the point's new position, unless the point is hidden there.
     there = raycam.render(later, two, samples=1, channels=["triangle", "depth"])
     place = np.rint(moved + np.column_stack([column, row])).astype(int)
     clear = ~found["occluded"][seen] & ~found["outside"][seen]
     x, y = place[clear].clip(0, np.array(SIZE) - 1).T
     same = there["triangle"][y, x] == frame["triangle"][seen][clear]
-    assert same.mean() > 0.95  # the others are at the triangles' edges
+    assert same.mean() > 0.95  # the remaining pixels are at triangle edges
     np.testing.assert_allclose(there["depth"][y, x][same], found["depth"][seen][clear][same], rtol=0.01)
 
 
-def test_a_bending_plate_comes_back(tmp_path: Path) -> None:
+def test_flow_of_a_bending_plate_there_and_back_cancels(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
     first, later = world.at(0.2), world.at(0.7)
     camera = raycam.Camera.look_at([1, 2, 6], [0.2, 1, 0], [0, 1, 0], size=SIZE, fov=30)
@@ -200,7 +200,7 @@ SPEED = np.array([0.9, -0.4, 0.6])
 
 
 def sliding() -> raycam.World:
-    """A box, a ball that hides a part of it, and a wall that stands; what moves is where it is said to be at 0.5 s."""
+    """A moving box, a ball that hides a part of it, and a static wall; the given positions apply at 0.5 s."""
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box", location=[0, 0, 5])
     world.add_object(sphere={"radius": 0.3}, name="ball", location=[0.4, 0.1, 3.5])
@@ -219,15 +219,15 @@ EYE = raycam.Camera([[90, 0, 59.5], [0, 90, 39.5], [0, 0, 1]], np.eye(3), [0.3, 
 
 
 def seen_by(camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """For a camera that reads its rows for 0.4 s around 0.5 s: the points, how fast they are, row and column."""
+    """Points, their velocities, rows and columns for a camera that reads its rows from 0.3 s to 0.7 s."""
     frame = raycam.render(sliding().at(0.5), camera, samples=1, channels=["position", "instance"])
     seen = frame["instance"] >= 0
     row, column = np.nonzero(seen)
     return frame["position"][seen], VELOCITIES[frame["instance"][seen]], row, column
 
 
-def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
-    """From where each line saw what moves, by the formula of its motion, to where it is later."""
+def test_flow_from_a_rolling_shutter_image() -> None:
+    """Flow from the position at the time of each line to the later position, by the formula of the motion."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4)
     found = flow(world.at(0.5), rolling, world.at(0.9), EYE)
@@ -237,13 +237,13 @@ def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
     pixels, _ = EYE.project(points + moves)
     assert np.abs(found["flow"][row, column] - (pixels - np.column_stack([column, row]))).max() < 1e-3
     assert np.abs(found["scene_flow"][row, column] - moves).max() < 1e-5
-    assert flow(world, EYE, world, rolling)["flow"].shape == (80, 120, 2)  # a world that stands
+    assert flow(world, EYE, world, rolling)["flow"].shape == (80, 120, 2)  # a static world
 
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("moving", [False, True])
 def test_flow_to_a_rolling_shutter_image(direction: raycam.camera._optics.Readout, moving: bool) -> None:
-    """Which line sees a point depends on where it is then: solved here for each point by SciPy."""
+    """The line that shows a point depends on its position at the line's time; SciPy solves this for each point."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4, direction=direction)
     if moving:
@@ -281,7 +281,7 @@ def test_flow_to_a_rolling_shutter_image(direction: raycam.camera._optics.Readou
             continue
         same = np.linalg.norm(there["position"][y, x] - at(line)) < 0.1
         hidden += int(found["occluded"][row, column])
-        # The pixel nearest to it shows it or what hides it, but at edges.
+        # The nearest pixel shows the point or its occluder, except at edges.
         edge = there["instance"][max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
         if (edge == edge[0, 0]).all():
             assert same != found["occluded"][row, column]
@@ -289,7 +289,7 @@ def test_flow_to_a_rolling_shutter_image(direction: raycam.camera._optics.Readou
 
 
 def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarray:
-    """The pixel of a point when the line at a fraction of the picture is in the middle of its exposure."""
+    """The point's pixel in the middle of the exposure of the line at this fraction of the image."""
     track = camera.shutter["track"] if camera.shutter is not None else []
     if len(track) < 2:
         return np.asarray(camera.still().project(point)[0])
@@ -301,7 +301,7 @@ def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarra
     return np.asarray(EYE.at_pose(turns(part).as_matrix(), center).project(point)[0])
 
 
-def test_what_bends_is_followed_to_a_picture_that_is_read_line_by_line(tmp_path: Path) -> None:
+def test_flow_follows_a_deforming_mesh_to_a_rolling_shutter_image(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
     camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
     rolling = camera.exposing(0.01, readout=0.2)
@@ -329,7 +329,7 @@ def test_what_bends_is_followed_to_a_picture_that_is_read_line_by_line(tmp_path:
     assert np.isfinite(flow(world.at(0.5), rolling, world.at(0.2), camera)["flow"]).any()
 
 
-def test_many_objects_are_followed_to_a_picture_that_is_read_line_by_line_and_too_many_are_refused() -> None:
+def test_flow_to_a_rolling_shutter_image_limits_the_number_of_objects() -> None:
     def world(count: int) -> raycam.World:
         world = raycam.World()
         for number in range(count):

@@ -1,4 +1,4 @@
-"""Keypoints against NumPy, closed forms of motion solved by SciPy, and pictures."""
+"""Keypoints compared with NumPy, closed forms of motion solved by SciPy, and rendered images."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def crates() -> raycam.World:
 
 
 @pytest.mark.parametrize("name", cameras())
-def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
+def test_keypoints_move_with_their_object(name: str) -> None:
     camera = cameras()[name]
     rng = np.random.default_rng(2)
-    # Points on the faces of the box, in its own coordinates; and one behind the camera.
+    # Points on the faces of the box, in its own coordinates, and a point behind the camera.
     points = rng.uniform(-0.5, 0.5, (200, 3))
     points[np.arange(200), np.arange(200) % 3] = rng.choice([-0.5, 0.5], 200)
     points *= [1, 1.5, 0.8]
@@ -40,7 +40,7 @@ def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
     np.testing.assert_array_equal(found.pixels, pixels)
     assert found.visible.any()
     assert {-1, 1, 2} <= set(found.occluder)
-    # A face that looks away is hidden by the box itself, or by what stands before that.
+    # A face turned away is hidden by the box itself, or by an object in front of it.
     normals = np.zeros((200, 3))
     normals[np.arange(200), np.arange(200) % 3] = np.sign(points[np.arange(200), np.arange(200) % 3])
     away = ((camera.C - found.points) * (normals @ turn.T)).sum(axis=1) < 0
@@ -55,7 +55,7 @@ def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
         keypoints(crates(), camera, [[0, 0, 0], [1, 1, 1]], [0])
 
 
-def test_keypoints_in_the_air_are_on_no_surface() -> None:
+def test_keypoints_off_the_surface_are_not_on_surface() -> None:
     world = raycam.World()
     world.add_object(box={"size": [9, 9, 1]}, location=[0, 0, 5.5])
     world.add_object(box={"size": 0.2}, location=[0, 0, 2])
@@ -68,13 +68,13 @@ def test_keypoints_in_the_air_are_on_no_surface() -> None:
 
 EDGES = np.array([1.0, 0.8, 0.6])
 START, END = np.array([-0.4, 0.2, 5.0]), np.array([0.5, -0.2, 5.6])
-TURN = 70.0  # degrees about the world's z axis, in a second
+TURN = 70.0  # degrees per second about the world's z axis
 EYE = raycam.Camera([[90, 0, 59.5], [0, 90, 39.5], [0, 0, 1]], np.eye(3), [0.1, 0.1, 0], (120, 80))
 EXPOSURE, READOUT = 0.05, 0.4
 
 
 def turning() -> raycam.World:
-    """A box that slides and turns behind a ball that comes the other way, before a wall that stands."""
+    """A box that slides and turns behind a ball moving in the opposite direction, in front of a static wall."""
     world = raycam.World()
     world.add_object(box={"size": EDGES.tolist()}, name="box", location=START.tolist())
     world.add_object(sphere={"radius": 0.3}, name="ball", location=[0.4, 0.1, 3.5])
@@ -96,7 +96,7 @@ def box_at(points: np.ndarray, time: float) -> np.ndarray:
 
 
 def shown_on(line: float, camera: raycam.Camera, still: raycam.Camera, point: np.ndarray) -> np.ndarray:
-    """The pixel of a point when the line at a fraction of the picture is in the middle of its exposure.
+    """The point's pixel in the middle of the exposure of the line at this fraction of the image.
 
     `still` is the camera at rest.
     """
@@ -112,15 +112,15 @@ def shown_on(line: float, camera: raycam.Camera, still: raycam.Camera, point: np
 
 
 def share(pixel: np.ndarray, size: tuple[int, int], direction: Readout) -> float:
-    """Which fraction of the picture's lines has been read before this pixel's, without the shutter's own words."""
+    """The fraction of the image's lines that are read before this pixel's line."""
     across = ((pixel + 0.5) / size)[1 if direction in ("down", "up") else 0]
     return float(1 - across if direction in ("up", "left") else across)
 
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("eye", ["stands", "moves", "lens"])
-def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) -> None:
-    """Which line sees a point depends on where the point is then: solved here for each point by SciPy."""
+def test_keypoints_of_a_moving_object_with_a_rolling_shutter(direction: Readout, eye: str) -> None:
+    """The line that shows a point depends on its position at the line's time; SciPy solves this for each point."""
     camera = EYE.exposing(EXPOSURE, readout=READOUT, direction=direction)
     if eye == "moves":
         turn = Rotation.from_euler("yz", [3, -4], degrees=True).as_matrix()
@@ -155,7 +155,9 @@ def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) ->
         assert np.abs(found.points[i] - box_at(point, time)).max() < 1e-9
         x, y = np.rint(pixel).astype(int)
         around = shown[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
-        if (around == around[0, 0]).all():  # what all pixels around it show is what is seen there
+        if (
+            around == around[0, 0]
+        ).all():  # if all surrounding pixels show one object, it is also visible at the point
             judged += 1
             assert (0 if found.visible[i] else found.occluder[i]) == around[0, 0]
     assert judged > 60
@@ -164,7 +166,7 @@ def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) ->
     assert np.nanmax(np.abs(standing.pixels - found.pixels)) > 0.1
 
 
-def test_on_a_mesh_that_bends_before_a_rolling_shutter(tmp_path: Path) -> None:
+def test_keypoints_of_a_deforming_mesh_with_a_rolling_shutter(tmp_path: Path) -> None:
     world = bending_plate(tmp_path).at(0.5)
     camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
     rolling = camera.exposing(0.01, readout=0.3)
@@ -183,8 +185,10 @@ def test_on_a_mesh_that_bends_before_a_rolling_shutter(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("direction", ["down", "left"])
-def test_what_a_rolling_picture_shows_is_found_at_its_pixels(tmp_path: Path, direction: Readout) -> None:
-    """A picture's own triangles and weights are seen at the pixels' centres, and nothing hides them."""
+def test_keypoints_at_pixel_centres_of_a_rolling_shutter_image_are_visible(
+    tmp_path: Path, direction: Readout
+) -> None:
+    """Keypoints built from an image's own triangles and weights are visible at the pixel centres."""
     channels = ["instance", "triangle", "barycentric", "position"]
     plate = bending_plate(tmp_path).at(0.4)
     eye = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
@@ -202,11 +206,11 @@ def test_what_a_rolling_picture_shows_is_found_at_its_pixels(tmp_path: Path, dir
         row, column = np.nonzero(seen)
         assert np.abs(found.pixels - np.column_stack([column, row])).max() < 1e-4
         assert np.abs(found.points - frame["position"][seen]).max() < 1e-5
-        assert found.visible.mean() > 0.999  # but at edges, where float32 weights lie a little beside
+        assert found.visible.mean() > 0.999  # except at edges, because of float32 weights
         assert found.on_surface.mean() > 0.999
 
 
-def test_barycentric_points_and_invalid_points(tmp_path: Path) -> None:
+def test_barycentric_keypoints_are_placed_and_invalid_ones_are_refused(tmp_path: Path) -> None:
     world = crates()
     corners = world.triangles(1)
     found = keypoints(world, cameras()["lens"], [[0.2, 0.3, 0.5]], [1], triangles=[4])
@@ -226,7 +230,7 @@ def test_barycentric_points_and_invalid_points(tmp_path: Path) -> None:
     refused(fault("invalid_settings", "object 0"), bending_plate(tmp_path), [[0, 0, 0]], [0])
 
 
-def test_cameras_at_infinity_see_what_lies_before_a_point() -> None:
+def test_parallel_cameras_find_occluders_in_front_of_a_keypoint() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="far", location=[0, 0, 40])
     world.add_object(box={"size": 0.2}, name="near", location=[0, 0, -30])

@@ -1,4 +1,4 @@
-"""Labels against pictures of each object alone, closed forms and NumPy."""
+"""Labels compared with images of each object alone, closed forms and NumPy."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def world(only: int | None = None) -> raycam.World:
 
 
 @pytest.mark.parametrize("name", cameras())
-def test_masks_are_those_of_each_object_alone(name: str) -> None:
+def test_amodal_masks_equal_images_of_each_object_alone(name: str) -> None:
     camera = cameras()[name]
     instance = raycam.render(world(), camera, samples=1, channels="instance")["instance"]
     labels = {item.object: item for item in label(world(), camera)}
@@ -63,7 +63,7 @@ def test_masks_are_those_of_each_object_alone(name: str) -> None:
         assert item.amodal_mask.any(axis=1)[[0, -1]].all()
 
 
-def test_what_the_edge_cuts_off_counts() -> None:
+def test_amodal_masks_continue_beyond_the_image_edge() -> None:
     camera = cameras()["pinhole"]
     wide = raycam.Camera(
         camera.K + np.array([[0, 0, SIZE[0]], [0, 0, SIZE[1]], [0, 0, 0]]),
@@ -83,7 +83,7 @@ def test_what_the_edge_cuts_off_counts() -> None:
     assert all(item.truncated_fraction == 0 for item in inside)
 
 
-def test_names_and_choices() -> None:
+def test_labels_have_names_and_can_be_limited_to_objects() -> None:
     camera = cameras()["pinhole"]
     labels = label(world(), camera, objects=[2, 1])
     assert [(item.object, item.category, item.category_id) for item in labels] == [
@@ -99,7 +99,7 @@ def test_names_and_choices() -> None:
         label(world(), camera, instance=np.zeros((2, 2), np.int32))
 
 
-def test_boxes_in_the_world() -> None:
+def test_box3d_equals_the_placed_box() -> None:
     box = box3d(world(), 1)
     np.testing.assert_allclose(box.size, [1, 1.5, 0.8])
     np.testing.assert_allclose(box.center, [0.3, 0.2, 0.4])
@@ -114,7 +114,7 @@ def test_boxes_in_the_world() -> None:
 
 
 @pytest.mark.parametrize("pane", [{"type": "glass"}, {"opacity": 0.3}], ids=["glass", "opacity"])
-def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: dict[str, Any]) -> None:
+def test_ground_truth_uses_the_first_surface_or_the_first_solid_surface(pane: dict[str, Any]) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box", category="box")
     world.add_object(box={"size": [0.02, 3, 3]}, name="pane", location=[1.5, 0, 0], category="pane", **pane)
@@ -129,14 +129,14 @@ def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: di
     np.testing.assert_allclose(solid["normal"][middle], [1, 0, 0], atol=1e-6)
     assert set(np.unique(solid["instance"])) == {-1, 0}
     labels = {item.name: item for item in raycam.label(world, camera)}
-    assert labels["box"].visible_fraction == 0.0  # the pane stands before it
+    assert labels["box"].visible_fraction == 0.0  # the pane is in front of it
     through = raycam.label(world, camera, objects=[0], instance=solid["instance"])
     assert through[0].visible_fraction == 1.0
 
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
-def test_labels_fit_a_picture_that_is_read_line_by_line(direction: raycam.camera._optics.Readout) -> None:
-    """A bar that turns and slides meanwhile: each line's part of the mask is that of the world at the line's time."""
+def test_labels_of_a_rolling_shutter_image_follow_each_line(direction: raycam.camera._optics.Readout) -> None:
+    """A bar turns and slides: each line of the mask equals a mask of the world at the line's time."""
     world = raycam.World()
     world.add_object(box={"size": [2, 0.4, 0.2]}, name="bar", location=[0, 0, 5])
     keys = [{"time": 0, "object": "bar", "location": [-0.5, 0, 5], "yaw": 0}]

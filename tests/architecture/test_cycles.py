@@ -30,7 +30,7 @@ def test_folders_import_only_folders_before_them(part: str) -> None:
 
 
 @pytest.mark.parametrize("part", [*CRATES, "python"])
-def test_every_place_of_the_order_has_files(part: str) -> None:
+def test_every_entry_of_the_folder_order_has_files(part: str) -> None:
     order = layout.order_of(part)
     used = {order[index] for name in imports_of(part) if (index := graph.place_of(name, order)) is not None}
     assert sorted(set(order) - used) == []
@@ -137,14 +137,14 @@ def test_delegating_imports_do_not_count_inside_methods(kind: str, tmp_path: Pat
     assert python_imports.arrows(write(tmp_path / "raycam", files))["rig/rig.py"] == expected
 
 
-def test_delegations_are_in_use() -> None:
+def test_listed_delegations_exist_in_the_code() -> None:
     package = ROOT / "python" / "raycam"
     for name, targets in layout.DELEGATIONS.items():
         nodes = python_imports.all_imports(package / name)
         assert targets <= python_imports.files_of(package, package / name, nodes), name
 
 
-def test_package_that_only_re_exports_is_in_no_cycle(tmp_path: Path) -> None:
+def test_re_exporting_package_is_not_part_of_a_cycle(tmp_path: Path) -> None:
     files = {
         "__init__.py": "",
         "b/__init__.py": "from .c import C\n",
@@ -174,7 +174,7 @@ def test_upward_import_is_reported() -> None:
     ]
 
 
-def test_file_belongs_to_the_longest_place() -> None:
+def test_file_belongs_to_the_most_specific_entry_of_the_order() -> None:
     order = ["scene", "traverse/mod", "traverse", "scene/query"]
     places = {
         name: graph.place_of(name, order)

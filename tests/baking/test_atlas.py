@@ -1,4 +1,4 @@
-"""Texture coordinates of meshes that have none."""
+"""Texture coordinates generated for meshes without any."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("atlas", ["xatlas", "cells"])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_every_face_has_texels_of_its_own(shape: str, atlas: str) -> None:
+def test_every_face_has_its_own_texels(shape: str, atlas: str) -> None:
     mesh = mesh_with_atlas(mesh_of(SHAPES[shape]), atlas, 512)
     texels = find_texels(mesh.uvs[0], (512, 512))
     assert texels.overlapping == 0
@@ -41,7 +41,7 @@ def test_every_face_has_texels_of_its_own(shape: str, atlas: str) -> None:
     assert mesh.uvs[0].max() <= 1
 
 
-def test_charts_of_a_ball_keep_areas_within_a_factor() -> None:
+def test_charts_of_a_sphere_have_texel_areas_within_a_factor_of_3() -> None:
     mesh = mesh_with_atlas(mesh_of(SHAPES["ball"]), "xatlas", 512)
     uv = mesh.uvs[0].astype(float)
     in_texture = (
@@ -62,7 +62,7 @@ def test_charts_of_a_ball_keep_areas_within_a_factor() -> None:
     assert in_texture.sum() / 2 > 0.4  # of the texture is used
 
 
-def test_cells_are_right_angled_and_too_many_are_refused() -> None:
+def test_atlas_cells_are_right_angled_and_too_many_are_refused() -> None:
     uv = cells(7, 64)
     a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     np.testing.assert_allclose((a * b).sum(axis=1), 0, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Baked maps against closed forms."""
+"""Baked maps compared with closed forms."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def plane(half: float = 1.0, center: tuple[float, float] = (0, 0)) -> raycam.Wor
     return world
 
 
-def test_texels_of_random_triangles_equal_exact_tests() -> None:
+def test_covered_texels_of_random_triangles_equal_exact_point_tests() -> None:
     random = np.random.default_rng(3)
     uvs = random.random((6, 3, 2)).astype(np.float32)
     uvs[4:] = np.round(uvs[4:] * 8) / 8 + 1 / 32  # corners and edges through texel centres
@@ -72,7 +72,7 @@ def test_ao_at_the_foot_of_an_endless_wall_is_one_half() -> None:
     assert ao == pytest.approx(0.5, abs=0.01)
 
 
-def test_ao_inside_a_sphere_is_zero_and_under_a_disk_is_the_closed_form() -> None:
+def test_ao_inside_a_sphere_is_zero_and_ao_under_a_disk_equals_the_closed_form() -> None:
     world = plane(0.01)
     world.add_object(sphere={"radius": 3, "level": 3})
     assert (raycam.bake(world, ["ao"], size=4)["ao"] == 0).all()
@@ -83,7 +83,7 @@ def test_ao_inside_a_sphere_is_zero_and_under_a_disk_is_the_closed_form() -> Non
     world.add_mesh(rim, faces)
     ao = raycam.bake(world, ["ao"], size=4, samples=4096)["ao"]
     assert ao.mean() == pytest.approx(1 - 1 / (1 + 0.7**2), abs=0.003)
-    # Nothing within half a metre.
+    # No surface is within half a metre.
     assert (raycam.bake(world, ["ao"], size=4, distance=0.5)["ao"] == 1).all()
 
 
@@ -96,7 +96,7 @@ def test_bent_normal_leans_away_from_a_wall() -> None:
     np.testing.assert_allclose(bent.reshape(-1, 3).mean(axis=0), expected, atol=0.01)
 
 
-def test_thickness_of_a_slab_and_a_ball() -> None:
+def test_thickness_of_a_slab_and_a_sphere_equals_closed_forms() -> None:
     ball = trimesh.creation.icosphere(subdivisions=4)
     world = raycam.World()
     world.add_mesh(ball.vertices, ball.faces, uvs=np.random.default_rng(0).random((len(ball.vertices), 2)))
@@ -106,7 +106,7 @@ def test_thickness_of_a_slab_and_a_ball() -> None:
     assert thickness["thickness"][thickness.covered].mean() == pytest.approx(4 / 3, rel=0.01)
 
 
-def test_gutters_continue_the_islands() -> None:
+def test_gutters_repeat_the_texels_of_their_islands() -> None:
     world = raycam.World()
     uvs = SQUARE * 0.25 + 0.375
     world.add_mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], QUAD, uvs=uvs)
@@ -118,7 +118,7 @@ def test_gutters_continue_the_islands() -> None:
     assert (maps["normal"][~gutter] == 0).all()
 
 
-def test_same_bytes_for_any_number_of_threads() -> None:
+def test_baked_maps_do_not_depend_on_the_number_of_threads() -> None:
     world = raycam.data.spot()
     one, two = (raycam.bake(world, ["ao"], object="spot", size=64, samples=4, threads=n) for n in (1, 2))
     np.testing.assert_array_equal(one["ao"], two["ao"])

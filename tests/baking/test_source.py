@@ -1,4 +1,4 @@
-"""Maps of a detailed source on a simple object, against closed forms and raycam's own shading."""
+"""Maps of a detailed source on a simple object, compared with closed forms and raycam's own shading."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def waves(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def wavy(cells: int = 120, thin: bool = False) -> raycam.World:
-    """The wavy surface, with `thin` and a parallel one 5 mm below that faces down."""
+    """The wavy surface; with `thin`, also a parallel surface 5 mm below that faces down."""
     side = np.linspace(-1.1, 1.1, cells + 1)
     x, y = (each.ravel() for each in np.meshgrid(side, side))
     corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
@@ -42,13 +42,13 @@ def wavy(cells: int = 120, thin: bool = False) -> raycam.World:
 
 
 def grid(size: int) -> tuple[np.ndarray, np.ndarray]:
-    """The panel's x and y at the texels' centres."""
+    """x and y of the panel at the texel centres."""
     place = (np.arange(size) + 0.5) * 2 / size - 1
     return np.meshgrid(place, -place)
 
 
 @pytest.mark.parametrize("thin", [False, True])
-def test_maps_of_a_source_are_those_of_its_nearest_surface(thin: bool) -> None:
+def test_source_maps_contain_the_nearest_source_surface(thin: bool) -> None:
     names = ["position", "shading_normal", "tangent_normal", "albedo"]
     maps = raycam.bake(panel(), names, size=32, source=wavy(thin=thin), cage=0.05)
     height, normal = waves(*grid(32))
@@ -63,7 +63,7 @@ def test_maps_of_a_source_are_those_of_its_nearest_surface(thin: bool) -> None:
     assert not maps.missed.any()
 
 
-def test_source_in_the_same_place_gives_the_objects_own_maps() -> None:
+def test_source_equal_to_the_object_gives_the_same_maps() -> None:
     world = panel()
     maps = raycam.bake(world, ["position", "tangent_normal", "ao"], size=16, source=world, samples=8)
     own = raycam.bake(world, ["position", "tangent_normal", "ao"], size=16, samples=8)
@@ -86,14 +86,14 @@ def test_texels_beyond_the_cage_are_marked_and_reported() -> None:
         assert raycam.bake(panel(), ["position"], size=16, source=source, cage=0.005).missed.all()
 
 
-def test_only_the_source_occludes() -> None:
+def test_occlusion_considers_only_the_source() -> None:
     world = panel()
     world.add_object(box={"size": [1, 1, 1]}, location=[0, 0, 0.6])
     assert (raycam.bake(world, ["ao"], size=8, source=panel(), samples=16)["ao"] == 1).all()
     assert raycam.bake(world, ["ao"], size=8, samples=16)["ao"].min() < 0.2
 
 
-def test_normals_of_a_fine_ball_on_a_coarse_one_are_radial() -> None:
+def test_normals_of_a_fine_sphere_baked_on_a_coarse_one_are_radial() -> None:
     low, high = raycam.World("y"), raycam.World("y")
     low.add_object(sphere={"radius": 1, "level": 2}, name="ball")
     high.add_object(sphere={"radius": 1, "level": 6})
@@ -118,7 +118,7 @@ def test_tangents_of_mirrored_texture_coordinates_have_the_opposite_sign() -> No
     np.testing.assert_allclose(found[1], [[-1, 0, 0, -1]] * 3, atol=1e-6)
 
 
-def test_tangent_space_normals_are_undone_by_the_renderers_sum() -> None:
+def test_tangent_space_normals_are_inverted_by_the_renderer() -> None:
     random = np.random.default_rng(0)
 
     def unit() -> np.ndarray:
@@ -134,7 +134,7 @@ def test_tangent_space_normals_are_undone_by_the_renderers_sum() -> None:
     np.testing.assert_allclose(total / np.linalg.norm(total, axis=1, keepdims=True), normals, atol=1e-9)
 
 
-def test_albedo_without_source_and_unknown_atlas_are_refused() -> None:
+def test_albedo_without_source_and_cage_without_source_are_refused() -> None:
     with raises(raycam.SettingsError, code="missing_value", mentions=["albedo", "source"]):
         raycam.bake(panel(), ["albedo"], size=8)
     with pytest.raises(raycam.SettingsError, match="cage"):

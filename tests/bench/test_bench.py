@@ -1,4 +1,4 @@
-"""`raycam bench`: its scenes, its rays, and how it says what it found."""
+"""`raycam bench`: its scenes, rays and report."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ SMALL: dict[str, Any] = {"triangles": 5000, "size": (48, 40), "repeat": 1}
 
 
 @pytest.mark.parametrize("name", list(SCENES))
-def test_scenes_are_as_large_as_asked_and_vary_by_seed(name: str) -> None:
+def test_scenes_have_the_requested_size_and_vary_by_seed(name: str) -> None:
     for triangles in (20, 5_000, 40_000):
         scene = generate(name, triangles)
-        # A rock has 20 * 4^n.
+        # A rock has 20 * 4^n triangles.
         assert 0.5 <= len(scene.faces) / triangles <= 2.0 or triangles == 20
         assert scene.faces.min() == 0
         assert scene.faces.max() == len(scene.vertices) - 1
@@ -33,7 +33,7 @@ def test_scenes_are_as_large_as_asked_and_vary_by_seed(name: str) -> None:
     assert not np.array_equal(generate(name, 5000, 1).vertices, generate(name, 5000, 2).vertices)
 
 
-def test_a_rock_is_closed_and_turned_outwards() -> None:
+def test_rock_mesh_is_closed_and_faces_outwards() -> None:
     scene = generate("rock", 20 * 4**4)
     mesh = trimesh.Trimesh(scene.vertices, scene.faces, process=False)
     assert mesh.is_watertight
@@ -42,7 +42,7 @@ def test_a_rock_is_closed_and_turned_outwards() -> None:
     assert mesh.volume == pytest.approx(4.2, rel=0.2)
 
 
-def test_every_scene_is_seen_and_embree_agrees() -> None:
+def test_rays_of_every_scene_agree_with_embree() -> None:
     done: list[tuple[int, int]] = []
     report = bench.bench(**SMALL, threads=2, progress=lambda *step: done.append(step))
     assert [(row.scene, row.kind) for row in report.rows] == [(s, k) for s in SCENES for k in bench.KINDS]
@@ -59,24 +59,24 @@ def test_every_scene_is_seen_and_embree_agrees() -> None:
             assert row.count == 48 * 40
         else:
             assert 50 < row.count <= 48 * 40
-        # Embree is not watertight, and answers through edges are anybody's.
+        # Embree is not watertight, so hits of rays through edges may differ.
         assert (row.differ or 0) <= 0.005 * row.count
 
 
-def test_tiles_hold_every_pixel_once() -> None:
+def test_tiles_contain_every_pixel_once() -> None:
     pixels = bench.tile_order(19, 10)
     assert sorted(map(tuple, pixels.tolist())) == [(u, v) for u in range(19) for v in range(10)]
     assert np.ptp(pixels[:64], 0).tolist() == [7, 7]
 
 
-def test_differences_are_counted() -> None:
+def test_count_mismatches_counts_differing_hits() -> None:
     t = np.array([1.0, 2.0, np.inf, np.inf, 5.0])
     assert count_mismatches(t, t) == 0
     assert count_mismatches(t, np.array([1.00001, 2.1, np.inf, 1.0, np.inf])) == 3
     assert count_mismatches(np.array([True, False]), np.array([True, True])) == 1
 
 
-def test_without_embree_there_is_none_beside(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_report_without_embree_names_the_package_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("raycam.bench.measure._embree_version", lambda: None)
     report = bench.bench(["rock"], **SMALL)
     assert all(row.embree is None and row.differ is None for row in report.rows)
@@ -85,7 +85,7 @@ def test_without_embree_there_is_none_beside(monkeypatch: pytest.MonkeyPatch) ->
     assert "ratio" not in str(report)
 
 
-def test_command(capsys: pytest.CaptureFixture[str]) -> None:
+def test_bench_command_prints_a_table_and_json(capsys: pytest.CaptureFixture[str]) -> None:
     words = shlex.split("bench hair --triangles 2000 --size 32x24 --repeat 1 --threads 1 --seed 7")
     assert main(words) == 0
     table = capsys.readouterr().out
@@ -103,6 +103,6 @@ def test_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert "triangles is 0, expected 1 to" in capsys.readouterr().err
 
 
-def test_other_commands_do_not_wait_for_it() -> None:
+def test_importing_the_command_line_does_not_import_the_benchmark() -> None:
     code = "import sys, raycam.cli; sys.exit('raycam.bench' in sys.modules or 'embreex' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

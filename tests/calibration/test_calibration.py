@@ -1,4 +1,4 @@
-"""Calibration files against the libraries that own the formats."""
+"""Calibration files, compared with the libraries that define the formats."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def camera(distortion: list[float] | None = None) -> raycam.Camera:
 
 
 @pytest.mark.parametrize("ending", ["yaml", "json", "xml"])
-def test_opencv_reads_what_is_written_and_the_other_way_round(tmp_path: Path, ending: str) -> None:
+def test_opencv_files_round_trip_with_opencv(tmp_path: Path, ending: str) -> None:
     ours, theirs = tmp_path / f"ours.{ending}", tmp_path / f"theirs.{ending}"
     raycam.save_cameras(ours, camera(DISTORTION), "opencv")
     storage = cv2.FileStorage(str(ours), cv2.FILE_STORAGE_READ)
@@ -40,7 +40,7 @@ def test_opencv_reads_what_is_written_and_the_other_way_round(tmp_path: Path, en
 
 
 @pytest.mark.parametrize("format", ["colmap", "colmap-binary"])
-def test_colmap_reads_what_is_written_and_the_other_way_round(tmp_path: Path, format: str) -> None:
+def test_colmap_models_round_trip_with_pycolmap(tmp_path: Path, format: str) -> None:
     given = {"a.png": camera(DISTORTION[:4]), "folder/b.png": camera()}
     raycam.save_cameras(tmp_path / "model", given, format)
     model = pycolmap.Reconstruction(str(tmp_path / "model"))
@@ -62,7 +62,7 @@ def test_colmap_reads_what_is_written_and_the_other_way_round(tmp_path: Path, fo
         assert again[name].pixel_center == "half"
 
 
-def test_a_missing_size_is_asked_for(tmp_path: Path) -> None:
+def test_file_without_an_image_size_requires_the_size_argument(tmp_path: Path) -> None:
     path = tmp_path / "calib.txt"
     path.write_text("P0: 700 0 320 0 0 700 240 0 0 0 1 0\nP1: 700 0 320 -350 0 700 240 0 0 0 1 0\n")
     with raises(raycam.CameraError, code="invalid_camera", mentions=["calib.txt"]):
@@ -72,7 +72,7 @@ def test_a_missing_size_is_asked_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("cameras", ["opencv", [1], None])
-def test_what_are_no_cameras_is_said(tmp_path: Path, cameras: Any) -> None:
+def test_save_cameras_refuses_objects_that_are_not_cameras(tmp_path: Path, cameras: Any) -> None:
     with raises(raycam.SettingsError, code="wrong_type"):
         raycam.save_cameras(tmp_path / "a.yaml", cameras, "opencv")
     if cameras is not None:
@@ -81,12 +81,12 @@ def test_what_are_no_cameras_is_said(tmp_path: Path, cameras: Any) -> None:
 
 
 @pytest.mark.parametrize("format", ["opencv", "colmap", "nerf"])
-def test_a_size_means_the_same_where_the_file_has_one(tmp_path: Path, format: str) -> None:
+def test_size_argument_scales_cameras_of_files_with_a_size(tmp_path: Path, format: str) -> None:
     raycam.save_cameras(tmp_path / "a", {"a": camera(DISTORTION[:4])}, format)
     (half,) = raycam.load_cameras(tmp_path / "a", size=(320, 240)).values()
     (full,) = raycam.load_cameras(tmp_path / "a").values()
     point = np.array([0.1, 0.2, 0.3])
-    # Corners stay corners: a pixel from the corner on is half as far.
+    # Scaling keeps the image corner: distances from the corner are halved.
     (a, _), (b, _) = half.project(point), full.project(point)
     np.testing.assert_allclose(a - half.corner, (b - full.corner) / 2, atol=1e-9)
     with raises(raycam.errors.CameraError, code="conflicting_values"):

@@ -1,4 +1,4 @@
-"""Half-edited files: an empty value, a decimal comma, a renamed key, a row cut off. No lens vanishes in silence."""
+"""Half-edited files (empty value, decimal comma, renamed key, truncated row) never lose a lens without an error."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def written(folder: Path, name: str, text: str) -> Path:
 
 
 @pytest.mark.parametrize("key", ["k1", "k2", "p2"])
-def test_a_coefficient_without_a_number_is_an_error(tmp_path: Path, key: str) -> None:
+def test_coefficient_without_a_number_raises(tmp_path: Path, key: str) -> None:
     lines = [f"Camera.{key}:" if f".{key}:" in line else line for line in SETTINGS.splitlines()]
     with raises(FormatError, code="syntax", mentions=["settings.yaml:", f"Camera.{key}"]):
         raycam.load_cameras(written(tmp_path, "settings.yaml", "\n".join(lines)))
@@ -50,26 +50,26 @@ def test_a_coefficient_without_a_number_is_an_error(tmp_path: Path, key: str) ->
     assert camera.distortion is not None
 
 
-def test_distortion_without_numbers_is_an_error(tmp_path: Path) -> None:
+def test_distortion_key_without_numbers_raises(tmp_path: Path) -> None:
     text = "image_width: 752\nimage_height: 480\ncamera_matrix: [[458, 0, 367], [0, 457, 248], [0, 0, 1]]\n"
     with raises(FormatError, code="unsupported_feature", mentions=["c.yaml:4", "dist_coeff"]):
         raycam.load_cameras(written(tmp_path, "c.yaml", f"{text}dist_coeff:\n"))
 
 
 @pytest.mark.parametrize("number", ["458.654", "367.25", "0.004"])
-def test_a_decimal_comma_is_an_error(tmp_path: Path, number: str) -> None:
+def test_decimal_comma_raises_with_its_line(tmp_path: Path, number: str) -> None:
     text = json.dumps(NERF).replace(number, number.replace(".", ","))
     with raises(FormatError, code="syntax", mentions=["transforms.json:1"]):
         raycam.load_cameras(written(tmp_path, "transforms.json", text))
 
 
-def test_a_null_of_json_is_no_number_and_no_error(tmp_path: Path) -> None:
+def test_json_null_counts_as_a_missing_value(tmp_path: Path) -> None:
     text = json.dumps(NERF | {"k1": None})
     (camera,) = raycam.load_cameras(written(tmp_path, "transforms.json", text)).values()
     assert camera.distortion is None
 
 
-def test_unknown_keys_of_opensfm_are_named(tmp_path: Path) -> None:
+def test_unknown_keys_of_opensfm_give_a_notice(tmp_path: Path) -> None:
     model = {
         "projection_type": "perspective",
         "width": 640,
@@ -85,7 +85,7 @@ def test_unknown_keys_of_opensfm_are_named(tmp_path: Path) -> None:
     assert not any("prior" in str(notice) for notice in cameras.notices)
 
 
-def test_a_row_of_euroc_that_is_cut_off_is_an_error(tmp_path: Path) -> None:
+def test_truncated_row_of_euroc_raises_with_its_line(tmp_path: Path) -> None:
     rows = [f"{1403636579763555584 + i},0,0,{i},1,0,0,0,0.5,0.5,0.5,0,0,0,0,0,0" for i in range(3)]
     lens = raycam.Camera([[458, 0, 367], [0, 457, 248], [0, 0, 1]], np.eye(3), np.zeros(3), (752, 480))
     with raises(FormatError, code="syntax", mentions=["data.csv:3", "11", "17"]):

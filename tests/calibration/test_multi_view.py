@@ -1,4 +1,4 @@
-"""Cameras of benchmarks, NumPy's files, folders, and what is recognised and not read."""
+"""Cameras of benchmarks, NumPy files and folders, and files that are recognised but not supported."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def lens(x: Any) -> Any:
     return brown(x, (-0.1, 0.02, 0.003), (0.001, -0.002))
 
 
-def test_middlebury(tmp_path: Path) -> None:
+def test_middlebury_calibrations_are_read(tmp_path: Path) -> None:
     file = tmp_path / "calib.txt"
     file.write_text(
         "cam0=[520.5 0 321; 0 520.5 242.5; 0 0 1]\ncam1=[520.5 0 352.25; 0 520.5 242.5; 0 0 1]\ndoffs=31.25\n"
@@ -41,7 +41,7 @@ def test_middlebury(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("opened", ["", "cams"])
-def test_mvsnet(tmp_path: Path, opened: str) -> None:
+def test_mvsnet_cameras_are_read(tmp_path: Path, opened: str) -> None:
     (tmp_path / "cams").mkdir()
     for i in range(2):
         R, C = pose(i)
@@ -54,7 +54,7 @@ def test_mvsnet(tmp_path: Path, opened: str) -> None:
     assert any("another resolution" in str(notice) for notice in cameras.notices)
 
 
-def test_neus(tmp_path: Path) -> None:
+def test_neus_cameras_are_read(tmp_path: Path) -> None:
     arrays: dict[str, Any] = {}
     own = intrinsics(520.5, 518.25, 321.0, 242.5, 0.3)
     for i in range(12):
@@ -74,7 +74,7 @@ def test_neus(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("dtype", ["<f8", ">f8"])
-def test_llff(tmp_path: Path, order: Any, dtype: str) -> None:
+def test_llff_poses_are_read(tmp_path: Path, order: Any, dtype: str) -> None:
     found = []
     for i in range(3):
         R, C = pose(i)
@@ -96,7 +96,7 @@ def cam_model(kind: str, params: list[float], **keys: Any) -> dict[str, Any]:
     }
 
 
-def test_head_mounted_sets_of_bop(tmp_path: Path) -> None:
+def test_head_mounted_cameras_of_bop_are_read(tmp_path: Path) -> None:
     R, C = pose(1)
     k, p, s = [0.02, -0.01, 0.003, 0.0, 0.001, 0.0], [0.001, -0.002], [0.0005, 0.0, -0.0003, 0.0001]
     place = {"cam_R_w2c": R.ravel().tolist(), "cam_t_w2c": (-1000 * R @ C).tolist()}
@@ -118,7 +118,7 @@ def test_head_mounted_sets_of_bop(tmp_path: Path) -> None:
         raycam.load_cameras(file)
 
 
-def test_hot3d(tmp_path: Path) -> None:
+def test_hot3d_cameras_are_read(tmp_path: Path) -> None:
     R, C = pose(2)
     quaternion = np.roll(Rotation.from_matrix(R.T).as_quat(), 1).tolist()
     world = {"quaternion_wxyz": quaternion, "translation_xyz": C.tolist()}
@@ -132,12 +132,12 @@ def test_hot3d(tmp_path: Path) -> None:
         raycam.load_cameras(file)
 
 
-# OpenCV's calibrations as arrays, and packed ---------------------------------------------------------------
+# OpenCV's calibrations as arrays and compressed -------------------------------------------------------------
 
 
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
 @pytest.mark.parametrize("dtype", [np.float64, np.float32, ">f8"])
-def test_npz(tmp_path: Path, save: Any, dtype: Any) -> None:
+def test_npz_calibrations_are_read(tmp_path: Path, save: Any, dtype: Any) -> None:
     own, d = np.asfortranarray(np.round(K).astype(dtype)), D.T.astype(dtype)
     save(tmp_path / "a.npz", mtx=own, dist=d, ret=0.3, img_size=np.array(SIZE), map1=np.zeros((480, 640, 2)))
     camera = raycam.load_cameras(tmp_path / "a.npz")["a"]
@@ -152,7 +152,7 @@ def test_npz(tmp_path: Path, save: Any, dtype: Any) -> None:
     assert camera.size == SIZE
 
 
-def test_a_pair_and_its_views_in_npz(tmp_path: Path) -> None:
+def test_stereo_pair_and_board_views_in_npz_are_read(tmp_path: Path) -> None:
     R, C = pose(3)
     T = (-R @ C)[:, None]
     np.savez(tmp_path / "s.npz", K1=K, D1=D, K2=K, D2=D, R=R, T=T, R1=R, P1=np.eye(3, 4), imageSize=SIZE)
@@ -172,14 +172,14 @@ def test_a_pair_and_its_views_in_npz(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["camera_matrix.npy", "dist_coeffs.npy"])
-def test_arrays_beside_one_another(tmp_path: Path, name: str) -> None:
+def test_arrays_in_separate_npy_files_are_combined(tmp_path: Path, name: str) -> None:
     np.save(tmp_path / "camera_matrix.npy", K)
     np.save(tmp_path / "dist_coeffs.npy", D)
     (camera,) = raycam.load_cameras(tmp_path / name, size=SIZE).values()
     check(camera, K, np.eye(3), np.zeros(3), lens)
 
 
-def test_pickles_are_never_opened(tmp_path: Path) -> None:
+def test_pickles_are_refused(tmp_path: Path) -> None:
     import pickle
 
     (tmp_path / "a.p").write_bytes(pickle.dumps({"mtx": K, "dist": D}))
@@ -194,7 +194,7 @@ def test_pickles_are_never_opened(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ["yml", "xml", "json"])
-def test_packed_storage(tmp_path: Path, ending: str) -> None:
+def test_gzipped_opencv_storage_is_read(tmp_path: Path, ending: str) -> None:
     file = cv2.FileStorage(str(tmp_path / f"a.{ending}"), cv2.FILE_STORAGE_WRITE)
     file.write("camera_matrix", K)
     file.write("dist_coeff", D)
@@ -208,10 +208,10 @@ def test_packed_storage(tmp_path: Path, ending: str) -> None:
         raycam.load_cameras(packed, size=SIZE)
 
 
-# Folders, mistakes, what is not read -----------------------------------------------------------------------
+# Folders, mistakes, unsupported files ----------------------------------------------------------------------
 
 
-def test_the_two_files_of_a_ros_pair(tmp_path: Path) -> None:
+def test_ros_stereo_pair_in_two_files_is_read_as_a_rig(tmp_path: Path) -> None:
     turns = [
         Rotation.from_euler("xyz", angles, degrees=True).as_matrix() for angles in ([1, 2, -1], [-1, 1, 0.5])
     ]
@@ -239,7 +239,7 @@ def test_the_two_files_of_a_ros_pair(tmp_path: Path) -> None:
     assert list(cameras.rigs["rig"]) == ["left", "right"]
 
 
-def test_a_folder_with_several_calibrations_lists_them(tmp_path: Path) -> None:
+def test_folder_with_several_calibrations_raises_with_their_names(tmp_path: Path) -> None:
     np.save(tmp_path / "poses_bounds.npy", np.zeros((2, 17)))
     (tmp_path / "traj.txt").write_text("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n")
     with raises(
@@ -259,19 +259,19 @@ def test_a_folder_with_several_calibrations_lists_them(tmp_path: Path) -> None:
         (intrinsics(250, 250, 160, 120), "another resolution"),
     ],
 )
-def test_likely_mistakes_are_told(tmp_path: Path, K: Any, told: str) -> None:
+def test_likely_mistakes_in_a_calibration_give_a_notice(tmp_path: Path, K: Any, told: str) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps({"K": K.tolist(), "dist": [0, 0, 0, 0, 0], "image_size": SIZE}))
     assert told in " ".join(map(str, raycam.load_cameras(file).notices))
 
 
-def test_a_lens_that_shows_nothing_is_told(tmp_path: Path) -> None:
+def test_lens_without_rays_for_most_pixels_gives_a_notice(tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps({"K": K.tolist(), "dist": [-5.0, 0, 0, 0, 0], "image_size": SIZE}))
     assert "most pixels" in " ".join(map(str, raycam.load_cameras(file).notices))
 
 
-def test_units_of_the_size_are_refused_in_every_format(tmp_path: Path) -> None:
+def test_intrinsics_relative_to_the_image_size_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.txt"
     file.write_text("0.8 1.1 0.5 0.5\n")
     with raises(FormatError, code="syntax", mentions=["a.txt", '"a"']):
@@ -293,14 +293,14 @@ def test_units_of_the_size_are_refused_in_every_format(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_known_and_unread_formats_are_named(tmp_path: Path, data: bytes, name: Fault) -> None:
+def test_unsupported_formats_are_refused_with_their_name(tmp_path: Path, data: bytes, name: Fault) -> None:
     file = tmp_path / "a.bin"
     file.write_bytes(data)
     with raises(FormatError, **name):
         raycam.load_cameras(file)
 
 
-def test_damaged_arrays_are_errors(tmp_path: Path) -> None:
+def test_damaged_npz_files_raise(tmp_path: Path) -> None:
     np.savez_compressed(tmp_path / "a.npz", mtx=K, dist=D)
     data = (tmp_path / "a.npz").read_bytes()
     file = tmp_path / "b.npz"
@@ -311,7 +311,7 @@ def test_damaged_arrays_are_errors(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("third", ["extrinsics.yml", "stereo.yml", None])
-def test_the_two_files_of_a_pair(tmp_path: Path, third: str | None) -> None:
+def test_stereo_pair_in_two_files_uses_extrinsics_of_a_third_file(tmp_path: Path, third: str | None) -> None:
     R, C = pose(3)
     for side in ("left", "right"):
         file = cv2.FileStorage(str(tmp_path / f"{side}.yml"), cv2.FILE_STORAGE_WRITE)

@@ -1,4 +1,4 @@
-"""Trajectories with a header: the names of the columns decide what the numbers are. SciPy judges."""
+"""Trajectories with a header, whose column names determine the order of the numbers; compared with SciPy."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def check(path: Path) -> raycam.Cameras:
         ("# t[s] north east down qw qx qy qz", "tx ty tz qw qx qy qz", False),
     ],
 )  # fmt: skip
-def test_named_columns_decide_the_order(tmp_path: Path, header: str, columns: str, comma: bool) -> None:
+def test_column_names_determine_the_order(tmp_path: Path, header: str, columns: str, comma: bool) -> None:
     joint = ", " if comma else " "
     lines = [header]
     for i in range(4):

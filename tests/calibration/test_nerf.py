@@ -1,4 +1,4 @@
-"""The NeRF family's transforms.json: lenses against OpenCV and pycolmap, notices, file names."""
+"""The NeRF family's transforms.json: notices, file names, and lenses compared with OpenCV and pycolmap."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def scene(path: Path, frames: int = 1, *, per_frame: bool = False, **keys: Any) 
 
 
 @pytest.mark.parametrize("per_frame", [True, False])
-def test_distortion_params_are_in_the_order_of_nerfstudio(tmp_path: Path, per_frame: bool) -> None:
+def test_distortion_params_follow_the_order_of_nerfstudio(tmp_path: Path, per_frame: bool) -> None:
     k1, k2, k3, p1, p2 = -0.11, 0.03, 0.004, 0.002, -0.0015
     file = scene(
         tmp_path / "a.json",
@@ -42,7 +42,7 @@ def test_distortion_params_are_in_the_order_of_nerfstudio(tmp_path: Path, per_fr
     np.testing.assert_allclose(camera.project(POINTS)[0], expected, atol=1e-8)
 
 
-def test_a_fisheye_keeps_its_tangential_terms(tmp_path: Path) -> None:
+def test_fisheye_with_tangential_terms_is_read_completely(tmp_path: Path) -> None:
     k1, k2, k3, k4, p1, p2 = 0.03, -0.01, 0.005, -0.001, 0.002, -0.003
     file = scene(
         tmp_path / "a.json", camera_model="OPENCV_FISHEYE", distortion_params=[k1, k2, k3, k4, p1, p2]
@@ -64,18 +64,18 @@ def test_coefficients_without_a_model_are_refused(tmp_path: Path, params: list[f
         raycam.load_cameras(scene(tmp_path / "a.json", distortion_params=params))
 
 
-def test_a_panorama_is_a_panorama(tmp_path: Path) -> None:
+def test_equirectangular_model_is_read_as_a_panorama(tmp_path: Path) -> None:
     file = scene(
         tmp_path / "a.json", camera_model="EQUIRECTANGULAR", w=800, h=400, fl_x=400, fl_y=400, cx=400, cy=200
     )
     (camera,) = raycam.load_cameras(file).values()
-    # Straight ahead is the middle, a quarter turn right is a quarter of the width further.
+    # The forward direction is the image centre; 90 degrees to the right is a quarter of the width away.
     np.testing.assert_allclose(
         camera.project([[0, 0, 2.0], [3.0, 0, 0]])[0], [[400, 200], [600, 200]], atol=1e-9
     )
 
 
-def test_notices_are_said_once_and_explain(tmp_path: Path) -> None:
+def test_ignored_keys_and_transforms_give_one_notice_each(tmp_path: Path) -> None:
     file = scene(tmp_path / "a.json", 7, per_frame=True, blur=0.3, offset=[1, 2, 3])
     text = json.loads(file.read_text())
     text |= {"applied_transform": [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]], "applied_scale": 0.5}
@@ -89,7 +89,7 @@ def test_notices_are_said_once_and_explain(tmp_path: Path) -> None:
 
 
 def test_written_panorama_has_the_rays_of_nerfstudio(tmp_path: Path) -> None:
-    """Rays by nerfstudio's cameras.py, `_generate_rays_from_coords`, for EQUIRECTANGULAR."""
+    """Expected rays: nerfstudio's cameras.py, `_generate_rays_from_coords`, for EQUIRECTANGULAR."""
     camera = raycam.Camera.equirectangular([1, 2, 3], yaw=40, pitch=10, size=(64, 32))
     raycam.save_cameras(tmp_path / "transforms.json", {"a": camera}, "nerf")
     text = json.loads((tmp_path / "transforms.json").read_text())

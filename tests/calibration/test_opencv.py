@@ -1,4 +1,4 @@
-"""OpenCV's calibrations in users' own words, against OpenCV's own projection."""
+"""OpenCV calibrations with the keys that users choose, compared with OpenCV's own projection."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POINTS = np.random.default_rng(3).uniform([-0.6, -0.4, 1.5], [0.6, 0.4, 3.0], (4
 
 
 def projected(distortion: npt.ArrayLike, fisheye: bool = False) -> npt.NDArray[Any]:
-    """The pixels of POINTS by OpenCV, of a camera at the origin."""
+    """The pixels of POINTS for a camera at the origin, by OpenCV."""
     zero = np.zeros(3)
     d = np.asarray(distortion, dtype=float)
     if fisheye:
@@ -65,7 +65,9 @@ WORDS = [
 
 @pytest.mark.parametrize("ending", WRITERS)
 @pytest.mark.parametrize("words", WORDS)
-def test_a_lens_under_any_usual_name_is_read(tmp_path: Path, ending: str, words: tuple[str, str]) -> None:
+def test_distortion_under_any_common_name_is_read(
+    tmp_path: Path, ending: str, words: tuple[str, str]
+) -> None:
     if ending in ("yml", "xml") and "-" in words[1]:
         words = (words[0], words[1].replace("-", "_"))
     write: Callable[..., Path] = WRITERS[ending]
@@ -85,18 +87,18 @@ def test_a_lens_under_any_usual_name_is_read(tmp_path: Path, ending: str, words:
         {"extra": [{"k1": 0.1}]},
     ],
 )
-def test_a_lens_that_is_not_understood_is_an_error(tmp_path: Path, lens: dict[str, Any]) -> None:
+def test_distortion_of_an_unknown_form_raises(tmp_path: Path, lens: dict[str, Any]) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, **lens}))
     with raises(FormatError, code="syntax", mentions=["a.json", next(iter(lens))]):
         raycam.load_cameras(file)
-    # Zeros change nothing, and a distance is no distortion.
+    # Coefficients of 0 have no effect, and `distance` is not a distortion.
     file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, "distorsions": [0, 0], "distance": 3}))
     assert raycam.load_cameras(file)["a"].model == "pinhole"
 
 
 @pytest.mark.parametrize("key", ["distortion", "Dist", "lens_distortion"])
-def test_the_other_formats_lose_no_lens_either(tmp_path: Path, key: str) -> None:
+def test_misnamed_distortion_raises_in_other_formats(tmp_path: Path, key: str) -> None:
     frame = {"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}
     nerf = {"fl_x": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "frames": [{**frame, key: BROWN}]}
     bop = {"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0, key: BROWN}}
@@ -121,7 +123,7 @@ def test_the_other_formats_lose_no_lens_either(tmp_path: Path, key: str) -> None
             raycam.load_cameras(tmp_path / "a", size=SIZE)
 
 
-def test_four_coefficients_of_either_model_are_asked_for(tmp_path: Path) -> None:
+def test_four_coefficients_require_a_lens_model(tmp_path: Path) -> None:
     d = np.array(FISHEYE)
     asked = [
         storage(tmp_path / "a.yml", K=K, D=d[:, None]),
@@ -142,7 +144,7 @@ def test_four_coefficients_of_either_model_are_asked_for(tmp_path: Path) -> None
     assert camera.model == "fisheye"
     with raises(FormatError, code="syntax", mentions=["f.json:1", "camera_model"]):
         raycam.load_cameras(stated, size=SIZE, model="opencv")
-    # Under dist* four numbers are OpenCV's own.
+    # Four numbers under keys dist* are the order of OpenCV.
     (camera,) = raycam.load_cameras(as_json(tmp_path / "g.json", mtx=K, dist=d), size=SIZE).values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE), atol=1e-9)
 
@@ -164,7 +166,7 @@ def test_four_coefficients_of_either_model_are_asked_for(tmp_path: Path) -> None
         ),
     ],
 )
-def test_a_pair_in_one_file_is_a_rig(tmp_path: Path, keys: tuple[str, ...]) -> None:
+def test_stereo_pair_in_one_file_is_read_as_a_rig(tmp_path: Path, keys: tuple[str, ...]) -> None:
     right = K + np.array([[3.0, 0, 7.5], [0, 5.0, -2.25], [0, 0, 0]])
     rvec, t = np.array([0.01, -0.02, 0.03]), np.array([-0.12, 0.002, -0.001])
     d2 = np.array(BROWN) * 0.5
@@ -179,7 +181,7 @@ def test_a_pair_in_one_file_is_a_rig(tmp_path: Path, keys: tuple[str, ...]) -> N
         np.testing.assert_allclose(camera.project(POINTS)[0], pixels, atol=1e-8)
 
 
-def test_a_pair_in_two_files(tmp_path: Path) -> None:
+def test_stereo_pair_in_two_files_is_read_as_a_rig(tmp_path: Path) -> None:
     five = np.array([BROWN])
     storage(tmp_path / "intrinsics.yml", M1=K, D1=five, M2=K, D2=five)
     storage(tmp_path / "extrinsics.yml", R=np.eye(3), T=np.array([-0.2, 0, 0]), Q=np.eye(4))
@@ -205,7 +207,9 @@ def test_a_pair_in_two_files(tmp_path: Path) -> None:
         ({"K": K, "dist": BROWN, "model": "scaramuzza"}, fault("syntax", "scaramuzza")),
     ],
 )
-def test_the_commonest_mistakes_are_said(tmp_path: Path, values: dict[str, Any], message: Fault) -> None:
+def test_common_mistakes_in_a_calibration_raise(
+    tmp_path: Path, values: dict[str, Any], message: Fault
+) -> None:
     file = tmp_path / "a.json"
     file.write_text(
         json.dumps({key: v if isinstance(v, str) else np.asarray(v).tolist() for key, v in values.items()})
@@ -214,7 +218,7 @@ def test_the_commonest_mistakes_are_said(tmp_path: Path, values: dict[str, Any],
         raycam.load_cameras(file, size=SIZE)
 
 
-def test_views_of_a_board(tmp_path: Path) -> None:
+def test_board_views_are_read_as_cameras(tmp_path: Path) -> None:
     rvecs, tvecs = np.array([[0.1, 0.2, 0.3], [-0.2, 0, 0.1]]), np.array([[1, 2, 13.0], [0, 1, 15]])
     file = as_json(tmp_path / "a.json", mtx=K, dist=BROWN, rvecs=rvecs[:, :, None], tvecs=tvecs[:, :, None])
     points = POINTS * 3
@@ -223,12 +227,12 @@ def test_views_of_a_board(tmp_path: Path) -> None:
         np.testing.assert_allclose(camera.project(points)[0], expected, atol=1e-8)
 
 
-def test_lens_is_a_known_model(tmp_path: Path) -> None:
+def test_unknown_lens_model_is_refused_with_the_nearest_name(tmp_path: Path) -> None:
     with raises(CameraError, code="invalid_camera", mentions=["fisheye"]):
         raycam.load_cameras(as_json(tmp_path / "a.json", K=K), size=SIZE, model="fishey")  # type: ignore[arg-type]
 
 
-def test_json_with_comments_of_opencv(tmp_path: Path) -> None:
+def test_json_with_comments_from_opencv_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     file.write("address", 'https://a.example/"b"')
@@ -243,7 +247,7 @@ def test_json_with_comments_of_opencv(tmp_path: Path) -> None:
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-9)
 
 
-def test_aliases_of_yaml(tmp_path: Path) -> None:
+def test_yaml_aliases_are_resolved(tmp_path: Path) -> None:
     shared = {"dist": BROWN, "image_size": list(SIZE)}
     table = {"front": {"K": K.tolist(), **shared}, "back": {"K": K.tolist(), **shared}}
     text = yaml.safe_dump(table)
@@ -259,7 +263,7 @@ def test_aliases_of_yaml(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("nested", [False, True])
-def test_numbers_by_their_names(tmp_path: Path, nested: bool) -> None:
+def test_named_intrinsics_and_coefficients_are_read(tmp_path: Path, nested: bool) -> None:
     k1, k2, p1, p2, k3 = BROWN
     table: dict[str, Any] = {
         "intrinsics": dict(zip(("fx", "fy", "cx", "cy"), (K[0, 0], K[1, 1], K[0, 2], K[1, 2]), strict=True)),
@@ -276,7 +280,7 @@ def test_numbers_by_their_names(tmp_path: Path, nested: bool) -> None:
         raycam.load_cameras(tmp_path / "a.json")
 
 
-def test_a_list_of_cameras(tmp_path: Path) -> None:
+def test_list_of_cameras_is_read(tmp_path: Path) -> None:
     rows = [{"name": name, "K": K.tolist(), "dist": BROWN, "image_size": SIZE} for name in ("a", "b")]
     (tmp_path / "a.json").write_text(json.dumps(rows))
     cameras = raycam.load_cameras(tmp_path / "a.json")
@@ -285,7 +289,7 @@ def test_a_list_of_cameras(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("beside", [{"dist": BROWN}, {"D": BROWN}, {"lens": {"k1": 0.1}}])
-def test_a_lens_beside_its_camera_does_not_vanish(tmp_path: Path, beside: dict[str, Any]) -> None:
+def test_distortion_outside_its_camera_table_raises(tmp_path: Path, beside: dict[str, Any]) -> None:
     for table in ({"calib": {"K": K.tolist()}, **beside}, {"cam": {"calib": {"K": K.tolist()}, **beside}}):
         (tmp_path / "a.json").write_text(json.dumps(table))
         with raises(FormatError, code="syntax", mentions=["a.json:1", "dist"]):
@@ -301,7 +305,7 @@ def test_a_lens_beside_its_camera_does_not_vanish(tmp_path: Path, beside: dict[s
         ("left", "left", "right", "right", "stereo", "stereo"),
     ],
 )
-def test_pairs_by_other_marks(tmp_path: Path, keys: tuple[str, ...]) -> None:
+def test_stereo_pairs_with_other_suffixes_are_read(tmp_path: Path, keys: tuple[str, ...]) -> None:
     rvec, t = np.array([0.01, -0.02, 0.03]), np.array([-0.12, 0.002, -0.001])
     parts = (K, np.array(BROWN), K, np.array(BROWN) / 2, cv2.Rodrigues(rvec)[0], t)
     inner = ("K", "D", "K", "D", "R", "T")
@@ -319,7 +323,7 @@ def test_pairs_by_other_marks(tmp_path: Path, keys: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize("ending", ["yml", "json"])
-def test_numbers_that_are_none_are_named(tmp_path: Path, ending: str) -> None:
+def test_nan_and_infinity_raise_with_their_key(tmp_path: Path, ending: str) -> None:
     bad = K.copy()
     bad[0, 0] = np.nan
     file = WRITERS[ending](tmp_path / f"a.{ending}", camera_matrix=bad, dist=np.array([BROWN]))
@@ -336,8 +340,8 @@ def test_numpy_arrays_in_yaml_and_pickles_are_refused(tmp_path: Path) -> None:
         raycam.load_cameras(tmp_path / "a.p")
 
 
-def test_what_opencvs_interactive_calibration_writes(tmp_path: Path) -> None:
-    # Standard deviations of the coefficients are no lens; the size has a key of its own.
+def test_file_of_opencvs_interactive_calibration_is_read(tmp_path: Path) -> None:
+    # Standard deviations of the coefficients are not read as a lens; the size has its own key.
     for ending in ("yml", "xml"):
         file = storage(
             tmp_path / f"a.{ending}",
@@ -356,7 +360,7 @@ def test_what_opencvs_interactive_calibration_writes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "words", [("resolution", "640x480"), ("image_size", "640, 480"), ("dim", "640 X 480")]
 )
-def test_sizes_in_a_word(tmp_path: Path, words: tuple[str, str]) -> None:
+def test_image_size_in_a_string_is_read(tmp_path: Path, words: tuple[str, str]) -> None:
     (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "dist": BROWN, words[0]: words[1]}))
     assert raycam.load_cameras(tmp_path / "a.json")["a"].size == SIZE
     (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "dist": BROWN, words[0]: "large"}))
@@ -367,7 +371,7 @@ def test_sizes_in_a_word(tmp_path: Path, words: tuple[str, str]) -> None:
 @pytest.mark.parametrize(
     "words", [("img_w", "img_h"), ("frame_width", "frame_height"), ("camera_width", "camera_height")]
 )
-def test_sides_by_other_words(tmp_path: Path, words: tuple[str, str]) -> None:
+def test_image_width_and_height_under_other_names_are_read(tmp_path: Path, words: tuple[str, str]) -> None:
     table = {"calibration_matrix": K.tolist(), "dist_vec": BROWN, **dict(zip(words, SIZE, strict=True))}
     (tmp_path / "a.json").write_text(json.dumps(table))
     (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
@@ -376,7 +380,7 @@ def test_sides_by_other_words(tmp_path: Path, words: tuple[str, str]) -> None:
 
 
 @pytest.mark.parametrize("count", [2, 3, 6])
-def test_radial_and_tangential_terms_apart(tmp_path: Path, count: int) -> None:
+def test_separate_radial_and_tangential_terms_are_combined(tmp_path: Path, count: int) -> None:
     k = [-0.21, 0.083, 0.013, 0.02, -0.01, 0.004][:count]
     table = {"K": K.tolist(), "RadialDistortion": k, "TangentialDistortion": BROWN[2:4], "size": SIZE}
     (tmp_path / "a.json").write_text(json.dumps(table))
@@ -387,7 +391,7 @@ def test_radial_and_tangential_terms_apart(tmp_path: Path, count: int) -> None:
         raycam.load_cameras(tmp_path / "a.json")
 
 
-def test_skew_beside_focal_lengths(tmp_path: Path) -> None:
+def test_skew_next_to_focal_lengths_is_read(tmp_path: Path) -> None:
     table: dict[str, Any] = {"fx": 812.25, "fy": 790.5, "cx": 331.5, "cy": 229.125, "skew": 1.5, "size": SIZE}
     (tmp_path / "a.json").write_text(json.dumps(table))
     (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
@@ -397,7 +401,7 @@ def test_skew_beside_focal_lengths(tmp_path: Path) -> None:
         raycam.load_cameras(tmp_path / "a.json")
 
 
-def test_numbers_that_may_be_a_lens_do_not_vanish(tmp_path: Path) -> None:
+def test_unknown_numbers_that_could_be_distortion_raise(tmp_path: Path) -> None:
     for numbers in (BROWN, BROWN[:4], [*BROWN, 0.1, 0.2, 0.3]):
         (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "brownish": numbers, "size": SIZE}))
         with raises(FormatError, code="syntax", mentions=["a.json:1", "brownish"]):
@@ -413,7 +417,9 @@ def test_numbers_that_may_be_a_lens_do_not_vanish(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("names", [("cameraMatrix.txt", "cameraDistortion.txt"), ("mtx.csv", "dist.csv")])
-def test_text_files_beside_one_another(tmp_path: Path, names: tuple[str, str]) -> None:
+def test_separate_text_files_for_matrix_and_distortion_are_combined(
+    tmp_path: Path, names: tuple[str, str]
+) -> None:
     for name, values in zip(names, (K, [BROWN]), strict=True):
         np.savetxt(tmp_path / name, values, delimiter=",")
     cameras = raycam.load_cameras(tmp_path / names[0], size=SIZE)
@@ -426,7 +432,7 @@ def test_text_files_beside_one_another(tmp_path: Path, names: tuple[str, str]) -
 
 
 @pytest.mark.parametrize("key", ["k1k2p1p2k3", "fisheye_D", "radial", "tangential_params"])
-def test_other_names_of_lenses_are_errors(tmp_path: Path, key: str) -> None:
+def test_distortion_keys_of_unknown_order_raise(tmp_path: Path, key: str) -> None:
     k = [[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]
     path = as_json(tmp_path / "a.json", K=k, image_width=640, image_height=480, **{key: [0.1, 0.2, 0, 0, 0]})
     with raises(raycam.FormatError, code="syntax", mentions=["a.json:1"]):
@@ -438,7 +444,7 @@ def test_other_names_of_lenses_are_errors(tmp_path: Path, key: str) -> None:
 
 
 @pytest.mark.parametrize("flag", [True, 1, 1.0, np.int64(1), np.uint8(1)])
-def test_flags_are_read_of_any_array(tmp_path: Path, flag: Any) -> None:
+def test_calibration_flags_determine_the_lens_model(tmp_path: Path, flag: Any) -> None:
     coefficients = np.array([0.02, -0.01, 0.003, -0.001])
     np.savez(tmp_path / "a.npz", K=K, D=coefficients[:, None], image_size=np.array([640, 480]), fisheye=flag)
     (camera,) = raycam.load_cameras(tmp_path / "a.npz").values()

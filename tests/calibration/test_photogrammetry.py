@@ -1,4 +1,4 @@
-"""Reconstructions of photogrammetry programs, against closed forms of their documentation."""
+"""Reconstructions of photogrammetry programs, compared with the formulas in their documentation."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def world_pose(seed: int) -> tuple[Any, Any]:
 
 
 def own_lens(x: Any) -> Any:
-    # Metashape's p1 is OpenCV's p2.
+    # Metashape's p1 equals OpenCV's p2.
     return brown(x, (-0.1, 0.03, 0.002), (-0.002, 0.001))
 
 
@@ -78,7 +78,7 @@ K = intrinsics(501.5, 500.0, 323.5, 237.5, -0.7)
 
 
 @pytest.mark.parametrize("component", [True, False])
-def test_metashape(tmp_path: Path, component: bool) -> None:
+def test_metashape_cameras_are_read(tmp_path: Path, component: bool) -> None:
     file = tmp_path / "cameras.xml"
     file.write_text(metashape({**TERMS, **TANGENTIAL}, component=component))
     cameras = raycam.load_cameras(file)
@@ -89,7 +89,7 @@ def test_metashape(tmp_path: Path, component: bool) -> None:
 
 
 @pytest.mark.parametrize("tangential", [True, False])
-def test_metashape_fisheye(tmp_path: Path, tangential: bool) -> None:
+def test_metashape_fisheye_is_read(tmp_path: Path, tangential: bool) -> None:
     file = tmp_path / "a.xml"
     terms = {**TERMS, **(TANGENTIAL if tangential else {}), "k4": 0.0003}
     file.write_text(metashape(terms, kind="fisheye", chunk=False))
@@ -109,14 +109,16 @@ def test_metashape_fisheye(tmp_path: Path, tangential: bool) -> None:
         ({}, {"kind": "cylindrical"}, fault("syntax", "cylindrical")),
     ],
 )
-def test_metashape_refuses_terms_by_name(tmp_path: Path, terms: Any, options: Any, reason: Fault) -> None:
+def test_unsupported_terms_of_metashape_are_refused_by_name(
+    tmp_path: Path, terms: Any, options: Any, reason: Fault
+) -> None:
     file = tmp_path / "a.xml"
     file.write_text(metashape({**TERMS, **terms}, **options))
     with raises(FormatError, **reason):
         raycam.load_cameras(file)
 
 
-def test_metashape_notices(tmp_path: Path) -> None:
+def test_ignored_parts_of_metashape_files_give_notices(tmp_path: Path) -> None:
     file = tmp_path / "a.xml"
     rolling = (
         f'<camera id="9" sensor_id="0" label="b" enabled="false"><transform>{text(np.eye(4))}</transform>'
@@ -130,8 +132,8 @@ def test_metashape_notices(tmp_path: Path) -> None:
         assert word in told
 
 
-def test_metashapes_slaves_stand_by_their_masters(tmp_path: Path) -> None:
-    # master_from_slave of the sensors; a sensor without it leaves its cameras out.
+def test_slave_cameras_of_metashape_are_placed_relative_to_their_master(tmp_path: Path) -> None:
+    # master_from_slave of the sensors; the cameras of a sensor without it are omitted.
     (R, C), (turn, place) = pose(1), pose(5)
     size = '<resolution width="640" height="480"/>'
     calibration = f'<calibration type="frame" class="adjusted">{size}<f>500</f></calibration>'
@@ -155,8 +157,8 @@ def test_metashapes_slaves_stand_by_their_masters(tmp_path: Path) -> None:
     assert "1 cameras without a transform" in said
 
 
-def test_metashapes_masters_may_be_of_any_sensor_of_the_rig(tmp_path: Path) -> None:
-    # Sensor 1 is mounted on sensor 0, sensor 2 on sensor 1; the master in the list of cameras is of sensor 1.
+def test_master_cameras_of_metashape_may_belong_to_any_sensor_of_the_rig(tmp_path: Path) -> None:
+    # Sensor 1 is mounted on sensor 0, sensor 2 on sensor 1; the master in the list of cameras belongs to sensor 1.
     (R, C), (turn, place), (turn2, place2) = pose(1), pose(5), pose(6)
     size = '<resolution width="640" height="480"/>'
     calibration = f'<calibration type="frame" class="adjusted">{size}<f>500</f></calibration>'
@@ -198,7 +200,7 @@ def test_metashapes_masters_may_be_of_any_sensor_of_the_rig(tmp_path: Path) -> N
         raycam.load_cameras(file)
 
 
-def test_an_old_lens_alone(tmp_path: Path) -> None:
+def test_lens_file_of_an_old_metashape_version_is_read(tmp_path: Path) -> None:
     file = tmp_path / "lens.xml"
     terms = {
         "fx": 501.5,
@@ -294,7 +296,7 @@ def open_sfm(kind: str, **terms: float) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("kind", SFM)
-def test_open_sfm(tmp_path: Path, kind: str) -> None:
+def test_opensfm_reconstructions_are_read(tmp_path: Path, kind: str) -> None:
     file = tmp_path / "reconstruction.json"
     file.write_text(json.dumps(open_sfm(kind)))
     cameras = raycam.load_cameras(tmp_path)
@@ -315,14 +317,16 @@ def test_open_sfm(tmp_path: Path, kind: str) -> None:
         ("brown", {"k4": 0.1}, fault("syntax", "k4")),
     ],
 )
-def test_open_sfm_refuses(tmp_path: Path, kind: str, terms: dict[str, float], reason: Fault) -> None:
+def test_unsupported_terms_of_opensfm_are_refused(
+    tmp_path: Path, kind: str, terms: dict[str, float], reason: Fault
+) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps(open_sfm(kind, **terms)))
     with raises(FormatError, **reason):
         raycam.load_cameras(file)
 
 
-def test_several_reconstructions_are_told(tmp_path: Path) -> None:
+def test_several_reconstructions_give_a_notice(tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps(open_sfm("brown") * 2))
     assert "2 reconstructions" in str(raycam.load_cameras(file).notices[0])
@@ -367,7 +371,7 @@ def reality_capture(path: Path, **terms: float) -> Path:
     return path
 
 
-def test_reality_capture(tmp_path: Path) -> None:
+def test_reality_capture_csv_is_read(tmp_path: Path) -> None:
     file = reality_capture(tmp_path / "a.csv", t1=0.001, t2=-0.002)
     with raises(FormatError, code="syntax", mentions=["a.csv"]):
         raycam.load_cameras(file)
@@ -421,7 +425,7 @@ def xmp(seed: int, elements: bool = False, **changes: str) -> str:
 
 
 @pytest.mark.parametrize("elements", [True, False])
-def test_xmp(tmp_path: Path, elements: bool) -> None:
+def test_xmp_files_of_reality_capture_are_read(tmp_path: Path, elements: bool) -> None:
     for i in range(3):
         (tmp_path / f"IMG_{i + 8}.xmp").write_text(xmp(i, elements))
         picture(tmp_path / f"IMG_{i + 8}.jpg")
@@ -431,7 +435,7 @@ def test_xmp(tmp_path: Path, elements: bool) -> None:
     for i, camera in enumerate(cameras.values()):
         K = intrinsics(focal, 1.01 * focal, 326.4, 227.2, 0.64)
         check(camera, K, *pose(i), lambda x: brown(x, (-0.1, 0.02, 0.001)))
-    # A picture that is not aligned, and one that is elsewhere.
+    # An image that is not aligned, and an image that is missing.
     (tmp_path / "IMG_11.xmp").write_text(re.sub(r'xcr:(?!Coordinates)[^ />]*="[^"]*"', "", xmp(0)))
     (tmp_path / "IMG_9.jpg").unlink()
     again = raycam.load_cameras(tmp_path)
@@ -441,7 +445,7 @@ def test_xmp(tmp_path: Path, elements: bool) -> None:
 
 
 @pytest.mark.parametrize("model", ["division", "perspective"])
-def test_xmp_with_another_lens_is_refused(tmp_path: Path, model: str) -> None:
+def test_xmp_with_an_unsupported_lens_is_refused(tmp_path: Path, model: str) -> None:
     (tmp_path / "a.xmp").write_text(xmp(0, DistortionModel=model))
     with raises(FormatError, code="syntax", mentions=[model]):
         raycam.load_cameras(tmp_path / "a.xmp", size=SIZE)
@@ -510,7 +514,7 @@ def sub(i: int) -> dict[str, Any]:
     ],
 )
 @pytest.mark.parametrize("rig", [True, False])
-def test_alice_vision(tmp_path: Path, version: str, fx: float, fy: float, rig: bool) -> None:
+def test_alice_vision_cameras_are_read(tmp_path: Path, version: str, fx: float, fy: float, rig: bool) -> None:
     file = tmp_path / "cameras.sfm"
     file.write_text(alice_vision(version, rig))
     cameras = raycam.load_cameras(tmp_path)
@@ -545,7 +549,9 @@ def test_alice_vision(tmp_path: Path, version: str, fx: float, fy: float, rig: b
         ("1.2.7", {"distortionParams": [0.1]}, fault("syntax", "a.sfm:1", "intrinsics[0]")),
     ],
 )
-def test_alice_vision_refuses(tmp_path: Path, version: str, terms: dict[str, Any], reason: Fault) -> None:
+def test_unsupported_parts_of_alice_vision_are_refused(
+    tmp_path: Path, version: str, terms: dict[str, Any], reason: Fault
+) -> None:
     file = tmp_path / "a.sfm"
     file.write_text(alice_vision(version, **terms))
     with raises(FormatError, **reason):
@@ -598,7 +604,7 @@ def open_mvg(nested: bool) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("nested", [True, False])
-def test_open_mvg(tmp_path: Path, nested: bool) -> None:
+def test_open_mvg_cameras_are_read(tmp_path: Path, nested: bool) -> None:
     file = tmp_path / "sfm_data.json"
     file.write_text(json.dumps(open_mvg(nested)))
     cameras = raycam.load_cameras(tmp_path)
@@ -608,7 +614,7 @@ def test_open_mvg(tmp_path: Path, nested: bool) -> None:
         check(camera, intrinsics(520, 520, 323, 238), *pose(i), list(MVG.values())[i // 2][1])
 
 
-def test_bundler(tmp_path: Path) -> None:
+def test_bundler_cameras_are_read(tmp_path: Path) -> None:
     lines = ["# Bundle file v0.3", "3 1"]
     for i in range(3):
         R, C = pose(i)

@@ -1,4 +1,4 @@
-"""Mounts, KITTI's raw cameras, COLMAP's rigs, messages and folders, against pycolmap and closed forms."""
+"""Mounts, KITTI's raw cameras, COLMAP's rigs, messages and folders, compared with pycolmap and closed forms."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ INFO = {
 }
 
 
-def test_one_camera_on_a_body_is_a_rig(tmp_path: Path) -> None:
+def test_single_camera_with_a_mount_is_read_as_a_rig(tmp_path: Path) -> None:
     (tmp_path / "sensor.yaml").write_text(EUROC)
     cameras = raycam.load_cameras(tmp_path / "sensor.yaml")
     (rig,) = cameras.rigs.values()
@@ -56,7 +56,7 @@ def test_one_camera_on_a_body_is_a_rig(tmp_path: Path) -> None:
     assert any("mount" in str(notice) and "--rig" in str(notice) for notice in seen.notices)
 
 
-def test_kittis_raw_cameras_are_in_the_world_of_the_rectified(tmp_path: Path) -> None:
+def test_raw_cameras_of_kitti_are_in_the_frame_of_the_rectified_ones(tmp_path: Path) -> None:
     r_rect, r_1 = (cv2.Rodrigues(np.array(v))[0] for v in ([0.01, 0.02, -0.005], [-0.015, 0.004, 0.009]))
     t_1 = np.array([-0.537, 0.005, -0.012])
     k = np.array([[980.0, 0, 690], [0, 975.0, 245], [0, 0, 1]])
@@ -86,7 +86,7 @@ def test_kittis_raw_cameras_are_in_the_world_of_the_rectified(tmp_path: Path) ->
         np.testing.assert_allclose(cameras[name].project(point)[0], pixel[:2] / pixel[2], atol=1e-6)
 
 
-def test_messages_of_ros(tmp_path: Path) -> None:
+def test_ros_camera_info_messages_are_read(tmp_path: Path) -> None:
     one = yaml.safe_dump(INFO)
     later = yaml.safe_dump({**INFO, "header": {"stamp": {"sec": 2, "nanosec": 0}, "frame_id": "cam"}})
     for text in (one, one + "---\n", one + "---\n" + later + "---\n"):
@@ -98,7 +98,7 @@ def test_messages_of_ros(tmp_path: Path) -> None:
         raycam.load_cameras(tmp_path / "info.yaml")
 
 
-def test_other_keys_of_a_camchain_are_told(tmp_path: Path) -> None:
+def test_unused_keys_of_a_camchain_give_a_notice(tmp_path: Path) -> None:
     camera = {"camera_model": "pinhole", "intrinsics": [1.0, 1, 2, 3], "resolution": [4, 5]}
     step = np.eye(4)
     step[0, 3] = -0.3
@@ -109,7 +109,7 @@ def test_other_keys_of_a_camchain_are_told(tmp_path: Path) -> None:
     assert any("T_cam1_cam0" in str(notice) for notice in cameras.notices)
 
 
-def test_file_paths_of_blender_have_no_ending(tmp_path: Path) -> None:
+def test_blender_file_paths_are_written_without_extension(tmp_path: Path) -> None:
     k = [[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]
     camera = raycam.Camera(k, np.eye(3), np.zeros(3), (640, 480), pixel_center="half")
     for format, expected in (("blender", "train/r_0"), ("nerf", "train/r_0.png")):
@@ -117,7 +117,7 @@ def test_file_paths_of_blender_have_no_ending(tmp_path: Path) -> None:
         assert json.loads((tmp_path / "a.json").read_text())["frames"][0]["file_path"] == expected
 
 
-def test_names_with_spaces_in_binary_models(tmp_path: Path) -> None:
+def test_image_names_with_spaces_in_binary_colmap_models_are_read(tmp_path: Path) -> None:
     camera = raycam.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480))
     raycam.save_cameras(tmp_path / "m", {"a": camera}, "colmap-binary", images={"a": "my image.jpg"})
     assert [image.name for image in pycolmap.Reconstruction(str(tmp_path / "m")).images.values()] == [
@@ -128,7 +128,7 @@ def test_names_with_spaces_in_binary_models(tmp_path: Path) -> None:
         raycam.save_cameras(tmp_path / "t", {"a": camera}, "colmap", images={"a": "my image.jpg"})
 
 
-def test_a_rig_with_an_imu_and_a_camera_without_pose(tmp_path: Path) -> None:
+def test_colmap_rig_with_an_imu_and_a_camera_without_pose_is_read(tmp_path: Path) -> None:
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 64 48 50 50 32 24\n2 PINHOLE 64 48 50 50 32 24\n")
     (tmp_path / "images.txt").write_text("1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 -1 0 0 2 b.png\n\n")
     (tmp_path / "rigs.txt").write_text("1 3 CAMERA 1 IMU 1 0 CAMERA 2 0\n")
@@ -137,7 +137,7 @@ def test_a_rig_with_an_imu_and_a_camera_without_pose(tmp_path: Path) -> None:
     np.testing.assert_allclose([camera.C for camera in cameras.values()], [[0, 0, 0], [1, 0, 0]])
 
 
-def test_folders_are_looked_into(tmp_path: Path) -> None:
+def test_calibrations_in_subfolders_are_found(tmp_path: Path) -> None:
     camera = raycam.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480))
     raycam.save_cameras(tmp_path / "project/sparse/0", {"a.png": camera}, "colmap")
     assert list(raycam.load_cameras(tmp_path / "project")) == ["a.png"]
@@ -155,15 +155,15 @@ def test_folders_are_looked_into(tmp_path: Path) -> None:
         ('{"sfm_data_version": "0.3"}', "openmvg"),
     ],
 )
-def test_errors_name_the_format_that_was_found(tmp_path: Path, text: str, name: str) -> None:
+def test_errors_name_the_detected_format(tmp_path: Path, text: str, name: str) -> None:
     (tmp_path / "a").write_text(text)
     with raises(FormatError, code="syntax") as caught:
         raycam.load_cameras(tmp_path / "a")
     assert name in str(caught.value)
 
 
-def test_names_with_spaces_in_text_models(tmp_path: Path) -> None:
-    # A name is the rest of its line; COLMAP's own programs cut it at the first space.
+def test_image_names_with_spaces_in_text_colmap_models_are_read(tmp_path: Path) -> None:
+    # The name is the rest of its line; COLMAP's own programs read it only up to the first space.
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 640 480 500 500 320 240\n")
     names = ["my image.jpg", "sub folder/two  spaces.png", "d.JPG"]
     lines = [f"{i + 1} 1 0 0 0 0 0 {i} 1 {name}\n1 2 -1 3 4 5\n" for i, name in enumerate(names)]
@@ -212,7 +212,7 @@ def ost(K: np.ndarray, d: list[float], R: np.ndarray, P: np.ndarray) -> str:
     return OST.format(k=rows(K), d=rows(np.array(d)), r=rows(R), p=rows(P))
 
 
-def test_the_text_of_camera_calibration(tmp_path: Path) -> None:
+def test_text_file_of_ros_camera_calibration_is_read(tmp_path: Path) -> None:
     K = np.array([[369.344588, 0, 320.739078], [0, 367.15433, 203.59245], [0, 0, 1]])
     d = [0.189544, -0.018229, -0.00063, 0.000054, -0.000212]
     points = np.random.default_rng(3).uniform([-0.4, -0.3, 1], [0.4, 0.3, 3], (40, 3))
@@ -224,7 +224,7 @@ def test_the_text_of_camera_calibration(tmp_path: Path) -> None:
         assert list(cameras) == ["narrow_stereo/left"]
         assert cameras["narrow_stereo/left"].size == (640, 480)
         np.testing.assert_allclose(cameras["narrow_stereo/left"].project(points)[0], seen, atol=1e-6)
-    # Of a pair, both in one file: the baseline is in the second P.
+    # Both cameras of a pair in one file: the baseline is in the second P.
     R = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
     left = ost(K, d, np.eye(3), P)
     P[0, 3] = -0.25 * P[0, 0]
@@ -256,7 +256,9 @@ def test_the_text_of_camera_calibration(tmp_path: Path) -> None:
         ("# oST", "5 # oST", fault("syntax", "ost.txt:1")),
     ],
 )
-def test_damaged_text_of_camera_calibration(tmp_path: Path, old: str, new: str, reason: Fault) -> None:
+def test_damaged_text_file_of_ros_camera_calibration_raises(
+    tmp_path: Path, old: str, new: str, reason: Fault
+) -> None:
     K = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
     text = ost(K, [0.1, 0, 0, 0, 0], np.eye(3), np.column_stack([K, np.zeros(3)]))
     assert old in text

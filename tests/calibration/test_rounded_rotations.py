@@ -1,4 +1,4 @@
-"""Rotations of few digits: read, converted to the nearest rotation, and reported once. SciPy and OpenCV judge."""
+"""Rounded rotations are converted to the nearest rotation and reported once; compared with SciPy and OpenCV."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def nearest(matrix: Array) -> Array:
 
 @pytest.mark.parametrize("digits", [3, 4, 6, 9])
 @pytest.mark.parametrize("transposed", [False, True])
-def test_poses_of_few_digits_are_read_as_the_nearest_rotation(
+def test_rounded_poses_are_read_as_the_nearest_rotation(
     tmp_path: Path, digits: int, transposed: bool
 ) -> None:
     intrinsic = raycam.Camera(K, np.eye(3), np.zeros(3), (640, 480))
@@ -70,7 +70,7 @@ def test_cameras_accept_rounded_rotations() -> None:
     np.testing.assert_allclose(camera.R, nearest(R), atol=1e-12)
 
 
-def test_mounts_of_few_digits_make_a_rig(tmp_path: Path) -> None:
+def test_rounded_mounts_are_read_as_a_rig(tmp_path: Path) -> None:
     mounts = [
         np.round(four(Rotation.random(random_state=i).as_matrix(), np.array([0.1 * i, 0, 0])), 6)
         for i in range(2)
@@ -88,7 +88,7 @@ def test_mounts_of_few_digits_make_a_rig(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["R_T_of_JSON", "T_BS"])
-def test_stereo_pairs_of_few_digits_make_a_rig(tmp_path: Path, name: str) -> None:
+def test_rounded_stereo_pairs_are_read_as_a_rig(tmp_path: Path, name: str) -> None:
     R = np.round(Rotation.from_rotvec([0.01, 0.2, -0.03]).as_matrix(), 5)
     if name == "T_BS":
         for i, side in enumerate(["left", "right"]):

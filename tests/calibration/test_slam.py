@@ -1,4 +1,4 @@
-"""Settings of SLAM programs, against OpenCV."""
+"""Settings of SLAM programs, compared with OpenCV."""
 
 from __future__ import annotations
 
@@ -65,28 +65,28 @@ SIZES = {"Camera.width": 752, "Camera.height": 480, "Camera.fps": 20, "Viewer.Po
 
 @pytest.mark.parametrize("space", [" ", ""])
 @pytest.mark.parametrize("k3", [0.0, 0.01])
-def test_orbslam2_monocular(tmp_path: Path, space: str, k3: float) -> None:
+def test_monocular_orbslam2_settings_are_read(tmp_path: Path, space: str, k3: float) -> None:
     keys = {**focals("Camera"), **coefficients("Camera", **TERMS), **SIZES}
     file = write(tmp_path / "a.yaml", {**keys, **({"Camera.k3": k3} if k3 else {})}, space)
     cameras = raycam.load_cameras(file)
     check(cameras["Camera"], K, np.eye(3), ZERO, lens3 if k3 else lens)
 
 
-def test_a_baseline_is_no_pair(tmp_path: Path) -> None:
+def test_settings_with_only_a_baseline_are_read_as_one_camera(tmp_path: Path) -> None:
     keys = {**focals("Camera"), **coefficients("Camera", **TERMS), "Camera.bf": 45.85}
     cameras = raycam.load_cameras(write(tmp_path / "a.yaml", keys), size=(752, 480))
     assert len(cameras) == 1
     assert "0.1" in " ".join(map(str, cameras.notices))
 
 
-def test_kannala_brandt_is_a_fisheye(tmp_path: Path) -> None:
+def test_kannala_brandt_is_read_as_a_fisheye(tmp_path: Path) -> None:
     keys = {"Camera.type": '"KannalaBrandt8"', **focals("Camera"), **SIZES}
     keys |= coefficients("Camera", k1=0.02, k2=-0.01, k3=0.004, k4=-0.001)
     check(raycam.load_cameras(write(tmp_path / "a.yaml", keys))["Camera"], K, np.eye(3), ZERO, kb)
 
 
 @pytest.mark.parametrize("old", [True, False])
-def test_a_pair(tmp_path: Path, old: bool) -> None:
+def test_stereo_orbslam3_settings_are_read_as_a_rig(tmp_path: Path, old: bool) -> None:
     R, C = pose(3)
     matrix = four(R.T, 0.1 * C)
     first = "Camera" if old else "Camera1"
@@ -99,7 +99,7 @@ def test_a_pair(tmp_path: Path, old: bool) -> None:
     assert list(cameras.rigs["rig"]) == [first, "Camera2"]
 
 
-def test_rectified_pairs_have_the_baseline(tmp_path: Path) -> None:
+def test_rectified_orbslam_pairs_have_their_baseline(tmp_path: Path) -> None:
     keys = {
         "File.version": '"1.0"',
         "Camera.type": '"Rectified"',
@@ -111,7 +111,7 @@ def test_rectified_pairs_have_the_baseline(tmp_path: Path) -> None:
     check(cameras["Camera2"], K, np.eye(3), np.array([0.11, 0, 0]))
 
 
-def test_the_raw_pair_of_orbslam2(tmp_path: Path) -> None:
+def test_raw_stereo_pair_of_orbslam2_is_read(tmp_path: Path) -> None:
     keys: dict[str, Any] = {**focals("Camera"), "Camera.bf": 47.9}
     turns = {
         side: Rotation.from_euler("xyz", angles, degrees=True).as_matrix() for side, angles in TURNS.items()
@@ -139,7 +139,7 @@ TURNS = {"LEFT": [1, 2, -1], "RIGHT": [-1, 1, 0.5]}
         ({**focals("Camera2")}, fault("syntax", "T_c1_c2")),
     ],
 )
-def test_no_lens_of_orbslam_vanishes(tmp_path: Path, keys: dict[str, Any], reason: Fault) -> None:
+def test_unsupported_lens_keys_of_orbslam_raise(tmp_path: Path, keys: dict[str, Any], reason: Fault) -> None:
     with raises(FormatError, **reason):
         raycam.load_cameras(write(tmp_path / "a.yaml", {**focals("Camera"), **SIZES, **keys}))
 
@@ -190,7 +190,7 @@ MODELS: dict[str, Any] = {
 
 @pytest.mark.parametrize("kind", MODELS)
 @pytest.mark.parametrize("space", [" ", ""])
-def test_camodocal(tmp_path: Path, kind: str, space: str) -> None:
+def test_camodocal_cameras_are_read(tmp_path: Path, kind: str, space: str) -> None:
     groups, own = MODELS[kind]
     camera = raycam.load_cameras(camodocal(tmp_path / "a.yaml", kind, groups, space))["front"]
     check(camera, K, np.eye(3), ZERO, own)
@@ -206,12 +206,14 @@ def test_camodocal(tmp_path: Path, kind: str, space: str) -> None:
         ("PINHOLE", {"distortion": {"k1": 0.1}, "projection": PROJECTION}, fault("syntax", "k2")),
     ],
 )
-def test_camodocal_refuses_by_name(tmp_path: Path, kind: str, groups: Any, reason: Fault) -> None:
+def test_unsupported_camodocal_models_are_refused_by_name(
+    tmp_path: Path, kind: str, groups: Any, reason: Fault
+) -> None:
     with raises(FormatError, **reason):
         raycam.load_cameras(camodocal(tmp_path / "a.yaml", kind, groups))
 
 
-def test_vins_fusion_and_mono(tmp_path: Path) -> None:
+def test_vins_fusion_and_vins_mono_settings_are_read(tmp_path: Path) -> None:
     camodocal(tmp_path / "cam0.yaml", "PINHOLE", MODELS["PINHOLE"][0])
     camodocal(tmp_path / "cam1.yaml", "MEI", MODELS["MEI"][0])
     mounts = [four(pose(i)[0].T, pose(i)[1]) for i in range(2)]
@@ -233,7 +235,7 @@ def test_vins_fusion_and_mono(tmp_path: Path) -> None:
         raycam.load_cameras(tmp_path / "vins.yaml")
 
 
-def test_basalt(tmp_path: Path) -> None:
+def test_basalt_calibrations_are_read(tmp_path: Path) -> None:
     places = []
     for i in range(2):
         R, C = pose(i)
@@ -259,7 +261,7 @@ def test_basalt(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("model", ["OPENCV8", "PINHOLE", "CAHVOR"])
-def test_mrcal(tmp_path: Path, model: str) -> None:
+def test_mrcal_camera_models_are_read(tmp_path: Path, model: str) -> None:
     R, C = pose(5)
     numbers = [458.5, 457.25, 367.0, 248.5, *(FULL.values() if model != "PINHOLE" else [])]
     file = tmp_path / "a.cameramodel"
@@ -276,7 +278,7 @@ def test_mrcal(tmp_path: Path, model: str) -> None:
     check(raycam.load_cameras(file)["a"], K, R, C, rational if model == "OPENCV8" else None)
 
 
-def test_zed(tmp_path: Path) -> None:
+def test_zed_calibrations_are_read(tmp_path: Path) -> None:
     text = ""
     for side in ("LEFT", "RIGHT"):
         text += f"[{side}_CAM_HD]\nfx=458.5\nfy=457.25\ncx=367.0\ncy=248.5\n"
@@ -294,7 +296,7 @@ def test_zed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "model", ["Brown Conrady", "distortion.brown_conrady", "Inverse Brown Conrady", "None"]
 )
-def test_realsense(tmp_path: Path, model: str) -> None:
+def test_realsense_intrinsics_are_read(tmp_path: Path, model: str) -> None:
     table = {
         "width": 752,
         "height": 480,
@@ -327,8 +329,8 @@ STELLA = {
 
 @pytest.mark.parametrize("nested", [True, False])
 @pytest.mark.parametrize("model", ["perspective", "fisheye"])
-def test_openvslam_has_models_of_its_own(tmp_path: Path, nested: bool, model: str) -> None:
-    # k3 and k4 are those of another lens than OpenCV's k1 k2 p1 p2 k3.
+def test_openvslam_camera_models_are_read(tmp_path: Path, nested: bool, model: str) -> None:
+    # k3 and k4 belong to a different lens model than OpenCV's k1 k2 p1 p2 k3.
     terms = TERMS if model == "perspective" else {"k1": 0.02, "k2": -0.01, "k3": 0.004, "k4": -0.001}
     keys = {"model": f'"{model}"', "fx": 458.5, "fy": 457.25, "cx": 367.0, "cy": 248.5, **terms, **STELLA}
     if nested:
@@ -345,7 +347,7 @@ def test_openvslam_has_models_of_its_own(tmp_path: Path, nested: bool, model: st
         raycam.load_cameras(file)
 
 
-def test_openvslams_panorama(tmp_path: Path) -> None:
+def test_openvslam_panorama_is_read(tmp_path: Path) -> None:
     text = 'Camera.setup: "monocular"\nCamera.model: "equirectangular"\nCamera.cols: 1024\nCamera.rows: 512\n'
     (tmp_path / "a.yaml").write_text(text)
     (camera,) = raycam.load_cameras(tmp_path / "a.yaml").values()

@@ -1,4 +1,4 @@
-"""Lens models and poses under the keys that people use: none is lost. OpenCV judges."""
+"""Lens models and poses under common keys are never lost; compared with OpenCV."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check_fisheye(camera: Any) -> None:
 @pytest.mark.parametrize(
     "word", ["fisheye", "cv2.fisheye", "OpenCV fisheye", "kannala-brandt", "equidistant"]
 )
-def test_a_stated_fisheye_counts_wherever_it_stands(tmp_path: Path, key: str, word: str) -> None:
+def test_fisheye_model_is_read_under_every_common_key(tmp_path: Path, key: str, word: str) -> None:
     for content in (
         {**CAMERA, key: word},
         {key: word, "cam0": CAMERA, "cam1": CAMERA},
@@ -55,7 +55,7 @@ def test_a_stated_fisheye_counts_wherever_it_stands(tmp_path: Path, key: str, wo
             check_fisheye(camera)
 
 
-def test_maps_named_fisheye_state_the_model(tmp_path: Path) -> None:
+def test_tables_named_fisheye_set_the_lens_model(tmp_path: Path) -> None:
     gyroflow = {
         "name": "GoPro",
         "lens_model": "Wide",
@@ -67,17 +67,17 @@ def test_maps_named_fisheye_state_the_model(tmp_path: Path) -> None:
     assert camera.size == (640, 480)
 
 
-def test_the_own_model_wins_over_the_inherited_one(tmp_path: Path) -> None:
+def test_lens_model_of_a_camera_overrides_that_of_the_file(tmp_path: Path) -> None:
     cameras = read(tmp_path, {"model": "fisheye", "a": CAMERA, "b": {**CAMERA, "model": "opencv"}})
     assert [camera.model for camera in cameras.values()] == ["fisheye", "opencv"]
 
 
-def test_a_product_name_is_no_lens_model(tmp_path: Path) -> None:
+def test_product_names_are_not_read_as_lens_models(tmp_path: Path) -> None:
     (camera,) = read(tmp_path, {**CAMERA, "camera_model": "Basler acA1920"}).values()
     assert camera.model == "opencv"
 
 
-def test_model_none_with_coefficients_is_a_contradiction(tmp_path: Path) -> None:
+def test_lens_model_none_with_coefficients_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         read(tmp_path, {**CAMERA, "distortion_model": "none"})
     assert "did you mean" not in str(caught.value)
@@ -92,7 +92,7 @@ POSE[:3, 3] = [0.5, -1.0, 2.0]
     "key", ["w2c", "world2cam", "T_cam_world", "world_to_camera", "c2w", "cam2world", "T_world_cam"]
 )
 @pytest.mark.parametrize("rows", [3, 4])
-def test_poses_whose_key_states_the_direction_are_read(tmp_path: Path, key: str, rows: int) -> None:
+def test_pose_keys_that_specify_the_direction_are_read(tmp_path: Path, key: str, rows: int) -> None:
     inverse = key in ("c2w", "cam2world", "T_world_cam")
     matrix = (np.linalg.inv(POSE) if inverse else POSE)[:rows]
     for content in ({**CAMERA, key: matrix.tolist()}, {"a": {**CAMERA, key: matrix.tolist()}}):
@@ -104,7 +104,7 @@ def test_poses_whose_key_states_the_direction_are_read(tmp_path: Path, key: str,
 @pytest.mark.parametrize(
     "key", ["extrinsic", "extrinsics", "RT", "pose", "camera_pose_matrix", "my_transform", "T"]
 )
-def test_poses_without_direction_are_refused_unless_it_is_given(tmp_path: Path, key: str) -> None:
+def test_poses_without_direction_require_the_direction_argument(tmp_path: Path, key: str) -> None:
     content = {**CAMERA, key: POSE.tolist()}
     with raises(FormatError, code="syntax", mentions=["direction="]) as caught:
         read(tmp_path, content)
@@ -124,13 +124,13 @@ def test_poses_without_direction_are_refused_unless_it_is_given(tmp_path: Path, 
         {"tvec": [1, 2, 3]},
     ],
 )
-def test_half_a_pose_is_refused(tmp_path: Path, extra: dict[str, Any]) -> None:
+def test_pose_with_only_rotation_or_translation_is_refused(tmp_path: Path, extra: dict[str, Any]) -> None:
     for content in ({**CAMERA, **extra}, {"a": CAMERA, "b": CAMERA, **extra}):
         with raises(FormatError, code="syntax", mentions=[next(iter(extra))]):
             read(tmp_path, content)
 
 
-def test_a_pose_next_to_three_cameras_is_refused(tmp_path: Path) -> None:
+def test_pose_next_to_three_cameras_is_refused(tmp_path: Path) -> None:
     extra = {"R": POSE[:3, :3].tolist(), "T": [1, 2, 3]}
     with raises(FormatError, code="syntax", mentions=["a.json:1"]):
         read(tmp_path, {"a": CAMERA, "b": CAMERA, "c": CAMERA, **extra})
@@ -140,7 +140,7 @@ def test_skew_next_to_named_cameras_applies_or_is_refused(tmp_path: Path) -> Non
     focals = {"fx": 400.0, "fy": 401.0, "cx": 320.0, "cy": 240.0, "img_size": [640, 480]}
     cameras = read(tmp_path, {"skew": 2.5, "a": focals, "b": focals})
     assert [camera.K[0, 1] for camera in cameras.values()] == [2.5, 2.5]
-    # K[0, 1] is 0 there.
+    # K[0, 1] is 0 in this file.
     with raises(FormatError, code="syntax", mentions=["skew"]):
         read(tmp_path, {"skew": 2.5, "a": {"K": K, "img_size": [640, 480]}})
 
@@ -155,11 +155,11 @@ def test_skew_next_to_named_cameras_applies_or_is_refused(tmp_path: Path) -> Non
         ("position", [0.1, 0.2, 0.3, 1.5]),
     ],
 )
-def test_other_numbers_are_not_called_a_lens(tmp_path: Path, key: str, value: Any) -> None:
+def test_unrelated_numbers_are_not_read_as_distortion(tmp_path: Path, key: str, value: Any) -> None:
     cameras = read(tmp_path, {"K": K, "img_size": [640, 480], key: value})
     assert len(cameras) == 1
 
 
-def test_sizes_with_exchanged_sides_are_refused(tmp_path: Path) -> None:
+def test_image_size_with_exchanged_sides_is_refused(tmp_path: Path) -> None:
     with raises(FormatError, code="syntax", mentions=["a.json:1", "img_size"]):
         read(tmp_path, {"K": [[682, 0, 625], [0, 714, 478], [0, 0, 1]], "img_size": [720, 1280]})

@@ -1,4 +1,4 @@
-"""Poses as matrices, and trajectories of devices, against closed forms."""
+"""Poses as matrices, and trajectories of devices, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def check_all(cameras: raycam.Cameras, count: int, K: Any = K) -> None:
         check(camera, K, *pose(seed))
 
 
-def test_scannet(tmp_path: Path) -> None:
+def test_scannet_poses_are_read(tmp_path: Path) -> None:
     for i in range(12):
         text = rows(world_from_camera(i) if i != 11 else np.full((4, 4), -np.inf))
         (tmp_path / "pose").mkdir(exist_ok=True)
@@ -47,7 +47,7 @@ def test_scannet(tmp_path: Path) -> None:
     picture(tmp_path / "color/0.jpg")
     for folder in (tmp_path, tmp_path / "pose"):
         cameras = raycam.load_cameras(folder)
-        assert list(cameras) == [str(i) for i in range(11)]  # 2 before 10
+        assert list(cameras) == [str(i) for i in range(11)]  # 2 is sorted before 10
         check_all(cameras, 11)
         told = " ".join(map(str, cameras.notices))
         assert "1 lost frames" in told
@@ -59,7 +59,7 @@ def test_scannet(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("between", ["\t", " ", ", "])
-def test_seven_scenes(tmp_path: Path, between: str) -> None:
+def test_seven_scenes_poses_are_read(tmp_path: Path, between: str) -> None:
     for i in range(3):
         text = rows(world_from_camera(i)).replace(" ", between)
         (tmp_path / f"frame-{i:06d}.pose.txt").write_text(text)
@@ -71,7 +71,7 @@ def test_seven_scenes(tmp_path: Path, between: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["lines", "blocks", "npy", "index"])
-def test_matrices_in_one_file(tmp_path: Path, kind: str) -> None:
+def test_matrices_in_one_text_file_are_read(tmp_path: Path, kind: str) -> None:
     matrices = [world_from_camera(i) for i in range(4)]
     file = tmp_path / "traj.txt"
     if kind == "npy":
@@ -92,7 +92,7 @@ def test_matrices_in_one_file(tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize("direction", ["world_from_camera", "camera_from_world"])
 @pytest.mark.parametrize("axes", ["opencv", "opengl"])
-def test_direction_and_axes_are_stated(tmp_path: Path, direction: Any, axes: Any) -> None:
+def test_matrices_follow_the_given_direction_and_axes(tmp_path: Path, direction: Any, axes: Any) -> None:
     found = []
     for i in range(3):
         R, C = pose(i)
@@ -106,7 +106,7 @@ def test_direction_and_axes_are_stated(tmp_path: Path, direction: Any, axes: Any
     assert not cameras.notices
 
 
-def test_the_name_of_a_file_tells_the_direction(tmp_path: Path) -> None:
+def test_file_name_determines_the_pose_direction(tmp_path: Path) -> None:
     file = tmp_path / "w2c.txt"
     file.write_text(lines([np.linalg.inv(world_from_camera(i)) for i in range(3)]))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
@@ -130,14 +130,14 @@ def test_matrices_that_are_not_poses_are_refused(tmp_path: Path, matrix: Any, re
             raycam.load_cameras(file, intrinsics=EYE)
 
 
-def test_replica_has_its_intrinsics_beside(tmp_path: Path) -> None:
+def test_replica_intrinsics_are_read_from_cam_params_json(tmp_path: Path) -> None:
     (tmp_path / "traj.txt").write_text(lines([world_from_camera(i) for i in range(3)]))
     parameters = {"w": 640, "h": 480, "fx": 520.5, "fy": 518.25, "cx": 321.0, "cy": 242.5, "scale": 6553.5}
     (tmp_path / "cam_params.json").write_text(json.dumps({"camera": parameters}))
     check_all(raycam.load_cameras(tmp_path), 3)
 
 
-def test_kitti360(tmp_path: Path) -> None:
+def test_kitti360_poses_are_read(tmp_path: Path) -> None:
     mount = four(
         Rotation.from_euler("xyz", [100, 5, 80], degrees=True).as_matrix(), np.array([0.8, 0.3, 1.7])
     )
@@ -185,7 +185,7 @@ def open3d(columns: bool = True) -> dict[str, Any]:
     }
 
 
-def test_open3d(tmp_path: Path) -> None:
+def test_open3d_camera_files_are_read(tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps(open3d(), indent="\t"))
     check_all(raycam.load_cameras(file), 3)
@@ -219,7 +219,7 @@ def pose_graph(count: int) -> dict[str, Any]:
     return {"class_name": "PoseGraph", "edges": [edge], "nodes": nodes, **version}
 
 
-def test_the_nodes_of_open3ds_pose_graph(tmp_path: Path) -> None:
+def test_nodes_of_an_open3d_pose_graph_are_read(tmp_path: Path) -> None:
     file = tmp_path / "fragment_optimized.json"
     file.write_text(json.dumps(pose_graph(3), indent="\t"))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
@@ -232,7 +232,7 @@ def test_the_nodes_of_open3ds_pose_graph(tmp_path: Path) -> None:
         raycam.load_cameras(file, intrinsics=EYE)
 
 
-def test_redwood(tmp_path: Path) -> None:
+def test_redwood_trajectories_are_read(tmp_path: Path) -> None:
     file = tmp_path / "a.log"
     file.write_text("".join(f"{i} {i} 0.97\n{rows(world_from_camera(i))}" for i in range(3)))
     check_all(raycam.load_cameras(file, intrinsics=EYE), 3)
@@ -241,7 +241,7 @@ def test_redwood(tmp_path: Path) -> None:
         raycam.load_cameras(file, intrinsics=EYE)
 
 
-def test_arkitscenes(tmp_path: Path) -> None:
+def test_arkitscenes_trajectories_are_read(tmp_path: Path) -> None:
     text = ""
     (tmp_path / "lowres_wide_intrinsics").mkdir()
     for i in range(4):
@@ -272,7 +272,7 @@ def euroc(columns: int, ending: str = "\n") -> str:
 
 
 @pytest.mark.parametrize(("columns", "ending"), [(17, "\n"), (8, "\r\n")])
-def test_euroc(tmp_path: Path, columns: int, ending: str) -> None:
+def test_euroc_trajectories_are_read(tmp_path: Path, columns: int, ending: str) -> None:
     file = tmp_path / "data.csv"
     file.write_bytes(euroc(columns, ending).encode())
     mount = four(
@@ -297,14 +297,14 @@ def test_euroc(tmp_path: Path, columns: int, ending: str) -> None:
     assert any("axes" in str(notice) and "mount" in str(notice) for notice in plain.notices)
 
 
-def test_positions_alone_are_no_poses(tmp_path: Path) -> None:
+def test_trajectory_without_rotations_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "data.csv"
     file.write_text(euroc(4))
     with raises(FormatError, code="syntax", mentions=["leica0"]):
         raycam.load_cameras(file, intrinsics=EYE)
 
 
-def test_the_folder_of_a_sequence_is_a_rig(tmp_path: Path) -> None:
+def test_euroc_sequence_folder_is_read_as_a_rig(tmp_path: Path) -> None:
     for i in range(2):
         folder = tmp_path / "mav0" / f"cam{i}"
         folder.mkdir(parents=True)
@@ -318,7 +318,7 @@ def test_the_folder_of_a_sequence_is_a_rig(tmp_path: Path) -> None:
     assert list(cameras.rigs["rig"]) == ["cam0", "cam1"]
 
 
-def test_tum_calibration(tmp_path: Path) -> None:
+def test_tum_calibration_next_to_a_trajectory_is_read(tmp_path: Path) -> None:
     R, C = pose(0)
     quaternion = Rotation.from_matrix(R.T).as_quat()
     (tmp_path / "groundtruth.txt").write_text(
@@ -348,7 +348,7 @@ NAMED = {f"{i:06d}.png": world_from_camera(i) for i in range(4)}
         ("a.json", [{"file": name, "c2w": m.tolist()} for name, m in NAMED.items()]),
     ],
 )
-def test_matrices_in_json(tmp_path: Path, name: str, document: Any) -> None:
+def test_matrices_in_json_are_read(tmp_path: Path, name: str, document: Any) -> None:
     (tmp_path / name).write_text(json.dumps(document, indent=1))
     cameras = raycam.load_cameras(tmp_path / name, intrinsics=EYE)
     check_all(cameras, 4)
@@ -358,7 +358,7 @@ def test_matrices_in_json(tmp_path: Path, name: str, document: Any) -> None:
     assert any("fps" in str(notice) for notice in cameras.notices) == ("fps" in document)
 
 
-def test_damaged_matrices_in_json_are_errors(tmp_path: Path) -> None:
+def test_damaged_matrices_in_json_raise(tmp_path: Path) -> None:
     first, second = (world_from_camera(i) for i in range(2))
     file = tmp_path / "poses.json"
     for document, reason in (
@@ -376,8 +376,8 @@ def test_damaged_matrices_in_json_are_errors(tmp_path: Path) -> None:
     assert any("1 poses" in str(notice) for notice in cameras.notices)
 
 
-def test_the_upper_rows_of_poses(tmp_path: Path) -> None:
-    # ICL-NUIM's ground truth: three lines and an empty one.
+def test_poses_with_only_three_rows_are_read(tmp_path: Path) -> None:
+    # ICL-NUIM's ground truth: three lines and an empty line.
     file = tmp_path / "livingRoom.gt.sim"
     text = "\n".join(rows(world_from_camera(i)[:3]) for i in range(4))
     for found in (text, text.replace(" ", "; ")):
@@ -387,7 +387,7 @@ def test_the_upper_rows_of_poses(tmp_path: Path) -> None:
     check_all(raycam.load_cameras(file, intrinsics=EYE), 1)
 
 
-def test_poses_in_npz(tmp_path: Path) -> None:
+def test_poses_in_npz_are_read(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", poses=np.array(list(NAMED.values())), focal=500.0)
     cameras = raycam.load_cameras(tmp_path / "a.npz", intrinsics=EYE)
     check_all(cameras, 4)
@@ -396,7 +396,7 @@ def test_poses_in_npz(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("inner", ["", "pose", "poses"])
 @pytest.mark.parametrize("ending", [".npy", ".npz", ".csv", ".json", ".txt"])
-def test_a_folder_has_a_file_for_each_pose(tmp_path: Path, ending: str, inner: str) -> None:
+def test_folder_with_one_file_per_pose_is_read(tmp_path: Path, ending: str, inner: str) -> None:
     folder = tmp_path / "scene" / inner
     folder.mkdir(parents=True)
     for i in range(12):
@@ -418,7 +418,7 @@ def test_a_folder_has_a_file_for_each_pose(tmp_path: Path, ending: str, inner: s
         assert cameras["frame_3"].size == SIZE
 
 
-def test_folders_of_arrays_say_what_is_wrong(tmp_path: Path) -> None:
+def test_damaged_arrays_in_a_folder_raise_with_file_and_key(tmp_path: Path) -> None:
     for i in range(3):
         np.savez(tmp_path / f"{i}.npz", w2c=np.linalg.inv(world_from_camera(i)))
     cameras = raycam.load_cameras(tmp_path, intrinsics=EYE)
@@ -436,7 +436,7 @@ def test_folders_of_arrays_say_what_is_wrong(tmp_path: Path) -> None:
     )
 
 
-def test_poses_of_any_archive(tmp_path: Path) -> None:
+def test_poses_in_archives_of_any_layout_are_read(tmp_path: Path) -> None:
     stack = np.array(list(NAMED.values()))
     file = tmp_path / "a.npz"
     np.savez(file, stack)
@@ -445,7 +445,7 @@ def test_poses_of_any_archive(tmp_path: Path) -> None:
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     check_all(cameras, 4)
     assert list(cameras) == list(NAMED)
-    # More numbers than a document holds.
+    # More numbers than a text document may contain.
     np.savez(file, poses=np.tile(stack, (1300, 1, 1)), depth=np.zeros((4, 300, 300), np.float32))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     assert len(cameras) == 5200
@@ -463,7 +463,7 @@ def test_poses_of_any_archive(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("length", [0.0, 0.5, 0.98, 2.0])
-def test_a_quaternion_has_the_length_1(tmp_path: Path, length: float) -> None:
+def test_quaternions_of_another_length_are_refused(tmp_path: Path, length: float) -> None:
     R, C = pose(1)
     x, y, z, w = length * Rotation.from_matrix(R.T).as_quat()
     c = [float(v) for v in C]
@@ -485,7 +485,7 @@ def test_a_quaternion_has_the_length_1(tmp_path: Path, length: float) -> None:
             raycam.load_cameras(tmp_path / name, intrinsics=EYE)
 
 
-def test_a_rounded_quaternion_is_one(tmp_path: Path) -> None:
+def test_rounded_quaternions_are_normalised(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("0.5 1 2 3 0 0 0.71 0.71\n")
     (camera,) = raycam.load_cameras(tmp_path / "a.txt", intrinsics=EYE).values()
     check(camera, K, Rotation.from_euler("z", -90, degrees=True).as_matrix(), np.array([1.0, 2, 3]))

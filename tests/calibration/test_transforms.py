@@ -1,4 +1,4 @@
-"""The NeRF family, against closed forms: splits, apps, Gaussian splats, camera paths."""
+"""The NeRF family (splits, apps, Gaussian splats, camera paths), compared with closed forms."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def opengl(seed: int) -> Any:
     return four(R.T @ OPENGL, C)
 
 
-def test_the_splits_of_a_blender_set(tmp_path: Path) -> None:
+def test_all_splits_of_a_blender_data_set_are_read(tmp_path: Path) -> None:
     for split, count in {"train": 3, "val": 1, "test": 2}.items():
         frames = [
             {"file_path": f"./{split}/r_{i}", "rotation": 0.01, "transform_matrix": opengl(i).tolist()}
@@ -43,7 +43,7 @@ def test_the_splits_of_a_blender_set(tmp_path: Path) -> None:
     assert len(raycam.load_cameras(tmp_path / "transforms_val.json")) == 1
 
 
-def test_pictures_that_are_not_there_lend_no_size_in_silence(tmp_path: Path) -> None:
+def test_missing_images_use_the_size_of_others_with_a_notice(tmp_path: Path) -> None:
     for split in ("train", "val"):
         frames = [{"file_path": f"./{split}/r_{i}", "transform_matrix": opengl(i).tolist()} for i in range(2)]
         text = json.dumps({"camera_angle_x": 0.7, "frames": frames})
@@ -60,7 +60,7 @@ def test_pictures_that_are_not_there_lend_no_size_in_silence(tmp_path: Path) -> 
         check(camera, intrinsics(320 / np.tan(0.35), 320 / np.tan(0.35), 320, 240), *pose(i % 2))
 
 
-def test_the_lens_of_a_frame_stands_before_that_of_all(tmp_path: Path) -> None:
+def test_lens_of_a_frame_overrides_that_of_the_file(tmp_path: Path) -> None:
     own = {"distortion_params": [0.01, -0.02, 0.003, 0, 0.001, -0.002]}
     frame = {"file_path": "a.png", "transform_matrix": opengl(1).tolist()}
     table = {"fl_x": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "k1": 0.5, "frames": [{**frame, **own}]}
@@ -80,7 +80,7 @@ def nerf(path: Path, **keys: Any) -> Path:
     return path
 
 
-def test_instant_ngp_has_angles_in_degrees(tmp_path: Path) -> None:
+def test_instant_ngp_angles_are_read_as_degrees(tmp_path: Path) -> None:
     file = nerf(
         tmp_path / "t.json", w=640, h=480, x_fov=50.0, camera_angle_x=0.1, scale=0.3, offset=[0, 0, 1]
     )
@@ -90,7 +90,7 @@ def test_instant_ngp_has_angles_in_degrees(tmp_path: Path) -> None:
     assert "scale and offset" in str(cameras.notices[0])
 
 
-def test_fisheye624_of_nerfstudio(tmp_path: Path) -> None:
+def test_fisheye624_of_nerfstudio_is_read(tmp_path: Path) -> None:
     k, p, s = [0.02, -0.01, 0.003, 0.0, 0.001, 0.0], [0.001, -0.002], [0.0005, 0.0, -0.0003, 0.0001]
     shared = {
         "w": 640,
@@ -111,7 +111,9 @@ def test_fisheye624_of_nerfstudio(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("fl_x", "told"), [(400.0, False), (123.0, True)])
-def test_panoramas_with_other_numbers_are_told(tmp_path: Path, fl_x: float, told: bool) -> None:
+def test_panoramas_with_inconsistent_intrinsics_give_a_notice(
+    tmp_path: Path, fl_x: float, told: bool
+) -> None:
     keys: dict[str, Any] = {"w": 800, "h": 400, "fl_x": fl_x, "fl_y": 400, "cx": 400, "cy": 200}
     cameras = raycam.load_cameras(nerf(tmp_path / "a.json", camera_model="EQUIRECTANGULAR", **keys))
     assert any("whole panorama" in str(notice) for notice in cameras.notices) == told
@@ -141,7 +143,7 @@ def polycam(seed: int, **keys: Any) -> str:
 
 
 @pytest.mark.parametrize("opened", ["", "keyframes", "keyframes/corrected_cameras"])
-def test_polycam(tmp_path: Path, opened: str) -> None:
+def test_polycam_cameras_are_read(tmp_path: Path, opened: str) -> None:
     for folder, first in (("cameras", 10), ("corrected_cameras", 0)):
         (tmp_path / "keyframes" / folder).mkdir(parents=True)
         for i in range(2):
@@ -157,7 +159,7 @@ def test_polycam(tmp_path: Path, opened: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["columns", "rows", "r3d", "frames"])
-def test_record3d(tmp_path: Path, kind: str) -> None:
+def test_record3d_poses_are_read(tmp_path: Path, kind: str) -> None:
     K = intrinsics(1400.0, 1401.0, 325.5, 244.5)
     poses = []
     for i in range(3):
@@ -181,7 +183,7 @@ def test_record3d(tmp_path: Path, kind: str) -> None:
     assert cameras.times == ({"0": 0.5, "1": 0.6, "2": 0.7} if kind == "frames" else {})
 
 
-def test_gaussian_splats(tmp_path: Path) -> None:
+def test_cameras_of_gaussian_splats_are_read(tmp_path: Path) -> None:
     listed = [
         {
             "id": i,
@@ -203,7 +205,7 @@ def test_gaussian_splats(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["perspective", "fisheye", "equirectangular", "vr180"])
-def test_camera_paths(tmp_path: Path, kind: str) -> None:
+def test_nerfstudio_camera_paths_are_read(tmp_path: Path, kind: str) -> None:
     size = (800, 400)
     path = [
         {"camera_to_world": opengl(i).ravel().tolist(), "fov": 50.0, "aspect": 2.0, "render_time": 0}

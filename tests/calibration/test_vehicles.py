@@ -33,7 +33,7 @@ def quaternion(R: Array, sign: float = 1.0) -> list[float]:
 
 
 def nuscenes(folder: Path) -> list[tuple[Array, Array]]:
-    """Writes the tables of two pictures, a lidar among them, and returns R and C of their cameras in the world."""
+    """Writes the tables of two images and a lidar, and returns R and C of the cameras in the world."""
     mounts, egos = [pose(1), pose(2)], [pose(3), pose(4)]
     place = [{"rotation": quaternion(R.T, -1), "translation": C.tolist()} for R, C in mounts]
     lidar = {"token": "l", "sensor_token": "sl", "camera_intrinsic": [], **place[0]}
@@ -78,7 +78,7 @@ def nuscenes(folder: Path) -> list[tuple[Array, Array]]:
     return [(matrix[:3, :3].T, matrix[:3, 3]) for matrix in found]
 
 
-def test_nuscenes(tmp_path: Path) -> None:
+def test_nuscenes_cameras_are_read(tmp_path: Path) -> None:
     expected = nuscenes(tmp_path)
     for path in (tmp_path, tmp_path / "calibrated_sensor.json"):
         cameras = raycam.load_cameras(path)
@@ -93,7 +93,7 @@ def test_nuscenes(tmp_path: Path) -> None:
     check(rig["CAM_BACK"], K, *pose(2))
 
 
-def test_nuscenes_says_what_is_wrong(tmp_path: Path) -> None:
+def test_damaged_nuscenes_tables_raise_with_their_name(tmp_path: Path) -> None:
     nuscenes(tmp_path)
     whole = (tmp_path / "ego_pose.json").read_text()
     (tmp_path / "ego_pose.json").write_text(whole.replace('"e1"', '"e7"'))
@@ -107,7 +107,7 @@ def test_nuscenes_says_what_is_wrong(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ["csv", "json"])
-def test_argoverse(tmp_path: Path, ending: str) -> None:
+def test_argoverse_cameras_are_read(tmp_path: Path, ending: str) -> None:
     rows, mounts = [], []
     for i, name in enumerate(("ring_front_center", "stereo_front_left")):
         R, C = pose(i)
@@ -137,11 +137,11 @@ def test_argoverse(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.parametrize("shape", ["context", "top"])
-def test_waymo(tmp_path: Path, shape: str) -> None:
+def test_waymo_cameras_are_read(tmp_path: Path, shape: str) -> None:
     R, C = pose(5)
     lens = (-0.3, 0.1, 0.001, -0.002, 0.01)
     key = "cameraCalibrations" if shape == "context" else "camera_calibrations"
-    # Its axes are x forward, y left, z up: the columns are those of OpenCV's z, -x and -y.
+    # Waymo's axes are x forward, y left, z up: OpenCV's z, -x and -y.
     vehicle_from_camera = four(np.column_stack([R[2], -R[0], -R[1]]), C)
     row = {
         "name": "FRONT",

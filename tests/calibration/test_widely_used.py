@@ -1,4 +1,4 @@
-"""The formats of widely used data sets and programs. NumPy, SciPy and OpenCV judge, by each project's own formulas."""
+"""Formats of widely used data sets and programs, compared with each project's formulas by NumPy, SciPy and OpenCV."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_realestate10k_scales_its_intrinsics_by_the_size(tmp_path: Path) -> None
     ("name", "size"),
     [("pose_left.txt", (640, 480)), ("pose_right.txt", (640, 480)), ("pose_lcam_front.txt", (640, 640))],
 )
-def test_tartanair_has_poses_of_a_forward_right_down_camera(
+def test_tartanair_poses_use_forward_right_down_axes(
     tmp_path: Path, name: str, size: tuple[int, int]
 ) -> None:
     world_from_ned = R.T @ np.linalg.inv(NED)
@@ -97,7 +97,7 @@ def test_cityscapes_places_the_camera_by_yaw_pitch_and_roll(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("fisheye", [False, True])
-def test_anipose_tables_have_rotation_vectors(tmp_path: Path, fisheye: bool) -> None:
+def test_rotation_vectors_of_anipose_are_read(tmp_path: Path, fisheye: bool) -> None:
     rvec, _ = cv2.Rodrigues(R)
     d = [0.05, -0.02, 0.001, -0.002] if fisheye else [0.05, -0.02, 0.001, -0.002, 0.0]
     (tmp_path / "calibration.toml").write_text(
@@ -285,7 +285,7 @@ def test_aria_trajectories_and_calibrations_share_the_device(tmp_path: Path) -> 
     (rgb,) = cameras.values()
     np.testing.assert_allclose(rgb.R.T, device.as_matrix(), atol=1e-12)
     np.testing.assert_allclose(rgb.C, [0.1, 0.2, 0.3])
-    # Without coefficients: the equidistant fisheye.
+    # Without coefficients, the lens is the equidistant fisheye.
     point = rgb.R.T @ [np.tan(0.5), 0, 1] + rgb.C
     np.testing.assert_allclose(rgb.project(point)[0], [600 * 0.5 + 700, 710], atol=1e-9)
     assert len(cameras.rigs) == 1
@@ -391,14 +391,14 @@ UNREAD = {
 
 
 @pytest.mark.parametrize("name", sorted(UNREAD))
-def test_formats_that_are_not_read_are_named_with_a_remedy(tmp_path: Path, name: str) -> None:
+def test_unsupported_formats_are_refused_with_a_remedy(tmp_path: Path, name: str) -> None:
     file, text = UNREAD[name]
     (tmp_path / file).write_text(text)
     with raises(FormatError, mentions=[name, file]):
         load(tmp_path / file)
 
 
-def test_mrcal_reads_its_own_files(tmp_path: Path) -> None:
+def test_lens_models_of_mrcal_are_read(tmp_path: Path) -> None:
     rt = [*cv2.Rodrigues(R)[0].ravel().tolist(), *T.tolist()]
     for key in ("extrinsics", "rt_cam_ref"):
         (tmp_path / "a.cameramodel").write_text(
@@ -422,7 +422,7 @@ def test_mrcal_reads_its_own_files(tmp_path: Path) -> None:
         load(tmp_path / "a.cameramodel")
 
 
-def test_dvr_has_intrinsics_in_units_of_half_the_image(tmp_path: Path) -> None:
+def test_dvr_intrinsics_are_read_in_units_of_half_the_image(tmp_path: Path) -> None:
     camera = np.eye(4)
     camera[:3, :3] = np.array([[2.1, 0, 0.02], [0, 2.2, -0.01], [0, 0, 1.0]])
     np.savez(tmp_path / "cameras.npz", world_mat_0=four(R, T), camera_mat_0=camera, scale_mat_0=np.eye(4))

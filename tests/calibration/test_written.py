@@ -1,4 +1,4 @@
-"""Formats that raycam writes are read again; and the options of `raycam cameras`."""
+"""Formats that raycam writes and reads back, and the options of `raycam cameras`."""
 
 from __future__ import annotations
 
@@ -108,13 +108,13 @@ def same(found: raycam.Camera, expected: raycam.Camera, posed: bool = True) -> N
     np.testing.assert_allclose(found.project(world)[0] - shift, expected.project(world)[0], rtol=0, atol=1e-6)
 
 
-def test_the_table_has_every_written_format() -> None:
+def test_table_of_expected_data_contains_every_written_format() -> None:
     assert set(HOLDS) == set(WRITTEN_FORMATS)
 
 
 @pytest.mark.parametrize("format", HOLDS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_written_is_read(tmp_path: Path, format: str, kind: str) -> None:
+def test_written_calibrations_are_read_back(tmp_path: Path, format: str, kind: str) -> None:
     alone = format in ALONE
     cameras = {f"train/{i}": camera(kind, i) for i in range(1 if alone else 3)}
     path = tmp_path / f"out{ENDINGS.get(format, '')}"
@@ -145,7 +145,7 @@ FILES = tuple(
 
 @pytest.mark.parametrize("packed", [False, True])
 @pytest.mark.parametrize("format", FILES)
-def test_a_folder_opens_as_the_only_file_in_it(tmp_path: Path, format: str, packed: bool) -> None:
+def test_folder_with_a_single_file_opens_like_the_file(tmp_path: Path, format: str, packed: bool) -> None:
     cameras = {f"train/{i}": camera("pinhole", i) for i in range(1 if format in ALONE else 3)}
     times = {name: 1.4e9 + i for i, name in enumerate(cameras)}
     path = tmp_path / "of some day" / f"mine{ENDINGS.get(format, '.txt' if format != 'kalibr' else '.yaml')}"
@@ -165,7 +165,7 @@ def test_a_folder_opens_as_the_only_file_in_it(tmp_path: Path, format: str, pack
         assert folder[name] == alone[name]
 
 
-def test_a_folder_of_packed_files_of_a_pair(tmp_path: Path) -> None:
+def test_folder_with_gzipped_files_of_a_pair_is_read(tmp_path: Path) -> None:
     turn, shift = cv2.Rodrigues(np.array([0.01, -0.02, 0.005]))[0], np.array([[-0.12], [0.001], [0.002]])
     for name, matrices in {
         "intrinsics": {"M1": K, "D1": np.zeros((1, 5)), "M2": K, "D2": np.zeros((1, 5))},
@@ -182,7 +182,7 @@ def test_a_folder_of_packed_files_of_a_pair(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("lens", ["opencv", "fisheye"])
-def test_a_pair_as_orbslam_settings(tmp_path: Path, lens: str) -> None:
+def test_stereo_pair_is_written_as_orbslam_settings(tmp_path: Path, lens: str) -> None:
     rig = raycam.Rig({"a": camera(lens, 1), "b": camera(lens, 2)})
     raycam.save_cameras(tmp_path / "a.yaml", rig, "orb-slam")
     back = raycam.load_cameras(tmp_path / "a.yaml")
@@ -194,7 +194,7 @@ def test_a_pair_as_orbslam_settings(tmp_path: Path, lens: str) -> None:
     assert storage.getNode("Camera1.fx").real() == 520.0
 
 
-def test_the_files_of_splits(tmp_path: Path) -> None:
+def test_splits_are_written_to_their_own_files(tmp_path: Path) -> None:
     cameras = {
         f"{split}/{i}": camera("pinhole", i) for i, split in enumerate(["train", "test", "train", "val"])
     }
@@ -221,7 +221,7 @@ def run(*arguments: str) -> str:
     return made.stdout + made.stderr
 
 
-def test_crop_undistort_and_maps(tmp_path: Path) -> None:
+def test_command_crops_undistorts_and_writes_maps(tmp_path: Path) -> None:
     file = tmp_path / "a.yaml"
     given = camera("opencv5", 1)
     raycam.save_cameras(file, {"front": given}, "opencv")
@@ -248,14 +248,14 @@ def test_crop_undistort_and_maps(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.load(maps)["front"], np.stack(tables, axis=-1), atol=1e-3)
 
 
-def test_times_begin_at_the_first(tmp_path: Path) -> None:
+def test_time_offset_first_starts_at_zero(tmp_path: Path) -> None:
     file = tmp_path / "a.txt"
     file.write_text("".join(f"{1.5e9 + i} 0 0 {i} 0 0 0 1\n" for i in range(3)))
     run(str(file), "--time-offset", "first", "--to", "tum", "-o", str(tmp_path / "b.txt"))
     np.testing.assert_array_equal(np.loadtxt(tmp_path / "b.txt")[:, 0], [0, 1, 2])
 
 
-def test_a_rig_stays_a_rig(tmp_path: Path) -> None:
+def test_command_keeps_the_poses_of_a_rig(tmp_path: Path) -> None:
     rig = raycam.Rig({"cam0": camera("opencv", 1), "cam1": camera("opencv", 2)})
     raycam.save_cameras(tmp_path / "a.yaml", rig, "kalibr")
     run(str(tmp_path / "a.yaml"), "--undistort", "--to", "kalibr", "-o", str(tmp_path / "b.yaml"))
@@ -265,7 +265,7 @@ def test_a_rig_stays_a_rig(tmp_path: Path) -> None:
         np.testing.assert_allclose(found.C, rig[name].C, atol=1e-12)
 
 
-def test_directions_of_the_command(tmp_path: Path) -> None:
+def test_direction_option_determines_the_pose_direction(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n")
     shared = ("--to", "kitti-poses", "-o", str(tmp_path / "b.txt"), "--direction", "camera_from_world")
     told = run(str(tmp_path / "a.txt"), *shared)
@@ -273,7 +273,7 @@ def test_directions_of_the_command(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.loadtxt(tmp_path / "b.txt").reshape(3, 4)[:, 3], [-5, -6, -7])
 
 
-def test_of_an_orthographic_camera_kitti_loses_the_plane_of_its_depth_and_says_so(tmp_path: Path) -> None:
+def test_orthographic_camera_written_as_kitti_gives_a_notice_about_its_depth_plane(tmp_path: Path) -> None:
     plan = raycam.Camera.orthographic([3, 2, 1], target=[0, 0, 0], height=4, size=SIZE)
     told = raycam.save_cameras(tmp_path / "calib.txt", {"plan": plan}, "kitti")
     assert any(
@@ -284,5 +284,5 @@ def test_of_an_orthographic_camera_kitti_loses_the_plane_of_its_depth_and_says_s
     np.testing.assert_allclose(back.project(world)[0], plan.project(world)[0], atol=1e-9)
     told = raycam.save_cameras(
         tmp_path / "again.txt", {"P0": back}, "kitti"
-    )  # from infinity: it has no such plane
+    )  # the camera is at infinity, so it has no such plane
     assert not any("plane" in str(notice) for notice in told)

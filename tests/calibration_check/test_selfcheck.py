@@ -1,4 +1,4 @@
-"""The self-check, with OpenCV as the judge; and what it says where the judge is missing or the picture is wrong."""
+"""The self-check with OpenCV, and its result if OpenCV is missing or the image is wrong."""
 
 from __future__ import annotations
 
@@ -39,21 +39,21 @@ def camera(size: tuple[int, int] = (480, 360), **lens: Any) -> raycam.Camera:
     ],
     ids=["opencv", "fisheye", "checkerboard"],
 )
-def test_opencv_recovers_the_camera_from_pictures(given: raycam.Camera, board: str) -> None:
+def test_opencv_recovers_the_camera_from_rendered_images(given: raycam.Camera, board: str) -> None:
     found = raycam.selfcheck(given, views=12, samples=9, board=board)
     assert found.corners > 12 * 20
     assert found.detected.rms < 0.12
     assert found.detected.focal_error < 2e-3
     assert found.detected.center_error < 1.0
     assert found.detected.picture_error < 0.8
-    assert found.detector_bias < 0.02  # half a pixel would be seen
+    assert found.detector_bias < 0.02  # an error of half a pixel would be detected
     assert found.picture_largest < 1e-6
     assert found.cause == "detector"
     assert "the residual is the corner detector's" in str(found)
 
 
 @pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
-def test_exact_projections_give_the_camera_back(count: int) -> None:
+def test_opencv_recovers_the_camera_from_exact_projections(count: int) -> None:
     from raycam.calibration_check.check import _calibrate
 
     lens = [-0.2, 0.06, 1e-3, -5e-4, 0.02, 0.1, 0.02, 0.01, 1e-3, -2e-3, 5e-4, 1e-3, 0.01, -0.02][:count]
@@ -65,12 +65,12 @@ def test_exact_projections_give_the_camera_back(count: int) -> None:
         points.append(target.corners[seen])
         corners.append(pixels[seen])
     found = _calibrate(given, points, corners)
-    assert found.rms < 1e-4  # float32, which OpenCV takes corners in
+    assert found.rms < 1e-4  # OpenCV requires corners in float32
     assert found.picture_error < (2e-3 if count < 14 else 1e-2)
     assert found.focal_error < 1e-5
 
 
-def test_a_picture_that_is_half_a_pixel_off_is_not_blamed_on_the_detector(
+def test_image_shifted_by_half_a_pixel_is_reported_as_the_cause(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     honest = sys.modules["raycam.calibration_check.check"].render
@@ -86,7 +86,7 @@ def test_a_picture_that_is_half_a_pixel_off_is_not_blamed_on_the_detector(
     assert found.cause == "picture"
 
 
-def test_the_board_is_the_one_that_opencv_knows() -> None:
+def test_board_corners_equal_those_of_opencv() -> None:
     import cv2
 
     target = Board()
@@ -101,15 +101,17 @@ def test_the_board_is_the_one_that_opencv_knows() -> None:
     assert cv2.__version__
 
 
-def test_the_board_is_seen_all_over_the_picture() -> None:
+def test_board_views_cover_the_whole_image() -> None:
     target, given = Board(), camera()
     pixels = np.concatenate([place.project(target.corners)[0] for place in target.cameras(given, 20)])
     inside = pixels[((pixels > 0) & (pixels < given.size)).all(axis=1)]
     cells = np.floor(inside / (np.array(given.size) / 6)).astype(int)
-    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # of 36
+    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # of 36 cells
 
 
-def test_what_it_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_selfcheck_refuses_cameras_and_boards_without_an_opencv_equivalent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     with raises(raycam.CameraError, code="unsupported_camera", mentions=["OpenCV"]):
         raycam.selfcheck(camera(distortion=[0.5], model="fov"))
     with raises(raycam.CameraError, code="unsupported_camera", mentions=["skew"]):
@@ -123,7 +125,7 @@ def test_what_it_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
         raycam.selfcheck(camera())
 
 
-def test_the_command_prints_the_comparison_and_keeps_pictures(tmp_path: Any, capsys: Any) -> None:
+def test_selfcheck_command_prints_the_comparison_and_writes_the_images(tmp_path: Any, capsys: Any) -> None:
     raycam.save_cameras(tmp_path / "c.yaml", camera(distortion=[-0.2, 0.06, 1e-3, -5e-4, 0.0]), "opencv")
     words = ["selfcheck", "--camera", str(tmp_path / "c.yaml"), "--views", "4", "--samples", "4"]
     assert cli.main([*words, "-o", str(tmp_path / "boards")]) == 0

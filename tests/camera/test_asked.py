@@ -1,4 +1,4 @@
-"""The front door: paths and words where objects are expected, data that comes along, and what objects print."""
+"""Paths and names in place of objects, bundled data, and the reprs of objects."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("kind", [str, Path])
-def test_render_takes_paths_and_names(folder: Path, kind: type) -> None:
+def test_render_accepts_paths_and_camera_names(folder: Path, kind: type) -> None:
     path = kind(folder / "box.toml")
     world = raycam.load(path)
     for name, camera in world.cameras.items():
@@ -36,7 +36,7 @@ def test_render_takes_paths_and_names(folder: Path, kind: type) -> None:
     assert raycam.render(path, samples=1).camera == world.camera("front")
 
 
-def test_render_takes_the_path_of_a_calibration(folder: Path) -> None:
+def test_render_accepts_the_path_of_a_calibration(folder: Path) -> None:
     world = raycam.load(folder / "box.toml")
     raycam.save_cameras(folder / "far.yaml", world.camera("far"), "opencv")
     seen = raycam.render(world, folder / "far.yaml", samples=1)
@@ -51,26 +51,26 @@ def test_render_takes_the_path_of_a_calibration(folder: Path) -> None:
         ([1, 2], raycam.SettingsError, fault("wrong_type")),
     ],
 )
-def test_what_is_no_camera_is_named(
+def test_render_refuses_objects_that_are_not_cameras(
     folder: Path, camera: object, error: type[Exception], said: Fault
 ) -> None:
     with raises(error, **said):
         raycam.render(folder / "box.toml", camera)  # type: ignore[arg-type]
 
 
-def test_cameras_for_a_camera_are_listed(folder: Path) -> None:
+def test_several_cameras_in_place_of_one_raise(folder: Path) -> None:
     world = raycam.load(folder / "box.toml")
     with raises(raycam.SettingsError, code="wrong_type"):
         raycam.render(world, world.cameras)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("world", [None, 3, {"object": []}])
-def test_what_is_no_world_is_named(world: object) -> None:
+def test_render_refuses_objects_that_are_not_worlds(world: object) -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=["world"]):
         raycam.render(world)  # type: ignore[arg-type]
 
 
-def test_label_explain_and_flow_need_no_camera(folder: Path) -> None:
+def test_label_explain_and_flow_use_the_default_camera(folder: Path) -> None:
     path = folder / "box.toml"
     world = raycam.load(path)
     assert len(raycam.label(path)) == 1
@@ -83,7 +83,7 @@ def test_label_explain_and_flow_need_no_camera(folder: Path) -> None:
     assert raycam.flow(path)["flow"].shape == (24, 32, 2)
 
 
-def test_objects_and_lights_take_words_and_paths(folder: Path) -> None:
+def test_add_object_and_add_light_accept_names_and_paths(folder: Path) -> None:
     world = raycam.World()
     world.add_object(folder / "tri.obj")
     world.add_object(str(folder / "tri.obj"), location=[0, 0, 1])
@@ -113,7 +113,7 @@ def test_objects_and_lights_take_words_and_paths(folder: Path) -> None:
         ({"torus": {"tube": 0.1}, "radius": 2.0}, {"torus": {"tube": 0.1, "radius": 2}}),
     ],
 )
-def test_the_size_of_a_shape_is_given_beside_it_or_alone(
+def test_shape_size_is_accepted_next_to_or_inside_the_shape(
     short: dict[str, Any], table: dict[str, Any]
 ) -> None:
     found, expected = raycam.World(), raycam.World()
@@ -136,13 +136,13 @@ def test_the_size_of_a_shape_is_given_beside_it_or_alone(
         ({"box": {}, "radius": 2}, fault("unknown_key", '"radius"')),
     ],
 )
-def test_a_size_that_fits_no_shape_is_an_error(keys: dict[str, Any], said: Fault) -> None:
+def test_size_without_a_matching_shape_raises(keys: dict[str, Any], said: Fault) -> None:
     with raises(raycam.WorldError, **said):
         raycam.World().add_object(**keys)
 
 
 @pytest.mark.parametrize("path", [None, 3, raycam.World()])
-def test_what_is_no_path_is_named(path: object) -> None:
+def test_load_refuses_objects_that_are_not_paths(path: object) -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=[type(path).__name__]):
         raycam.load(path)  # type: ignore[arg-type]
 
@@ -157,9 +157,7 @@ def test_what_is_no_path_is_named(path: object) -> None:
         ({"box": {}, "zzz": 1}, "instance_of"),
     ],
 )
-def test_object_keys_of_other_programs_are_refused_with_the_key_of_raycam(
-    keys: dict[str, Any], ours: str
-) -> None:
+def test_object_keys_of_other_programs_raise_with_the_key_of_raycam(keys: dict[str, Any], ours: str) -> None:
     world = raycam.World()
     with raises(raycam.WorldError, code="unknown_key", mentions=[ours]):
         world.add_object(**keys)
@@ -192,7 +190,7 @@ def test_shape_words_of_other_programs_are_refused_with_the_shape_of_raycam() ->
 
 
 @pytest.mark.parametrize("name", ["red", "Tomato", "rebeccapurple", "lightgoldenrodyellow", "#c83c28"])
-def test_colors_are_the_names_of_css(name: str) -> None:
+def test_css_color_names_have_the_values_of_pillow(name: str) -> None:
     image_color = pytest.importorskip("PIL.ImageColor")
     world = raycam.World()
     world.add_object(box={}, color=name)
@@ -201,7 +199,7 @@ def test_colors_are_the_names_of_css(name: str) -> None:
     assert world.triangle_colors()[0] == pytest.approx(linear, abs=1e-6)
 
 
-def test_every_name_of_css_is_known() -> None:
+def test_every_css_color_name_is_accepted() -> None:
     image_color = pytest.importorskip("PIL.ImageColor")
     world = raycam.World()
     for name in image_color.colormap:
@@ -223,7 +221,7 @@ def test_integer_colors_raise_with_the_hexadecimal_form(color: object) -> None:
     assert np.array_equal(*world.triangle_colors()[[0, 12]])
 
 
-def test_grey_colors_and_bytes_of_vertices() -> None:
+def test_grey_numbers_are_colors_and_float_bytes_of_vertices_are_refused() -> None:
     world = raycam.World()
     world.add_object(box={}, color=0.25)
     assert world.triangle_colors()[0].tolist() == [0.25] * 3
@@ -232,7 +230,7 @@ def test_grey_colors_and_bytes_of_vertices() -> None:
         world.add_mesh(corners, faces, face_colors=[[255, 0, 0]])
 
 
-def test_frames_are_arrays_and_print_well(folder: Path) -> None:
+def test_frames_convert_to_arrays_and_have_a_short_repr(folder: Path) -> None:
     frame = raycam.render(folder / "box.toml", samples=1)
     assert np.array_equal(np.asarray(frame), frame["color"])
     depth = raycam.render(folder / "box.toml", samples=1, channels="depth")
@@ -246,7 +244,7 @@ def test_frames_are_arrays_and_print_well(folder: Path) -> None:
         assert "box" in repr(item)
 
 
-def test_dir_has_the_public_names_alone() -> None:
+def test_dir_lists_only_public_names() -> None:
     names = dir(raycam)
     assert set(raycam.__all__) <= set(names)
     assert {"explain", "sample", "dataset", "selfcheck", "data", "jobs", "video"} <= set(names)
@@ -256,7 +254,7 @@ def test_dir_has_the_public_names_alone() -> None:
 
 
 @pytest.mark.parametrize("given", ["front", b"a", 3, None, [1, 2], raycam.World()])
-def test_what_is_no_camera_and_no_path_is_said(given: Any) -> None:
+def test_wrong_camera_and_path_arguments_raise_with_the_argument(given: Any) -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=["camera", "raycam.Camera"]):
         raycam.World().add_camera(given)
     if given is not None:
@@ -269,6 +267,6 @@ def test_what_is_no_camera_and_no_path_is_said(given: Any) -> None:
             raycam.sample(given)
 
 
-def test_a_camera_after_its_name_is_said() -> None:
+def test_add_camera_with_exchanged_arguments_raises_with_the_signature() -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=["add_camera(camera"]):
         raycam.World().add_camera("left", raycam.Camera.look_at([0, 0, 3], [0, 0, 0], "y"))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Paths and names in place of worlds and cameras, in every function that takes them."""
+"""Paths and names in place of worlds and cameras, in every function that accepts them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def car(tmp_path: Path) -> Path:
     return path
 
 
-def test_annotations_of_paths(car: Path) -> None:
+def test_annotations_accept_paths_and_camera_names(car: Path) -> None:
     world = raycam.load(car)
     left, right = (world.camera(f"stereo/{name}") for name in ("left", "right"))
     expected = raycam.disparity(world, left, right)["disparity"]
@@ -47,7 +47,7 @@ def test_annotations_of_paths(car: Path) -> None:
         raycam.box3d(car, "wal")
 
 
-def test_data_sets_and_videos_of_paths(car: Path, tmp_path: Path) -> None:
+def test_data_sets_and_videos_accept_paths_and_camera_names(car: Path, tmp_path: Path) -> None:
     assert raycam.dataset.write(car, tmp_path / "set", "coco", samples=1).frames == 2
     recipe = tmp_path / "r.toml"
     recipe.write_text(
@@ -61,12 +61,12 @@ def test_data_sets_and_videos_of_paths(car: Path, tmp_path: Path) -> None:
     assert (tmp_path / "film" / "frame_0000.png").exists()
 
 
-def test_recipes_show_what_they_are(tmp_path: Path) -> None:
+def test_repr_of_a_recipe_lists_its_parts(tmp_path: Path) -> None:
     recipe = raycam.Recipe({"object": [{"box": {}}, {"sphere": {}}], "camera": {}}, seed=7)
     assert repr(recipe) == "Recipe of a dict, seed 7: 2 [[object]], 0 [[light]], 1 [[camera]]"
 
 
-def test_a_view_that_cannot_be_met_tells_the_closest_try() -> None:
+def test_impossible_view_raises_with_the_closest_attempt() -> None:
     see = {"object": "ball", "distance": [4, 5], "coverage": [0.5, 0.6]}
     recipe = {
         "object": [{"name": "ball", "sphere": {"radius": 0.5}}],
@@ -76,7 +76,7 @@ def test_a_view_that_cannot_be_met_tells_the_closest_try() -> None:
         raycam.sample(recipe)
     said = str(raised.value)
     share = float(said.partition("closest try shows ")[2].split()[0])
-    # A ball of radius 0.5 at 4 m, in a picture of 40 degrees by 4/3 of that.
+    # A ball of radius 0.5 at 4 m, in an image 40 degrees high with the aspect ratio 4/3.
     nearest = np.pi * 0.25 / 16 / (np.tan(np.radians(20)) ** 2 * 4 * 4 / 3)
     assert share == pytest.approx(nearest, rel=0.25)
     assert "it measures 1 x 1 x 1 m" in said
@@ -92,6 +92,6 @@ def test_a_view_that_cannot_be_met_tells_the_closest_try() -> None:
         ({"type": "spot", "energy": 3}, fault("unknown_key", "power")),
     ],
 )
-def test_strengths_of_lights(light: dict[str, object], said: Fault) -> None:
+def test_wrong_light_strengths_raise_with_the_expected_key(light: dict[str, object], said: Fault) -> None:
     with raises(raycam.WorldError, **said):
         raycam.World().add_light(light)

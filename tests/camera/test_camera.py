@@ -1,4 +1,4 @@
-"""Cameras, against OpenCV and SciPy."""
+"""Cameras, compared with OpenCV and SciPy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIZE = (640, 480)
 
 
 def random_k(rng: np.random.Generator, skew: float = 0.0) -> np.ndarray:
-    """Unequal focal lengths and a principal point anywhere."""
+    """A random K with unequal focal lengths and any principal point."""
     fx, fy = rng.uniform(200, 2000, 2)
     cx, cy = rng.uniform(-200, 900, 2)
     return np.array([[fx, skew, cx], [0, fy, cy], [0, 0, 1]])
@@ -29,14 +29,14 @@ def random_camera(rng: np.random.Generator, **keys: object) -> raycam.Camera:
 
 
 def in_view(rng: np.random.Generator, camera: raycam.Camera, count: int) -> np.ndarray:
-    """World points in front of the camera, near and far, in and around the picture."""
+    """World points in front of the camera, near and far, inside and around the image."""
     depth = np.exp(rng.uniform(np.log(0.1), np.log(100), count))
     pixels = rng.uniform([-640, -480, 1], [1280, 960, 1], (count, 3))
     pixels[:, 2] = 1
     return camera.C + depth[:, None] * (pixels @ np.linalg.inv(camera.K).T @ camera.R)
 
 
-def test_the_corner_of_the_picture_is_half_a_pixel_before_the_first_centre() -> None:
+def test_image_corner_is_half_a_pixel_before_the_first_pixel_centre() -> None:
     for center in ("integer", "half"):
         camera = raycam.Camera(np.diag([90, 90, 1]), np.eye(3), [0, 0, 0], (8, 6), pixel_center=center)
         assert camera.rays()[1].shape == (6, 8, 3)
@@ -61,7 +61,7 @@ def test_project_agrees_with_opencv() -> None:
     assert worst <= 1e-9
 
 
-def test_project_is_p_times_x() -> None:
+def test_project_equals_p_times_x() -> None:
     rng = np.random.default_rng(2)
     for _ in range(100):
         camera = random_camera(rng)
@@ -78,7 +78,7 @@ def test_project_is_p_times_x() -> None:
 
 
 @pytest.mark.parametrize("pixel_center", ["integer", "half"])
-def test_rays_are_the_inverse_of_project(pixel_center: str) -> None:
+def test_rays_invert_project(pixel_center: str) -> None:
     rng = np.random.default_rng(3)
     for _ in range(50):
         camera = random_camera(rng, pixel_center=pixel_center)
@@ -94,17 +94,17 @@ def test_rays_are_the_inverse_of_project(pixel_center: str) -> None:
 
 
 @pytest.mark.parametrize(("pixel_center", "offset"), [("integer", 0.0), ("half", 0.5)])
-def test_rays_of_all_pixels_go_through_their_centres(pixel_center: str, offset: float) -> None:
+def test_rays_of_all_pixels_pass_through_their_centres(pixel_center: str, offset: float) -> None:
     camera = raycam.Camera.look_at([3, 2, 1], [0, 0, 0], size=(5, 3), pixel_center=pixel_center)  # type: ignore[arg-type]
     origins, directions = camera.rays()
     assert origins.shape == directions.shape == (3, 5, 3)
     one = camera.rays([4 + offset, 2 + offset])[1]
     assert (directions[2, 4] == one).all()
-    # The principal point is the middle of the picture, whatever the convention.
+    # The principal point is the image centre in both pixel conventions.
     np.testing.assert_allclose(directions[1, 2], camera.forward, atol=1e-15)
 
 
-def test_a_point_and_a_pixel_may_come_alone() -> None:
+def test_project_and_rays_accept_a_single_point_or_pixel() -> None:
     camera = raycam.Camera.look_at([0, -5, 0], [0, 0, 0], size=(101, 101))
     pixel, in_front = camera.project([0, 0, 0])
     np.testing.assert_allclose(pixel, [50, 50], atol=1e-12)
@@ -115,7 +115,7 @@ def test_a_point_and_a_pixel_may_come_alone() -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(seed=st.integers(0, 2**32), log_scale=st.floats(-8, 8), sign=st.sampled_from([-1.0, 1.0]))
-def test_from_matrix_takes_any_scale_and_sign(seed: int, log_scale: float, sign: float) -> None:
+def test_from_matrix_accepts_any_scale_and_sign(seed: int, log_scale: float, sign: float) -> None:
     camera = random_camera(np.random.default_rng(seed))
     again = raycam.Camera.from_matrix(sign * 10**log_scale * camera.P, SIZE)
     np.testing.assert_allclose(again.K, camera.K, rtol=1e-9, atol=1e-7)
@@ -125,7 +125,7 @@ def test_from_matrix_takes_any_scale_and_sign(seed: int, log_scale: float, sign:
     assert again.project(point)[1]
 
 
-def test_from_matrix_keeps_a_matrix_that_is_ill_conditioned() -> None:
+def test_from_matrix_keeps_the_digits_of_an_ill_conditioned_matrix() -> None:
     p = raycam.Camera([[3e4, 0, 320], [0, 3e4, 240], [0, 0, 1]], np.eye(3), [5e5, 4e6, -300], SIZE).P
     again = raycam.Camera.from_matrix(p * 17, SIZE).P
     np.testing.assert_allclose(again, p, rtol=1e-12)
@@ -152,13 +152,15 @@ def test_roll_pitch_yaw_agree_with_scipy() -> None:
         ((90, 0, 0), [1, 0, 0], [0, 0, -1]),
     ],
 )
-def test_what_the_angles_mean(angles: tuple[int, int, int], forward: list[int], right: list[int]) -> None:
+def test_roll_pitch_and_yaw_turn_about_their_axes(
+    angles: tuple[int, int, int], forward: list[int], right: list[int]
+) -> None:
     camera = raycam.Camera.from_pose([0, 0, 0], *angles, fov=45)
     np.testing.assert_allclose(camera.forward, forward, atol=1e-15)
     np.testing.assert_allclose(camera.R[0], right, atol=1e-15)
 
 
-def test_a_y_up_camera_looks_along_minus_z() -> None:
+def test_camera_with_y_up_looks_along_minus_z() -> None:
     camera = raycam.Camera.from_pose([0, 0, 0], fov=45, up="y")
     np.testing.assert_allclose(camera.R, [[1, 0, 0], [0, -1, 0], [0, 0, -1]], atol=0)
     np.testing.assert_allclose(camera.roll_pitch_yaw, 0, atol=1e-15)
@@ -167,7 +169,7 @@ def test_a_y_up_camera_looks_along_minus_z() -> None:
     np.testing.assert_allclose(turned.roll_pitch_yaw, [0, 0, 90], atol=1e-12)
 
 
-def test_straight_down_gives_the_rotation_back() -> None:
+def test_roll_pitch_yaw_of_a_vertical_view_restore_the_rotation() -> None:
     for pitch in (-90, 90):
         camera = raycam.Camera.from_pose([0, 0, 0], 0, pitch, 40, fov=60)
         roll, p, yaw = camera.roll_pitch_yaw
@@ -175,7 +177,7 @@ def test_straight_down_gives_the_rotation_back() -> None:
         np.testing.assert_allclose(again.R, camera.R, atol=1e-12)
 
 
-def test_from_opencv_takes_vectors_and_matrices() -> None:
+def test_from_opencv_accepts_rotation_vectors_and_matrices() -> None:
     rng = np.random.default_rng(5)
     k, t = random_k(rng), rng.normal(size=3)
     rvec = Rotation.random(random_state=rng).as_rotvec()
@@ -190,7 +192,7 @@ def test_from_opencv_takes_vectors_and_matrices() -> None:
         np.testing.assert_allclose(camera.t, t, atol=1e-13)
 
 
-def test_from_opengl_is_the_flipped_pose() -> None:
+def test_from_opengl_flips_the_y_and_z_axes() -> None:
     rng = np.random.default_rng(6)
     camera = random_camera(rng)
     pose = np.eye(4)
@@ -200,7 +202,7 @@ def test_from_opengl_is_the_flipped_pose() -> None:
     np.testing.assert_allclose(again.P, camera.P, rtol=1e-12, atol=1e-9)
 
 
-def test_intrinsics() -> None:
+def test_fov_focal_length_and_k_give_the_expected_intrinsics() -> None:
     camera = raycam.Camera.from_pose([0, 0, 0], size=(200, 100), fov=90)
     np.testing.assert_allclose(camera.K, [[50, 0, 99.5], [0, 50, 49.5], [0, 0, 1]])
     half = raycam.Camera.from_pose([0, 0, 0], size=(200, 100), fov=90, pixel_center="half")
@@ -225,7 +227,7 @@ def test_resized_keeps_the_edges_of_the_view(pixel_center: str) -> None:
     assert double.size == (1280, 1440)
 
 
-def test_numpy_of_every_kind_gives_the_same_camera() -> None:
+def test_arrays_of_every_dtype_and_layout_give_the_same_camera() -> None:
     k = np.array([[500.0, 0, 320], [0, 400, 240], [0, 0, 1]])
     r, c = np.eye(3)[[1, 2, 0]], np.array([1.0, 2, 3])
     expected = raycam.Camera(k, r, c, SIZE)
@@ -252,7 +254,7 @@ def test_numpy_of_every_kind_gives_the_same_camera() -> None:
     assert expected.rays(np.zeros((0, 2)))[1].shape == (0, 3)
 
 
-def test_equality_hash_pickle_and_copies() -> None:
+def test_cameras_support_equality_hash_pickle_and_copy() -> None:
     rng = np.random.default_rng(9)
     camera = random_camera(rng)
     cameras = [
@@ -272,7 +274,7 @@ def test_equality_hash_pickle_and_copies() -> None:
     assert camera != "camera"
 
 
-def test_repr_shows_what_it_is() -> None:
+def test_repr_of_a_camera_shows_its_values() -> None:
     text = repr(raycam.Camera.look_at([4, -6, 3], [0, 0, 0], size=(64, 48)))
     for part in ("64 x 48", "K =", "R =", "C = [ 4. -6.  3.]", "22.5885", "123.69", "integer"):
         assert part in text

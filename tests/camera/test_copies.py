@@ -1,4 +1,4 @@
-"""Copies of cameras, against OpenCV where it has them."""
+"""Copies of cameras, compared with OpenCV where it has an equivalent."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def camera(**options: object) -> raycam.Camera:
 
 
 @pytest.mark.parametrize("center", ["integer", "half"])
-def test_replace_keeps_the_rest(center: str) -> None:
+def test_replace_keeps_the_other_values(center: str) -> None:
     given = camera(pixel_center=center).with_aperture(0.01, focus=2.0)
     moved = given.replace(C=[0.1, 0.2, -0.3])
     assert moved.pixel_center == center
@@ -31,13 +31,13 @@ def test_replace_keeps_the_rest(center: str) -> None:
     assert given.pinhole().replace(distortion=BROWN) == given
 
 
-def test_pixel_centers_change_and_the_picture_stays() -> None:
+def test_replacing_the_pixel_center_keeps_the_image() -> None:
     half = camera().replace(pixel_center="half")
     np.testing.assert_allclose(half.project(POINTS)[0], camera().project(POINTS)[0] + 0.5, atol=1e-12)
     assert half.replace(pixel_center="integer") == camera()
 
 
-def test_a_crop_is_a_part_of_the_picture() -> None:
+def test_cropped_camera_shifts_the_pixels() -> None:
     part = camera().cropped(100, 50, 200, 150)
     assert part.size == (200, 150)
     np.testing.assert_allclose(part.project(POINTS)[0], camera().project(POINTS)[0] - [100, 50], atol=1e-9)
@@ -46,7 +46,7 @@ def test_a_crop_is_a_part_of_the_picture() -> None:
 
 
 def border_rule(sides: list[np.ndarray], balance: float) -> np.ndarray:
-    """OpenCV's rule for K [3, 3], of points of the plane z = 1 that the left, right, upper and lower sides show."""
+    """K [3, 3] by OpenCV's rule, from the points on the plane z = 1 along the four sides of the image."""
     made, everything = np.eye(3), np.concatenate(sides)
     for axis, last in ((0, 639.0), (1, 479.0)):
         first, second = (side[:, axis] for side in sides[2 * axis : 2 * axis + 2])
@@ -58,14 +58,14 @@ def border_rule(sides: list[np.ndarray], balance: float) -> np.ndarray:
 
 
 def border(columns: int, rows: int) -> list[np.ndarray]:
-    """The pixels [n, 2] of the left, right, upper and lower sides of the picture."""
+    """The pixels [n, 2] of the left, right, upper and lower sides of the image."""
     u, v = np.linspace(0, 639, columns), np.linspace(0, 479, rows)
     upright = [np.column_stack([np.full(rows, x), v]) for x in (0.0, 639.0)]
     return upright + [np.column_stack([u, np.full(columns, y)]) for y in (0.0, 479.0)]
 
 
 def undistort(pixels: np.ndarray, lens: np.ndarray) -> np.ndarray:
-    """Points [n, 2] of the plane z = 1, whose pixels are those by `cv2.projectPoints`."""
+    """Points [n, 2] on the plane z = 1 that `cv2.projectPoints` maps to these pixels."""
     found = (pixels - K[:2, 2]) / [K[0, 0], K[1, 1]]
     for _ in range(200):
         seen = cv2.projectPoints(
@@ -80,14 +80,14 @@ STRONG = np.array([-0.35, 0.15, 0.0, 0.0, -0.02])
 
 @pytest.mark.parametrize("lens", [BROWN, STRONG])
 @pytest.mark.parametrize("balance", [0.0, 0.4, 1.0])
-def test_undistorted_is_opencvs_new_camera_matrix(balance: float, lens: np.ndarray) -> None:
+def test_undistorted_equals_opencvs_optimal_new_camera_matrix(balance: float, lens: np.ndarray) -> None:
     ours = camera().replace(distortion=lens).undistorted(balance)
     theirs, _ = cv2.getOptimalNewCameraMatrix(K, lens, (640, 480), balance)
 
-    # Its own: nine points of each side, and five steps of its inverse of the lens, which are not all of it.
+    # OpenCV uses nine points of each side, and five iterations to invert the lens, which are not exact.
     nine = [cv2.undistortPoints(side[:, None], K, lens)[:, 0] for side in border(9, 9)]
     np.testing.assert_allclose(border_rule(nine, balance), theirs, atol=1e-9)
-    # Ours: the same rule of all points, with the inverse.
+    # raycam applies the same rule to all points, with the exact inverse.
     exact = [undistort(side, lens) for side in border(640, 480)]
     np.testing.assert_allclose(ours.K, border_rule(exact, balance), atol=1e-9)
     assert np.abs(ours.K - theirs).max() < 0.25
@@ -97,17 +97,17 @@ def test_undistorted_is_opencvs_new_camera_matrix(balance: float, lens: np.ndarr
 
 
 @pytest.mark.parametrize("lens", [BROWN, STRONG])
-def test_nothing_beside_the_picture_is_in_the_undistorted_one(lens: np.ndarray) -> None:
+def test_undistorted_image_shows_only_pixels_of_the_original(lens: np.ndarray) -> None:
     given = camera().replace(distortion=lens)
     shown = given.undistorted(0.0).pixel_map(given).reshape(-1, 2)
     assert shown.min() > -1e-4
     assert (shown.max(axis=0) - [639, 479]).max() < 1e-4
-    # And nothing is given away: each side is reached.
+    # The image is used fully: each side is reached.
     assert (shown.min(axis=0) < 1e-3).all()
     assert (shown.max(axis=0) > [638.999, 478.999]).all()
 
 
-def test_the_map_is_that_of_opencv() -> None:
+def test_undistortion_map_equals_that_of_opencv() -> None:
     plain = camera().undistorted(0.0)
     ours = plain.pixel_map(camera())
     x, y = cv2.initUndistortRectifyMap(K, BROWN, np.eye(3), plain.K, (640, 480), cv2.CV_32FC1)
@@ -118,7 +118,7 @@ def test_the_map_is_that_of_opencv() -> None:
         plain.replace(C=[1, 0, 0]).pixel_map(camera())
 
 
-def test_what_looks_behind_has_no_undistorted_picture() -> None:
+def test_lenses_wider_than_180_degrees_cannot_be_undistorted() -> None:
     wide = raycam.Camera(
         [[150, 0, 320], [0, 150, 240], [0, 0, 1]],
         np.eye(3),
@@ -135,7 +135,7 @@ def test_what_looks_behind_has_no_undistorted_picture() -> None:
 
 @pytest.mark.parametrize("order", ["wxyz", "xyzw"])
 @pytest.mark.parametrize("direction", ["world_from_camera", "camera_from_world"])
-def test_a_quaternion_is_its_rotation_vector(order: str, direction: str) -> None:
+def test_from_quaternion_equals_its_rotation_vector(order: str, direction: str) -> None:
     rvec, t = np.array([0.4, -0.7, 0.3]), np.array([0.5, -1.0, 2.0])
     angle = np.linalg.norm(rvec)
     w, xyz = np.cos(angle / 2), np.sin(angle / 2) * rvec / angle
@@ -164,7 +164,7 @@ def test_pose_and_size_are_accepted_in_either_order(name: str) -> None:
         make(K, world_from_camera=pose, size=np.array(size)),
         make(K, [640, 480], pose.tolist()),
     ]
-    # The third column is the body's z: OpenCV's forward, OpenGL's backward; the first the body's forward.
+    # The third column is z: forward in OpenCV, backward in OpenGL; the first is the body's forward axis.
     column, sign = {"from_opengl": (2, -1), "from_transform": (2, 1), "from_x_forward": (0, 1)}[name]
     for camera in made:
         assert camera.size == size
@@ -172,7 +172,7 @@ def test_pose_and_size_are_accepted_in_either_order(name: str) -> None:
         np.testing.assert_allclose(camera.C, pose[:3, 3], atol=0)
 
 
-def test_axes_by_their_names() -> None:
+def test_from_pose_matrix_accepts_named_axes() -> None:
     pose = np.eye(4)
     pose[:3, 3] = [1, 2, 3]
     forward = {"opencv": [0, 0, 1], "opengl": [0, 0, -1], "x_forward": [1, 0, 0]}

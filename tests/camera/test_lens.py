@@ -1,4 +1,4 @@
-"""Lenses, against OpenCV."""
+"""Lenses, compared with OpenCV."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OPENCV = [
 ]
 FISHEYE = [[0, 0, 0, 0], [-0.011602611404, 0.053990588928, -0.07542693755, 0.036663653163]]
 
-# Calibrations of real cameras: OpenCV's left_intrinsics.yml, EuRoC's cam0 by both models.
+# Calibrations of real cameras: OpenCV's left_intrinsics.yml, and EuRoC's cam0 with both models.
 REAL = {
     "opencv": (
         [[535.91573, 0, 342.28315], [0, 535.91573, 235.57083], [0, 0, 1]],
@@ -70,7 +70,7 @@ def test_project_agrees_with_opencv_fisheye(distortion: list[float]) -> None:
 
 
 @pytest.mark.parametrize("name", REAL)
-def test_every_pixel_of_a_real_camera_comes_back(name: str) -> None:
+def test_rays_and_projection_of_every_pixel_round_trip(name: str) -> None:
     k, size, distortion, model = REAL[name]
     camera = raycam.Camera(k, np.eye(3), [1, 2, 3], size, skew=0.7, distortion=distortion, model=model)
     assert camera.valid().all()
@@ -90,7 +90,7 @@ def wall() -> raycam.World:
     return world
 
 
-def test_a_fold_gives_a_mask() -> None:
+def test_pixels_beyond_the_fold_of_a_lens_are_invalid() -> None:
     camera = raycam.Camera(K, np.eye(3), np.zeros(3), SIZE, distortion=[-0.9, 0, 0, 0])
     valid = camera.valid()
     # r (1 - 0.9 r²) grows up to the radius sqrt(1 / 2.7), whose image is 2/3 of it.
@@ -116,7 +116,7 @@ RATIONAL = [
 
 
 @pytest.mark.parametrize("distortion", RATIONAL)
-def test_pixels_near_the_fold_of_a_rational_lens(distortion: list[float]) -> None:
+def test_rays_near_the_fold_of_a_rational_lens_are_exact(distortion: list[float]) -> None:
     k = np.array([[60.0, 0, 100], [0, 61.0, 80], [0, 0, 1]])
     camera = raycam.Camera(k, np.eye(3), np.zeros(3), (200, 160), distortion=distortion, pixel_center="half")
     k1, k2, p1, p2, k3, k4, k5, k6 = map(mpmath.mpf, distortion)
@@ -137,7 +137,7 @@ def test_pixels_near_the_fold_of_a_rational_lens(distortion: list[float]) -> Non
         fold = mpmath.findroot(lambda r: mpmath.diff(lambda q: q * factor(q * q), r), 1.2)
         reach = float(fold * factor(fold**2))
         np.testing.assert_array_equal(valid, np.hypot(*np.moveaxis(wanted, 2, 0)) < reach)
-    edge = valid & (np.hypot(*np.gradient(valid.astype(float))) > 0)  # hardest, and they lie at the fold
+    edge = valid & (np.hypot(*np.gradient(valid.astype(float))) > 0)  # the hardest pixels are at the fold
     assert edge.sum() > 100
     for row, column in np.argwhere(edge):
         at = rays[row, column, :2] / rays[row, column, 2]
@@ -157,7 +157,7 @@ def test_hits_project_to_their_pixels(name: str) -> None:
     assert np.abs(pixels - np.column_stack([u, v])).max() <= 1e-3
 
 
-def test_a_straight_edge_bends_as_opencv_says() -> None:
+def test_image_of_a_straight_edge_bends_as_in_opencv() -> None:
     k, size, distortion, _ = REAL["opencv"]
     camera = raycam.Camera(k, np.eye(3), np.zeros(3), size, distortion=distortion)
     ids = raycam.render(wall(), camera, samples=1, integrator="flat", channels="instance")["instance"]
@@ -173,7 +173,7 @@ def test_a_straight_edge_bends_as_opencv_says() -> None:
         assert column - 1e-3 <= first
 
 
-def test_the_lens_stays_with_the_camera(tmp_path: Path) -> None:
+def test_copies_and_pickles_keep_the_lens(tmp_path: Path) -> None:
     camera = raycam.Camera.from_opencv(K, RVEC, TVEC, SIZE, np.array([OPENCV[1]]))
     assert camera.model == "opencv"
     np.testing.assert_array_equal(camera.distortion, OPENCV[1])
@@ -186,7 +186,7 @@ def test_the_lens_stays_with_the_camera(tmp_path: Path) -> None:
     world = wall()
     world.add_camera(camera)
     assert world.cameras["camera"] == camera
-    again = pickle.loads(pickle.dumps(world.cameras["camera"]))  # by way of P
+    again = pickle.loads(pickle.dumps(world.cameras["camera"]))  # through P
     np.testing.assert_allclose(again.project(point)[0], camera.project(point)[0], atol=1e-9)
     raycam.render(world, camera, samples=1).save(tmp_path / "a.exr")
     header = (tmp_path / "a.exr").read_bytes()[:4000]
@@ -194,7 +194,7 @@ def test_the_lens_stays_with_the_camera(tmp_path: Path) -> None:
     assert " ".join(str(v) for v in OPENCV[1]).encode()[:12] in header
 
 
-def test_a_world_file_has_lenses() -> None:
+def test_world_files_define_lenses() -> None:
     table = {
         "size": [640, 480],
         "focal": 500,
@@ -223,7 +223,7 @@ def test_a_world_file_has_lenses() -> None:
         raycam.World.from_dict({"camera": {"matrix": K @ np.eye(3, 4), "distortion": OPENCV[0]}})
 
 
-def test_no_lens_is_a_pinhole() -> None:
+def test_zero_distortion_is_a_pinhole() -> None:
     plain = raycam.Camera.from_opencv(K, RVEC, TVEC, SIZE)
     zeros = raycam.Camera.from_opencv(K, RVEC, TVEC, SIZE, np.zeros(5))
     assert plain == zeros
@@ -233,7 +233,7 @@ def test_no_lens_is_a_pinhole() -> None:
     assert plain.rays()[1].tobytes() == zeros.rays()[1].tobytes()
 
 
-def test_what_uses_p_alone_refuses_a_lens() -> None:
+def test_reference_integrator_refuses_lens_distortion() -> None:
     camera = raycam.Camera.from_opencv(K, RVEC, TVEC, SIZE, OPENCV[0])
     with raises(raycam.CameraError, code="unsupported_camera"):
         raycam.render(wall(), camera, integrator="reference")

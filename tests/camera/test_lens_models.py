@@ -1,4 +1,4 @@
-"""Lenses beyond OpenCV's, against COLMAP and against the formulas of their papers."""
+"""Lenses that OpenCV lacks, compared with COLMAP and with the formulas of their papers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ R = raycam.Camera.look_at([1, 2, 3], [4, 1, 0], fov=50).R
 T = np.array([0.1, -0.2, 2.0])
 PINHOLE = [520.0, 515.0, 322.5, 238.25]
 
-# COLMAP's parameters, and the lens they become.
+# COLMAP's parameters and the corresponding lens.
 COLMAP = {
     "SIMPLE_PINHOLE": ([520.0, 322.5, 238.25], "pinhole"),
     "PINHOLE": (PINHOLE, "pinhole"),
@@ -43,7 +43,7 @@ COLMAP = {
 }
 
 
-def test_every_model_of_colmap_is_here() -> None:
+def test_every_camera_model_of_colmap_is_supported() -> None:
     names = {name for name in dir(pycolmap.CameraModelId) if name.isupper()} - {"INVALID"}
     assert names == set(COLMAP)
 
@@ -58,8 +58,10 @@ def test_project_agrees_with_colmap(name: str, pixel_center: str) -> None:
     assert len(points) > 20_000
     judge = pycolmap.Camera(model=name, width=SIZE[0], height=SIZE[1], params=params)
     expected = np.asarray(judge.img_from_cam(points @ R.T + T))
-    known = np.isfinite(expected).all(axis=1)  # COLMAP has no image of points behind some fisheyes
-    if name == "FOV":  # a series within 0.01 of the axis, good to 1e-8 pixels
+    known = np.isfinite(expected).all(
+        axis=1
+    )  # some fisheyes of COLMAP do not project points behind the camera
+    if name == "FOV":  # within 0.01 of the axis COLMAP uses a series with an error of 1e-8 pixels
         known &= np.linalg.norm(expected - PINHOLE[2:], axis=1) > 10
     assert known.mean() > 0.9
     pixels, seen = camera.project(points)
@@ -68,7 +70,7 @@ def test_project_agrees_with_colmap(name: str, pixel_center: str) -> None:
 
 
 @pytest.mark.parametrize("name", COLMAP)
-def test_models_go_back_to_colmap(name: str) -> None:
+def test_lens_models_convert_back_to_colmap(name: str) -> None:
     params, _ = COLMAP[name]
     camera = raycam.Camera.from_colmap(name, params, R, T, SIZE)
     back, numbers = camera.colmap
@@ -122,7 +124,7 @@ FORMULAS = [
 
 
 @pytest.mark.parametrize(("model", "formula", "coefficients"), FORMULAS)
-def test_project_is_the_formula(model, formula, coefficients) -> None:
+def test_project_equals_the_published_formulas(model, formula, coefficients) -> None:
     focal = 500.0 if len(coefficients) == 5 else 200.0
     K = np.array([[focal, 1.5, 330.0], [0, focal, 235.0], [0, 0, 1]])
     camera = raycam.Camera(K, R, [1, -2, 0.5], SIZE, distortion=coefficients or None, model=model)
@@ -151,8 +153,8 @@ def test_project_is_the_formula(model, formula, coefficients) -> None:
     assert np.linalg.norm(np.cross(back, true), axis=1).max() <= 1e-12
 
 
-def test_a_picture_of_what_is_behind() -> None:
-    """Six walls of a room around the camera: a panorama and a fisheye of 360 degrees see the one behind."""
+def test_wide_lenses_show_points_behind_the_camera() -> None:
+    """In a room of six walls, a panorama and a fisheye of 360 degrees also show the wall behind the camera."""
     world = raycam.World()
     world.add_object({"name": "room", "box": {"size": [4, 4, 4]}, "color": [0.5, 0.5, 0.5]})
     for model in ("equirectangular", "cylindrical"):

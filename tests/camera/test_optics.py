@@ -1,4 +1,4 @@
-"""Aperture, shutter and vignetting, against closed forms."""
+"""Aperture, shutter and vignetting, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def moments(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(("blades", "spread"), [(0, 1 / 4), (6, 5 / 24), (4, 1 / 6)])
-def test_circle_of_confusion(blades: int, spread: float) -> None:
-    """A point at depth d blurs over the opening, as large as f R |1/d - 1/focus|: a uniform disc of radius r has the
-    variance r²/4 along an axis, a hexagon 5 r²/24, a square r²/6.
+def test_blur_of_a_point_has_the_variance_of_the_circle_of_confusion(blades: int, spread: float) -> None:
+    """A point at depth d is blurred to the shape of the aperture, with radius r = f R |1/d - 1/focus|: a uniform disc
+    has the variance r²/4 along an axis, a hexagon 5 r²/24, a square r²/6.
     """
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
     sharp = camera_at()
@@ -59,7 +59,7 @@ def test_circle_of_confusion(blades: int, spread: float) -> None:
     assert light[30, 40 + int(radius) + 3 :].sum() == 0
 
 
-def test_what_is_in_focus_is_sharp() -> None:
+def test_surfaces_in_focus_are_sharp() -> None:
     world = world_of([0.3, 0.3, 1e-9], [0.2, 0.1, 2])
     sharp, open_wide = light_of(world, camera_at()), light_of(world, camera_at().with_aperture(0.2, focus=2))
     assert np.abs(sharp - open_wide).max() < 0.1 * sharp.max()
@@ -67,7 +67,7 @@ def test_what_is_in_focus_is_sharp() -> None:
     np.testing.assert_allclose(open_wide[inside], sharp[inside], rtol=1e-3)
 
 
-def test_f_number() -> None:
+def test_f_number_equals_the_aperture_radius() -> None:
     camera = camera_at().with_aperture(f_number=2, focal_length=0.05, focus=3)
     assert camera.aperture is not None
     again = camera_at().with_aperture(0.0125, focus=3)
@@ -76,8 +76,8 @@ def test_f_number() -> None:
     assert (light_of(world, camera, 16) == light_of(world, again, 16)).all()
 
 
-def test_smear_of_a_moving_camera() -> None:
-    """Over the exposure the image goes f d / z pixels, evenly: the variance grows by that squared over 12."""
+def test_motion_blur_of_a_moving_camera_has_the_closed_form_variance() -> None:
+    """During the exposure the image moves uniformly by s = f d / z pixels: the variance grows by s² / 12."""
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
     moving = camera_at(-0.1).moving(camera_at(0.1), exposure=0.01)
     length = F * 0.2 / 4
@@ -89,10 +89,10 @@ def test_smear_of_a_moving_camera() -> None:
 
 
 @pytest.mark.parametrize(("direction", "sign"), [("down", 1), ("up", -1)])
-def test_rolling_shutter_by_rows_skews_upright_lines(
+def test_rolling_shutter_by_rows_skews_vertical_lines(
     direction: raycam.camera._optics.Readout, sign: int
 ) -> None:
-    """The row at the fraction g sees the camera g of the way: an upright line at depth z leans by f d / z in all."""
+    """Rows are read one after another, so a vertical line at depth z leans by f d / z over the whole image."""
     world = world_of([0.05, 9.0, 1e-4], [0, 0, 4])
     rolling = camera_at(-0.1).moving(camera_at(0.1), readout=0.02, direction=direction)
     frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
@@ -105,8 +105,10 @@ def test_rolling_shutter_by_rows_skews_upright_lines(
 
 
 @pytest.mark.parametrize(("direction", "sign"), [("right", 1), ("left", -1)])
-def test_rolling_shutter_by_columns(direction: raycam.camera._optics.Readout, sign: int) -> None:
-    """Each column is taken where the camera is then: a level line leans as an upright one does by rows."""
+def test_rolling_shutter_by_columns_skews_horizontal_lines(
+    direction: raycam.camera._optics.Readout, sign: int
+) -> None:
+    """Columns are read one after another, so a horizontal line leans."""
     world = world_of([9.0, 0.05, 1e-4], [0, 0, 4])
     rolling = camera_at(0, -0.1).moving(camera_at(0, 0.1), readout=0.02, direction=direction)
     frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
@@ -116,7 +118,7 @@ def test_rolling_shutter_by_columns(direction: raycam.camera._optics.Readout, si
     assert frame.reprojection_error() <= 1e-3
 
 
-def test_vignetting() -> None:
+def test_vignetting_equals_the_polynomial() -> None:
     world = world_of([9, 9, 1e-4], [0, 0, 2])
     plain = raycam.render(world, camera_at(), integrator="flat", samples=4)["color"][..., 0]
     y, x = np.indices(plain.shape)
@@ -129,7 +131,7 @@ def test_vignetting() -> None:
         np.testing.assert_allclose(dark, plain * factor, rtol=2e-6)
 
 
-def test_all_of_it_survives_files_and_pickles(tmp_path: Path) -> None:
+def test_files_and_pickles_keep_all_optics(tmp_path: Path) -> None:
     camera = (
         camera_at(-0.1)
         .with_aperture(0.1, focus=2, blades=5, rotation=10)
@@ -145,7 +147,7 @@ def test_all_of_it_survives_files_and_pickles(tmp_path: Path) -> None:
         assert raycam.Camera.from_dict(json.loads(str(saved["camera"]))) == camera
 
 
-def test_parallel_rays() -> None:
+def test_camera_with_parallel_rays_has_a_centre_at_infinity() -> None:
     camera = raycam.Camera.orthographic([0, 0, 5], pitch=90, height=2, size=(40, 30))
     assert camera.is_parallel
     assert np.allclose(camera.center, [0, 0, -1, 0])
@@ -166,8 +168,8 @@ def test_parallel_rays() -> None:
 
 
 @pytest.mark.parametrize("far", [0.0, 1e6])
-def test_points_seen_are_where_they_were_seen(far: float) -> None:
-    """Pixel, ray, hit, and back, through every kind of camera."""
+def test_positions_reproject_to_their_pixels_for_every_kind_of_camera(far: float) -> None:
+    """From pixel to ray to hit and back to the pixel, for every kind of camera."""
     shift = np.array([far, -far, far])
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, location=np.add(shift, [0.2, 0.1, 4]).tolist())
@@ -201,7 +203,7 @@ def test_points_seen_are_where_they_were_seen(far: float) -> None:
 
 
 def sliding(seconds: float = 1.0, speed: float = 1.0, rows: int = 64) -> tuple[raycam.World, raycam.Camera]:
-    """A white upright bar that slides to the right before a camera that sees 16 pixels a metre at its depth."""
+    """A white vertical bar that slides to the right in front of a camera with 16 pixels per metre at its depth."""
     world = raycam.World()
     bar = world.add_object(box={"size": [1.0, 9.0, 0.001]}, name="bar", type="unlit", color=[1, 1, 1])
     assert bar == 0
@@ -212,8 +214,8 @@ def sliding(seconds: float = 1.0, speed: float = 1.0, rows: int = 64) -> tuple[r
     return world, raycam.Camera(k, np.eye(3), [0, 0, 0], size=(128, rows))
 
 
-def test_smear_of_a_moving_object() -> None:
-    """An edge that moves evenly by s pixels is a ramp of s pixels: a box seen through a box is a trapezium."""
+def test_motion_blur_of_a_moving_bar_equals_a_trapezium() -> None:
+    """A uniform motion of s pixels blurs an edge to a ramp of s pixels, and a bar to a trapezium."""
     world, camera = sliding(speed=2.0)
     still = raycam.render(
         world.at(0.5), camera, samples=64, integrator="flat", channels=["color", "instance"]
@@ -226,18 +228,18 @@ def test_smear_of_a_moving_object() -> None:
         channels=["color", "instance", "depth"],
     )
     light = seen["color"][..., 0].mean(axis=0)
-    # 16 pixels a metre: the bar is 16 wide and moves by 2 m/s for half a second, 16 pixels.
+    # 16 pixels per metre: the bar is 16 pixels wide and moves by 16 pixels (2 m/s for half a second).
     x = np.arange(128) - 63.5
     expected = np.clip((16 - np.abs(x)) / 16, 0, 1)
-    np.testing.assert_allclose(light, expected, atol=0.04)  # 1/64 of the way, and noise
+    np.testing.assert_allclose(light, expected, atol=0.04)  # 1/64 of the motion, and noise
     assert abs(light.sum() - still["color"][..., 0].mean(axis=0).sum()) < 0.1
-    # Labels are those of the middle.
+    # Labels show the middle of the exposure.
     assert (seen["instance"] == still["instance"]).all()
     assert (raycam.render(world, camera.exposing(0.5), samples=8, integrator="flat")["color"]
             == raycam.render(world, camera, samples=8, integrator="flat")["color"]).all()  # fmt: skip
 
 
-def test_a_rolling_shutter_sees_a_moving_object_line_by_line() -> None:
+def test_rolling_shutter_shows_a_moving_object_at_the_time_of_each_line() -> None:
     world, camera = sliding(speed=2.0)
     for direction, sign in (("down", 1), ("up", -1)):
         rolling = camera.exposing(0.0, readout=0.5, direction=direction)
@@ -249,7 +251,7 @@ def test_a_rolling_shutter_sees_a_moving_object_line_by_line() -> None:
         expected = np.abs(columns - middle[:, None]) < 8.0
         clear = np.abs(np.abs(columns - middle[:, None]) - 8.0) > 1e-6
         assert ((seen["instance"] == 0) == expected)[clear].all(), direction
-        # With an exposure, each line is the same line of the lean smeared, and its label stays.
+        # With an exposure, each line is blurred, and its label does not change.
         both = camera.exposing(0.25, readout=0.25, direction=direction)
         frame = raycam.render(
             world.at(0.5), both, samples=256, integrator="flat", channels=["color", "instance"]
@@ -262,7 +264,7 @@ def test_a_rolling_shutter_sees_a_moving_object_line_by_line() -> None:
         assert ((frame["instance"] == 0) == (off < 8.0))[np.abs(off - 8.0) > 1e-6].all()
 
 
-def test_a_camera_that_moves_along_sees_no_blur() -> None:
+def test_camera_that_follows_an_object_shows_it_without_blur() -> None:
     world, camera = sliding(speed=2.0)
     world.set_video(
         seconds=1.0,
@@ -284,7 +286,7 @@ def test_a_camera_that_moves_along_sees_no_blur() -> None:
     assert off[np.abs(np.abs(np.arange(128) - 63.5) - 8) > 1].max() == 0.0
 
 
-def test_motion_is_the_same_for_any_number_of_threads_and_part() -> None:
+def test_motion_blur_does_not_depend_on_threads_or_regions() -> None:
     world, camera = sliding()
     rolling = camera.exposing(0.25, readout=0.5)
     whole = raycam.render(world.at(0.5), rolling, samples=4, channels=["color", "depth"], threads=1)

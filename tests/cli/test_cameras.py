@@ -1,4 +1,4 @@
-"""`raycam cameras`: the cameras that the options ask for, against OpenCV, and the errors of a first try."""
+"""`raycam cameras`: its options compared with OpenCV, and errors for common mistakes."""
 
 from __future__ import annotations
 
@@ -40,22 +40,22 @@ def made(command: str, *, output: str = "out.yaml", format: str = "opencv") -> r
     return raycam.load_cameras(output)
 
 
-def test_size_scales_the_picture(folder: Path) -> None:
+def test_size_option_scales_the_intrinsics(folder: Path) -> None:
     (camera,) = made("calib.yaml --size 320x240").values()
-    # The edges stay: cv2.resize takes the pixel x to (x + 0.5) / 2 - 0.5.
+    # The image borders do not move: cv2.resize maps the pixel x to (x + 0.5) / 2 - 0.5.
     np.testing.assert_allclose(camera.K[:2, 2], (K[:2, 2] + 0.5) / 2 - 0.5, atol=1e-12)
     np.testing.assert_allclose(np.diag(camera.K)[:2], np.diag(K)[:2] / 2, atol=1e-12)
     assert camera.size == (320, 240)
     np.testing.assert_array_equal(camera.distortion, D)
 
 
-def test_crop_after_size(folder: Path) -> None:
+def test_crop_option_applies_after_size(folder: Path) -> None:
     (camera,) = made("calib.yaml --size 320x240 --crop 10,20,200,150").values()
     np.testing.assert_allclose(camera.K[:2, 2], (K[:2, 2] + 0.5) / 2 - 0.5 - [10, 20], atol=1e-12)
     assert camera.size == (200, 150)
 
 
-def test_pinhole_keeps_k_and_its_map_is_opencv_s(folder: Path) -> None:
+def test_pinhole_option_keeps_k_and_writes_opencvs_map(folder: Path) -> None:
     (camera,) = made("calib.yaml --pinhole --maps maps.npz").values()
     assert camera.model == "pinhole"
     np.testing.assert_array_equal(camera.K, K)
@@ -65,14 +65,14 @@ def test_pinhole_keeps_k_and_its_map_is_opencv_s(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("balance", ["", "0", "1"])
-def test_undistort_is_opencv_s_new_camera(folder: Path, balance: str) -> None:
+def test_undistort_option_equals_opencvs_new_camera_matrix(folder: Path, balance: str) -> None:
     (camera,) = made(f"calib.yaml --undistort {balance}").values()
     theirs, _ = cv2.getOptimalNewCameraMatrix(K, D, SIZE, float(balance or 0))
     np.testing.assert_allclose(camera.K, theirs, atol=0.01)
     assert camera.model == "pinhole"
 
 
-def test_rectify_is_opencv_s_pair(folder: Path) -> None:
+def test_rectify_option_equals_opencvs_rectification(folder: Path) -> None:
     rig = made("stereo.yaml --rectify --maps maps.npz", format="kalibr").rigs["rig"]
     R1, R2, *_ = cv2.stereoRectify(K, D, K2, D2, SIZE, TURN, STEP[:, None], alpha=-1)
     left, right = rig.values()
@@ -86,7 +86,7 @@ def test_rectify_is_opencv_s_pair(folder: Path) -> None:
         np.testing.assert_allclose(maps[name], np.stack([x, y], axis=-1), atol=1e-4)
 
 
-def test_times_less_an_offset(folder: Path) -> None:
+def test_time_offset_option_subtracts_from_the_times(folder: Path) -> None:
     for offset, first in (("first", 0.0), ("10", 0.5), ("-1.5", 12.0)):
         cameras = made(
             f"body.txt --intrinsics calib.yaml --time-offset={offset}", output="t.txt", format="tum"
@@ -94,12 +94,14 @@ def test_times_less_an_offset(folder: Path) -> None:
         np.testing.assert_allclose(list(cameras.times.values()), first + np.arange(3), atol=1e-12)
 
 
-def test_a_camera_of_several(folder: Path) -> None:
+def test_file_colon_name_selects_one_camera(folder: Path) -> None:
     (camera,) = made("stereo.yaml:cam1 --pinhole").values()
     np.testing.assert_allclose(camera.K, K2, atol=1e-12)
 
 
-def test_a_folder_is_opened_by_what_lies_in_it(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_folder_opens_with_the_calibration_that_it_contains(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (folder / "session").mkdir()
     (folder / "session/notes.txt").write_text("a calibration of the left camera\n")
     (folder / "calib.yaml").rename(folder / "session/2026-11-27 left.yml")
@@ -112,7 +114,7 @@ def test_a_folder_is_opened_by_what_lies_in_it(folder: Path, capsys: pytest.Capt
     told = capsys.readouterr().err
     assert "2 calibrations" in told
     assert "2026-11-27 left.yml (opencv), stereo.yaml (kalibr)" in told
-    # A name that stands for the whole goes first.
+    # The name of an existing folder takes precedence.
     (folder / "session/2026-11-27 left.yml").rename(folder / "session/calibration.yml")
     assert run("session") == 0
     (folder / "empty").mkdir()
@@ -145,7 +147,7 @@ def test_a_folder_is_opened_by_what_lies_in_it(folder: Path, capsys: pytest.Capt
         ("body.txt", "--intrinsics"),
     ],
 )
-def test_errors_say_what_to_do(
+def test_invalid_camera_commands_print_one_error_with_a_remedy(
     folder: Path, capsys: pytest.CaptureFixture[str], command: str, reason: str
 ) -> None:
     try:
@@ -159,7 +161,7 @@ def test_errors_say_what_to_do(
     assert "Traceback" not in told
 
 
-def test_the_wrong_order_of_a_pair_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_rectify_option_reports_exchanged_cameras(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     left = raycam.Camera(K, np.eye(3), np.zeros(3), SIZE)
     raycam.save_cameras("pair.yaml", raycam.Rig({"a": left.replace(C=[0.2, 0, 0]), "b": left}), "kalibr")
     assert run("pair.yaml --rectify") != 0

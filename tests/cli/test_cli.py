@@ -1,4 +1,4 @@
-"""The command line: what it makes, and one clear line where it cannot."""
+"""The command line: its results, and errors in one line."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def run(command: str) -> int:
     return main(shlex.split(command))
 
 
-def test_render_makes_the_picture_of_the_api(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_render_command_writes_the_image_of_the_python_call(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("render box.toml --integrator flat --samples 3 --seed 2") == 0
     assert capsys.readouterr().out == "box.png: 64 x 48, color\n"
     world = raycam.load("box.toml")
@@ -58,7 +60,7 @@ def test_render_makes_the_picture_of_the_api(folder: Path, capsys: pytest.Captur
         np.testing.assert_array_equal(np.asarray(image), expected)
 
 
-def test_render_options(folder: Path) -> None:
+def test_render_options_reach_the_renderer(folder: Path) -> None:
     assert run("render box.toml -o a.npz --integrator flat --channels depth,normal color --size 128x96") == 0
     with np.load("a.npz") as read:
         assert read["depth"].shape == (96, 128)
@@ -83,7 +85,7 @@ def test_render_options(folder: Path) -> None:
     )
     assert run("render dim.toml -o dim.npz") == run("render dim.toml -o open.npz --no-ambient-occlusion") == 0
     with np.load("dim.npz") as dim, np.load("open.npz") as open_:
-        # One is an estimate, the other is not: pixel by pixel they differ by noise.
+        # Only one of the images is an estimate, so the pixels differ by noise.
         assert dim["color"].mean() < 0.99 * open_["color"].mean()
     assert sorted(os.listdir()) == [
         "a.npz",
@@ -98,7 +100,9 @@ def test_render_options(folder: Path) -> None:
     ]
 
 
-def test_a_bare_mesh_is_framed_and_lit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_mesh_without_cameras_and_lights_is_framed_and_lit(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     Path("a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 1\n3 0 1 2\n")
     assert run("render a.off --size 32x24 --samples 1") == 0
     assert "no lights" in capsys.readouterr().err
@@ -107,7 +111,7 @@ def test_a_bare_mesh_is_framed_and_lit(folder: Path, capsys: pytest.CaptureFixtu
         assert len(np.unique(np.asarray(image))) > 1
 
 
-def test_a_camera_by_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_camera_option_selects_a_camera_by_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     two = (
         BOX.replace("[camera]", '[[camera]]\nname = "front"')
         + '\n[[camera]]\nname = "top"\nfov = 30\nsize = [8, 6]'
@@ -120,7 +124,7 @@ def test_a_camera_by_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert 'did you mean "front"' in capsys.readouterr().err
 
 
-def test_an_animation_moves_its_camera(folder: Path) -> None:
+def test_at_option_moves_an_animated_camera(folder: Path) -> None:
     document = Document()
     document.node(mesh=document.square(pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]}))
     lens = {"yfov": 1.0, "aspectRatio": 1.0, "znear": 0.1}
@@ -136,12 +140,14 @@ def test_an_animation_moves_its_camera(folder: Path) -> None:
         assert run(f"render fly.glb --at {time} --size 64x64 --samples 1 --integrator flat") == 0
         with Image.open("fly.png") as image:
             red, green, _ = np.moveaxis(np.asarray(image), -1, 0)
-        # As wide as its distance says: 2 of 2 tan(0.5) z.
+        # Expected width: 2 of 2 tan(0.5) z.
         width = 64 / (np.tan(0.5) * (3 + 3 * time))
         assert np.count_nonzero(red > green) ** 0.5 == pytest.approx(width, abs=1.5)
 
 
-def test_info(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_command_prints_the_contents_of_a_world(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("info box.toml") == 0
     out = capsys.readouterr().out
     for part in (
@@ -159,7 +165,9 @@ def test_info(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert part in out
 
 
-def test_explain(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_explain_command_prints_steps_and_writes_a_figure(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("explain box.toml --pixel 32 24 --figure e.svg") == 0
     assert "n·r" in capsys.readouterr().out
     assert Path("e.svg").read_text().startswith("<svg")
@@ -168,7 +176,7 @@ def test_explain(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("explain box.toml --pixel 3 3 --figure e.png") == 2
 
 
-def test_video(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_video_command_writes_an_mp4_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     import av
 
     assert run("video box.toml -o a.mp4 --frames 0:3 --integrator flat --samples 1") == 0
@@ -222,7 +230,9 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("command", ERRORS)
-def test_errors_are_one_clear_line(folder: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+def test_errors_are_printed_in_one_line(
+    folder: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
     Path("bad.toml").write_text("[[object]]\ncolour = 1\nbox = {}\n")
     before = sorted(os.listdir())
     status, words = ERRORS[command]
@@ -250,7 +260,7 @@ def test_errors_are_one_clear_line(folder: Path, capsys: pytest.CaptureFixture[s
         ("info -dash.toml", ["./-dash.toml"]),
     ],
 )
-def test_file_names_with_a_leading_dash_are_refused_with_two_ways_to_write_them(
+def test_file_names_with_a_leading_dash_are_refused_with_two_alternatives(
     folder: Path, capsys: pytest.CaptureFixture[str], command: str, remedies: list[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
@@ -272,7 +282,7 @@ def test_file_names_with_a_leading_dash_are_written(folder: Path, output: str) -
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_the_command_help_prints_the_help(capsys: pytest.CaptureFixture[str], command: str) -> None:
+def test_help_command_equals_the_help_option(capsys: pytest.CaptureFixture[str], command: str) -> None:
     printed = []
     for words in (f"{command} --help", f"help {command}"):
         with pytest.raises(SystemExit) as exit_:
@@ -283,7 +293,7 @@ def test_the_command_help_prints_the_help(capsys: pytest.CaptureFixture[str], co
 
 
 @pytest.mark.parametrize("command", ["render", "video", "dataset"])
-def test_every_render_option_is_an_option_with_its_description(
+def test_every_render_option_is_a_command_line_option_with_help(
     capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
     with pytest.raises(SystemExit):
@@ -324,7 +334,7 @@ def test_invalid_render_options_name_the_option_as_typed_and_its_range(
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_help_teaches(capsys: pytest.CaptureFixture[str], command: str) -> None:
+def test_help_contains_usage_and_examples(capsys: pytest.CaptureFixture[str], command: str) -> None:
     with pytest.raises(SystemExit) as exit_:
         run(f"{command} --help")
     assert exit_.value.code == 0
@@ -335,7 +345,9 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str], command: str) -> None:
         assert "examples:" in out
 
 
-def test_a_texture_is_not_overwritten_by_default(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_render_refuses_to_overwrite_a_texture_by_default(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     Image.new("RGB", (2, 2), (9, 9, 9)).save("tex.png")
     before = Path("tex.png").read_bytes()
     Path("tex.toml").write_text(BOX + 'texture = "tex.png"\n')
@@ -348,7 +360,7 @@ def shell(*command: str, **keys: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, **keys)  # type: ignore[call-overload,no-any-return]
 
 
-def test_the_installed_command_and_the_module(folder: Path) -> None:
+def test_installed_command_and_module_behave_alike(folder: Path) -> None:
     script = Path(sys.executable).with_name("raycam")
     for command in ([str(script)], [sys.executable, "-m", "raycam"]):
         done = shell(*command, "--version")
@@ -358,7 +370,7 @@ def test_the_installed_command_and_the_module(folder: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_slow_modules_are_left_alone(folder: Path) -> None:
+def test_render_command_does_not_import_slow_modules(folder: Path) -> None:
     program = """
 import json, sys
 from raycam.cli import main
@@ -369,7 +381,7 @@ print(json.dumps([m for m in ("av", "raycam.reference", "raycam.video", "difflib
     assert json.loads(done.stdout.splitlines()[-1]) == []
 
 
-def test_output_that_nobody_reads_is_no_error(folder: Path) -> None:
+def test_closed_output_pipe_prints_no_traceback(folder: Path) -> None:
     command = f"{sys.executable} -m raycam info box.toml | true"
     done = shell("bash", "-c", f"set -o pipefail; {command}")
     assert "Traceback" not in done.stderr
@@ -404,14 +416,16 @@ keyframe = [{ time = 0, rig = "stereo", location = [0, 0, 0] }, { time = 2, rig 
 """
 
 
-def test_a_size_has_a_cross_or_a_comma(folder: Path) -> None:
+def test_size_is_accepted_with_a_cross_or_a_comma(folder: Path) -> None:
     for size in ("24x18", "24,18", "24X18"):
         assert run(f"render box.toml -o a.png --samples 1 --size {size}") == 0
         with Image.open("a.png") as image:
             assert image.size == (24, 18)
 
 
-def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_render_command_writes_an_image_per_rig_camera(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     Path("car.toml").write_text(CAR)
     assert run("render car.toml --rig stereo -o car.npz --channels depth,disparity --samples 1") == 0
     assert "car_left.npz: 32 x 24, depth, disparity" in capsys.readouterr().out
@@ -451,8 +465,8 @@ def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "stereo" in capsys.readouterr().err
 
 
-def test_a_trajectory_says_when_the_world_is_seen(folder: Path) -> None:
-    # A bar flies by while the camera stands; times as a clock has them, and one quaternion of another sign.
+def test_times_of_a_trajectory_move_the_world(folder: Path) -> None:
+    # A bar moves past a static camera; the times are clock times, and one quaternion has the opposite sign.
     bar = """
         [[object]]
         name = "bar"
@@ -485,7 +499,9 @@ def test_a_trajectory_says_when_the_world_is_seen(folder: Path) -> None:
         np.testing.assert_allclose(depth, np.where(np.isfinite(expected), expected, 0), atol=1.01e-4)
 
 
-def test_a_video_of_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_video_command_writes_a_folder_per_rig_camera(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     Path("car.toml").write_text(CAR)
     assert run("video car.toml --rig stereo -o drive --integrator direct --samples 1") == 0
     assert "drive_right: 2 frames of 32 x 24" in capsys.readouterr().out
@@ -506,7 +522,7 @@ def test_a_video_of_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "--camera" in capsys.readouterr().err
 
 
-def test_the_cameras_of_a_world_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_cameras_command_reads_a_world_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("cameras box.toml") == 0
     out = capsys.readouterr().out
     assert "cameras    1" in out
@@ -526,5 +542,5 @@ def test_help_names_every_format(
     with pytest.raises(SystemExit):
         main([command, "--help"])
     help_text = capsys.readouterr().out.rpartition(option)[2].partition("\n  -")[0]
-    help_text = re.sub(r"-\n\s+", "-", help_text)  # lines break at hyphens
+    help_text = re.sub(r"-\n\s+", "-", help_text)  # the help breaks lines at hyphens
     assert [word for word in re.findall(r"[\w-]+", help_text) if word in formats] == list(formats)

@@ -1,4 +1,4 @@
-"""Looks from the command line: light, ground, background, sides, presets, and what is printed."""
+"""Look options of the command line (light, ground, background, sides, presets) and the printed messages."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ def picture(name: str) -> np.ndarray:
         return np.asarray(image)
 
 
-def test_a_model_looks_as_by_the_api(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_studio_image_of_a_model_equals_the_python_call(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("render ball.glb --samples 2 --size 64x48") == 0
     assert "studio" in capsys.readouterr().err
     world = raycam.load("ball.glb")
@@ -47,7 +49,7 @@ def test_a_model_looks_as_by_the_api(folder: Path, capsys: pytest.CaptureFixture
     np.testing.assert_array_equal(picture("ball.png"), expected.to_srgb8())
 
 
-def test_a_model_with_a_lamp_of_its_own_is_told_of_the_studio(
+def test_model_with_lights_gets_a_hint_about_the_studio_option(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     world = raycam.load("ball.glb")
@@ -61,16 +63,16 @@ def test_a_model_with_a_lamp_of_its_own_is_told_of_the_studio(
     assert picture("lit.png").mean() > 2 * dark
 
 
-def test_a_variant_is_chosen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_variant_option_selects_a_material_variant(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     variant_square().save(folder / "v.glb")
     for option, color in (("", [0, 255, 0]), ("--variant red", [255, 0, 0])):
         assert run(f"render v.glb --integrator flat {SMALL} {option}") == 0
         assert (picture("v.png")[..., :3] == color).all(axis=-1).any()
     assert run("render v.glb --variant blue") == 1
-    assert "unknown variant 'blue' (there are: red)" in capsys.readouterr().err
+    assert "unknown variant 'blue' (available: red)" in capsys.readouterr().err
 
 
-def test_sides_zoom_and_fov(folder: Path) -> None:
+def test_view_from_zoom_and_fov_options_place_the_camera(folder: Path) -> None:
     sizes = {}
     for options in ("", "--zoom 0.5", "--view-from top --fov 20", "--view-from 1,2,3"):
         command = f"render ball.glb -o a.npz --channels instance {SMALL} --integrator flat {options}"
@@ -82,7 +84,7 @@ def test_sides_zoom_and_fov(folder: Path) -> None:
     assert sizes["--zoom 0.5"] == pytest.approx(sizes[""] / 4, rel=0.15)
 
 
-def test_a_calibration_without_a_pose_frames_the_model(
+def test_calibration_without_a_pose_frames_the_model(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     camera = raycam.data.fisheye().at_pose(np.eye(3), np.zeros(3))
@@ -102,7 +104,7 @@ def test_a_calibration_without_a_pose_frames_the_model(
     assert 0.85 * 48 <= np.ptp(seen[:, 0]) + 1 <= 0.92 * 48
 
 
-def test_lights(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_light_options_light_the_model(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sky = raycam.Frame({"color": np.full((8, 16, 3), [2, 0, 0], np.float32)}, camera=None, size=(16, 8))
     sky.save("red.hdr")
     for view in ("", "--view standard"):
@@ -125,7 +127,7 @@ def test_lights(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "2 lights" in capsys.readouterr().err
 
 
-def test_shadows_on_a_clear_background(folder: Path) -> None:
+def test_ground_option_renders_shadows_on_a_transparent_background(folder: Path) -> None:
     for ground in ("", "--ground shadow"):
         assert run(f"render ball.glb -o clear.png --background transparent {ground} {SMALL}") == 0
         clear = picture("clear.png").astype(int)
@@ -133,7 +135,7 @@ def test_shadows_on_a_clear_background(folder: Path) -> None:
         assert (dark.sum() > 200) == (ground != ""), "the shadow is dark and half transparent"
 
 
-def test_the_camera_shows_the_whole_motion(folder: Path) -> None:
+def test_default_camera_shows_the_whole_motion(folder: Path) -> None:
     Path("moves.toml").write_text(
         """
         [[object]]
@@ -161,7 +163,7 @@ def test_the_camera_shows_the_whole_motion(folder: Path) -> None:
     np.testing.assert_allclose(by_command, [film.camera.location] * 4, atol=1e-9)
 
 
-def test_numbers_that_begin_with_a_minus(folder: Path) -> None:
+def test_negative_numbers_are_accepted_as_option_values(folder: Path) -> None:
     for given in ("--view-from -1,0.5,-2", "--view-from=-1,0.5,-2", "--view-from -.5,.25,-1e0"):
         assert run(f"render ball.glb -o side.npz {given} {SMALL} --channels position") == 0
         with np.load("side.npz") as read:
@@ -169,12 +171,12 @@ def test_numbers_that_begin_with_a_minus(folder: Path) -> None:
         np.testing.assert_allclose(to_camera, np.array([-1, 0.5, -2]) / 5.25**0.5, atol=1e-3)
 
 
-def test_truth_needs_no_studio(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_ground_truth_channels_do_not_add_a_studio(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(f"render ball.glb -o truth.npz {SMALL} --channels depth") == 0
     assert capsys.readouterr().err == ""
 
 
-def test_backgrounds(folder: Path) -> None:
+def test_background_option_sets_the_background(folder: Path) -> None:
     assert run(f"render ball.glb -o clear.png --background transparent {SMALL}") == 0
     assert picture("clear.png").shape == (48, 64, 4)
     assert run(f"render ball.glb -o white.png --background white {SMALL}") == 0
@@ -188,7 +190,7 @@ def test_backgrounds(folder: Path) -> None:
     np.testing.assert_array_equal(picture("photo_.png")[0, 0], [10, 200, 30])
 
 
-def test_a_video_without_a_name_has_the_name_of_its_world(
+def test_video_without_an_output_name_is_named_after_its_world(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("video ball.glb --turntable --seconds 0.1 --size 32x24 --samples 1") == 0
@@ -196,7 +198,9 @@ def test_a_video_without_a_name_has_the_name_of_its_world(
     assert (folder / "ball.mp4").stat().st_size > 0
 
 
-def test_turntable(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_turntable_option_equals_the_turntable_video(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("render ball.glb --turntable 0.25 --size 32x24 --samples 1 -o turn") == 0
     assert "turn: 6 frames of 32 x 24" in capsys.readouterr().out
     assert run("video ball.glb --turntable --seconds 0.25 --size 32x24 --samples 1 -o same") == 0
@@ -206,7 +210,7 @@ def test_turntable(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert not np.array_equal(picture("turn/frame_0000.png"), picture("turn/frame_0002.png"))
 
 
-def test_presets(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_preset_option_sets_samples_unless_given(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("render ball.glb --preset draft --size 16x12 --verbose") == 0
     assert "samples=4" in capsys.readouterr().err
     assert run("render ball.glb --preset good --samples 3 --size 16x12 --verbose") == 0
@@ -215,7 +219,7 @@ def test_presets(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "integrator=path" in said
 
 
-def test_quiet(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_option_prints_only_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(f"render ball.glb --quiet {SMALL}") == 0
     said = capsys.readouterr()
     assert said.out == said.err == ""
@@ -227,7 +231,7 @@ def test_quiet(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "Traceback" in capsys.readouterr().err
 
 
-def test_the_up_axis_of_an_obj_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_up_option_turns_an_obj_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n")
     command = f"render a.obj -o a.npz --channels depth {SMALL}"
     assert run(command) == 0
@@ -256,7 +260,9 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("command", ERRORS)
-def test_errors(folder: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+def test_invalid_look_options_are_refused_without_output(
+    folder: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
     assert run(f"{command} --size 16x12") in (1, 2)
     assert ERRORS[command] in capsys.readouterr().err
     assert not [path for path in folder.iterdir() if path.name != "ball.glb"]
@@ -305,7 +311,9 @@ def test_unknown_options_name_the_option_that_was_meant(
         (["raycam", "render", "a"], []),
     ],
 )
-def test_bash_completes(words: list[str], completed: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_bash_completion_lists_options_and_values(
+    words: list[str], completed: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("completion bash") == 0
     script = capsys.readouterr().out
     ask = f"COMP_WORDS=({shlex.join(words)}); COMP_CWORD={len(words) - 1}; _raycam"
@@ -314,7 +322,7 @@ def test_bash_completes(words: list[str], completed: list[str], capsys: pytest.C
     assert done.stdout.split() == completed
 
 
-def test_other_shells(capsys: pytest.CaptureFixture[str]) -> None:
+def test_completion_scripts_for_zsh_and_fish_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("completion zsh") == 0
     assert "bashcompinit" in capsys.readouterr().out
     assert run("completion fish") == 0
@@ -331,7 +339,7 @@ def test_other_shells(capsys: pytest.CaptureFixture[str]) -> None:
         ("-o a.hdr --transparent-background", "opacity"),
     ],
 )
-def test_what_a_picture_cannot_hold_is_refused_before_rendering(
+def test_unsupported_output_combinations_are_refused_before_rendering(
     folder: Path, capsys: pytest.CaptureFixture[str], options: str, words: str
 ) -> None:
     assert run(f"render ball.glb {options} {SMALL}") == 2

@@ -1,4 +1,4 @@
-"""The live view's process gives freed memory back."""
+"""The process of the live view returns freed memory to the system."""
 
 import subprocess
 import sys
@@ -31,4 +31,4 @@ def mapped(*arguments: str) -> str:
 
 def test_large_blocks_are_mapped_even_after_larger_ones_were_freed() -> None:
     assert mapped("with") == "1 1"
-    assert mapped() == "0 0"  # glibc by itself takes the second block from the heap, and keeps it
+    assert mapped() == "0 0"  # by default glibc takes the second block from the heap and keeps it

@@ -15,7 +15,7 @@ from support.raises import fault, raises
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder with the arm as the current one."""
+    """A folder with the arm, as the current folder."""
     (tmp_path / "arm.urdf").write_text(ARM, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
 

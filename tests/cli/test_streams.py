@@ -1,4 +1,4 @@
-"""Standard streams: pictures to a pipe, closed streams, the short help, and pixels with a comma."""
+"""Standard streams: images to a pipe, closed streams, the short help, and pixels with a comma."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def shell(command: str) -> subprocess.CompletedProcess[bytes]:
 
 
 @pytest.mark.parametrize(("name", "format"), [("-", "PNG"), ("-.png", "PNG"), ("-.jpg", "JPEG")])
-def test_a_picture_goes_to_the_standard_output(folder: Path, name: str, format: str) -> None:
+def test_image_is_written_to_the_standard_output(folder: Path, name: str, format: str) -> None:
     done = shell(f"{RENDER} -o {name}")
     assert done.returncode == 0, done.stderr
     with Image.open(io.BytesIO(done.stdout)) as image:
@@ -43,7 +43,7 @@ def test_a_picture_goes_to_the_standard_output(folder: Path, name: str, format: 
     assert sorted(os.listdir()) == ["box.toml"]
 
 
-def test_numbers_go_to_the_standard_output(folder: Path) -> None:
+def test_npz_arrays_are_written_to_the_standard_output(folder: Path) -> None:
     done = shell(f"{RENDER} -o -.npz --channels depth")
     assert done.returncode == 0, done.stderr
     with np.load(io.BytesIO(done.stdout)) as arrays:
@@ -52,7 +52,7 @@ def test_numbers_go_to_the_standard_output(folder: Path) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="no such shell")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&-", "<&- >&- 2>&-"])
-def test_closed_streams_hinder_nothing(folder: Path, closed: str) -> None:
+def test_closed_standard_streams_do_not_prevent_rendering(folder: Path, closed: str) -> None:
     done = shell(f"{RENDER} -o a.png {closed}")
     assert done.returncode == 0, done.stderr
     assert b"Traceback" not in done.stderr
@@ -64,12 +64,14 @@ def test_closed_streams_hinder_nothing(folder: Path, closed: str) -> None:
 
 
 @pytest.mark.parametrize("pixel", ["--pixel 16 12", "--pixel 16,12", "--pixel=16,12"])
-def test_pixels_with_or_without_comma(folder: Path, pixel: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_pixel_is_accepted_with_or_without_a_comma(
+    folder: Path, pixel: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["explain", *pixel.split(), "box.toml"]) == 0
     assert "(16, 12)" in capsys.readouterr().out
 
 
-def test_no_words_print_a_short_help(capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_without_arguments_prints_a_short_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
     said = capsys.readouterr()
     assert said.err == ""
@@ -77,6 +79,6 @@ def test_no_words_print_a_short_help(capsys: pytest.CaptureFixture[str]) -> None
     assert "raycam render" in said.out
 
 
-def test_the_reference_takes_its_one_sample(folder: Path) -> None:
+def test_reference_integrator_accepts_only_one_sample(folder: Path) -> None:
     assert main(["render", "box.toml", "--integrator", "reference", "--samples", "1", "--size", "8x6"]) == 0
     assert main(["render", "box.toml", "--integrator", "reference", "--samples", "2", "--size", "8x6"]) == 2

@@ -1,4 +1,4 @@
-"""Frames of any worker have the same bytes."""
+"""Frames have the same bytes on every kind of worker."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ def make(folder: Path, where: object) -> dict[str, bytes]:
     return results(folder)
 
 
-def test_everywhere_the_same(tmp_path: Path) -> None:
+def test_frames_have_the_same_bytes_for_every_kind_of_worker(tmp_path: Path) -> None:
     Job(tmp_path / "0", package()).run(Pool())
     whole = results(tmp_path / "0")
     assert make(tmp_path / "here", None) == whole
     assert make(tmp_path / "two", 2) == whole
     with ThreadPoolExecutor(3) as executor:
         assert make(tmp_path / "threads", executor) == whole
-        assert executor.submit(int).result() == 0  # it stays open
+        assert executor.submit(int).result() == 0  # the executor stays open
     spawned = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
     assert make(tmp_path / "spawned", spawned) == whole
 
 
-def test_an_executor_that_breaks_is_made_anew(tmp_path: Path) -> None:
+def test_broken_executor_is_replaced(tmp_path: Path) -> None:
     executors: list[ProcessPoolExecutor] = []
 
     def spawn() -> ProcessPoolExecutor:
@@ -61,7 +61,7 @@ def test_an_executor_that_breaks_is_made_anew(tmp_path: Path) -> None:
     assert results(tmp_path / "two") == results(tmp_path / "one")
 
 
-def test_a_given_executor_that_breaks_ends_the_run_and_loses_nothing(tmp_path: Path) -> None:
+def test_broken_user_executor_ends_the_run_without_losing_frames(tmp_path: Path) -> None:
     job = Job(tmp_path, package())
     with ThreadPoolExecutor(1) as executor:
         executor.shutdown()
@@ -69,7 +69,7 @@ def test_a_given_executor_that_breaks_ends_the_run_and_loses_nothing(tmp_path: P
             job.run(pool)
 
 
-def test_workers_that_do_not_see_the_folder_get_the_package(tmp_path: Path) -> None:
+def test_workers_without_access_to_the_folder_receive_the_package(tmp_path: Path) -> None:
     job = Job(tmp_path / "a", package())
     spawned = partial(
         ProcessPoolExecutor,
@@ -84,7 +84,7 @@ def test_workers_that_do_not_see_the_folder_get_the_package(tmp_path: Path) -> N
     assert results(job.folder) == results(tmp_path / "one")
 
 
-def test_workers_of_another_version_end_the_run_and_no_frame_is_given_up(
+def test_workers_of_another_version_end_the_run_without_failed_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = Job(tmp_path, package())
@@ -96,12 +96,12 @@ def test_workers_of_another_version_end_the_run_and_no_frame_is_given_up(
     assert Job(tmp_path).status().failed == {}
 
 
-def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:
+def test_in_process_pool_stops_during_a_frame(tmp_path: Path) -> None:
     job = Job(tmp_path, film(samples=1_000_000).package())
     pool = InProcessPool()
     once_at_work(pool.close)
     with raises(JobError, code="workers_lost"):
-        job.run(pool)  # all of it would take hours
+        job.run(pool)  # the whole frame would take hours
 
 
 @pytest.mark.parametrize("where", [0, -1, True, "local:", "local:0", "udp://a:1", "tcp://a", "nonsense"])

@@ -1,4 +1,4 @@
-"""Frames made by Dask: workers killed and stopped, answers that come twice."""
+"""Frames rendered by Dask, with killed and suspended workers and repeated results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def dask_pool() -> Any:
         pool.close()
 
 
-def test_it_listens_to_this_machine_alone(dask_pool: module.DaskPool) -> None:
+def test_local_dask_cluster_listens_on_the_loopback_interface_only(dask_pool: module.DaskPool) -> None:
     addresses = [dask_pool._client.scheduler.address, *dask_pool._client.run(os.getpid)]
     assert all(address.startswith("tcp://127.0.0.1:") for address in addresses)
     assert dask_pool.notices == []
@@ -38,7 +38,7 @@ def test_it_listens_to_this_machine_alone(dask_pool: module.DaskPool) -> None:
     assert module._is_private("tcp://localhost:8786")
 
 
-def test_a_script_without_a_guard_is_told(tmp_path: Path) -> None:
+def test_script_without_a_main_guard_raises_with_the_remedy(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text("from raycam.cluster import make_pool\nwith make_pool('local:1'):\n    pass\n")
     ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=PATIENCE)
@@ -49,7 +49,7 @@ def test_a_script_without_a_guard_is_told(tmp_path: Path) -> None:
     assert "bootstrapping phase" not in ended.stderr
 
 
-def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(
+def test_killed_or_stopped_workers_and_repeated_results_do_not_change_the_bytes(
     tmp_path: Path, dask_pool: module.DaskPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)
@@ -57,12 +57,12 @@ def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(
     assert seen.killed >= 1
 
 
-def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: module.DaskPool) -> None:
+def test_frame_that_kills_its_workers_is_abandoned_alone(tmp_path: Path, dask_pool: module.DaskPool) -> None:
     poison(tmp_path, dask_pool, frames=8, number=3)
 
 
 def test_closed_dask_nannies_are_restarted(tmp_path: Path) -> None:
-    # A nanny ends when a process does not start in time, as on a machine under heavy load.
+    # A nanny exits if its process does not start in time, for example on a busy machine.
     async def end(pool: module.DaskPool) -> None:
         for nanny in pool._cluster.workers.values():
             await nanny.close(reason="nanny-start-failed")
@@ -76,11 +76,11 @@ def test_closed_dask_nannies_are_restarted(tmp_path: Path) -> None:
         assert len(pool._cluster.workers) == 2
 
 
-def test_losing_the_scheduler_loses_no_finished_frame(tmp_path: Path) -> None:
+def test_finished_frames_survive_the_loss_of_the_scheduler(tmp_path: Path) -> None:
     scheduler_lost(tmp_path, frames=16, after=2, count=1)
 
 
-def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreachable_scheduler_raises_with_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "CONNECT_TIMEOUT", 0.5)
     with raises(OSError, code="cluster_unreachable", mentions=["127.0.0.1:1"]):
         module.connect("tcp://127.0.0.1:1")

@@ -23,7 +23,7 @@ from support.job_frames import Pool, film, package, results
 from support.patience import PATIENCE, until
 from support.raises import raises
 
-# Workers are other processes: what they do differently is said in a file that Python runs when it starts.
+# Workers are other processes: a file that Python runs at startup changes their behaviour.
 POISON = """
 import os, sys
 if "raycam.cluster.process_worker" in sys.orig_argv:
@@ -62,7 +62,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
     def disturb() -> None:
         while len(pool.pids()) < 3:
             time.sleep(0.01)
-        os.kill(pool.pids()[2], signal.SIGSTOP)  # for ever: it holds the frame it is in
+        os.kill(pool.pids()[2], signal.SIGSTOP)  # suspended for ever during its frame
         for victim in (0, 1):
             if not over.wait(0.2):
                 os.kill(pool.pids()[victim], signal.SIGKILL)
@@ -88,7 +88,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
         ("raise ZeroDivisionError('odd')", r"FrameError: ZeroDivisionError: odd"),
     ],
 )  # fmt: skip
-def test_a_poison_frame_is_given_up_and_the_others_are_finished(
+def test_frame_that_kills_its_workers_is_abandoned_and_the_others_are_finished(
     tmp_path: Path, poison: Path, deed: str, error: str
 ) -> None:
     poison.write_text(POISON.format(deed=deed))
@@ -113,7 +113,7 @@ def test_a_poison_frame_is_given_up_and_the_others_are_finished(
     assert results(tmp_path / "a") == expected(tmp_path)
 
 
-def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: Path) -> None:
+def test_missing_package_ends_the_run_without_failed_frames(tmp_path: Path) -> None:
     job = Job(tmp_path, package())
     pool = ProcessPool(1)
     pool.open(job.package, "")
@@ -123,7 +123,7 @@ def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: 
     pool.close()
 
 
-def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> None:
+def test_output_of_workers_does_not_disturb_the_protocol(tmp_path: Path, poison: Path) -> None:
     poison.write_text(POISON.format(deed="print('hello')"))
     pool = ProcessPool(1)
     Job(tmp_path / "a", package()).run(pool)
@@ -131,20 +131,20 @@ def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> No
     assert results(tmp_path / "a") == expected(tmp_path)
 
 
-def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_limits_the_number_of_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: int(share * (1 << 30)) - (500 << 20))
     pool = ProcessPool(8)
     pool.open(package(), "")
-    assert pool.slots() == 2 * 2  # 150 MiB each within 90 %
+    assert pool.slots() == 2 * 2  # 150 MiB each, within 90 % of the memory
     pool.close()
     pool = ProcessPool(8)
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: -1)
-    assert pool.slots() == 2  # one always
+    assert pool.slots() == 2  # at least one
     pool.close()
     assert [notice.code for notice in pool.notices] == ["unusable_worker"]
 
 
-def test_closing_ends_everything_at_once(tmp_path: Path) -> None:
+def test_close_ends_all_workers_at_once(tmp_path: Path) -> None:
     one = film(samples=1_000_000).package()
     job = Job(tmp_path, one)
     pool = ProcessPool(2)
@@ -183,20 +183,20 @@ input()
     ) as parent:
         assert parent.stdout is not None
         pids = [int(pid) for pid in parent.stdout.readline().split()]
-        time.sleep(1.0)  # they are at their frames
+        time.sleep(1.0)  # they are rendering their frames
         parent.kill()
     until(lambda: not any(map(runs, pids)), "workers run still")
 
 
 def runs(pid: int) -> bool:
-    """True for a process that has not ended; one that ended may stay in the table until somebody asks for it."""
+    """True if the process has not ended; a zombie does not count as running."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
         return False
 
 
-def test_how_a_worker_ended_is_known() -> None:
+def test_exit_status_or_signal_of_a_worker_is_reported() -> None:
     worker = process_pool._Worker()
     os.kill(worker.process.pid, signal.SIGKILL)
     with raises(WorkerDied, mentions=["SIGKILL"]):

@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster that cannot make frames, or only with a package that is brought to them."""
+"""Workers of a Dask cluster that cannot render frames, or need the job's package sent to them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def wait_for(pool: DaskPool, count: int) -> None:
         time.sleep(0.05)
 
 
-def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
+def test_cluster_without_workers_gives_a_notice_and_continues_when_one_joins(
     tmp_path: Path, engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Job(tmp_path / "one", package()).run(Pool())
@@ -67,13 +67,13 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
     pool = connected(engine.address, tell)
 
     def leave(done: int, total: int, failed: int) -> None:
-        if done == 2 and len(engine.workers) == 1:  # and in the middle of it
+        if done == 2 and len(engine.workers) == 1:  # and again in the middle of the job
             engine.workers[0].kill()
 
     job.run(pool, progress=leave)
     waiting = [text for text in told if engine.address in text]
-    assert len(told) - len(waiting) == 2  # there is a worker again
-    assert 2 <= len(waiting) < 14  # seldom: each time after twice as long
+    assert len(told) - len(waiting) == 2  # notices that a worker has joined
+    assert 2 <= len(waiting) < 14  # the interval between notices doubles
     assert results(job.folder) == results(tmp_path / "one")
     for process in engine.workers:
         process.kill()
@@ -84,12 +84,12 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
     pool.close()
 
 
-def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
+def test_loss_of_the_scheduler_while_waiting_for_workers_ends_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     engine = Engine(tmp_path, 0)
     pool = connected(engine.address, lambda _: engine.close())
-    pool._client._timeout = 1.0  # for which it tries to come back
+    pool._client._timeout = 1.0  # seconds during which the client tries to reconnect
     monkeypatch.setattr(dask_pool, "SILENCE_TIMEOUT", 0.1)
     try:
         with raises(OSError, code="cluster_unreachable", mentions=[engine.address]):
@@ -109,10 +109,13 @@ def test_unusable_workers_get_no_frames_and_a_notice(tmp_path: Path, engine: Eng
         assert text in str(fault.value)
         assert [notice for notice in pool.notices if text in str(notice)]
     assert (job.status().finished, job.status().failed) == (0, {})
-    assert [worker.poll() for worker in engine.workers] == [None, None]  # the cluster is not only ours
+    assert [worker.poll() for worker in engine.workers] == [
+        None,
+        None,
+    ]  # workers are not ended, because other programs may use the cluster
 
 
-def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
+def test_late_worker_without_access_to_the_folder_receives_the_package(
     tmp_path: Path, engine: Engine, pool: DaskPool
 ) -> None:
     Job(tmp_path / "one", package()).run(Pool())
@@ -125,12 +128,14 @@ def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
         if done == 2 and len(engine.workers) == others + 1:
             engine.workers.append(engine.join(BLIND.format(folder=str(job.folder.resolve()))))
             wait_for(pool, others + 2)
-            engine.workers[others].kill()  # all that is left is made by the one that sees nothing
+            engine.workers[
+                others
+            ].kill()  # the worker without access to the folder renders all remaining frames
 
     job.run(pool, progress=replace)
     assert results(job.folder) == results(tmp_path / "one")
 
-    # Its disk holds the packages of the last jobs only: one that has gone amid the frames is brought again.
+    # The worker keeps only the packages of recent jobs: a package deleted during the job is sent again.
     def evict(done: int, total: int, failed: int) -> None:
         if done == 2:
             for number in range(dask_worker.MAX_PACKAGES):

@@ -41,7 +41,7 @@ def installed() -> Iterator[None]:
 def expected(
     model: mujoco.MjModel, data: mujoco.MjData, fovy: float, pose: np.ndarray, size: tuple[int, int]
 ):
-    """Depth and geom ids by `mj_ray`, with rays built from the field of view."""
+    """Depth and geom ids from `mj_ray`, with rays computed from the field of view."""
     width, height = size
     half = np.tan(np.radians(fovy) / 2)
     depth, ids = np.full((height, width), np.nan), np.full((height, width), -1)

@@ -1,4 +1,4 @@
-"""`raycam.compat.open3d`: the calls of public code, under raycam and, where it is installed, under Open3D."""
+"""`raycam.compat.open3d`: calls from public code, run with raycam and, if installed, with Open3D."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ with_open3d = pytest.mark.skipif(not HAS_OPEN3D, reason="Open3D is not installed
     params=["raycam", pytest.param("installed", marks=with_open3d), pytest.param("open3d", marks=with_open3d)]
 )
 def o3d(request: pytest.FixtureRequest) -> Iterator[Any]:
-    """The module under which a test runs."""
+    """The module that a test uses as `open3d`."""
     if request.param == "raycam":
         yield compat
         return
@@ -45,7 +45,7 @@ def box_scene(o3d: Any) -> Any:
     return scene
 
 
-def test_calls_of_public_code(o3d: Any) -> None:
+def test_calls_from_public_code_return_open3d_results(o3d: Any) -> None:
     scene = box_scene(o3d)
     legacy = o3d.geometry.TriangleMesh(
         o3d.utility.Vector3dVector(cube((3, 0, 0), (4, 1, 1))[0]), o3d.utility.Vector3iVector(cube()[1])
@@ -87,7 +87,7 @@ def test_calls_of_public_code(o3d: Any) -> None:
     assert scene.cast_rays(rays.numpy())["t_hit"].numpy().shape == (3,), "NumPy as it is"
 
 
-def test_points(o3d: Any) -> None:
+def test_distances_signs_and_occupancy_of_points_equal_closed_forms(o3d: Any) -> None:
     scene = box_scene(o3d)
     grid = np.array([[[0.5, 0.5, 0.9], [0.5, 0.5, 3]], [[2, 0.25, 0.5], [0.5, 0.4, 0.5]]], dtype=np.float32)
     signed = scene.compute_signed_distance(grid).numpy()
@@ -110,7 +110,7 @@ def test_points(o3d: Any) -> None:
         scene.cast_rays(np.zeros((4, 5), np.float32))
 
 
-def test_pinhole_rays(o3d: Any) -> None:
+def test_pinhole_rays_equal_those_of_open3d(o3d: Any) -> None:
     scene = box_scene(o3d)
     angle = 0.3
     extrinsic = np.array(
@@ -144,7 +144,7 @@ def test_pinhole_rays(o3d: Any) -> None:
 
 
 @pytest.mark.parametrize("scene_of", ["raycam", pytest.param("installed", marks=with_open3d)])
-def test_what_is_better(scene_of: str, tmp_path: Path) -> None:
+def test_edge_cases_that_open3d_gets_wrong_are_correct(scene_of: str, tmp_path: Path) -> None:
     if scene_of == "installed":
         compat.install()
         module = importlib.import_module("open3d")
@@ -167,7 +167,7 @@ def test_what_is_better(scene_of: str, tmp_path: Path) -> None:
         compat.uninstall()
 
 
-def test_tensors_and_files(tmp_path: Path) -> None:
+def test_tensors_convert_and_files_are_read(tmp_path: Path) -> None:
     tensor = compat.core.Tensor([[1.0, np.inf]], dtype=compat.core.float32)
     assert tensor.isinf().numpy().tolist() == [[False, True]]
     assert (tensor.clone() + 1)[0, 0].item() == 2
@@ -194,7 +194,7 @@ FACES = np.array([[0, 1, 2], [0, 1, 3]], np.uint32)
 @pytest.mark.parametrize(
     ("vertices", "faces", "words"),
     [
-        # Numbers of quads would be read as those of other triangles, and parts of numbers cut off.
+        # Indices of quads would be read as other triangles, and fractions would be cut off.
         (SOLID, [[0, 1, 2, 3]] * 3, fault("invalid_settings", "triangle_indices", "[n, 3]", "[3, 4]")),
         (SOLID, [0, 1, 2], fault("invalid_settings", "[3]")),
         (SOLID, FACES + 0.5, fault("invalid_settings", "float64")),
@@ -213,7 +213,7 @@ def test_triangles_of_wrong_shapes_and_kinds_raise(vertices: Any, faces: Any, wo
     assert scene.add_triangles(SOLID, FACES) == 0
 
 
-def test_matrices_sizes_and_threads_are_checked() -> None:
+def test_invalid_matrices_sizes_and_threads_raise() -> None:
     scene = compat.t.geometry.RaycastingScene
     one, four = np.eye(3), np.eye(4)
     looking = {"center": [0, 0, 1], "eye": [0, 0, 0], "up": [0, 1, 0], "width_px": 4, "height_px": 3}
@@ -309,7 +309,7 @@ def test_mesh_methods_equal_open3d(o3d: Any) -> None:
         np.testing.assert_allclose(numbers(mesh.get_max_bound()), [2, 1, 2], atol=1e-6)
         np.testing.assert_allclose(numbers(mesh.get_center()), [0, 0, -1], atol=1e-6)
     # The first corner's normal, (-6, -3, -2) / 7, rotated by 90 degrees and mirrored.
-    # Its weights are the areas 3, 3 / 2 and 1 of the triangles that meet there.
+    # The weights are the areas 3, 3 / 2 and 1 of the adjacent triangles.
     for normal in (legacy.vertex_normals[0], tensors.to_legacy().vertex_normals[0]):
         np.testing.assert_allclose(normal, np.array([3, -6, 2]) / 7, atol=1e-6)
     copied = tensors.to(o3d.core.Device("CPU:0")).clone().cpu()

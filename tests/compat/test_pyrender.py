@@ -1,4 +1,4 @@
-"""pyrender's names over raycam: the calls that people write, and the numbers of its formulas."""
+"""The stand-in for pyrender: common calls, and images compared with pyrender's formulas."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def scene(**options: Any) -> tuple[Any, Any]:
     return made, node
 
 
-def test_depth_is_that_of_pixel_centres_and_follows_poses() -> None:
+def test_depth_is_measured_at_pixel_centres_and_follows_poses() -> None:
     made, node = scene()
     renderer = pyrender.OffscreenRenderer(viewport_width=SIZE[0], viewport_height=SIZE[1], point_size=1.0)
     color, depth = renderer.render(made)
@@ -60,7 +60,7 @@ def test_depth_is_that_of_pixel_centres_and_follows_poses() -> None:
     x, y = x / 2.5 * 3.5, y / 2.5 * 3.5
     front = (np.abs(x - 0.2) < 0.5) & (np.abs(-y - 0.1) < 0.5)
     assert (moved[front] == 3.5).all()
-    # The same, of a scene rendered for the first time.
+    # The same for a scene that is rendered for the first time.
     again, other = scene()
     other.matrix = shifted(0.2, 0.1, -1.0)
     fresh = pyrender.OffscreenRenderer(*SIZE).render(again)
@@ -70,7 +70,7 @@ def test_depth_is_that_of_pixel_centres_and_follows_poses() -> None:
     renderer.delete()
 
 
-def test_a_face_in_a_sun_is_as_bright_as_the_formula_says() -> None:
+def test_face_lit_by_a_directional_light_has_the_brightness_of_the_formula() -> None:
     for metallic, roughness, base, ambient in (
         (0.0, 0.5, [0.6, 0.3, 0.1], 0.0),
         (0.7, 0.3, [0.2, 0.8, 0.4], 0.2),
@@ -92,7 +92,7 @@ def test_a_face_in_a_sun_is_as_bright_as_the_formula_says() -> None:
         assert np.abs(color[1, 1] - expected).max() <= 1
 
 
-def test_segmentation_shows_the_nodes_of_the_map_alone() -> None:
+def test_segmentation_shows_only_nodes_of_the_map() -> None:
     made, first = scene()
     second = made.add(
         pyrender.Mesh.from_trimesh(trimesh.creation.box((0.4, 0.4, 0.4))), pose=shifted(0, 0, 0.8)
@@ -130,15 +130,15 @@ def test_back_faces_are_culled_and_clipping_planes_apply() -> None:
     near = pyrender.PerspectiveCamera(yfov=0.7, znear=2.6, zfar=3.4)
     made.main_camera_node = made.add(near, pose=BACK)
     _, depth = pyrender.OffscreenRenderer(*SIZE).render(made, flags.SKIP_CULL_FACES)
-    assert depth[24, 31] == 0  # the back at 3.5 is beyond
+    assert depth[24, 31] == 0  # the back face at 3.5 is beyond the far plane
     near.zfar = None
     _, depth = pyrender.OffscreenRenderer(*SIZE).render(made, flags.SKIP_CULL_FACES)
     assert depth[24, 31] == 3.5
 
 
-def test_colours_backgrounds_and_alpha() -> None:
+def test_colors_background_and_alpha_equal_pyrender() -> None:
     flags = pyrender.RenderFlags
-    with warns(raycam.Notice, code="implausible", mentions=["255"]):  # whole numbers are of 255
+    with warns(raycam.Notice, code="implausible", mentions=["255"]):  # integers are relative to 255
         made = pyrender.Scene(bg_color=[1, 1, 1, 0])
     made.add(camera(), pose=BACK)
     color, _ = pyrender.OffscreenRenderer(*SIZE).render(made, flags.RGBA)
@@ -157,7 +157,7 @@ def test_colours_backgrounds_and_alpha() -> None:
         pyrender.Mesh.from_trimesh(trimesh.creation.box((3, 3, 0.1)), material=glass), pose=shifted(0, 0, 1)
     )
     color, depth = pyrender.OffscreenRenderer(*SIZE).render(made, flags.FLAT)
-    # Front and, culled away, back: one layer of half red over the box.
+    # The back face is culled, so one layer of half-transparent red covers the box.
     assert np.abs(color[24, 31].astype(int) - [228, 50, 25]).max() <= 1
     assert depth[24, 31] == np.float32(1.95)
     box.visual = trimesh.visual.ColorVisuals(box, face_colors=np.tile([[0, 255, 0, 255]], (12, 1)))
@@ -166,7 +166,7 @@ def test_colours_backgrounds_and_alpha() -> None:
     assert pyrender.Mesh.from_trimesh(box, smooth=False).primitives[0].color_0.shape == (36, 4)
 
 
-def test_lights_shadows_and_a_cone() -> None:
+def test_spot_light_cone_and_shadows_have_the_expected_size() -> None:
     flags = pyrender.RenderFlags
     made = pyrender.Scene(bg_color=[0.0, 0.0, 0.0])
     made.add(
@@ -188,14 +188,14 @@ def test_lights_shadows_and_a_cone() -> None:
     spot = pyrender.SpotLight(intensity=20.0, innerConeAngle=0.1, outerConeAngle=0.2)
     made.add(spot, pose=shifted(1, 0, 3))
     lit = renderer.render(made)[0].max(axis=-1) > 40
-    # A circle of radius 4 tan 0.2 on the floor, 4 away from lamp and camera.
+    # A circle of radius 4 tan 0.2 on the floor, at distance 4 from lamp and camera.
     _, columns = np.nonzero(lit)
     radius = 60 * np.tan(0.2)
     assert np.abs(np.mean(columns) + 0.5 - (31.5 + 60 / 4)) < 2
     assert (columns.max() - columns.min()) / 2 <= radius + 1
 
 
-def test_scene_graphs_names_and_errors() -> None:
+def test_scene_graph_poses_names_and_errors_equal_pyrender() -> None:
     made, node = scene()
     below = made.add(
         pyrender.Mesh.from_trimesh(trimesh.creation.icosphere()), parent_name="a", pose=shifted(1)
@@ -230,7 +230,7 @@ def test_scene_graphs_names_and_errors() -> None:
     assert len(pyrender.Scene.from_trimesh_scene(parts, ambient_light=np.full(3, 0.1)).mesh_nodes) == 2
 
 
-def test_clouds_textures_instances_and_a_parallel_camera() -> None:
+def test_point_clouds_textures_instances_and_orthographic_cameras_are_rendered() -> None:
     flags = pyrender.RenderFlags
     points = np.array([[0, 0, 0], [0.5, 0, 0], [0, 0.5, -1.0]])
     made = pyrender.Scene(bg_color=[0.0, 0.0, 0.0])
@@ -281,8 +281,8 @@ except ImportError:
     assert done.stdout.strip() == "good", done.stderr
 
 
-def test_matrices_match_those_of_raycam() -> None:
-    """Depth by the stand-in is the channel depth of a camera with the same K."""
+def test_camera_matrices_equal_those_of_raycam() -> None:
+    """The stand-in's depth equals the channel `depth` of a camera with the same K."""
     made, _ = scene()
     made.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(2, 0.4)), pose=shifted(0.7, -0.2, 0.3))
     _, depth = pyrender.OffscreenRenderer(*SIZE).render(made, pyrender.RenderFlags.SKIP_CULL_FACES)
@@ -295,7 +295,7 @@ def test_matrices_match_those_of_raycam() -> None:
     assert np.allclose(np.where(np.isfinite(expected), expected, 0), depth, rtol=1e-6)
 
 
-def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shadows(
+def test_path_traced_matte_square_has_the_closed_form_brightness_and_shadows(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made = pyrender.Scene(bg_color=[0.0, 0.0, 1.0, 1.0], ambient_light=[0.0, 0.0, 0.0])
@@ -305,7 +305,7 @@ def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shad
     square = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
     faces = [[0, 1, 2], [0, 2, 3]]
     made.add(pyrender.Mesh([pyrender.Primitive(square, indices=faces, material=matte)]), name="square")
-    # It hides the sun from the left half: the light comes from the left, and from above at 45 degrees.
+    # The blind shades the left half: the light comes from the upper left at 45 degrees.
     blind = pyrender.Primitive(
         [[-1.5, -2, 1], [-1, -2, 1], [-1, 2, 1], [-1.5, 2, 1]], indices=faces, material=matte
     )
@@ -317,13 +317,13 @@ def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shad
     monkeypatch.setattr(pyrender, "shading", "raycam")
     color, depth = pyrender.OffscreenRenderer(*SIZE).render(made)
     assert depth[24, 31] == 3.0
-    assert tuple(color[2, 31]) == (0, 0, 255)  # the background as it is
+    assert tuple(color[2, 31]) == (0, 0, 255)  # the background is unchanged
     linear = (color[24, 40] / 255.0) ** 2.2
     lit = 3.0 * np.sqrt(0.5) / np.pi * np.array([0.5, 0.25, 1.0])
-    more = linear - lit  # what a rough dielectric reflects besides: the same of all colours
+    more = linear - lit  # the specular reflection of a rough dielectric, equal in all channels
     assert (more > 0.005).all()
     assert (more < 0.02).all()
-    assert color[24, 24].max() < 60  # the shadow is lit by the back of the blind alone
+    assert color[24, 24].max() < 60  # the shadow is lit only by the back of the blind
     flat = pyrender.OffscreenRenderer(*SIZE).render(made, pyrender.RenderFlags.FLAT)[0]
     assert np.abs(flat[24, 40].astype(int) - [128, 64, 255]).max() <= 1
     monkeypatch.setattr(pyrender, "shading", "blender")
@@ -331,7 +331,7 @@ def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shad
         pyrender.OffscreenRenderer(*SIZE).render(made)
 
 
-def test_raycams_own_light_has_textures_lamps_and_copies(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_path_traced_scene_supports_textures_lights_and_instances(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pyrender, "shading", "raycam")
     made = pyrender.Scene(bg_color=[0.0] * 4, ambient_light=[1.0, 1.0, 1.0])
     image = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]], np.uint8)

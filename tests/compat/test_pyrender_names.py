@@ -1,4 +1,4 @@
-"""The public names of pyrender 0.1.45, and the share of them that raycam.compat.pyrender has."""
+"""The public names of pyrender 0.1.45, and the share of them in raycam.compat.pyrender."""
 
 from __future__ import annotations
 
@@ -106,14 +106,14 @@ def examples() -> dict[str, Any]:
 
 
 def viewer() -> Any:
-    """A viewer as its constructor leaves it, without the page."""
+    """A viewer after its constructor, without the page."""
     made = pyrender.Viewer.__new__(pyrender.Viewer)
     made.scene, made.viewport_size, made.run_in_thread = pyrender.Scene(), (640, 480), False
     made.render_flags, made.viewer_flags, made.registered_keys, made.render_lock = {}, {}, {}, None
     return made
 
 
-def test_of_a_hundred_names_more_than_93_are_there() -> None:
+def test_at_least_93_percent_of_pyrenders_names_exist() -> None:
     pyrender.install()
     try:
         modules = {key: importlib.import_module(f"pyrender.{key.split('.')[0]}") for key in NAMES}
@@ -135,7 +135,7 @@ def test_of_a_hundred_names_more_than_93_are_there() -> None:
     assert share >= 0.93, (share, missing)
 
 
-def test_what_is_not_there_names_the_way() -> None:
+def test_missing_names_raise_with_an_alternative() -> None:
     for name in ("on_draw", "on_mouse_drag"):
         with raises(AttributeError, mentions=["run_in_thread"]):
             getattr(viewer(), name)
@@ -159,7 +159,7 @@ def test_what_is_not_there_names_the_way() -> None:
         pyrender.uninstall()
 
 
-def test_flags_say_what_is_there() -> None:
+def test_material_and_primitive_flags_list_their_textures_and_attributes() -> None:
     flags = pyrender.constants.BufFlags, pyrender.constants.TexFlags
     image = np.zeros((2, 2, 3), np.uint8)
     material = pyrender.MetallicRoughnessMaterial(normalTexture=image, baseColorTexture=image)

@@ -1,4 +1,4 @@
-"""pyrender's values over raycam: bytes that pyrender 0.1.45 wrote over Mesa, its conversions, and its viewer."""
+"""Values of the stand-in for pyrender: image bytes recorded from pyrender 0.1.45, conversions, and the viewer."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def square(**options: Any) -> Any:
 def middle(
     mesh: Any, *, sun: float = 0.0, ambient: float = 0.0, flag: int = 0, turned: Any = None
 ) -> list[int]:
-    """The middle pixel of a picture of a mesh from (0, 0, 3)."""
+    """The middle pixel of an image of a mesh from (0, 0, 3)."""
     scene = pyrender.Scene(ambient_light=[ambient] * 3)
     scene.add(mesh, pose=turned)
     scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=placed(z=3))
@@ -55,13 +55,13 @@ def gamma(linear: float) -> int:
 
 
 def lambert(base: float, metallic: float, ambient: float = 0.0) -> float:
-    """The formula of the default program where sun, eye and normal are one, for roughness 1 and a sun of 3."""
+    """The default shader's formula if light, view and normal directions are equal, for roughness 1 and a light of 3."""
     f0 = 0.04 * (1 - metallic) + base * metallic
     diffuse = (1 - f0) * base * 0.96 * (1 - metallic) / np.pi
     return 3 * (diffuse + f0 / np.pi / 4.001) + base * ambient
 
 
-def test_materials_that_are_not_given_are_those_of_pyrender() -> None:
+def test_default_materials_equal_those_of_pyrender() -> None:
     assert middle(square(), sun=3) == [gamma(lambert(1.0, 1.0))] * 3
     grey = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0.0]], [[0, 1, 2]])
     made = pyrender.Mesh.from_trimesh(grey)
@@ -69,13 +69,13 @@ def test_materials_that_are_not_given_are_those_of_pyrender() -> None:
     assert (material.metallicFactor, material.roughnessFactor, material.alphaMode) == (0.2, 0.8, "BLEND")
     assert np.allclose(material.baseColorFactor, [0.3, 0.3, 0.3, 1])
     assert not made.is_transparent
-    # A material that is given takes the place of colours, and is copied.
+    # A given material replaces the colours, and is copied.
     colored = trimesh.Trimesh(grey.vertices, grey.faces, vertex_colors=[[255, 0, 0, 255]] * 3)
     given = Material(baseColorFactor=[0.5, 0.5, 0.5], metallicFactor=0.0)
     shown = pyrender.Mesh.from_trimesh(colored, material=given)
     given.baseColorFactor = [1.0, 0, 0]
     assert middle(shown, sun=3) == [gamma(lambert(0.5, 0.0))] * 3
-    # A simple material of trimesh is metal.
+    # trimesh's SimpleMaterial is converted to metal.
     visual = trimesh.visual.TextureVisuals(
         uv=np.zeros((3, 2)),
         material=trimesh.visual.material.SimpleMaterial(diffuse=[102, 102, 102, 255], Ns=0.0),
@@ -84,7 +84,7 @@ def test_materials_that_are_not_given_are_those_of_pyrender() -> None:
     assert middle(pyrender.Mesh.from_trimesh(simple), sun=3) == [gamma(lambert(0.4, 1.0))] * 3
 
 
-def test_textures_occlude_shine_bend_and_are_srgb() -> None:
+def test_occlusion_roughness_normal_and_color_textures_equal_pyrender() -> None:
     image = np.full((2, 2, 3), [128, 60, 200], np.uint8)
     linear = [((value / 255 + 0.055) / 1.055) ** 2.4 for value in (128, 60, 200)]
     seen = middle(square(material=Material(baseColorTexture=image)), ambient=1.0)
@@ -95,13 +95,13 @@ def test_textures_occlude_shine_bend_and_are_srgb() -> None:
     assert middle(square(material=shining)) == [gamma(0.25 * linear[0]), gamma(linear[1]), 0]
     occluded = Material(occlusionTexture=np.full((4, 4), 51, np.uint8))
     assert middle(square(material=occluded), ambient=1.0) == [gamma(0.2)] * 3
-    # Of an image G is the roughness and B the metal, of a texture R and G are.
+    # Roughness and metalness are G and B of an image, but R and G of a texture.
     rough = np.full((4, 4, 3), [0, 255, 0], np.uint8)
     sources = (rough, pyrender.Texture(source=rough[..., [1, 0, 0]], source_channels="RGB"))
     for source in sources:
         metal = Material(metallicRoughnessTexture=source, baseColorFactor=[0.5, 0.5, 0.5])
         assert middle(square(material=metal), sun=3) == [gamma(lambert(0.5, 0.0))] * 3
-    # A normal that the texture bends by 60 degrees to +u meets a sun that stands there as the plain one meets its own.
+    # A normal bent by 60 degrees to +u, lit from that direction, is as bright as the plain one lit from the front.
     bent = np.rint(127.5 * (1 + np.array([np.sqrt(0.75), 0, 0.5]))).astype(np.uint8)
     tilted = Material(
         normalTexture=np.tile(bent, (4, 4, 1)), baseColorFactor=[0.5, 0.5, 0.5], metallicFactor=0.0
@@ -127,7 +127,7 @@ def test_alpha_is_blended_as_opengl_blends_it() -> None:
     assert not square(material=Material(alphaMode="BLEND")).is_transparent
 
 
-def test_points_and_faces_without_normals_look_at_the_camera() -> None:
+def test_points_and_faces_without_normals_face_the_camera() -> None:
     cloud = pyrender.Mesh.from_points([[0, 0, 0.0]], colors=[[0.5, 1.0, 0.25]])
     white = lambert(1.0, 1.0)
     assert middle(cloud) == [0, 0, 0]
@@ -137,7 +137,7 @@ def test_points_and_faces_without_normals_look_at_the_camera() -> None:
     assert middle(plain, sun=3, turned=turned) == [gamma(lambert(0.5, 0.0))] * 3
 
 
-def test_lines_wires_strips_and_fans() -> None:
+def test_lines_wireframes_strips_and_fans_are_rendered() -> None:
     corners = np.array([[-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0.0]])
 
     def covered(primitive: Any, flag: int = 0, **options: Any) -> Any:
@@ -210,7 +210,7 @@ def test_attributes_are_converted_and_checked() -> None:
     assert scene.directional_lights == set()
 
 
-def test_images_become_textures_of_the_channels_asked_for() -> None:
+def test_images_become_textures_with_the_requested_channels() -> None:
     form = pyrender.utils.format_texture_source
     image = np.arange(12, dtype=np.uint8).reshape(2, 2, 3)
     assert form(None) is None
@@ -224,7 +224,7 @@ def test_images_become_textures_of_the_channels_asked_for() -> None:
         form("brick.png")
 
 
-def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_viewer_opens_the_live_view_and_follows_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("raycam.viewer.viewer.open_browser", lambda *_: False)
     scene = pyrender.Scene()
     node = scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(1)))
@@ -263,7 +263,7 @@ def test_integer_colors_in_0_to_1_give_a_notice() -> None:
             pyrender.PointLight(color=color)
 
 
-def test_a_mesh_that_is_not_of_trimesh_is_refused_with_the_way_on() -> None:
+def test_mesh_of_another_library_is_refused_with_an_alternative() -> None:
     @dataclass
     class Arrays:
         vertices: Any
@@ -318,7 +318,7 @@ def test_scene_accepts_nodes_with_their_children() -> None:
         pyrender.Scene(nodes=[root, branch])
 
 
-def test_point_cloud_without_points_is_shown_as_nothing() -> None:
+def test_point_cloud_without_points_renders_the_background() -> None:
     scene = pyrender.Scene(bg_color=[0, 0, 0])
     points: Any
     for points in ([], np.zeros((0, 3))):
@@ -329,7 +329,7 @@ def test_point_cloud_without_points_is_shown_as_nothing() -> None:
 
 
 @pytest.mark.parametrize("color", [[255, 0, 0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 1.0], [[1.0, 0.0, 0.0]]])
-def test_one_color_is_that_of_all_points(color: object) -> None:
+def test_single_color_applies_to_all_points(color: object) -> None:
     mesh = pyrender.Mesh.from_points(np.eye(3), colors=color)  # type: ignore[arg-type]
     np.testing.assert_array_equal(
         mesh.primitives[0].color_0, np.tile(np.array([1, 0, 0, 1], np.float32), (3, 1))
@@ -358,8 +358,8 @@ def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
     np.testing.assert_array_equal(pictures[1][0], pictures[0][0])
 
 
-def test_instances_of_one_mesh_are_added_in_linear_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second image looks up each instance once."""
+def test_each_instance_of_a_mesh_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rendering a second image looks up each instance only once."""
     from raycam.compat.pyrender.picture import instances
 
     calls: list[int] = []

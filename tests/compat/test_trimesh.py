@@ -1,4 +1,4 @@
-"""`raycam.compat.trimesh`: the calls of public code, under raycam and, where it is installed, under trimesh."""
+"""`raycam.compat.trimesh`: calls from public code, run with raycam and, if installed, with trimesh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ trimesh = pytest.importorskip("trimesh")
 
 @pytest.fixture(params=["raycam", "trimesh"])
 def engine(request: pytest.FixtureRequest) -> Iterator[str]:
-    """The engine under which a test runs."""
+    """The ray engine that a test uses."""
     if request.param == "trimesh":
         pytest.importorskip("embreex")
         yield request.param
@@ -33,7 +33,7 @@ def ball() -> Any:
     return trimesh.creation.icosphere(subdivisions=2)
 
 
-def test_calls_of_public_code(engine: str) -> None:
+def test_calls_from_public_code_return_trimesh_results(engine: str) -> None:
     mesh = ball()
     n = 50
     random = np.random.default_rng(1)
@@ -70,7 +70,7 @@ def test_calls_of_public_code(engine: str) -> None:
     assert caster.contains_points([[0.1, 0, 0]]).tolist() == [True]
 
 
-def test_misses_and_refusals(engine: str) -> None:
+def test_misses_return_empty_arrays_and_invalid_arguments_raise(engine: str) -> None:
     mesh = ball()
     away = [[0, 0, 5.0]], [[0, 0, 1.0]]
     assert [part.shape for part in mesh.ray.intersects_location(*away)] == [(0, 3), (0,), (0,)]
@@ -83,7 +83,7 @@ def test_misses_and_refusals(engine: str) -> None:
         mesh.ray.intersects_location(*away, max_d=3)
 
 
-def test_changed_copied_and_pickled_meshes(engine: str) -> None:
+def test_ray_queries_follow_changed_copied_and_pickled_meshes(engine: str) -> None:
     mesh = ball()
     ray = [[0.1, 0.05, -5]], [[0, 0, 1]]
     first = mesh.ray.intersects_location(*ray, multiple_hits=False)[0]
@@ -96,7 +96,7 @@ def test_changed_copied_and_pickled_meshes(engine: str) -> None:
     assert pickle.loads(pickle.dumps(mesh.ray)).intersects_any(*ray).tolist() == [True]
 
 
-def test_proximity(engine: str) -> None:
+def test_proximity_queries_equal_closed_forms(engine: str) -> None:
     if engine == "trimesh":
         pytest.importorskip("rtree")
     mesh = trimesh.creation.box(extents=[2, 2, 2])
@@ -112,7 +112,7 @@ def test_proximity(engine: str) -> None:
     np.testing.assert_allclose(thickness, [2.0], rtol=1e-3)
 
 
-def test_what_is_better() -> None:
+def test_edge_cases_that_trimesh_gets_wrong_are_correct() -> None:
     compat.install()
     try:
         mesh = trimesh.creation.icosphere(subdivisions=4)
@@ -136,7 +136,7 @@ def test_what_is_better() -> None:
     assert trimesh.ray.ray_pyembree is not compat
 
 
-def test_any_mesh_with_vertices_and_faces() -> None:
+def test_ray_caster_accepts_any_mesh_with_vertices_and_faces() -> None:
     vertices, faces = cube()
     mesh = SimpleNamespace(vertices=vertices, faces=faces)
     caster = compat.RayMeshIntersector(mesh)
@@ -155,8 +155,8 @@ def test_unsupported_names_of_trimesh_raise_with_an_alternative() -> None:
 
 
 @pytest.mark.parametrize("shape", ["tetrahedron", "box", "icosahedron"])
-def test_the_triangle_of_a_closest_point_faces_the_point(shape: str) -> None:
-    """Outside of a convex body, the side of the point is the sign of the triangle's normal."""
+def test_closest_triangle_faces_the_query_point(shape: str) -> None:
+    """Outside of a convex body, the point is on the front side of its closest triangle."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
     mesh = {
         "tetrahedron": lambda: trimesh.Trimesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]),
@@ -183,12 +183,12 @@ def test_the_triangle_of_a_closest_point_faces_the_point(shape: str) -> None:
 
 @pytest.mark.parametrize("nudge", [-1e-9, 0.0, 1e-9, -1e-3, 1e-3])
 @pytest.mark.parametrize("size", [1.0, 50.0])
-def test_closest_triangles_at_almost_equal_distance_are_those_of_trimesh(nudge: float, size: float) -> None:
+def test_closest_triangles_at_almost_equal_distance_equal_trimesh(nudge: float, size: float) -> None:
     corners = size * np.array([(0, 0, 0), (0, 1, 0), (-1, 0, 0), (0, 0, -1)], float)
     rng = np.random.default_rng(3)
     for faces in ([[0, 1, 2], [0, 1, 3]], [[0, 2, 1], [0, 1, 3]], [[0, 1, 2], [0, 3, 1]]):
         mesh = trimesh.Trimesh(corners, faces, process=False)
-        # Points at equal distance from both faces, and a little beside them.
+        # Points at equal distance from both faces, and slightly displaced ones.
         across, along = rng.uniform(0.2, 0.6, (2, 20)) * size
         points = np.column_stack([-across + nudge, along, -across])
         expected = trimesh.proximity.closest_point(mesh, points)

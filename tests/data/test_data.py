@@ -1,4 +1,4 @@
-"""Bundled data, and the quick starts that use it, typed as they are printed, in an empty folder."""
+"""Bundled data, and the quick starts that use it, run as printed in an empty folder."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_quick_starts_run_in_an_empty_folder(
     extra = [word for word in EXTRA.get(words[0], ()) if word not in words]
     if "--size" in words and "--size" in EXTRA.get(words[0], ()):
         extra = [word for word in extra if word not in ("--size", "48x30")]
-    if "--camera" in words:  # whose pictures are 4:3
+    if "--camera" in words:  # its images have the aspect ratio 4:3
         extra = ["48x36" if word == "48x30" else word for word in extra]
     if "--samples" in words:
         words[words.index("--samples") + 1] = "1"
@@ -46,7 +46,7 @@ def test_quick_starts_run_in_an_empty_folder(
     assert "comes with raycam" in capsys.readouterr().err
 
 
-def test_a_file_of_the_user_comes_first(
+def test_files_of_the_user_take_precedence_over_bundled_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -57,7 +57,7 @@ def test_a_file_of_the_user_comes_first(
     assert "12 triangles" in said.out or "triangles  12" in said.out
 
 
-def test_cameras_and_sky() -> None:
+def test_bundled_cameras_and_sky_can_be_rendered() -> None:
     world = raycam.data.spot()
     for camera, model in ((raycam.data.camera(), "opencv"), (raycam.data.fisheye(), "fisheye")):
         assert (camera.model, camera.size) == (model, (640, 480))
@@ -68,7 +68,9 @@ def test_cameras_and_sky() -> None:
     assert raycam.render(lit, lit.default_camera((16, 12)), samples=1)["color"].max() > 0.1
 
 
-def test_worlds_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bundled_worlds_and_files_exist_and_stay_below_2_mb(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     world = raycam.data.spot()
     assert world.counts["triangles"] > 5000

@@ -1,4 +1,4 @@
-"""BOP read back, also as COCO."""
+"""BOP data sets, read back also as COCO."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from support.box_table import picture, ring, table, truth
 from support.raises import warns
 
 
-def test_bop(tmp_path: Path) -> None:
+def test_bop_data_set_is_complete_and_consistent(tmp_path: Path) -> None:
     cameras = ring(pixel_center="half")
     write(table(), tmp_path, "bop", cameras=cameras)
     scene = tmp_path / "train_pbr" / "000000"
@@ -57,13 +57,13 @@ def test_bop(tmp_path: Path) -> None:
             assert info["px_count_visib"] == visible.sum()
             assert info["px_count_all"] >= amodal.sum() >= info["px_count_valid"] >= visible.sum()
             assert info["visib_fract"] == info["px_count_visib"] / info["px_count_all"]
-            # As calc_2d_bbox of the toolkit has it: from the first pixel's coordinate to the last one's.
+            # As in calc_2d_bbox of the toolkit: from the first pixel's coordinate to that of the last.
             rows_of, columns_of = np.nonzero(visible)
             low, size = [columns_of.min(), rows_of.min()], [np.ptp(columns_of), np.ptp(rows_of)]
             assert info["bbox_visib"] == [*low, *size]
             x, y, width, height = info["bbox_obj"]
             assert labels[n].amodal_box == (x, y, width + 1, height + 1)
-            # The model in its pose is the object in the world, seen by the camera.
+            # The model in its pose equals the world's object in camera coordinates.
             to_camera = np.reshape(pose["cam_R_m2c"], (3, 3)), np.array(pose["cam_t_m2c"])
             model = trimesh.load(tmp_path / "models" / f"obj_{pose['obj_id']:06d}.ply", process=False)
             placed = model.vertices @ to_camera[0].T + to_camera[1]
@@ -75,7 +75,7 @@ def test_bop(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
-def test_bop_as_coco(tmp_path: Path) -> None:
+def test_bop_data_set_contains_coco_annotations(tmp_path: Path) -> None:
     world = table()
     world.add_object(box={"size": [0.1, 0.1, 0.1]}, name="inside", category="box", location=[0, 0, 0.25])
     cameras = ring(3)
@@ -153,7 +153,7 @@ def test_bop_model_ids_do_not_depend_on_the_order_of_objects(tmp_path: Path) -> 
         found.append((model_rows(folder), dict(zip(order, pose_ids(folder), strict=True))))
     assert found[0] == found[1] == found[2]
     assert found[0][1][2] == 7
-    # Scenes with other objects agree on the ids that are given.
+    # Scenes with different objects use the same given ids.
     ids = {"cup": 30, "ball": 20, "d": 31}
     for number, chosen in enumerate(([0, 1], [1, 2, 3])):
         world = raycam.World()

@@ -1,4 +1,4 @@
-"""The folder of a data set opens as its cameras."""
+"""The cameras of a data set, read from its folder."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_cameras_of_a_data_set_are_read_back(tmp_path: Path, format: str) -> Non
         np.testing.assert_allclose(own.project(POINTS)[0] - shift, given.project(POINTS)[0], atol=1e-6)
 
 
-def test_nerf_stores_panoramas_of_all_directions(tmp_path: Path) -> None:
+def test_nerf_stores_complete_panoramas_only(tmp_path: Path) -> None:
     places = [[0.1, 0.2, 0.3], [1.0, 0.0, 0.5]]
     cameras = [raycam.Camera.equirectangular(place, 10, 20, 30, size=(64, 32)) for place in places]
     write(table(), tmp_path, "nerf", cameras=cameras, samples=1, integrator="flat")
@@ -69,7 +69,7 @@ def test_replicator_reports_lenses_that_its_keys_cannot_represent(
     np.testing.assert_allclose(found.project(POINTS)[0] - camera.project(POINTS)[0], 0, atol=1e-6)
 
 
-def test_replicators_camera_is_read_by_its_film(tmp_path: Path) -> None:
+def test_replicator_camera_is_read_without_raycams_own_key(tmp_path: Path) -> None:
     camera = raycam.Camera.look_at(
         [3, 1, 2], [0, 0, 0.3], size=(64, 48), K=[[70, 0, 30], [0, 65, 25], [0, 0, 1]]
     )

@@ -1,4 +1,4 @@
-"""COCO read back by its own tools."""
+"""COCO data sets, read back by pycocotools."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from support.raises import raises
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
 @pytest.mark.parametrize("segmentation", ["rle", "polygon"])
-def test_coco(tmp_path: Path, segmentation: str) -> None:
+def test_coco_data_set_is_read_by_pycocotools(tmp_path: Path, segmentation: str) -> None:
     cameras = ring(distortion=[-0.2, 0.05, 0.001, 0.0])
     corner = [[0.3, 0.2, 0.25], [-0.3, -0.2, -0.25]]
     keypoints = {"box": {"names": ["top", "bottom"], "points": corner, "skeleton": [[1, 2]]}}
@@ -71,7 +71,7 @@ def test_coco_keypoints_follow_deforming_meshes_with_a_rolling_shutter(tmp_path:
         write(world, tmp_path / "no", "coco", **given, keypoints={"object": points | {"triangles": [0]}})
 
 
-def test_a_world_without_categories_is_all_objects(tmp_path: Path) -> None:
+def test_world_without_categories_labels_all_objects(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 0.5})
     write(world, tmp_path, cameras=[raycam.Camera.look_at([2, 0, 0], [0, 0, 0], size=SIZE)])

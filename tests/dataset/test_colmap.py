@@ -1,4 +1,4 @@
-"""COLMAP read back by pycolmap."""
+"""COLMAP data sets, read back by pycolmap."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from support.raises import raises
         ),
     ],
 )
-def test_colmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
+def test_colmap_data_set_is_read_by_pycolmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
     cameras = ring(3, **options)
     write(table(), tmp_path, "colmap", cameras=cameras, points=300)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
@@ -51,8 +51,8 @@ def test_colmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
             np.testing.assert_allclose(point.xy, pixel + 0.5, atol=1e-9)
 
 
-def test_colmap_observes_nothing_behind_the_plane_of_a_wide_lens(tmp_path: Path) -> None:
-    """COLMAP has no image of that, though the lens has one."""
+def test_colmap_omits_points_behind_a_wide_lens(tmp_path: Path) -> None:
+    """COLMAP does not project points behind the camera, although the lens does."""
     k = [[20, 0, 31.5], [0, 20, 23.5], [0, 0, 1]]
     cameras = [
         raycam.Camera(k, camera.R, camera.C, SIZE, distortion=[0.0, 0, 0, 0], model="fisheye")
@@ -71,8 +71,8 @@ def test_colmap_observes_nothing_behind_the_plane_of_a_wide_lens(tmp_path: Path)
             assert np.abs(seen - point.xy).max() < 1e-6
 
 
-def test_colmap_has_as_many_points_as_asked_for(tmp_path: Path) -> None:
-    """However many views share them; every observation is in the picture's line and in the point's."""
+def test_colmap_contains_the_requested_number_of_points(tmp_path: Path) -> None:
+    """The number does not depend on the views; each observation is listed with its image and its point."""
     write(table(), tmp_path, "colmap", cameras=ring(7), points=1500, integrator="flat", samples=1)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
     assert read.num_points3D() == 1500
@@ -93,7 +93,7 @@ def test_colmap_has_as_many_points_as_asked_for(tmp_path: Path) -> None:
         write(table(), tmp_path / "skew", "colmap", cameras=[*ring(1), skewed])
 
 
-def test_colmap_observes_no_points_of_what_has_moved_away(tmp_path: Path) -> None:
+def test_colmap_omits_observations_of_points_that_moved(tmp_path: Path) -> None:
     cameras, times = ring(4), [0.0, 0.25, 0.5, 0.75]
     write(table(), tmp_path, "colmap", cameras=cameras, times=times, points=800, integrator="flat", samples=1)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))

@@ -1,4 +1,4 @@
-"""Tracks of points in pictures, against a matrix in memory."""
+"""Tracks of points in images, compared with a matrix in memory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from raycam.dataset.colmap_tracks import Tracks
 @pytest.mark.parametrize("points", [1, 8, 65, 1000])
 @pytest.mark.parametrize("pictures", [1, 300])
 @pytest.mark.parametrize("cells", [1, 1 << 12, 1 << 16])
-def test_tracks_are_the_columns_of_the_observation_matrix(
+def test_tracks_equal_the_columns_of_the_observation_matrix(
     points: int, pictures: int, cells: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(colmap_tracks, "CELLS", cells)

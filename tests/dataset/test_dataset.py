@@ -1,4 +1,4 @@
-"""Data sets of every kind: the same files from the same call, in shards too, and what is refused before it begins."""
+"""Data sets of every format: equal calls write equal files, also in shards; invalid calls are refused early."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HERE = [
 
 
 @pytest.mark.parametrize("name", HERE)
-def test_the_same_call_gives_the_same_files(tmp_path: Path, name: str) -> None:
+def test_equal_calls_and_resumed_calls_write_the_same_files(tmp_path: Path, name: str) -> None:
     def read(folder: Path) -> dict[str, bytes]:
         return {
             str(path.relative_to(folder)): path.read_bytes()
@@ -45,7 +45,7 @@ def test_the_same_call_gives_the_same_files(tmp_path: Path, name: str) -> None:
     whole = read(tmp_path / "a")
     assert read(tmp_path / "b") == whole
 
-    # Stopped after the first unit of work, it goes on where it was.
+    # Interrupted after the first unit of work, the data set is resumed.
     class Stop(Exception):
         pass
 
@@ -71,7 +71,7 @@ def plan(name: str) -> Plan:
     return Plan(table(), views(table(), ring(3)), {}, FORMATS[name].options)
 
 
-def test_what_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> None:
+def test_invalid_data_sets_are_refused_before_rendering(tmp_path: Path) -> None:
     lens = ring(1, distortion=[-0.1, 0, 0, 0])
     for name in ("bop", "kitti", "tum", "scannet"):
         with raises(raycam.CameraError, code="unsupported_camera"):
@@ -97,7 +97,7 @@ def test_what_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> None:
     assert quick(tmp_path / "y", segmentation="polygon", resume=False).made == 3
 
 
-def test_shards_that_run_at_the_same_time_make_one_data_set(tmp_path: Path) -> None:
+def test_concurrent_shards_write_one_data_set(tmp_path: Path) -> None:
     def other(done: int, total: int, failed: int) -> None:
         if done == 1:
             assert not quick(tmp_path / "a", shard=(2, 2)).complete
@@ -108,7 +108,7 @@ def test_shards_that_run_at_the_same_time_make_one_data_set(tmp_path: Path) -> N
     assert (tmp_path / "a" / index).read_bytes() == (tmp_path / "b" / index).read_bytes()
 
 
-def test_shards_make_one_data_set(tmp_path: Path) -> None:
+def test_shards_write_one_data_set(tmp_path: Path) -> None:
     one = quick(tmp_path / "a", shard=(1, 2))
     assert (one.made, one.complete) == (2, False)
     assert not (tmp_path / "a" / "annotations").exists()
@@ -120,7 +120,7 @@ def test_shards_make_one_data_set(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("change", ["mesh", "texture"])
-def test_another_mesh_or_texture_is_another_data_set(tmp_path: Path, change: str) -> None:
+def test_changed_mesh_or_texture_is_refused_on_resume(tmp_path: Path, change: str) -> None:
     def files(scale: float, shade: int) -> raycam.World:
         corners = f"v 0 0 0\nv {scale} 0 0\nv 0 {scale} 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
         (tmp_path / "a.obj").write_text(corners)

@@ -1,4 +1,4 @@
-"""KITTI read back."""
+"""KITTI data sets, read back."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from support.box_table import SIZE, picture, ring, table, truth
 from support.raises import raises
 
 
-def test_kitti(tmp_path: Path) -> None:
+def test_kitti_data_set_equals_the_ground_truth(tmp_path: Path) -> None:
     level = [
         raycam.Camera.look_at([3 * np.cos(a), 3 * np.sin(a), 0.4], [0, 0, 0.4], size=SIZE, fov=40)
         for a in (0.1, 0.2)
@@ -43,7 +43,7 @@ def test_kitti(tmp_path: Path) -> None:
             assert 0 <= truncated <= 1
             assert occluded in (0, 1, 2)
             assert alpha == pytest.approx((ry - np.arctan2(x, z) + np.pi) % (2 * np.pi) - np.pi, abs=1e-5)
-            # The box as KITTI's development kit draws it: computeBox3D.m.
+            # The box as in KITTI's development kit, computeBox3D.m.
             turn = np.array([[np.cos(ry), 0, np.sin(ry)], [0, 1, 0], [-np.sin(ry), 0, np.cos(ry)]])
             corners = np.array([[i, j, k] for i in (-0.5, 0.5) for j in (-1, 0) for k in (-0.5, 0.5)]) * [
                 length,
@@ -77,7 +77,7 @@ def test_kitti(tmp_path: Path) -> None:
     np.testing.assert_allclose(poses[1][:, 3], level[1].C)
 
 
-def test_kitti_right_camera_is_the_left_one_elsewhere(tmp_path: Path) -> None:
+def test_kitti_right_camera_must_be_a_translated_left_camera(tmp_path: Path) -> None:
     (camera,) = ring(1)
     dark = camera.with_vignetting(polynomial=[-3.0])
     write(table(), tmp_path, "kitti", cameras=[dark], baseline=0.2, samples=4)

@@ -1,4 +1,4 @@
-"""Values beyond the integers of a format, and pictures named as their source."""
+"""Values beyond the range of a format, and images named after their source."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from support.box_table import picture
 
 
 def wall(depth: float) -> raycam.World:
-    """A wall across the left half of the picture at `depth` metres, and one across the right half at 3 m."""
+    """A wall across the left half of the image at `depth` metres, and a wall across the right half at 3 m."""
     world = raycam.World()
     for x, z in ((-500.0, depth), (500.0, 3.0)):
         world.add_object(plane={"size": [1000, 2000]}, location=[x, 0, z], roll=180, category="wall")
@@ -26,7 +26,7 @@ def wall(depth: float) -> raycam.World:
 
 
 def told(result: Any) -> list[str]:
-    """The notices of a data set but that its world has no lights."""
+    """The notices of a data set, except the one about missing lights."""
     return [notice for notice in result.notices if notice.code != "default_lights"]
 
 
@@ -44,7 +44,7 @@ def ahead(**options: Any) -> raycam.Camera:
         ("kitti", 255.996, 1000 / 256, "object/training/depth_2/000000.png"),
     ],
 )
-def test_depth_beyond_a_format_is_told(
+def test_depth_beyond_the_range_of_a_format_gives_a_notice(
     tmp_path: Path, format: str, limit: float, unit: float, folder: str
 ) -> None:
     inside = write(wall(limit * 0.999), tmp_path / "in", format, cameras=[ahead()])
@@ -54,7 +54,7 @@ def test_depth_beyond_a_format_is_told(
     assert picture(tmp_path / "out" / folder)[24, 5] == 0
     (notice,) = told(beyond)
     assert f"beyond {limit:.6g}" in str(notice)
-    # Half of the picture's pixels show the far wall.
+    # Half of the image's pixels show the far wall.
     assert "1536 of 3072 pixels with a value (50 %)" in str(notice)
     if format != "kitti":
         wider = write(wall(limit * 1.001), tmp_path / "wide", format, cameras=[ahead()], depth_scale=2 * unit)
@@ -63,7 +63,7 @@ def test_depth_beyond_a_format_is_told(
 
 
 @pytest.mark.parametrize("shift", [0.0, 9.0, -4.5])
-def test_kittis_p3_has_the_right_principal_point(tmp_path: Path, shift: float) -> None:
+def test_kitti_p3_contains_the_principal_point_of_the_right_camera(tmp_path: Path, shift: float) -> None:
     left = ahead()
     right = left.replace(K=np.add(left.K, [[0, 0, shift], [0, 0, 0], [0, 0, 0]]), C=[0.2, 0, 0])
     write(wall(3.5), tmp_path, "kitti", cameras=raycam.Rig.of({"left": left, "right": right}))
@@ -77,7 +77,7 @@ def test_kittis_p3_has_the_right_principal_point(tmp_path: Path, shift: float) -
     np.testing.assert_allclose(found[:3] / found[3], point, atol=1e-9)
 
 
-def test_disparities_that_do_not_exist_in_kitti_are_counted(tmp_path: Path) -> None:
+def test_disparities_outside_of_kittis_range_give_a_notice_with_their_count(tmp_path: Path) -> None:
     left = ahead()
     # u_left - u_right = 60 * 0.2 / z - shift: 4 - shift at 3 m, 1 - shift at 12 m.
     right = left.replace(K=np.add(left.K, [[0, 0, 2.0], [0, 0, 0], [0, 0, 0]]), C=[0.2, 0, 0])
@@ -90,7 +90,7 @@ def test_disparities_that_do_not_exist_in_kitti_are_counted(tmp_path: Path) -> N
     assert values[24, 60] == 2 * 256
 
 
-def test_pictures_keep_the_names_of_their_source(tmp_path: Path) -> None:
+def test_images_keep_the_names_of_their_source_images(tmp_path: Path) -> None:
     cameras = {"a": ahead(), "b": ahead().replace(C=[0.1, 0, 0]), "c": ahead()}
     images = {"a": "IMG 1.JPG", "b": "left/IMG_2.jpg", "c": "../IMG_3.jpeg"}
     raycam.save_cameras(tmp_path / "t.json", cameras, "nerf", images=images)
@@ -113,7 +113,7 @@ def test_pictures_keep_the_names_of_their_source(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("format", sorted(set(FORMATS) - {"hdf5", "mcap", "semantickitti", "nuscenes"}))
-def test_every_set_says_which_view_is_of_which_image(tmp_path: Path, format: str) -> None:
+def test_source_images_json_lists_the_image_of_each_view(tmp_path: Path, format: str) -> None:
     images = {"a": "IMG 1.JPG", "b": "left/IMG_2.jpg"}
     cameras = {"a": ahead(), "b": ahead().replace(C=[0.1, 0, 0])}
     raycam.save_cameras(tmp_path / "t.json", cameras, "nerf", images=images)
@@ -129,7 +129,7 @@ def test_every_set_says_which_view_is_of_which_image(tmp_path: Path, format: str
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="OPENBLAS_CORETYPE")
-def test_no_digit_depends_on_the_kernel_of_blas() -> None:
+def test_products_do_not_depend_on_the_blas_kernel() -> None:
     script = """
 import numpy as np
 from raycam.arguments import lengths, product
@@ -162,7 +162,7 @@ print(hashlib.sha256(b"".join(np.ascontiguousarray(n).tobytes() for n in numbers
 @pytest.mark.parametrize(
     ("start", "unit"), [(1.7e9, "seconds since 1970"), (1.7e18, "nanoseconds"), (20.0, "20.0")]
 )
-def test_times_after_the_end_are_told(tmp_path: Path, start: float, unit: str) -> None:
+def test_times_after_the_end_of_the_motion_give_a_notice(tmp_path: Path, start: float, unit: str) -> None:
     world = wall(3.5)
     world.set_video(fps=4, seconds=1, orbit={"target": [0, 0, 3], "degrees": 40})
     late = write(world, tmp_path / "late", "coco", cameras=[ahead()] * 2, times=[start, start + 1024])
@@ -171,8 +171,10 @@ def test_times_after_the_end_are_told(tmp_path: Path, start: float, unit: str) -
 
 
 @pytest.mark.parametrize(("times", "many"), [([0.0, 250.0, 500.0], "2 of 3"), ([-9.0, -8.5, 0.5], "2 of 3")])
-def test_some_times_outside_of_the_video_are_told(tmp_path: Path, times: list[float], many: str) -> None:
-    # milliseconds for seconds, and an offset that was added twice
+def test_some_times_outside_of_the_video_give_a_notice_with_their_count(
+    tmp_path: Path, times: list[float], many: str
+) -> None:
+    # milliseconds instead of seconds, and an offset added twice
     world = wall(3.5)
     world.set_video(fps=4, seconds=1, orbit={"target": [0, 0, 3], "degrees": 40})
     (notice,) = told(write(world, tmp_path, "coco", cameras=[ahead()] * 3, times=times))
@@ -188,7 +190,7 @@ def test_names_that_differ_in_case_or_ending_are_kept_apart(tmp_path: Path) -> N
     names = [row["file_name"] for row in rows]
     assert names[0] == "IMG.png"
     assert names[3] == "left/img.png"
-    assert len({name.casefold() for name in names}) == 4  # as a Mac or Windows keeps them
+    assert len({name.casefold() for name in names}) == 4  # as on file systems that ignore case
     assert all((tmp_path / "coco/images" / name).exists() for name in names)
 
 

@@ -34,7 +34,7 @@ def cameras() -> list[raycam.Camera]:
     return [raycam.Camera.look_at(eye, [0, 0, 0], fov=50, size=SIZE).replace(distortion=lens) for eye in eyes]
 
 
-def test_a_bag_has_what_was_rendered(tmp_path: Path) -> None:
+def test_bag_contains_the_rendered_images(tmp_path: Path) -> None:
     pytest.importorskip("mcap_ros2")
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
@@ -97,8 +97,8 @@ def test_a_bag_has_what_was_rendered(tmp_path: Path) -> None:
     assert "nanoseconds: 1500000000" in text
 
 
-def test_a_folder_is_a_bag_of_ros_2(tmp_path: Path) -> None:
-    # rosbags reads MCAP by itself, and has the definitions of the messages of its own.
+def test_folder_is_a_ros_2_bag(tmp_path: Path) -> None:
+    # rosbags has its own MCAP reader and message definitions.
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     typesys = importlib.import_module("rosbags.typesys")
     rig = {"body": raycam.Rig.stereo(cameras()[0].pinhole(), 0.1)}
@@ -107,7 +107,7 @@ def test_a_folder_is_a_bag_of_ros_2(tmp_path: Path) -> None:
     found: dict[str, Any] = {}
     with rosbag2.Reader(tmp_path / "bag") as reader:
         assert reader.message_count == 14
-        assert reader.duration == 1  # one moment, and the end is after it
+        assert reader.duration == 1  # a single time; the end is 1 ns later
         for connection, stamp, raw in reader.messages():
             found[connection.topic] = store.deserialize_cdr(raw, connection.msgtype)
             assert stamp == 10**9
@@ -125,7 +125,7 @@ def test_a_folder_is_a_bag_of_ros_2(tmp_path: Path) -> None:
 
 
 def matrix_of(transform: Any) -> np.ndarray:
-    """The matrix [4, 4] of a geometry_msgs/Transform, by SciPy."""
+    """The matrix [4, 4] of a geometry_msgs/Transform, computed with SciPy."""
     found = np.eye(4)
     found[:3, :3] = Rotation.from_quat([getattr(transform.rotation, axis) for axis in "xyzw"]).as_matrix()
     found[:3, 3] = [getattr(transform.translation, axis) for axis in "xyz"]
@@ -133,8 +133,8 @@ def matrix_of(transform: Any) -> np.ndarray:
 
 
 @pytest.mark.parametrize("start", [0.0, 1_700_000_000.25])
-def test_the_frame_tree_places_the_cameras_of_a_rig(tmp_path: Path, start: float) -> None:
-    """world from base_link from camera is world from camera, and the mounts are static."""
+def test_transforms_place_the_cameras_of_a_rig(tmp_path: Path, start: float) -> None:
+    """world_from_base times base_from_camera equals world_from_camera, and the mounts are static."""
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     typesys = importlib.import_module("rosbags.typesys")
     mounts = {
@@ -178,7 +178,7 @@ def test_start_time_out_of_range_raises(tmp_path: Path, wrong: Any) -> None:
         write(world(), tmp_path / "a", "mcap", cameras=cameras(), start_time=wrong)
 
 
-def test_p_of_a_rectified_pair_is_opencvs(tmp_path: Path) -> None:
+def test_projection_of_a_rectified_pair_equals_opencv(tmp_path: Path) -> None:
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     typesys = importlib.import_module("rosbags.typesys")
     raw = cameras()[0]
@@ -210,7 +210,7 @@ def test_p_of_a_rectified_pair_is_opencvs(tmp_path: Path) -> None:
             np.testing.assert_allclose(info.p.reshape(3, 4)[:, 3], [wanted, 0, 0], atol=1e-9)
 
 
-def test_quaternions_of_all_turns() -> None:
+def test_quaternions_of_all_rotations_equal_scipy() -> None:
     generator = np.random.default_rng(2)
     for _ in range(200):
         q = generator.normal(size=4)
@@ -226,7 +226,7 @@ def test_quaternions_of_all_turns() -> None:
         np.testing.assert_allclose(quaternion(matrix), q, atol=1e-12)
 
 
-def test_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_invalid_mcap_options_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mcap")
     lens = cameras()[0].replace(distortion=[0.1], model="division")
     for options, words in (
@@ -239,7 +239,9 @@ def test_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not (tmp_path / "x").exists()
 
 
-def test_without_the_package_the_way_on_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_mcap_package_is_reported_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(__import__("sys").modules, "mcap", None)
     monkeypatch.setitem(__import__("sys").modules, "mcap.writer", None)
     with raises(raycam.SettingsError, code="missing_dependency", mentions=["raycam[mcap]"]):

@@ -63,7 +63,7 @@ def car(name: str) -> raycam.Rig:
         ("livox-mid40", ["intensity", "tag", "line", "timestamp"]),
     ],
 )
-def test_clouds_have_the_fields_of_the_driver_and_lie_on_their_objects(
+def test_point_clouds_have_the_fields_of_the_driver_and_lie_on_their_objects(
     name: str, fields: list[str], tmp_path: Path
 ) -> None:
     world, rig = street(), car(name)
@@ -100,7 +100,7 @@ def test_clouds_have_the_fields_of_the_driver_and_lie_on_their_objects(
             np.testing.assert_allclose(points["timestamp"] / 1e9, 1 + number * 0.1 + scan["time"], atol=1e-6)
 
 
-def test_rosbags_reads_the_clouds(tmp_path: Path) -> None:
+def test_point_clouds_are_read_by_rosbags(tmp_path: Path) -> None:
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 

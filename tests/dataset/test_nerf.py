@@ -1,4 +1,4 @@
-"""NeRF's transforms read back."""
+"""NeRF data sets, read back."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from support.raises import raises
 NERF_LENS = ("k1", "k2", "k3", "k4", "p1", "p2")
 
 
-def test_nerf(tmp_path: Path) -> None:
+def test_nerf_data_set_contains_the_cameras(tmp_path: Path) -> None:
     cameras = ring()
     write(table(), tmp_path, "nerf", cameras=cameras)
     meta = json.loads((tmp_path / "transforms.json").read_text())
@@ -50,11 +50,11 @@ def test_nerf(tmp_path: Path) -> None:
         ("fisheye", [0.02, 1e-3, 0, 0]),
     ],
 )
-def test_nerf_lenses_by_their_names(tmp_path: Path, model: Any, lens: list[float]) -> None:
+def test_nerf_lenses_have_the_names_of_nerfstudio(tmp_path: Path, model: Any, lens: list[float]) -> None:
     cameras = ring(2, distortion=lens, model=model)
     write(table(), tmp_path, "nerf", cameras=cameras)
     meta = json.loads((tmp_path / "transforms.json").read_text())
-    # As nerfstudio reads them: its two names of lenses, k1 to k4, p1 and p2, with 0 for those that are missing.
+    # As in nerfstudio: two lens names, and coefficients k1 to k4, p1 and p2, which are 0 if missing.
     assert meta["camera_model"] == {"opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}[model]
     assert meta.keys() <= {"camera_model", "fl_x", "fl_y", "cx", "cy", "w", "h", "frames", *NERF_LENS}
     k1, k2, k3, k4, p1, p2 = (meta.get(name, 0.0) for name in NERF_LENS)
@@ -71,7 +71,7 @@ def test_nerf_lenses_by_their_names(tmp_path: Path, model: Any, lens: list[float
     np.testing.assert_allclose(cameras[0].project(world)[0], pixels[:, 0], atol=1e-9)
 
 
-def test_nerf_refuses_coefficients_beyond_its_own(tmp_path: Path) -> None:
+def test_nerf_refuses_unsupported_coefficients(tmp_path: Path) -> None:
     rational = ring(1, distortion=[-0.2, 0.05, 1e-3, 2e-3, 0.01, 0.1, 0.0, 0.0])
     with raises(raycam.CameraError, code="unsupported_camera", mentions=["k3"]):
         write(table(), tmp_path, "nerf", cameras=rational)

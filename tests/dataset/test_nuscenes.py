@@ -1,4 +1,4 @@
-"""nuScenes's tables, read as the devkit does: every token resolves, and boxes contain their objects' points."""
+"""nuScenes's tables, read as in the devkit: every token resolves, and boxes contain their objects' points."""
 
 from __future__ import annotations
 
@@ -109,10 +109,10 @@ def test_files_exist_with_their_sizes(folder: Path, tables: dict[str, list[dict[
     assert (folder / tables["map"][0]["filename"]).exists()
 
 
-def test_points_lie_on_the_world_and_are_counted_in_the_boxes(
+def test_points_lie_on_surfaces_and_are_counted_in_the_boxes(
     folder: Path, tables: dict[str, list[dict[str, Any]]]
 ) -> None:
-    """From sensor over body to world, as in `LidarPointCloud` and `get_sample_data` of the devkit."""
+    """From sensor to body to world, as in `LidarPointCloud` and `get_sample_data` of the devkit."""
     rows = {name: {row["token"]: row for row in table} for name, table in tables.items()}
     world = street()
     channel = {

@@ -47,7 +47,7 @@ HERE = [
 
 
 @pytest.mark.parametrize("name", HERE)
-def test_randomised_worlds(tmp_path: Path, name: str) -> None:
+def test_data_sets_of_randomised_worlds_are_deterministic(tmp_path: Path, name: str) -> None:
     options: dict[str, Any] = {"integrator": "flat", "samples": 1, "format": name, "seed": 5}
     found = write(raycam.Recipe(RECIPE), tmp_path / "a", count=3, **options)
     assert found.frames == 6
@@ -67,7 +67,7 @@ def test_randomised_worlds(tmp_path: Path, name: str) -> None:
 
 
 def check_world_of_recipe(folder: Path, name: str) -> None:
-    """World 1, by itself."""
+    """Checks that world 1 alone equals world 1 of the series."""
     world = raycam.Recipe(RECIPE).world(1)
     first = next(iter(world.cameras.values()))
     if name == "colmap":
@@ -95,7 +95,7 @@ def check_world_of_recipe(folder: Path, name: str) -> None:
 
 
 def check_scenes_of_recipe(folder: Path) -> None:
-    """Each world a scene of one data set, each shape one model in all of them."""
+    """Checks that each world is a scene of one data set, and each shape one model in all scenes."""
     import trimesh
 
     scenes = sorted(path.name for path in (folder / "train_pbr").iterdir())
@@ -148,7 +148,7 @@ def check_coco_of_recipe(folder: Path) -> None:
             assert one["area"] == (instance == item.id).sum()
 
 
-def test_what_a_recipe_cannot_be(tmp_path: Path) -> None:
+def test_invalid_recipe_arguments_are_refused(tmp_path: Path) -> None:
     with raises(raycam.SettingsError, code="conflicting_values", mentions=["count"]):
         write(table(), tmp_path, count=2)
     changed = {**RECIPE, "camera": [{**RECIPE["camera"][0], "count": {"integer": [1, 2]}}]}
@@ -156,7 +156,7 @@ def test_what_a_recipe_cannot_be(tmp_path: Path) -> None:
         write(raycam.Recipe(changed), tmp_path, count=2)
 
 
-def test_the_command_makes_randomised_worlds_as_a_job(tmp_path: Path, capsys: Any) -> None:
+def test_dataset_command_writes_randomised_worlds_as_a_job(tmp_path: Path, capsys: Any) -> None:
     (tmp_path / "t.obj").write_text(
         "v 0 0 0\nv .4 0 0\nv 0 .4 0\nv 0 0 .4\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
     )

@@ -1,4 +1,4 @@
-"""TUM and ScanNet read back."""
+"""TUM and ScanNet data sets, read back."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from support.box_table import picture, ring, table, truth
 from support.raises import raises
 
 
-def test_tum(tmp_path: Path) -> None:
+def test_tum_data_set_contains_images_and_poses(tmp_path: Path) -> None:
     from scipy.spatial.transform import Rotation
 
     world = table()
@@ -34,14 +34,14 @@ def test_tum(tmp_path: Path) -> None:
         assert picture(tmp_path / pair[1]).shape == (*depth.shape, 3)
 
 
-def test_tum_has_one_picture_at_a_time(tmp_path: Path) -> None:
+def test_tum_refuses_two_images_at_the_same_time(tmp_path: Path) -> None:
     cameras = ring(3)
     with raises(raycam.SettingsError, code="duplicate_name", mentions=["0.500000"]):
         write(table(), tmp_path / "tum", "tum", cameras=cameras, times=[0.5, 0.6, 0.5000001])
     assert not (tmp_path / "tum").exists()
 
 
-def test_scannet(tmp_path: Path) -> None:
+def test_scannet_data_set_contains_poses_and_labels(tmp_path: Path) -> None:
     cameras = ring(2)
     write(table(), tmp_path, "scannet", cameras=cameras)
     for number, camera in enumerate(cameras):

@@ -43,7 +43,7 @@ def matrices(path: Path) -> Any:
     return np.concatenate([rows, np.tile([[[0, 0, 0, 1.0]]], (len(rows), 1, 1))], axis=1)
 
 
-def test_points_labels_and_poses_are_those_of_the_world(tmp_path: Path) -> None:
+def test_points_lie_on_the_objects_that_their_labels_name(tmp_path: Path) -> None:
     """Velodyne points, through Tr and the poses, lie on the objects that their labels name."""
     rigs, times = drive()
     world = street()

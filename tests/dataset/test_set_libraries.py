@@ -1,4 +1,4 @@
-"""Data sets read by their own libraries, where these are installed: panopticapi, motmetrics, Ultralytics' parser."""
+"""Data sets read by their own libraries, if installed: panopticapi, motmetrics, Ultralytics' parser."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_ultralytics_loads_every_label(tmp_path: Path, task: str) -> None:
 
 
 def inside(polygon: np.ndarray) -> np.ndarray:
-    """The pixels whose centre is inside of a polygon by the even-odd rule; its corners are corners of pixels."""
+    """Mask of the pixels whose centres are inside the polygon by the even-odd rule; its vertices are pixel corners."""
     x, y = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1]) + 0.5)
     found = np.zeros(x.shape, dtype=bool)
     for (x0, y0), (x1, y1) in zip(np.round(polygon), np.round(np.roll(polygon, -1, axis=0)), strict=True):

@@ -1,4 +1,4 @@
-"""The formats of trainers: YOLO, panoptic COCO, MOT, semantic PNG, HDF5; and splits."""
+"""Formats for training: YOLO, panoptic COCO, MOT, semantic PNG, HDF5; and splits."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def objects_of(instance: np.ndarray) -> dict[int, int]:
     }
 
 
-def test_yolo_detects(tmp_path: Path) -> None:
+def test_yolo_detection_labels_equal_the_boxes(tmp_path: Path) -> None:
     cameras = ring(5)
     write(table(), tmp_path, "yolo", cameras=cameras, samples=1)
     table_of = yaml.safe_load((tmp_path / "data.yaml").read_text())
@@ -56,7 +56,7 @@ def test_yolo_detects(tmp_path: Path) -> None:
         np.testing.assert_allclose(sorted(labels(tmp_path, f"{number:06d}")), sorted(expected), atol=1e-9)
 
 
-def test_yolo_segments(tmp_path: Path) -> None:
+def test_yolo_segmentation_polygons_cover_the_masks(tmp_path: Path) -> None:
     cameras = ring(2)
     write(table(), tmp_path, "yolo", cameras=cameras, task="segment", samples=1)
     scale = 16
@@ -75,7 +75,7 @@ def test_yolo_segments(tmp_path: Path) -> None:
         assert (centers != expected).mean() < 0.002  # the bridges of the ring's hole
 
 
-def test_pieces_are_joined_without_area() -> None:
+def test_polygon_pieces_are_joined_without_adding_area() -> None:
     def area(p: np.ndarray) -> float:
         x, y = p.T
         return 0.5 * abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
@@ -86,7 +86,7 @@ def test_pieces_are_joined_without_area() -> None:
 
 
 @pytest.mark.parametrize("degrees", [0, 17, 45, 80])
-def test_rectangles_are_the_least(degrees: float) -> None:
+def test_oriented_boxes_have_minimal_area(degrees: float) -> None:
     random = np.random.default_rng(3)
     angle = np.radians(degrees)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -100,12 +100,12 @@ def test_rectangles_are_the_least(degrees: float) -> None:
 @pytest.mark.parametrize(
     ("points", "turned"),
     [
-        # A thin pole, cut by the border: its end is a pixel out. A wide one from the corner.
+        # A thin pole that ends one pixel outside of the image, and a wide one that starts at the corner.
         ([[10, 0], [13, 0], [23, 40], [20, 40]], True),
         ([[0, 0], [20, 0], [44, 30], [28, 44], [0, 14]], False),
     ],
 )
-def test_rectangles_stay_in_the_picture(points: list[list[float]], turned: bool) -> None:
+def test_oriented_boxes_stay_in_the_image(points: list[list[float]], turned: bool) -> None:
     size, corners = np.array([64.0, 48.0]), np.array(points, dtype=np.float32)
     assert cv2.boxPoints(cv2.minAreaRect(corners)).min() < -0.3
     found = rectangle(corners.astype(float), size)
@@ -119,7 +119,7 @@ def test_rectangles_stay_in_the_picture(points: list[list[float]], turned: bool)
     assert min(cv2.pointPolygonTest(outline, corner.tolist(), True) for corner in corners) > -1
 
 
-def test_yolo_obb_and_pose(tmp_path: Path) -> None:
+def test_yolo_oriented_boxes_and_keypoints_are_written(tmp_path: Path) -> None:
     cameras = ring(1)
     write(table(), tmp_path / "obb", "yolo", cameras=cameras, task="obb", samples=1)
     assert {len(row) for row in labels(tmp_path / "obb", "000000")} == {9}
@@ -144,7 +144,7 @@ def test_yolo_obb_and_pose(tmp_path: Path) -> None:
         write(table(), tmp_path / "no", "yolo", cameras=cameras, splits={"train": 0.7})
 
 
-def test_splits_are_by_seed_and_shares(tmp_path: Path) -> None:
+def test_splits_depend_on_seed_and_fractions(tmp_path: Path) -> None:
     cameras = ring(10)
     shares = {"train": 0.6, "val": 0.2, "test": 0.2}
     found = []
@@ -170,7 +170,7 @@ def test_splits_are_by_seed_and_shares(tmp_path: Path) -> None:
     assert len({number // 2 for number in numbers}) == 2
 
 
-def test_panoptic(tmp_path: Path) -> None:
+def test_panoptic_segments_equal_the_ground_truth(tmp_path: Path) -> None:
     cameras = ring(2)
     write(table(), tmp_path, "panoptic", cameras=cameras, stuff=["box"], samples=1)
     data = json.loads((tmp_path / "annotations/panoptic.json").read_text())
@@ -192,7 +192,7 @@ def test_panoptic(tmp_path: Path) -> None:
             assert one["bbox"] == [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
 
 
-def test_mot(tmp_path: Path) -> None:
+def test_mot_data_set_contains_the_tracks(tmp_path: Path) -> None:
     world = table()
     world.add_camera(ring(1)[0])
     write(world, tmp_path, "mot", fps=4.0, samples=1)
@@ -211,7 +211,7 @@ def test_mot(tmp_path: Path) -> None:
             np.testing.assert_allclose(own[0, 8], label.visible_fraction, atol=1e-6)
 
 
-def test_semantic(tmp_path: Path) -> None:
+def test_semantic_images_contain_classes_and_instances(tmp_path: Path) -> None:
     (camera,) = ring(1)
     given = {"labels": {"box": 26, "ball": 24, "9": 33}, "void": 0, "palette": {"box": [0, 0, 142]}}
     write(table(), tmp_path, "semantic", cameras=[camera], samples=1, **given)
@@ -238,7 +238,7 @@ def test_semantic(tmp_path: Path) -> None:
         write(table(), tmp_path / "no", "semantic", cameras=[camera], labels={"box": 300})
 
 
-def test_the_palette_is_that_of_pascal() -> None:
+def test_palette_equals_that_of_pascal_voc() -> None:
     from raycam.dataset.training.semantic import pascal_palette
 
     known = [[0, 0, 0], [128, 0, 0], [0, 128, 0], [128, 128, 0], [0, 0, 128], [128, 0, 128], [0, 128, 128]]
@@ -249,7 +249,7 @@ def test_the_palette_is_that_of_pascal() -> None:
     )
 
 
-def test_hdf5(tmp_path: Path) -> None:
+def test_hdf5_files_contain_the_channels(tmp_path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     (camera,) = ring(1)
     write(table(), tmp_path, "hdf5", cameras=[camera], samples=1)
@@ -266,7 +266,7 @@ def test_hdf5(tmp_path: Path) -> None:
         assert {one["idx"] for one in attributes} == {key + 1 for key in objects_of(instance)}
 
 
-def test_hdf5_is_what_blenderprocs_viewer_takes_for_pictures(tmp_path: Path) -> None:
+def test_hdf5_arrays_are_shown_as_images_by_blenderprocs_viewer(tmp_path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     cameras = ring(2)
     write(table(), tmp_path, "hdf5", cameras=cameras, samples=1)
@@ -284,7 +284,7 @@ def test_hdf5_is_what_blenderprocs_viewer_takes_for_pictures(tmp_path: Path) -> 
         instance = truth(camera)
         with h5py.File(tmp_path / f"{number}.hdf5", "r") as file:
             values = {key: np.array(file[key]) for key in file}
-        # It shows what is neither text nor a list, and takes a leading axis of two for a stereo pair.
+        # The viewer shows everything except texts and lists, and takes a leading axis of length 2 for a stereo pair.
         texts = {key for key, value in values.items() if np.issubdtype(value.dtype, np.bytes_)}
         assert texts == {"instance_attribute_maps", "blender_proc_version"}
         assert {key: (value.dtype, value.shape) for key, value in values.items() if key not in texts} == kinds
@@ -305,13 +305,15 @@ def test_hdf5_is_what_blenderprocs_viewer_takes_for_pictures(tmp_path: Path) -> 
             assert set(values["category_id_segmaps"][mask]) == {one["category_id"]}
 
 
-def test_hdf5_names_what_it_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_hdf5_package_is_reported_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     with raises(raycam.SettingsError, code="missing_dependency", mentions=["'raycam[hdf5]'"]):
         write(table(), tmp_path, "hdf5", cameras=ring(1))
 
 
-def test_the_card_counts(tmp_path: Path) -> None:
+def test_data_set_card_counts_views_and_objects(tmp_path: Path) -> None:
     cameras = ring(3)
     write(table(), tmp_path / "a", "coco", cameras=cameras, samples=1, licence="CC0-1.0")
     card = json.loads((tmp_path / "a/dataset_card.json").read_text())
@@ -325,7 +327,7 @@ def test_the_card_counts(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "b/dataset_card.json").read_text())["splits"] == {"train": 2, "val": 1}
 
 
-def test_the_contact_sheet_has_every_label(tmp_path: Path) -> None:
+def test_contact_sheet_shows_every_label(tmp_path: Path) -> None:
     from raycam.dataset.training.contact_sheet import contact_sheet
     from raycam.dataset.training.marks import _strips
 
@@ -351,7 +353,7 @@ def test_the_contact_sheet_has_every_label(tmp_path: Path) -> None:
         contact_sheet(tmp_path)
 
 
-def test_the_command_writes_the_contact_sheet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_option_writes_the_contact_sheet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(table(), tmp_path, "coco", cameras=ring(2), samples=1)
     assert main(["dataset", "--show", str(tmp_path)]) == 0
     assert "contact_sheet.html" in capsys.readouterr().out
@@ -363,7 +365,7 @@ def test_the_command_writes_the_contact_sheet(tmp_path: Path, capsys: pytest.Cap
 @pytest.mark.parametrize(
     "format", ["bop", "mot", "kitti", "panoptic", "replicator", "semantic", "coco", "yolo"]
 )
-def test_the_contact_sheet_shows_any_labelled_set(tmp_path: Path, format: str) -> None:
+def test_contact_sheet_shows_every_labelled_format(tmp_path: Path, format: str) -> None:
     from raycam.dataset.training.contact_sheet import contact_sheet
     from raycam.dataset.training.marks import pictures_of
 

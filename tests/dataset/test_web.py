@@ -1,4 +1,4 @@
-"""WebDataset read back."""
+"""WebDataset shards, read back."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from raycam.dataset import write
 from support.box_table import ring, table, truth
 
 
-def test_webdataset(tmp_path: Path) -> None:
+def test_webdataset_shards_contain_the_samples(tmp_path: Path) -> None:
     cameras = ring(5)
     write(table(), tmp_path, "webdataset", cameras=cameras, shard_size=2, channels=["depth", "normal"])
     index = json.loads((tmp_path / "index.json").read_text())
@@ -36,7 +36,7 @@ def test_webdataset(tmp_path: Path) -> None:
         assert described["categories"] == {"1": "box", "2": "ball", "9": "9"}
 
 
-def test_webdataset_holds_samples_and_not_their_shard(tmp_path: Path) -> None:
+def test_webdataset_memory_does_not_grow_with_the_shard(tmp_path: Path) -> None:
     channels = ["depth", "position", "normal", "normal_camera", "shading_normal", "barycentric", "uv"]
     peaks, sizes = [], []
     for count in (4, 64):

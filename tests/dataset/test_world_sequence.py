@@ -1,4 +1,4 @@
-"""Data sets of a caller's worlds."""
+"""Data sets of worlds that the caller provides."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def make_world(number: int) -> raycam.World:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    """The files of a data set, without the state of its job."""
+    """The files of a data set, without the job's state."""
     found = (
         path
         for path in folder.rglob("*")
@@ -60,7 +60,7 @@ def test_worlds_as_list_function_and_iterator_give_the_same_files(tmp_path: Path
         assert counts == [1, 1, 2, 2, 1, 1]
 
 
-def test_an_interrupted_data_set_resumes_without_the_finished_worlds(tmp_path: Path) -> None:
+def test_interrupted_data_set_resumes_without_the_finished_worlds(tmp_path: Path) -> None:
     calls: list[int] = []
 
     def failing(limit: int) -> Callable[[int], raycam.World]:
@@ -84,7 +84,7 @@ def test_an_interrupted_data_set_resumes_without_the_finished_worlds(tmp_path: P
     assert files(tmp_path / "a") == files(tmp_path / "b")
 
 
-def test_shards_of_worlds_make_one_data_set(tmp_path: Path) -> None:
+def test_shards_of_worlds_write_one_data_set(tmp_path: Path) -> None:
     source = {"worlds": make_world, "count": 4, "categories": ["crate", "ball"], "cameras": ring(1)}
     assert not write(folder=tmp_path / "a", shard=(1, 2), **source, **OPTIONS).complete
     assert write(folder=tmp_path / "a", shard=(2, 2), **source, **OPTIONS).complete
@@ -127,11 +127,11 @@ def test_wrong_worlds_raise_before_rendering(
     assert not (tmp_path / "a").exists()
 
 
-def test_a_category_that_the_data_set_lacks_fails_with_its_name(tmp_path: Path) -> None:
+def test_unknown_category_of_a_world_fails_with_its_name(tmp_path: Path) -> None:
     with raises(raycam.JobError, code="failed_frames", mentions=["ball"]):
         write(worlds=make_world, count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)
 
 
-def test_an_iterator_that_ends_early_fails_with_its_count(tmp_path: Path) -> None:
+def test_iterator_that_ends_early_fails_with_its_count(tmp_path: Path) -> None:
     with raises(raycam.JobError, code="failed_frames"):
         write(worlds=iter([make_world(0)]), count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)

@@ -1,8 +1,8 @@
-"""The documentation does what it says: every block of code on every page runs, in order, in its own folder.
+"""Code in the documentation: every block of every page runs, in order, in the page's own folder.
 
-`pycon` and `console` blocks are compared with their printed answers, `python` blocks run, `toml` blocks whose
-first line names a file are written to it and loaded, and `raycam` lines of `sh` blocks are typed. What says
-nothing of samples gets one per pixel here, and the demo's video a few frames: it is the words that are tested.
+`pycon` and `console` blocks are compared with their printed output. `python` blocks are run. `toml` blocks whose
+first line names a file are written to it and loaded. `raycam` lines of `sh` blocks are run. To save time, renders
+without `samples` use one sample per pixel, and the demo's video has a few frames.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PAGES = [
     ),
 ]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
-# Makes every one of its own pictures; tested as a command, at its own size, in test_demo.py.
+# This page's images are written by `raycam demo`, which test_demo.py runs at full size.
 SAMPLES = re.compile(r"\bsamples=\d+")
 SLOW = ("raycam demo",)
 
@@ -75,13 +75,13 @@ def type_commands(text: str, page: str) -> None:
         words = shlex.split(line, comments=True)
         if words[:1] == ["raycam"] and not line.startswith(SLOW):
             if "--denoise" in words and find_spec("pyoidn") is None:
-                continue  # an extra that the group of tests leaves out
+                continue  # an extra that the group `dev` does not install
             words = [word if before != "--samples" else "1" for before, word in pairwise(words)]
             assert cli.main(words) == 0, f"{page}: {line}"
 
 
 def compare_answers(text: str, page: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Types the commands behind `$` and compares what they print; `...` stands for anything."""
+    """Runs the commands after `$` and compares their output; `...` matches any text."""
     checker = doctest.OutputChecker()
     for part in re.split(r"^\$ ", text, flags=re.M)[1:]:
         command, _, answer = part.partition("\n")
@@ -92,7 +92,7 @@ def compare_answers(text: str, page: str, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_of_the_page_runs(
+def test_every_code_block_of_a_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(Path(raycam.__file__).parent / "assets", tmp_path, dirs_exist_ok=True)
@@ -119,7 +119,7 @@ def test_every_block_of_the_page_runs(
             compare_answers(text, page, capsys)
 
 
-def test_how_to_pages_show_what_they_make() -> None:
+def test_how_to_pages_show_an_image_or_output() -> None:
     pages = [path for path in (ROOT / "docs" / "howto").glob("*.md") if path.name != "index.md"]
     assert len(pages) > 20
     for page in pages:
@@ -131,8 +131,8 @@ def test_how_to_pages_show_what_they_make() -> None:
         assert "](../images/" in page.read_text(encoding="utf-8"), f"{page.name} shows nothing"
 
 
-def test_pictures_are_small_and_made_by_their_page() -> None:
-    """Pictures that several pages show are made by one of them."""
+def test_images_are_small_and_written_by_a_page_that_shows_them() -> None:
+    """An image that several pages show is written by one of them."""
     texts = [(ROOT / page).read_text(encoding="utf-8") for page in PAGES]
     for folder in ("howto", "pages"):
         for picture in (ROOT / "docs" / "images" / folder).glob("*.*"):
@@ -144,7 +144,7 @@ def test_pictures_are_small_and_made_by_their_page() -> None:
             assert picture.stat().st_size < (90_000 if picture.suffix == ".svg" else 60_000), picture.name
 
 
-def test_the_gallery_has_its_pictures_and_all_are_small() -> None:
+def test_gallery_images_are_small_and_written_by_the_page() -> None:
     text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     shown = re.findall(r"!\[\w+\]\((images/[\w/-]+\.jpg)\)", text)
     assert len(shown) == len(set(shown)) > 15
@@ -158,12 +158,12 @@ def test_the_gallery_has_its_pictures_and_all_are_small() -> None:
     assert sum(path.stat().st_size for path in pictures) < 2_000_000
 
 
-def test_a_wrong_answer_is_noticed() -> None:
+def test_doctest_with_a_wrong_result_fails() -> None:
     with raises(AssertionError, mentions=["Expected"]):
         run_doctest(">>> 1 + 1\n3\n", "page", 1, {})
 
 
-def test_every_local_link_leads_somewhere() -> None:
+def test_every_local_link_has_a_target() -> None:
     for page in [*PAGES, "CONTRIBUTING.md"]:
         text = (ROOT / page).read_text(encoding="utf-8")
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
@@ -171,7 +171,7 @@ def test_every_local_link_leads_somewhere() -> None:
                 assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
 
 
-def test_the_page_of_installing_names_every_extra() -> None:
+def test_install_page_lists_every_extra() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
         "optional-dependencies"
     ]

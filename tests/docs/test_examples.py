@@ -1,4 +1,4 @@
-"""Every numbered example runs in an empty folder, is short, and leaves the files that its docstring names."""
+"""Every numbered example runs in an empty folder, is short, and writes the files that its docstring names."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import pytest
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("[0-9]*.py"))
 
 
-def test_there_are_examples_and_their_numbers_have_no_gap() -> None:
+def test_examples_are_numbered_without_gaps() -> None:
     assert [int(path.name[:2]) for path in EXAMPLES] == list(range(1, len(EXAMPLES) + 1))
     assert len(EXAMPLES) >= 8
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_the_example_makes_what_it_promises(path: Path, tmp_path: Path) -> None:
+def test_example_writes_the_files_named_in_its_docstring(path: Path, tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert text.count("\n") < 60
     promise = re.search(r"Writes (.*)\.$", ast.get_docstring(ast.parse(text)) or "", re.M)

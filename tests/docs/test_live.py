@@ -1,4 +1,4 @@
-"""Pages beside the documentation that render by themselves."""
+"""Live pages next to the documentation, which render in the browser."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ import live  # noqa: E402
 
 
 @pytest.mark.parametrize("name", live.examples())
-def test_an_example_of_the_playground_shows_something(name: str) -> None:
+def test_playground_example_shows_its_objects(name: str) -> None:
     world = raycam.load(DOCS / "worlds" / f"{name}.toml")
     with raycam.strict():
         frame = raycam.render(world, integrator="flat", samples=1, channels=["color", "instance"])
     assert len(set(frame["instance"].ravel().tolist()) - {-1}) >= min(len(world.objects), 3)
 
 
-def test_examples_begin_with_the_first_and_are_in_the_page_about_it() -> None:
+def test_playground_examples_are_ordered_and_linked_from_their_page() -> None:
     names = list(live.examples())
     assert names[0] == live.FIRST
     assert len(names) >= 5
@@ -31,7 +31,9 @@ def test_examples_begin_with_the_first_and_are_in_the_page_about_it() -> None:
         assert f"live/{name}.html" in (DOCS / f"{name}.md").read_text(encoding="utf-8")
 
 
-def test_without_the_core_the_pages_name_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pages_without_the_core_name_the_build_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(core, "FOLDER", str(tmp_path / "nothing"))
     live.write(tmp_path)
     for name in live.PAGES:

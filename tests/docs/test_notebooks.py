@@ -1,4 +1,4 @@
-"""Notebooks are kept without outputs, and every cell of each runs."""
+"""Notebooks are stored without outputs, and all their cells run."""
 
 from __future__ import annotations
 
@@ -51,13 +51,11 @@ def test_exercises_have_no_solutions_and_solutions_are_correct() -> None:
 
 @pytest.mark.proof
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_every_cell_runs_and_shows_its_last_line(
-    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_notebook_cell_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # notices are printed under a cell, and stop nothing
+        warnings.simplefilter("ignore")  # notices are printed below a cell and do not stop it
         for number, source in enumerate(cells(path, "code")):
             tree = ast.parse(source)
             last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None

@@ -1,4 +1,4 @@
-"""README.md on the package index: no link needs the files beside it."""
+"""README.md on the package index: all links are absolute."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def script() -> ModuleType:
 
 
 def targets(text: str) -> list[tuple[str, str]]:
-    """Tag and target of every picture and link, by a parser of CommonMark."""
+    """Tag and target of every image and link, from a CommonMark parser."""
     found = []
     for block in MarkdownIt().enable("table").parse(text):
         for token in block.children or []:
@@ -35,7 +35,7 @@ def targets(text: str) -> list[tuple[str, str]]:
     return found
 
 
-def test_every_link_of_the_readme_is_an_address() -> None:
+def test_readme_links_become_absolute_addresses() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     before, after = targets(text), targets(script().absolute(text, "someone/raycam", "v1.2.3"))
     relative = [where for _, where in before if not urlsplit(where).scheme]
@@ -56,7 +56,7 @@ def test_every_link_of_the_readme_is_an_address() -> None:
         assert inside.exists()
 
 
-def test_code_and_anchors_stay_and_missing_files_are_errors() -> None:
+def test_code_and_anchors_are_unchanged_and_missing_files_raise() -> None:
     text = "[a](#b) <https://x.org> [c](https://x.org/y)\n\n```text\n[d](e.md)\n```\n"
     assert script().absolute(text, "a/b", "c") == text
     with raises(ValueError, mentions=["e.md"]):

@@ -9,7 +9,7 @@ import pytest
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-def test_the_chart_is_that_of_the_newest_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_speed_chart_shows_the_newest_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(DOCS))
     import speed_chart  # type: ignore[import-not-found]
 

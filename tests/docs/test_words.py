@@ -1,4 +1,4 @@
-"""The documentation speaks to its readers: few words of internal decisions, and the field's words are explained."""
+"""Words of the documentation: few about internal decisions, and technical terms are in the glossary."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WORDS = [
 ]  # fmt: skip
 
 
-def test_internal_decisions_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pages_contain_few_words_about_internal_decisions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(DOCS))
     import words  # type: ignore[import-not-found]
 
@@ -32,7 +32,7 @@ def test_internal_decisions_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "words" in sys.modules
 
 
-def test_the_glossary_has_the_words_of_the_pages() -> None:
+def test_glossary_defines_the_terms_of_the_pages() -> None:
     pages = [path for path in DOCS.rglob("*.md") if not OTHERS & set(path.relative_to(DOCS).parts)]
     text = " ".join(path.read_text(encoding="utf-8") for path in pages).lower()
     rows = re.findall(r"^\| (.+?) \|", (DOCS / "glossary.md").read_text(encoding="utf-8").lower(), re.M)

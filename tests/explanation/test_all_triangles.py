@@ -1,4 +1,4 @@
-"""Triangles tried in blocks: the same numbers for any block, and the triangle that the renderer sees."""
+"""Triangles tested in blocks: the results do not depend on the block size and equal those of the renderer."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PIXELS = [(30, 20), (12, 20), (30, 33), (0, 0), (44, 12)]
 
 
 @pytest.mark.parametrize("block", [97, 1 << 10, 1 << 20])
-def test_any_block_gives_the_same_text(
+def test_explanation_does_not_depend_on_the_block_size(
     world: raycam.World, camera: raycam.Camera, block: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = [(str(each), str(each.tree())) for each in (explain(world, camera, at) for at in PIXELS)]
@@ -35,7 +35,7 @@ def test_any_block_gives_the_same_text(
     assert found == expected
 
 
-def test_the_closest_triangle_is_the_renderers(
+def test_closest_triangle_equals_that_of_the_renderer(
     world: raycam.World, camera: raycam.Camera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(all_triangles, "BLOCK", 1000)
@@ -49,7 +49,7 @@ def test_the_closest_triangle_is_the_renderers(
         assert counted == found.triangles == len(world.triangles())
 
 
-def test_misses_are_those_that_pass_nearest_to_their_middle(
+def test_listed_misses_are_the_triangles_nearest_to_the_ray(
     world: raycam.World, camera: raycam.Camera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(all_triangles, "BLOCK", 500)

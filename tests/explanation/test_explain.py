@@ -1,4 +1,4 @@
-"""Explanations against the pictures they explain, against themselves redone by hand, and as figures."""
+"""Explanations, compared with the images and with a calculation from the printed digits, and their figures."""
 
 import base64
 import io
@@ -34,11 +34,11 @@ def random_world(rng):
     return world
 
 
-# The numbers
+# Numbers
 
 
 @pytest.mark.parametrize("pixel_center", ["integer", "half"])
-def test_it_explains_the_picture(pixel_center):
+def test_explanation_has_the_values_of_the_image(pixel_center):
     rng = np.random.default_rng(1)
     for _ in range(5):
         world = random_world(rng)
@@ -57,13 +57,13 @@ def test_it_explains_the_picture(pixel_center):
             assert e.without_area + e.parallel + e.behind + e.outside + e.inside == e.triangles == 32
 
 
-def test_the_pixel_is_its_centre():
+def test_pixel_coordinates_refer_to_the_pixel_centre():
     world = box_world()
     assert explain(world, box_camera(), (40, 30)).x.tolist() == [40, 30, 1]
     assert explain(world, box_camera(pixel_center="half"), (40, 30)).x.tolist() == [40.5, 30.5, 1]
 
 
-def test_candidates_are_by_distance_and_hold_hits_and_a_miss():
+def test_candidates_are_sorted_by_distance_and_contain_hits_and_one_miss():
     e = explain(box_world(), box_camera(), (40, 30))
     t = [c.t for c in e.candidates]
     assert t == sorted(t)
@@ -82,7 +82,7 @@ def test_candidates_are_by_distance_and_hold_hits_and_a_miss():
         ]
 
 
-def test_blocks_of_triangles_change_nothing(monkeypatch):
+def test_number_of_pairs_per_block_does_not_change_the_text(monkeypatch):
     world = box_world()
     whole = str(explain(world, box_camera(), (40, 30)))
     monkeypatch.setattr("raycam.reference.procedure.PAIRS_AT_ONCE", 3)
@@ -90,7 +90,7 @@ def test_blocks_of_triangles_change_nothing(monkeypatch):
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-5, 0.0), (1e5, 0.0), (1.0, 1e6)])
-def test_far_and_small_and_large_worlds_keep_their_digits(scale, offset):
+def test_worlds_of_any_scale_and_distance_keep_their_digits(scale, offset):
     world = raycam.World()
     shift = np.full(3, offset)
     world.add_object(box={"size": [2 * scale] * 3}, location=shift.tolist())
@@ -121,12 +121,12 @@ def test_far_and_small_and_large_worlds_keep_their_digits(scale, offset):
         (7, fault("wrong_shape")),
     ],
 )
-def test_pixels_outside_the_picture_are_named(pixel, message):
+def test_pixels_outside_the_image_raise(pixel, message):
     with raises(raycam.SettingsError, **message):
         explain(box_world(), box_camera(), pixel)
 
 
-# The text
+# Text
 
 
 def printed(text, label):
@@ -137,7 +137,7 @@ def printed(text, label):
     ]
 
 
-def test_the_text_can_be_redone_by_hand_with_its_printed_digits():
+def test_printed_digits_reproduce_the_calculation():
     text = str(explain(box_world(), box_camera(), (40, 30)))
     [C], [r] = (
         printed(text, "C, where P (C, 1) = 0"),
@@ -173,7 +173,7 @@ def test_the_text_can_be_redone_by_hand_with_its_printed_digits():
     assert 'of object 0 "crate"' in text
 
 
-def test_x_prime_behind_the_camera_and_at_infinity():
+def test_x_prime_behind_the_camera_and_at_infinity_is_explained():
     world = box_world()
     behind = str(explain(world, raycam.Camera.look_at([-5, 0, 0], [-9, 0, 0.5], size=(9, 9), fov=40), (4, 4)))
     facing = str(explain(world, raycam.Camera.look_at([-5, 0, 0], [0, 0, 0.5], size=(9, 9), fov=40), (4, 4)))
@@ -183,7 +183,7 @@ def test_x_prime_behind_the_camera_and_at_infinity():
     assert "inside, and the closest" in text
 
 
-def test_a_negative_p_has_the_same_ray():
+def test_negative_p_has_the_same_ray():
     P = box_camera().P
     e, negative = (
         explain(box_world(), raycam.Camera.from_matrix(sign * P, (80, 60)), (40, 30)) for sign in (1, -3)
@@ -192,17 +192,17 @@ def test_a_negative_p_has_the_same_ray():
     assert e.winner.triangle == negative.winner.triangle
 
 
-def test_what_lies_on_an_edge_and_runs_parallel_to_it_is_said():
+def test_hits_on_an_edge_and_parallel_rays_are_explained():
     world = raycam.World()
     world.add_mesh([[-1, -1, 2], [1, -1, 2], [1, 1, 2]], [[0, 1, 2]])
-    # Looking along +z at the middle of the hypotenuse v3, on whose line g lies: u runs along v3.
+    # The view along +z hits the middle of the hypotenuse v3. g is on the same line, so u is parallel to v3.
     camera = raycam.Camera(np.diag([4.0, 4, 1]), np.eye(3), [0, 0, 0], (1, 1))
     text = str(explain(world, camera, (0, 0)))
     assert "but f(t) lies on v3, and what lies on an edge is inside." in text
     assert re.search(r"c \+ q v3 +parallel to u, not crossed", text)
 
 
-def test_misses_say_why():
+def test_misses_are_explained():
     world, camera = box_world(), box_camera()
     text = str(explain(world, camera, (0, 0)))
     assert "it meets every plane in front of the camera outside of the" in text
@@ -217,7 +217,7 @@ def test_misses_say_why():
     assert "There are no triangles in this world" in str(explain(raycam.World(), camera, (0, 0)))
 
 
-# The figure
+# Figure
 
 
 def figures():
@@ -249,7 +249,7 @@ def figures():
 
 
 @pytest.mark.parametrize("name", figures())
-def test_figures_are_whole_and_on_the_page(name):
+def test_figure_lies_within_its_page(name):
     world, camera, pixel = figures()[name]
     e = explain(world, camera, pixel)
     svg = e.svg()
@@ -273,7 +273,7 @@ def test_figures_are_whole_and_on_the_page(name):
     texts = [element.text for element in root.iter(f"{SVG}text")]
     for label in ("f(t)", "g", "u", "a", "b", "c", "n", "r", "v"):
         assert (label in texts) == (name not in ("sky", "empty")), label
-    # The picture is the picture.
+    # The page contains the image.
     [image] = root.iter(f"{SVG}image")
     data = image.get("{http://www.w3.org/1999/xlink}href").removeprefix("data:image/png;base64,")
     pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))
@@ -281,7 +281,7 @@ def test_figures_are_whole_and_on_the_page(name):
     np.testing.assert_array_equal(pixels, frame.to_srgb8())
 
 
-def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
+def test_failed_figure_leaves_no_file(tmp_path):
     e = explain(box_world(), box_camera(), (40, 30))
     e.save_figure(tmp_path / "explain.svg")
     assert (tmp_path / "explain.svg").read_text(encoding="utf-8") == e.svg()
@@ -292,8 +292,8 @@ def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["explain.svg"]
 
 
-def test_letters_are_drawn_over_their_halo() -> None:
-    """Programs that do not know paint-order draw fill before stroke: a white stroke would hide the letters."""
+def test_letters_are_drawn_after_their_outline() -> None:
+    """Programs without support for paint-order draw the fill first, so a white stroke would hide the letters."""
     import xml.etree.ElementTree as tree
 
     world = raycam.World()

@@ -1,4 +1,4 @@
-"""The rays of lenses and of parallel cameras, beside OpenCV and the renderer."""
+"""Rays of lenses and parallel cameras, compared with OpenCV and the renderer."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def camera_with(**lens: Any) -> raycam.Camera:
 
 
 @pytest.mark.parametrize("name", LENSES)
-def test_undistorted_points_are_those_of_opencv(name: str) -> None:
+def test_undistorted_points_equal_those_of_opencv(name: str) -> None:
     cv2 = pytest.importorskip("cv2")
     camera = camera_with(**LENSES[name])
     for pixel in [(3, 4), (31, 24), (60, 40)]:
@@ -52,13 +52,13 @@ def test_undistorted_points_are_those_of_opencv(name: str) -> None:
 
 
 def rolling(camera: raycam.Camera) -> raycam.Camera:
-    """The camera as it moves and turns while its lines are read one after another."""
+    """The camera with a rolling shutter, moving and turning during the readout."""
     end = raycam.Camera.look_at([3.6, -3.3, 2.3], [0.1, 0.2, 0], size=SIZE, focal=55)
     return camera.moving(camera.at_pose(end.R, end.location), exposure=0.01, readout=0.05)
 
 
 def check_pixel(found: raycam.Explanation, frame: raycam.Frame) -> None:
-    """Checks that a pixel is explained as the frame has it."""
+    """Checks that a pixel's explanation equals the frame's values."""
     column, row = found.pixel
     seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
     assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
@@ -68,7 +68,7 @@ def check_pixel(found: raycam.Explanation, frame: raycam.Frame) -> None:
 
 @pytest.mark.parametrize("moves", [False, True])
 @pytest.mark.parametrize("name", ["pinhole", *LENSES, "parallel"])
-def test_what_is_explained_is_what_is_rendered(name: str, moves: bool) -> None:
+def test_explained_hits_equal_the_rendered_image(name: str, moves: bool) -> None:
     world = made_world()
     camera = (
         raycam.Camera.orthographic([4, -3, 2], target=[0, 0, 0], size=SIZE, height=4)
@@ -87,7 +87,7 @@ def test_what_is_explained_is_what_is_rendered(name: str, moves: bool) -> None:
 
 @pytest.mark.parametrize("direction", ["down", "left"])
 @pytest.mark.parametrize("moves", [False, True])
-def test_what_moves_before_a_rolling_shutter_is_explained_as_it_is_rendered(
+def test_moving_objects_with_a_rolling_shutter_are_explained_as_rendered(
     moves: bool, direction: Readout
 ) -> None:
     world = made_world()
@@ -116,10 +116,10 @@ def test_what_moves_before_a_rolling_shutter_is_explained_as_it_is_rendered(
             if point is not None:
                 np.testing.assert_allclose(point, frame["position"][row, column], atol=1e-5)
             others += not np.isclose(found.depth, standing[row, column], atol=0.01)
-    assert others > 3  # or nothing has moved
+    assert others > 3  # otherwise nothing has moved
 
 
-def test_before_a_global_shutter_the_middle_of_the_exposure_is_explained() -> None:
+def test_global_shutter_is_explained_at_the_middle_of_the_exposure() -> None:
     world = made_world()
     keys = [{"time": t, "object": "box", "location": [x, 0, 0]} for t, x in ((0, -2.0), (1, 2.0))]
     world.set_video(seconds=1, interpolation="linear", keyframe=keys)
@@ -128,7 +128,7 @@ def test_before_a_global_shutter_the_middle_of_the_exposure_is_explained() -> No
     assert raycam.explain(moment, camera, (28, 24)).depth == pytest.approx(frame["depth"][24, 28], rel=1e-6)
 
 
-def test_the_text_has_the_steps() -> None:
+def test_text_contains_the_steps_of_the_lens() -> None:
     text = str(raycam.explain(made_world(), camera_with(**LENSES["fisheye"]), (60, 40)))
     assert "THROUGH THE LENS (fisheye)" in text
     assert "projected again, C + r is at  (60, 40): the same pixel" in text
@@ -136,7 +136,7 @@ def test_the_text_has_the_steps() -> None:
     assert "P⁺" not in text
 
 
-def test_far_worlds_count_from_their_own_origin() -> None:
+def test_far_worlds_are_explained_relative_to_a_near_origin() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, location=[1e6, 0, 0])
     camera = raycam.Camera.look_at([1e6 + 4, -3, 2], [1e6, 0, 0], size=SIZE, focal=55, **LENSES["fisheye"])
@@ -145,7 +145,7 @@ def test_far_worlds_count_from_their_own_origin() -> None:
     assert found.distance == pytest.approx(frame["distance"][24, 31], rel=1e-6)
 
 
-def test_a_pixel_outside_of_the_image_of_a_lens_is_refused() -> None:
+def test_pixel_without_a_ray_is_refused() -> None:
     camera = raycam.Camera.look_at(
         [4, -3, 2], [0, 0, 0], size=SIZE, focal=8, distortion=[0, 0, 0, 0], model="fisheye"
     )

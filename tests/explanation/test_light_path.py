@@ -1,4 +1,4 @@
-"""Paths of light: their mean is the picture."""
+"""Light paths: their mean equals the image."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import raycam
 
 
 def room(albedo: float) -> raycam.World:
-    """A closed box of one albedo, lit by a bulb inside."""
+    """A closed box with one albedo, lit by a lamp inside."""
     world = raycam.World()
     world.add_object(box={"size": 4}, color=[albedo, albedo / 2, 0.1], name="room")
     world.add_object(box={"size": 0.6}, location=[0.5, 0.5, -1], color=[0.2, 0.6, 0.3], name="crate")
@@ -16,7 +16,7 @@ def room(albedo: float) -> raycam.World:
     return world
 
 
-def test_the_mean_of_many_paths_is_the_picture() -> None:
+def test_mean_of_many_paths_equals_the_pixel() -> None:
     world = room(0.8)
     camera = raycam.Camera.look_at([-1.5, -1.5, 0.5], [0.5, 0.5, -0.8], size=(8, 8), fov=60)
     explanation = raycam.explain(world, camera, (4, 3))
@@ -29,7 +29,7 @@ def test_the_mean_of_many_paths_is_the_picture() -> None:
     assert (error < 0.2 * wanted).all()
 
 
-def test_weights_of_matte_surfaces_are_their_albedo() -> None:
+def test_path_weights_of_matte_surfaces_equal_their_albedo() -> None:
     camera = raycam.Camera.look_at([-1.5, -1.5, 0.5], [1.9, 1.9, 0.5], size=(8, 8), fov=30)
     path = raycam.explain(room(0.8), camera, (4, 4)).light_path(seed=3)
     weight = np.ones(3)
@@ -40,7 +40,7 @@ def test_weights_of_matte_surfaces_are_their_albedo() -> None:
     assert len(path.bounces) > 2
 
 
-def test_a_path_that_leaves_ends_in_the_sky_and_a_seed_is_a_path() -> None:
+def test_escaping_path_ends_in_the_sky_and_equal_seeds_give_equal_paths() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [9, 9]})
     world.add_light({"type": "sky", "radiance": 1})
@@ -48,7 +48,7 @@ def test_a_path_that_leaves_ends_in_the_sky_and_a_seed_is_a_path() -> None:
     explanation = raycam.explain(world, camera, (4, 4))
     path = explanation.light_path(seed=1)
     assert [each.object_name for each in path.bounces] == [world.objects[0].name, "the sky"]
-    assert not path.bounces[1].gathered.any()  # the direct light of the floor has it
+    assert not path.bounces[1].gathered.any()  # the floor's direct light already includes it
     assert np.array_equal(path.points, explanation.light_path(seed=1).points)
     assert not np.array_equal(path.points, explanation.light_path(seed=2).points)
     assert "ONE PATH OF LIGHT" in str(path)

@@ -1,4 +1,4 @@
-"""The light of a pixel: closed forms, and their sum beside the renderer."""
+"""The light of a pixel: its terms compared with closed forms, and their sum with the renderer."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def camera() -> raycam.Camera:
 def by_hand(
     light: dict[str, Any], point: Any, normal: Any, color: Any, shine: tuple[float, float, float]
 ) -> Any:
-    """The radiance towards the eye of a point that a light reaches, by the lecture's formulas."""
+    """The radiance of a lit point towards the camera, by the lecture's formulas."""
     if light["type"] == "sun":
         way, irradiance = -np.array(light["direction"], float), np.array(light["irradiance"], float)
     else:
@@ -66,7 +66,7 @@ def by_hand(
 
 
 @pytest.mark.parametrize("name", LIGHTS)
-def test_terms_are_the_closed_forms(name: str) -> None:
+def test_lighting_terms_equal_closed_forms(name: str) -> None:
     world = made_world(LIGHTS[name])
     found = raycam.explain(world, camera(), (24, 12)).lighting()
     surface = found.surface
@@ -81,7 +81,7 @@ def test_terms_are_the_closed_forms(name: str) -> None:
 
 
 @pytest.mark.parametrize("pixel", [(24, 12), (24, 20), (8, 25), (40, 28), (30, 10)])
-def test_the_sum_is_the_pixel(pixel: tuple[int, int]) -> None:
+def test_sum_of_lighting_terms_equals_the_pixel(pixel: tuple[int, int]) -> None:
     world = made_world(LIGHTS["all"])
     seen = raycam.render(world, camera(), integrator="direct", samples=1)["color"][pixel[1], pixel[0]]
     found = raycam.explain(world, camera(), pixel).lighting()
@@ -90,7 +90,7 @@ def test_the_sum_is_the_pixel(pixel: tuple[int, int]) -> None:
     assert found.rendered.error == 0
 
 
-def test_what_lies_in_the_shadow_names_the_object_in_the_way() -> None:
+def test_shadowed_light_names_the_blocking_object() -> None:
     world = made_world([{"type": "sun", "direction": [1, -0.2, -1], "irradiance": 3}])
     frame = raycam.render(world, camera(), integrator="direct", samples=1, channels=["color", "instance"])
     in_shadow = (frame["instance"] == 1) & (frame["color"].max(axis=2) < 1e-6)
@@ -105,7 +105,7 @@ def test_what_lies_in_the_shadow_names_the_object_in_the_way() -> None:
     assert "meets box: in shadow" in text
 
 
-def test_an_even_sky_gives_its_radiance_times_the_albedo() -> None:
+def test_uniform_sky_contributes_its_radiance_times_the_albedo() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [9, 9]}, color=[0.4, 0.5, 0.6])
     world.add_light({"type": "sky", "radiance": [0.5, 1, 2]})
@@ -120,7 +120,7 @@ def test_an_even_sky_gives_its_radiance_times_the_albedo() -> None:
     assert "sees the sky" in str(missed.lighting())
 
 
-def test_what_shines_is_emission_here_and_a_light_elsewhere() -> None:
+def test_emissive_object_is_emission_on_itself_and_a_light_on_others() -> None:
     world = made_world([], emission=[2, 1, 0.5])
     shines = raycam.explain(world, camera(), (24, 12)).lighting()
     assert np.allclose(shines.emission, [2, 1, 0.5])
@@ -137,7 +137,7 @@ OTHERS: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("material", OTHERS)
-def test_other_materials_have_the_renderers_terms(material: dict[str, Any]) -> None:
+def test_lighting_terms_of_other_materials_equal_the_renderer(material: dict[str, Any]) -> None:
     world = made_world(LIGHTS["all"], **material)
     found = raycam.explain(world, camera(), (24, 12)).lighting()
     assert found.surface is not None
@@ -146,7 +146,7 @@ def test_other_materials_have_the_renderers_terms(material: dict[str, Any]) -> N
     assert np.allclose(found.total, found.rendered.value, rtol=2e-3, atol=1e-5)
 
 
-def test_materials_are_told_by_triangle() -> None:
+def test_material_is_found_by_triangle() -> None:
     world = made_world([], type="principled", roughness=0.3, metallic=0.5)
     assert material_of(world, 0, 11)["values"]["roughness"]["value"] == pytest.approx(0.3)
     assert material_of(world, 1, 1)["model"] == "phong"

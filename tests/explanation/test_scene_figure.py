@@ -28,7 +28,9 @@ def world() -> raycam.World:
 @pytest.mark.parametrize("of", ["light", "tree"])
 @pytest.mark.parametrize("model", ["pinhole", "fisheye"])
 @pytest.mark.parametrize("pixel", [(24, 16), (10, 25), (0, 0)])
-def test_lines_stay_in_their_panels(world: raycam.World, of: str, model: str, pixel: tuple[int, int]) -> None:
+def test_figure_lines_stay_in_their_panels(
+    world: raycam.World, of: str, model: str, pixel: tuple[int, int]
+) -> None:
     lens = {} if model == "pinhole" else {"distortion": [0.1, 0, 0, 0], "model": "fisheye"}
     camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=50, **lens)
     root = ET.fromstring(raycam.explain(world, camera, pixel).svg(of))
@@ -41,7 +43,7 @@ def test_lines_stay_in_their_panels(world: raycam.World, of: str, model: str, pi
         assert any(low - 0.1 <= min(ends) and max(ends) <= high + 0.1 for low, high in images)
 
 
-def test_shadow_rays_end_at_the_light_or_at_what_is_in_the_way(world: raycam.World) -> None:
+def test_shadow_rays_end_at_the_light_or_at_the_blocker(world: raycam.World) -> None:
     camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=50)
     explanation = raycam.explain(world, camera, (28, 23))
     lighting = explanation.lighting()
@@ -53,13 +55,13 @@ def test_shadow_rays_end_at_the_light_or_at_what_is_in_the_way(world: raycam.Wor
     assert 0 < np.linalg.norm(way) < np.linalg.norm(full)
 
 
-def test_another_subject_is_refused(world: raycam.World) -> None:
+def test_unknown_figure_subject_is_refused(world: raycam.World) -> None:
     camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=50)
     with raises(raycam.SettingsError, code="invalid_value", mentions=["'boxes'"]):
         raycam.explain(world, camera, (1, 1)).svg("boxes")
 
 
-def test_the_command_prints_and_draws_the_subject(
+def test_of_option_prints_and_draws_the_subject(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The search in a tree of boxes, beside all triangles one after the other."""
+"""The search in a tree of boxes, compared with a test of all triangles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def soup(count: int, seed: int) -> raycam.World:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_tree_finds_the_closest_triangle_by_fewer_tests(seed: int) -> None:
+def test_tree_search_finds_the_closest_triangle_with_fewer_tests(seed: int) -> None:
     world = soup(800, seed)
     camera = raycam.Camera.look_at([4, 1, 2], [0, 0, 0], size=(40, 40), fov=30)
     tested = []
@@ -38,7 +38,7 @@ def test_the_tree_finds_the_closest_triangle_by_fewer_tests(seed: int) -> None:
     assert max(tested) < 800 / 4
 
 
-def test_boxes_are_entered_where_points_of_the_ray_lie_in_them() -> None:
+def test_box_intervals_contain_the_ray_points_inside() -> None:
     random = np.random.default_rng(5)
     for _ in range(300):
         low = random.uniform(-1, 1, 3)
@@ -55,7 +55,7 @@ def test_boxes_are_entered_where_points_of_the_ray_lie_in_them() -> None:
             assert leave - enter < 12 / 4000 or enter > 12
 
 
-def test_a_ray_that_misses_everything_opens_nothing() -> None:
+def test_ray_outside_the_root_box_tests_no_triangle() -> None:
     world = soup(50, 4)
     away = raycam.Camera.look_at([4, 1, 2], [9, 1, 2], size=(9, 9), fov=30)
     search = raycam.explain(world, away, (4, 4)).tree()

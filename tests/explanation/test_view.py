@@ -1,4 +1,4 @@
-"""Views: against the published equations, evaluated here in NumPy."""
+"""View transforms, compared with the published equations in NumPy."""
 
 from __future__ import annotations
 
@@ -66,19 +66,19 @@ def agx(rgb: Floats) -> Floats:
 
 @pytest.mark.parametrize(("name", "view"), [("pbr_neutral", pbr_neutral), ("agx", agx)])
 @pytest.mark.parametrize("stops", [0.0, -1.5, 2.0])
-def test_views_are_what_was_published(name: str, view: object, stops: float) -> None:
+def test_view_transforms_equal_the_published_equations(name: str, view: object, stops: float) -> None:
     assert callable(view)
     expected = srgb(view(COLORS.astype(np.float32).astype(np.float64) * 2.0**stops))
     eight = frame(COLORS).to_srgb8(exposure=stops, view=name)[0]
     assert np.abs(eight - expected * 255).max() <= 0.51
 
 
-def test_grey_stays_grey_and_white_is_d65() -> None:
+def test_view_transforms_keep_grey_neutral() -> None:
     for name in VIEWS:
         greys = frame(COLORS[:10]).to_srgb8(view=name)[0].astype(int)
         assert np.ptp(greys, axis=1).max() <= 1, name
         assert (np.diff(greys[:, 1]) >= 0).all(), name
-    # Middle grey by the published curves: 0.18 is 0.4967 of an exponent of 2.2, and 0.14 with its 0.04 taken off.
+    # Middle grey 0.18 by the published curves: 0.4967 before an exponent of 2.2, and 0.14 after subtracting 0.04.
     assert frame(np.full([1, 3], 0.18)).to_srgb8(view="agx")[0, 0, 0] == round(
         srgb(np.array(0.4967**2.2)) * 255
     )
@@ -87,14 +87,14 @@ def test_grey_stays_grey_and_white_is_d65() -> None:
     )
 
 
-def test_standard_gives_8_bit_colors_back() -> None:
+def test_standard_view_restores_8_bit_colors() -> None:
     every = np.stack([np.arange(256), np.roll(np.arange(256), 85), np.arange(255, -1, -1)], axis=1)
     linear = np.where(every <= 10.31475, every / 255 / 12.92, ((every / 255 + 0.055) / 1.055) ** 2.4)
     assert (frame(linear).to_srgb8()[0] == every).all()
     assert (frame(linear).to_srgb8(view="agx")[0] != every).any()
 
 
-def test_views_are_chosen_in_the_world_the_call_and_the_file(tmp_path: Path) -> None:
+def test_view_is_set_by_the_world_the_call_or_the_output_file(tmp_path: Path) -> None:
     world = raycam.World.from_dict(
         {
             "camera": {"size": [4, 3], "focal": 4, "location": [0, 0, 3], "pitch": 90},
@@ -117,7 +117,7 @@ def test_views_are_chosen_in_the_world_the_call_and_the_file(tmp_path: Path) -> 
         seen.save(tmp_path / "d.exr", view="agx")
 
 
-def test_hdr_files_keep_the_light(tmp_path: Path) -> None:
+def test_hdr_files_are_written_without_a_view_transform(tmp_path: Path) -> None:
     import cv2
 
     colors = COLORS[COLORS.max(axis=1) > 1e-3]
@@ -128,7 +128,7 @@ def test_hdr_files_keep_the_light(tmp_path: Path) -> None:
     assert error.max() < 1 / 128
 
 
-def test_infinite_light_is_white_and_what_is_no_number_is_none() -> None:
+def test_infinite_values_are_shown_as_the_largest_value_and_nan_as_black() -> None:
     inf, nan = np.inf, np.nan
     odd = np.array([[inf, 1, 1], [1, inf, 0], [inf, inf, inf], [-inf, nan, 0]])
     finite = np.array([[3e38, 1, 1], [1, 3e38, 0], [3e38, 3e38, 3e38], [0, 0, 0]])

@@ -1,4 +1,4 @@
-"""Files that files name: roots, symbolic links, stand-ins and searched images."""
+"""Files named by other files: root folders, symbolic links, placeholders and image search."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def write_image(path: Path) -> None:
 
 
 def blob(link: Path, blobs: Path) -> None:
-    """Moves a file to a name without an ending elsewhere, and leaves a link in its place."""
+    """Moves a file to another folder under a name without extension, and puts a symbolic link in its place."""
     blobs.mkdir(parents=True, exist_ok=True)
     target = blobs / f"{abs(hash(link.name)):x}"
     link.rename(target)
@@ -64,8 +64,8 @@ def blob(link: Path, blobs: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["obj", "gltf"])
-def test_a_cache_of_links_to_one_folder_is_read(tmp_path: Path, kind: str) -> None:
-    """As Hugging Face's: snapshots of links into one folder of blobs."""
+def test_symbolic_links_into_one_folder_are_read(tmp_path: Path, kind: str) -> None:
+    """As in the cache of Hugging Face: snapshots contain links into one folder of blobs."""
     snapshot = tmp_path / "snapshots" / "main"
     write_obj(snapshot) if kind == "obj" else write_gltf(snapshot)
     write_image(snapshot / "a.png")
@@ -76,8 +76,8 @@ def test_a_cache_of_links_to_one_folder_is_read(tmp_path: Path, kind: str) -> No
     assert not [notice for notice in world.notices if "left out" in str(notice)]
 
 
-def test_links_to_folders_apart_say_what_to_do(tmp_path: Path) -> None:
-    """As git-annex's: every file in a folder of its own."""
+def test_symbolic_links_outside_the_root_give_a_notice_with_the_remedy(tmp_path: Path) -> None:
+    """As in git-annex: each linked file is in its own folder."""
     model = tmp_path / "data" / "model"
     write_obj(model)
     write_gltf(model)
@@ -99,7 +99,7 @@ def test_links_to_folders_apart_say_what_to_do(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("target", [".git/annex/objects/xx/MD5E-s1.png", "../gone/b.png", "a.png"])
 @pytest.mark.parametrize("kind", ["obj", "gltf"])
-def test_a_link_that_leads_nowhere_is_called_so(tmp_path: Path, kind: str, target: str) -> None:
+def test_broken_symbolic_link_is_reported(tmp_path: Path, kind: str, target: str) -> None:
     write_obj(tmp_path) if kind == "obj" else write_gltf(tmp_path)
     path = tmp_path / f"a.{kind}"
     (tmp_path / "a.png").symlink_to(target)
@@ -113,8 +113,8 @@ def test_a_link_that_leads_nowhere_is_called_so(tmp_path: Path, kind: str, targe
         raycam.load(path)
 
 
-def test_a_wider_root_allows_files_of_other_folders(tmp_path: Path) -> None:
-    """As Gazebo's models: meshes beside materials/textures."""
+def test_wider_root_folder_allows_files_of_sibling_folders(tmp_path: Path) -> None:
+    """As in models of Gazebo: meshes next to materials/textures."""
     meshes = tmp_path / "model" / "meshes"
     write_image(tmp_path / "model" / "materials" / "textures" / "wood.png")
     for image in ("../materials/textures/wood.png", "wood.png", r"C:\me\textures\wood.png"):
@@ -128,7 +128,7 @@ def test_a_wider_root_allows_files_of_other_folders(tmp_path: Path) -> None:
     world = raycam.World(folder=tmp_path / "model")
     world.add_object(mesh="meshes/a.obj")
     assert world.counts["textures"] == 1
-    # A world file below its root.
+    # A world file in a subfolder of its root.
     scenes = tmp_path / "model" / "scenes"
     scenes.mkdir()
     (scenes / "room.toml").write_text('[[object]]\nmesh = "../meshes/a.obj"\n')
@@ -137,7 +137,7 @@ def test_a_wider_root_allows_files_of_other_folders(tmp_path: Path) -> None:
     assert raycam.load(scenes / "room.toml", folder=tmp_path / "model").counts["textures"] == 1
 
 
-def test_time_is_for_usd_alone(tmp_path: Path) -> None:
+def test_time_argument_requires_a_usd_file(tmp_path: Path) -> None:
     write_obj(tmp_path)
     with raises(raycam.SettingsError, code="conflicting_values", mentions=["time=", "USD"]):
         raycam.load(tmp_path / "a.obj", time=1.0)
@@ -151,7 +151,9 @@ def test_time_is_for_usd_alone(tmp_path: Path) -> None:
         (b"", "empty"),
     ],
 )
-def test_what_stands_for_a_file_is_called_so(tmp_path: Path, content: bytes, words: str) -> None:
+def test_pointer_files_and_web_pages_in_place_of_a_file_are_named(
+    tmp_path: Path, content: bytes, words: str
+) -> None:
     for kind in ("toml", "gltf", "glb", "obj", "ply", "stl", "off"):
         path = tmp_path / f"x.{kind}"
         path.write_bytes(content)
@@ -181,7 +183,7 @@ def test_what_stands_for_a_file_is_called_so(tmp_path: Path, content: bytes, wor
         ("a.gif", "P", {}),
     ],
 )
-def test_tiff_and_gif_as_pillow_writes_and_reads_them(
+def test_tiff_and_gif_images_of_pillow_are_read(
     tmp_path: Path, name: str, mode: str, options: dict[str, str]
 ) -> None:
     random = np.random.default_rng(3)
@@ -209,7 +211,7 @@ def test_tiff_and_gif_as_pillow_writes_and_reads_them(
         shown(tmp_path / name)
 
 
-def test_alpha_of_an_image_counts_for_files_and_arrays_alike(tmp_path: Path) -> None:
+def test_image_alpha_applies_to_files_and_arrays(tmp_path: Path) -> None:
     pixels = np.full((2, 2, 4), 255, np.uint8)
     pixels[:, 1, 3] = 0
     Image.fromarray(pixels, "RGBA").save(tmp_path / "a.png")

@@ -39,7 +39,7 @@ def test_colors_are_divided_by_alpha(tmp_path: Path) -> None:
 
 
 def test_transparent_image_of_raycam_keeps_its_colors_at_edges(tmp_path: Path) -> None:
-    """A green ball without shading in front of nothing: every pixel that shows it is green after reading it back."""
+    """An unlit green ball on a transparent background: every pixel that shows it is green after reading it back."""
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, type="unlit", color=[0.1, 0.7, 0.2])
     camera = raycam.Camera.look_at([0, -4, 0], [0, 0, 0], size=(COLUMNS, ROWS), fov=40)
@@ -97,7 +97,7 @@ def test_first_of_several_parts_with_colors_is_read(tmp_path: Path) -> None:
     assert check(tmp_path / "a.exr", pixels()) == ["first_only"]
 
 
-def test_luminance_and_chroma_is_named(tmp_path: Path) -> None:
+def test_luminance_chroma_image_is_refused_with_its_name(tmp_path: Path) -> None:
     write(
         tmp_path / "a.exr",
         {name: np.ascontiguousarray(pixels()[..., i]) for i, name in enumerate(["Y", "RY", "BY"])},
@@ -110,7 +110,7 @@ def test_luminance_and_chroma_is_named(tmp_path: Path) -> None:
 def cube_direction(face: int, column: float, row: float, side: int) -> npt.NDArray[np.float64]:
     """The direction of a texel of a face by OpenEXR's documentation (ImfEnvmap.h and ImfEnvmap.cpp).
 
-    `CubeMap::pixelPosition` turned around: the position in the face, and from it `CubeMap::direction`.
+    This inverts `CubeMap::pixelPosition` to get the position in the face, and applies `CubeMap::direction`.
     """
     last = side - 1
     in_face = {
@@ -126,7 +126,7 @@ def cube_direction(face: int, column: float, row: float, side: int) -> npt.NDArr
 
 
 def test_cube_map_shows_the_colors_of_its_directions(tmp_path: Path) -> None:
-    """A cube map whose colours are its directions: a latitude-longitude image has the direction of each texel."""
+    """The cube map's colours encode directions, so each texel of the panorama must contain its own direction."""
     side = 64
     faces = [
         [[cube_direction(face, column, row, side) for column in range(side)] for row in range(side)]

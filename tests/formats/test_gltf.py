@@ -1,4 +1,4 @@
-"""glTF files, read: each test builds a small document and knows what must come of it."""
+"""Reading of glTF files: each test builds a small document with a known result."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ DATA = Path(__file__).parent / "data" / "gltf"
 
 @pytest.mark.parametrize("normalized", [False, True])
 @pytest.mark.parametrize("kind", ["int8", "uint8", "int16", "uint16", "float32"])
-def test_components(tmp_path: Path, kind: str, normalized: bool) -> None:
+def test_every_component_type_is_read(tmp_path: Path, kind: str, normalized: bool) -> None:
     whole = kind != "float32"
     low = -128 if kind == "int8" else -32768 if kind == "int16" else 0
     high = np.iinfo(kind).max if whole else 1
@@ -49,7 +49,7 @@ def test_components(tmp_path: Path, kind: str, normalized: bool) -> None:
 
 
 @pytest.mark.parametrize("kind", ["uint8", "uint16", "uint32", None])
-def test_indices(tmp_path: Path, kind: str | None) -> None:
+def test_every_index_type_is_read(tmp_path: Path, kind: str | None) -> None:
     document = Document()
     order = [2, 0, 3, 1, 3, 0]
     points = SQUARE if kind else SQUARE[order]
@@ -57,7 +57,7 @@ def test_indices(tmp_path: Path, kind: str | None) -> None:
     np.testing.assert_array_equal(load(document, tmp_path).triangles().reshape(-1, 3), SQUARE[order])
 
 
-def test_strided_and_interleaved(tmp_path: Path) -> None:
+def test_strided_and_interleaved_accessors_are_read(tmp_path: Path) -> None:
     document = Document()
     rows = np.zeros(4, [("position", "<f4", 3), ("uv", "<u2", 2), ("rest", "<u4")])
     rows["position"], rows["uv"], rows["rest"] = SQUARE, SQUARE_UVS * 65535, 0xDEADBEEF
@@ -76,7 +76,7 @@ def test_strided_and_interleaved(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("based", [True, False])
-def test_sparse(tmp_path: Path, based: bool) -> None:
+def test_sparse_accessors_are_read(tmp_path: Path, based: bool) -> None:
     document = Document()
     indices = document.view(np.array([1, 3], np.uint16).tobytes())
     moved = np.array([[5, -1, 0], [-1, 7, 2]], np.float32)
@@ -100,7 +100,7 @@ def test_sparse(tmp_path: Path, based: bool) -> None:
 
 
 @pytest.mark.parametrize(("mode", "word"), [(0, "points"), (1, "lines"), (2, "lines"), (3, "lines")])
-def test_what_has_no_surface_is_said(tmp_path: Path, mode: int, word: str) -> None:
+def test_points_and_lines_are_omitted_with_a_notice(tmp_path: Path, mode: int, word: str) -> None:
     document = Document()
     document.node(mesh=document.mesh({"POSITION": SQUARE}, mode=mode))
     document.node(mesh=document.square())
@@ -119,21 +119,21 @@ def test_strips_and_fans_keep_their_winding(tmp_path: Path) -> None:
         document.node(mesh=document.mesh({"POSITION": points}, mode=mode))
         corners = load(document, tmp_path).triangles()
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        # All turn the same way, and cover the whole once.
+        # All triangles have the same winding and cover the area once.
         sign = 1 if mode == 6 else -1
         assert (sign * normals[:, 2] > 0).all()
         np.testing.assert_allclose(sign * normals[:, 2].sum() / 2, area, rtol=1e-6)
 
 
 @pytest.mark.parametrize("scale", [[1, 1, 1], [-1, 1, 1], [-1, -1, -1], [2, 1, -3]])
-def test_negative_scale_keeps_the_outside_outside(tmp_path: Path, scale: list[float]) -> None:
+def test_negative_scale_keeps_faces_turned_outwards(tmp_path: Path, scale: list[float]) -> None:
     box = trimesh.creation.icosphere(subdivisions=2, radius=0.5)
     document = Document()
     points = np.asarray(box.vertices, np.float32)
     mesh = document.mesh(
         {"POSITION": points, "NORMAL": points / np.linalg.norm(points, axis=1, keepdims=True)},
         np.asarray(box.faces, np.uint16).ravel(),
-        # Single-sided: what is inside out would not be seen.
+        # The material is single-sided: an inside-out mesh would be invisible.
         material=document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]}),
     )
     document.node(mesh=mesh, scale=scale)
@@ -155,8 +155,8 @@ def test_negative_scale_keeps_the_outside_outside(tmp_path: Path, scale: list[fl
 
 @pytest.mark.parametrize("moving", [False, True])
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_scale_of_zero_along_one_axis_leaves_a_flat_mesh(tmp_path: Path, axis: int, moving: bool) -> None:
-    """Only where all three are zero may a mesh be left out (glTF 2.0, 3.5.3)."""
+def test_zero_scale_along_one_axis_gives_a_flat_mesh(tmp_path: Path, axis: int, moving: bool) -> None:
+    """A mesh may be omitted only if all three scales are zero (glTF 2.0, 3.5.3)."""
     sphere = trimesh.creation.icosphere(subdivisions=3, radius=1)
     points = np.asarray(sphere.vertices, np.float32)
     document = Document()
@@ -169,7 +169,7 @@ def test_a_scale_of_zero_along_one_axis_leaves_a_flat_mesh(tmp_path: Path, axis:
     node = document.node(
         mesh=mesh, scale=[1, 1, 1] if moving else scale.tolist(), rotation=turn.as_quat().tolist()
     )
-    document.node(mesh=mesh, scale=[0, 0, 2])  # a line: nothing to see
+    document.node(mesh=mesh, scale=[0, 0, 2])  # a line, which is invisible
     if moving:
         animated(document, "scale", [0, 1], [[1, 1, 1], scale], node=node)
     world = load(document, tmp_path)
@@ -181,7 +181,7 @@ def test_a_scale_of_zero_along_one_axis_leaves_a_flat_mesh(tmp_path: Path, axis:
     camera = raycam.Camera.look_at(3 * normal, [0, 0, 0], np.roll(normal, 1), size=(64, 64), fov=90)
     frame = raycam.render(world, camera, channels=["color", "depth", "normal", "shading_normal"], samples=1)
     hit = np.isfinite(frame["depth"])
-    # A disc of radius 2, seen from 3 above: pixels of 6 / 64.
+    # A disc of radius 2, seen from 3 above: a pixel is 6 / 64 wide.
     assert abs(hit.sum() * (6 / 64) ** 2 / (4 * np.pi) - 1) < 0.01
     np.testing.assert_allclose(frame["depth"][hit], 3, rtol=1e-6)
     for channel in ("normal", "shading_normal"):
@@ -189,7 +189,7 @@ def test_a_scale_of_zero_along_one_axis_leaves_a_flat_mesh(tmp_path: Path, axis:
     assert (frame["color"][hit] > 0.05).all()
 
 
-def test_the_tree_of_nodes(tmp_path: Path) -> None:
+def test_node_transforms_are_multiplied_down_the_tree(tmp_path: Path) -> None:
     turn, push = [0.1, -0.3, 0.2, 0.927], [1.0, 2.0, -3.0]
     rotation = Rotation.from_quat(turn)
     inner = np.array([[1, 0.2, 0, 4], [0, 2, 0, 5], [0, 0, -1, 6], [0, 0, 0, 1.0]])
@@ -207,11 +207,11 @@ def test_the_tree_of_nodes(tmp_path: Path) -> None:
     assert world.objects[0].name == "leaf"
     np.testing.assert_allclose(world.objects[0].matrix, outer @ inner, atol=1e-12)
     theirs = trimesh.load(tmp_path / "model.glb").to_geometry()
-    # It turns the corners of what is mirrored the other way round.
+    # trimesh reverses the vertex order of mirrored triangles.
     np.testing.assert_allclose(world.triangles()[0, ::-1], theirs.vertices[theirs.faces][0], atol=1e-6)
 
 
-def test_instances(tmp_path: Path) -> None:
+def test_gpu_instances_become_objects(tmp_path: Path) -> None:
     places = np.array([[0, 0, 0], [3, 1, 0], [-2, 0, 5]], np.float32)
     turns = Rotation.from_euler("xyz", [[0, 0, 0], [90, 0, 0], [0, 30, 60]], degrees=True)
     scales = np.array([[1, 1, 1], [2, 1, 1], [1, 1, -3]], np.float32)
@@ -236,7 +236,7 @@ def test_instances(tmp_path: Path) -> None:
     assert any("_ID: not used" in str(notice) for notice in world.notices)
 
 
-def test_hidden_nodes_are_said(tmp_path: Path) -> None:
+def test_hidden_nodes_are_omitted_with_a_notice(tmp_path: Path) -> None:
     document = Document()
     document.use("KHR_node_visibility")
     hidden = {"KHR_node_visibility": {"visible": False}}
@@ -250,7 +250,7 @@ def test_hidden_nodes_are_said(tmp_path: Path) -> None:
     assert any("nodes[0]: hidden" in str(notice) for notice in world.notices)
 
 
-def test_the_default_scene(tmp_path: Path) -> None:
+def test_default_scene_is_shown_with_a_notice(tmp_path: Path) -> None:
     document = Document()
     mesh = document.square()
     first, second = document.node(mesh=mesh, name="first"), document.node(mesh=mesh, name="second")
@@ -260,7 +260,7 @@ def test_the_default_scene(tmp_path: Path) -> None:
     assert any("scenes: number 1" in str(notice) for notice in world.notices)
 
 
-def test_compressed_geometry() -> None:
+def test_compressed_geometry_is_read() -> None:
     box = raycam.load(DATA / "BoxDraco" / "BoxDraco.gltf")
     np.testing.assert_allclose(box.bounds, [[-0.5] * 3, [0.5] * 3], atol=1e-3)
     assert trimesh.Trimesh(*_merged(box)).volume == pytest.approx(1, abs=3e-3)
@@ -279,20 +279,22 @@ def _merged(world: raycam.World) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("far", [{"zfar": 50.0}, {}], ids=["finite", "infinite"])
-def test_perspective(tmp_path: Path, far: dict[str, float]) -> None:
+def test_perspective_camera_has_the_projection_of_the_specification(
+    tmp_path: Path, far: dict[str, float]
+) -> None:
     fov, aspect = 0.7, 1.5
     lens = {"yfov": fov, "aspectRatio": aspect, "znear": 0.1, **far}
     document = Document()
     document.add("cameras", type="perspective", perspective=lens, name="eye")
     turn = Rotation.from_euler("yx", [40, -20], degrees=True)
-    # Scale has no meaning for cameras.
+    # Scale has no effect on cameras.
     document.node(camera=0, translation=[1, 2, 3], rotation=turn.as_quat().tolist(), scale=[2, 2, 2])
     world = load(document, tmp_path)
     camera = world.cameras["eye"]
     width, height = camera.size
     assert width / height == pytest.approx(aspect, rel=2e-3)
     np.testing.assert_allclose(camera.C, [1, 2, 3])
-    # The corners of the image plane, as the specification's projection matrix has them.
+    # The corners of the image plane by the specification's projection matrix.
     y = np.tan(fov / 2)
     x = y * width / height
     points = np.array([1, 2, 3]) + turn.apply([[-x, y, -1], [x, y, -1], [x, -y, -1], [0, 0, -5], [0, 0, 1]])
@@ -302,7 +304,7 @@ def test_perspective(tmp_path: Path, far: dict[str, float]) -> None:
     assert in_front.tolist() == [True] * 4 + [False]
 
 
-def test_orthographic_cameras_see_what_their_magnifications_say(tmp_path: Path) -> None:
+def test_orthographic_camera_shows_the_box_of_its_magnifications(tmp_path: Path) -> None:
     document = Document()
     lens = {"xmag": 3.0, "ymag": 1.5, "znear": 0.0, "zfar": 100.0}
     document.add("cameras", type="orthographic", orthographic=lens, name="plan")
@@ -313,7 +315,7 @@ def test_orthographic_cameras_see_what_their_magnifications_say(tmp_path: Path) 
     width, height = camera.size
     assert camera.is_parallel
     assert width / height == pytest.approx(2, abs=0.01)
-    # The corners of the box that it sees (glTF 2.0, 3.10.3), near and far, and one behind it.
+    # The corners of the visible box (glTF 2.0, 3.10.3), near and far, and a point behind the camera.
     box = np.array([[-3, 1.5, -1], [3, 1.5, -7], [3, -1.5, -50], [-3, -1.5, -1], [0, 0, 1]])
     pixels, seen = camera.project(turn.apply(box) + np.array([1, 2, 3]))
     corners = [[0, 0], [width, 0], [width, height], [0, height]]
@@ -321,7 +323,7 @@ def test_orthographic_cameras_see_what_their_magnifications_say(tmp_path: Path) 
     assert seen.tolist() == [True] * 4 + [False]
 
 
-def test_an_orthographic_camera_of_negative_magnification_gets_a_notice(tmp_path: Path) -> None:
+def test_orthographic_camera_with_negative_magnification_gives_a_notice(tmp_path: Path) -> None:
     document = Document()
     lens = {"xmag": -1.0, "ymag": 1.0, "znear": 0.1, "zfar": 10.0}
     document.node(camera=document.add("cameras", type="orthographic", orthographic=lens))
@@ -331,7 +333,7 @@ def test_an_orthographic_camera_of_negative_magnification_gets_a_notice(tmp_path
     assert any("CAMERA_XMAG_YMAG_NEGATIVE" in str(notice) for notice in world.notices)
 
 
-def test_lights(tmp_path: Path) -> None:
+def test_punctual_lights_are_read(tmp_path: Path) -> None:
     document = Document()
     document.use("KHR_lights_punctual")
     lights = [
@@ -357,13 +359,13 @@ def test_lights(tmp_path: Path) -> None:
 
 
 def omitted(world: raycam.World) -> list[str]:
-    """The places of the elements that notices report as omitted, without the file's name."""
+    """The paths of the elements that notices report as omitted, without the file name."""
     notices = [notice for notice in world.notices if notice.code == "ignored_element"]
     return [subject.split(": ")[-1] for notice in notices for subject in notice.subjects]
 
 
 def lamps(lights: object) -> Document:
-    """A square and a node for each of the lights, with no checks of the lights."""
+    """A square and one node per light; the lights are not validated."""
     document = Document()
     document.use("KHR_lights_punctual")
     document.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
@@ -451,7 +453,7 @@ def test_faulty_camera_is_omitted_with_a_notice(tmp_path: Path, camera: dict[str
     assert omitted(world) == ["nodes[0].camera"]
 
 
-def test_camera_of_a_node_that_is_no_index_is_omitted_with_a_notice(tmp_path: Path) -> None:
+def test_non_integer_camera_index_is_omitted_with_a_notice(tmp_path: Path) -> None:
     document = Document()
     document.node(mesh=document.square(), camera="zero")
     world = load(document, tmp_path)
@@ -462,7 +464,7 @@ def test_camera_of_a_node_that_is_no_index_is_omitted_with_a_notice(tmp_path: Pa
 # Missing things -------------------------------------------------------------------------------------------
 
 
-def test_unknown_extensions(tmp_path: Path) -> None:
+def test_unknown_extensions_give_a_notice_or_are_refused_if_required(tmp_path: Path) -> None:
     document = Document()
     document.use("EXT_of_tomorrow")
     document.node(mesh=document.square())

@@ -1,4 +1,4 @@
-"""Animations of glTF files, at moments of which the document says what is to be seen."""
+"""Animations of glTF files, compared at times for which the document defines the result."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from support.gltf_document import TRIANGLE, Document, animated, load
 
 
-def test_interpolation(tmp_path: Path) -> None:
+def test_keyframes_are_interpolated_as_specified(tmp_path: Path) -> None:
     times, places = [1, 2, 4], np.array([[0, 0, 0], [4, 0, 0], [4, 8, 0]], np.float32)
     tangents = np.array([[1, 2, 3], [0, -1, 0], [2, 0, 0]], np.float32)
     spline = np.stack([tangents, places, -tangents], 1).reshape(-1, 3)
@@ -34,20 +34,20 @@ def test_interpolation(tmp_path: Path) -> None:
     from scipy.interpolate import CubicHermiteSpline
 
     for first in (0, 1):
-        # Each keyframe has its own tangent in and tangent out.
+        # Each keyframe has its own incoming and outgoing tangent.
         ends = [-tangents[first], tangents[first + 1]]
         curve = CubicHermiteSpline(times[first : first + 2], places[first : first + 2], ends)
         for time in np.linspace(times[first], times[first + 1], 5):
             np.testing.assert_allclose(place(float(time), 2), curve(time), atol=1e-6)
 
 
-def test_rotations_turn_evenly_the_short_way(tmp_path: Path) -> None:
+def test_rotations_follow_the_shorter_arc_at_constant_speed(tmp_path: Path) -> None:
     ends = Rotation.from_euler("zx", [[0, 0], [170, 40]], degrees=True)
     from scipy.spatial.transform import Slerp
 
     document = Document()
     node = document.node(mesh=document.square())
-    # The second has the other sign: the same rotation, the long way round.
+    # The second quaternion has the opposite sign: the same rotation along the longer arc.
     animated(document, "rotation", [0, 1], ends.as_quat() * [[1], [-1]], node=node)
     world = load(document, tmp_path)
     for time in (0.0, 0.25, 0.5, 0.9, 1.0):
@@ -55,7 +55,7 @@ def test_rotations_turn_evenly_the_short_way(tmp_path: Path) -> None:
         np.testing.assert_allclose(turned, Slerp([0, 1], ends)(time).as_matrix(), atol=1e-6)
 
 
-def test_morph_targets_and_skins(tmp_path: Path) -> None:
+def test_morph_targets_and_skins_move_the_vertices(tmp_path: Path) -> None:
     up = np.array([[0, 0, 0], [0, 0, 1], [0, 2, 0]], np.float32)
     document = Document()
     mesh = document.mesh({"POSITION": TRIANGLE}, targets=[{"POSITION": document.accessor(up)}])
@@ -72,7 +72,7 @@ def test_morph_targets_and_skins(tmp_path: Path) -> None:
     bind[1, 3, :3] = [0, -5, 0]
     joints = [document.node(translation=[1, 0, 0]), document.node(translation=[0, 5, 0])]
     document.add("skins", joints=joints, inverseBindMatrices=document.accessor(bind))
-    # The node's own transform has no say over a skin.
+    # The node's own transform does not apply to a skin.
     document.node(mesh=document.mesh(attributes), skin=0, translation=[100, 0, 0])
     animated(document, "translation", [0, 2], [[0, 5, 0], [0, 5, 6]], node=joints[1])
     world = load(document, tmp_path)

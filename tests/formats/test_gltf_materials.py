@@ -1,4 +1,4 @@
-"""Materials and textures of glTF files, as the picture shows them."""
+"""Materials and textures of glTF files in rendered images."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from support.raises import raises
 
 
 def textured(document: Document, pixels: Any, info: dict[str, Any] | None = None, **keys: Any) -> None:
-    """A square in nearest texels of this picture."""
+    """A square with this image as its texture, without interpolation."""
     image = document.add("images", bufferView=document.view(png(pixels)), mimeType="image/png")
     sampler = {"magFilter": 9728, "minFilter": 9728, **keys.pop("sampler", {})}
     texture = document.add("textures", source=image, sampler=document.add("samplers", **sampler))
@@ -50,8 +50,10 @@ def test_textures_are_srgb_and_upright(tmp_path: Path) -> None:
         ({"offset": [0.5, 0], "rotation": np.pi / 2, "scale": [2, 0.5]}, [[0, 0.5, 0.5], [-2, 0, 0]]),
     ],
 )
-def test_texture_transforms(tmp_path: Path, info: dict[str, Any], matrix: list[list[float]]) -> None:
-    """Translation * rotation * scale of (u, v), as the extension writes it, and repeated."""
+def test_texture_transforms_are_applied(
+    tmp_path: Path, info: dict[str, Any], matrix: list[list[float]]
+) -> None:
+    """(u, v) is transformed by translation * rotation * scale, as in the extension, and repeated."""
     pixels = np.random.default_rng(2).integers(0, 256, (8, 8, 3), np.uint8)
     document = Document()
     document.use("KHR_texture_transform")
@@ -66,7 +68,7 @@ def test_texture_transforms(tmp_path: Path, info: dict[str, Any], matrix: list[l
     ("code", "columns"),
     [(10497, [0, 1, 0, 1, 0, 1]), (33071, [0, 0, 0, 1, 1, 1]), (33648, [1, 0, 0, 1, 1, 0])],
 )
-def test_wrap_modes(tmp_path: Path, code: int, columns: list[int]) -> None:
+def test_wrap_modes_are_applied(tmp_path: Path, code: int, columns: list[int]) -> None:
     pixels = np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8)
     document = Document()
     document.use("KHR_texture_transform")
@@ -75,7 +77,7 @@ def test_wrap_modes(tmp_path: Path, code: int, columns: list[int]) -> None:
     np.testing.assert_array_equal(seen(load(document, tmp_path), size=6)[0], pixels[0, columns])
 
 
-def test_the_transform_may_choose_other_coordinates(tmp_path: Path) -> None:
+def test_texture_transform_can_select_another_coordinate_set(tmp_path: Path) -> None:
     document = Document()
     document.use("KHR_texture_transform")
     image = document.add("images", bufferView=document.view(png(ARROWS)), mimeType="image/png")
@@ -88,7 +90,7 @@ def test_the_transform_may_choose_other_coordinates(tmp_path: Path) -> None:
     np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), turned)
 
 
-def test_images_beside_the_file_and_inside_the_text(tmp_path: Path) -> None:
+def test_external_and_embedded_images_are_read(tmp_path: Path) -> None:
     picture = png(ARROWS)
     (tmp_path / "a b.png").write_bytes(picture)
     inside = "data:image/png;base64," + base64.b64encode(picture).decode()
@@ -100,7 +102,7 @@ def test_images_beside_the_file_and_inside_the_text(tmp_path: Path) -> None:
         np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), ARROWS)
 
 
-def test_webp_goes_before_the_image_for_others(tmp_path: Path) -> None:
+def test_webp_image_takes_precedence_over_its_fallback(tmp_path: Path) -> None:
     file = io.BytesIO()
     Image.fromarray(np.array(ARROWS, np.uint8)).save(file, "WEBP", lossless=True)
     document = Document()
@@ -132,8 +134,8 @@ def test_vertex_colors_are_linear(tmp_path: Path, kind: str, count: int) -> None
     np.testing.assert_allclose(world.triangle_colors()[0], expected, rtol=1e-6)
 
 
-def test_alpha(tmp_path: Path) -> None:
-    """A cut-out shows what is behind it, a blend mixes, opaque ignores alpha; the ground truth agrees."""
+def test_alpha_modes_mask_blend_and_opaque_are_applied(tmp_path: Path) -> None:
+    """MASK shows the background through holes, BLEND mixes, OPAQUE ignores alpha; the ground truth is consistent."""
     pixels = np.zeros((2, 2, 4), np.uint8)
     pixels[..., 0], pixels[..., 3] = 255, [[0, 255], [100, 200]]
     shares = {"OPAQUE": [[1, 1], [1, 1]], "MASK": [[0, 1], [0, 1]], "BLEND": pixels[..., 3] / 255}
@@ -152,7 +154,7 @@ def test_alpha(tmp_path: Path) -> None:
         np.testing.assert_allclose(color[..., 2], 1 - np.array(share), atol=0.05)
 
 
-def test_single_and_double_sided(tmp_path: Path) -> None:
+def test_single_sided_back_faces_are_hidden_and_double_sided_ones_shown(tmp_path: Path) -> None:
     for double in (False, True):
         document = Document()
         document.use("KHR_materials_unlit")
@@ -165,7 +167,7 @@ def test_single_and_double_sided(tmp_path: Path) -> None:
         np.testing.assert_allclose(color, [[[1, 1, 1] if double else [0.25, 0.5, 0]] * 2] * 2, atol=1e-6)
 
 
-def test_variants(tmp_path: Path) -> None:
+def test_material_variants_are_selected(tmp_path: Path) -> None:
     document = Document()
     document.use("KHR_materials_variants")
     names = {"red": [1, 0, 0, 1], "blue": [0, 0, 1, 1]}
@@ -185,8 +187,8 @@ def test_variants(tmp_path: Path) -> None:
         world.with_variant("bleu")
 
 
-def test_emission_does_not_take_the_place_of_light(tmp_path: Path) -> None:
-    """glTF's viewers light what has no lights; a lamp's screen in a file must not leave all else in the dark."""
+def test_emissive_model_without_lights_is_still_lit(tmp_path: Path) -> None:
+    """glTF viewers light models without lights, so an emissive part must not leave the rest of the model dark."""
     document = Document()
     document.use("KHR_materials_emissive_strength")
     glow = {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}
@@ -218,7 +220,7 @@ def test_emission_does_not_take_the_place_of_light(tmp_path: Path) -> None:
         ({"images": [{"uri": "wood.%3CUDIM%3E.png"}]}, "UDIM"),
     ],
 )
-def test_a_wrong_reference_to_an_image_costs_the_image_alone(
+def test_invalid_image_reference_omits_only_the_image(
     tmp_path: Path, lists: dict[str, Any], words: str
 ) -> None:
     document = Document()
@@ -235,7 +237,7 @@ def test_a_wrong_reference_to_an_image_costs_the_image_alone(
 @pytest.mark.parametrize(
     ("key", "value", "usual"), [("wrapS", 1, 10497), ("wrapT", 10496, 10497), ("magFilter", 0, 9729)]
 )
-def test_a_wrong_value_of_a_sampler_is_the_usual_one(
+def test_invalid_sampler_value_is_replaced_by_the_default(
     tmp_path: Path, key: str, value: int, usual: int
 ) -> None:
     pictures = []
@@ -250,7 +252,7 @@ def test_a_wrong_value_of_a_sampler_is_the_usual_one(
     np.testing.assert_array_equal(*pictures)
 
 
-def test_a_texture_of_a_sampler_that_is_not_there_is_shown(tmp_path: Path) -> None:
+def test_texture_with_a_missing_sampler_is_shown(tmp_path: Path) -> None:
     document = Document()
     textured(document, np.full((2, 2, 3), 200, np.uint8))
     document.json["samplers"] = []

@@ -1,4 +1,4 @@
-"""Files that glTF-Validator calls wrong, and their treatment here: the table in `docs/gltf.md`."""
+"""Files that glTF-Validator reports, and how raycam handles them: the table in `docs/gltf.md`."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ NOTICED: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("code", NOTICED)
-def test_what_is_odd_is_said_by_its_code(tmp_path: Path, code: str) -> None:
+def test_faults_without_effect_on_the_image_give_a_notice_with_their_code(tmp_path: Path, code: str) -> None:
     document = Document()
     document.node(mesh=document.square(name="red"))
     NOTICED[code](document)

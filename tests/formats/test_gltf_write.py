@@ -1,4 +1,4 @@
-"""glTF files, written: what comes back is what was there, or a notice says so."""
+"""Writing of glTF files: reading them back restores the world, or a notice reports the difference."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def assert_same(first: raycam.World, second: raycam.World) -> None:
 
 
 def round_trip(document: Document, folder: Path) -> tuple[raycam.World, raycam.World, list[str]]:
-    """Read, written and read again; written once more, it is the same file."""
+    """Loads, writes and loads a file again; a second writing gives the same bytes."""
     first = raycam.load(document.save(folder / "model.glb"))
     notices = first.to_gltf(folder / "once.glb")
     second = raycam.load(folder / "once.glb")
@@ -62,7 +62,7 @@ def picture(color: int = 7) -> bytes:
 
 
 def full() -> Document:
-    """A document with something of everything that stays still."""
+    """A document with an example of every static feature."""
     document = Document()
     document.use("KHR_lights_punctual", "KHR_materials_variants")
     lights = [
@@ -101,7 +101,7 @@ def full() -> Document:
     return document
 
 
-def test_round_trip(tmp_path: Path) -> None:
+def test_written_glb_shows_the_same_image(tmp_path: Path) -> None:
     first, second, notices = round_trip(full(), tmp_path)
     assert not notices
     for name in first.variants:
@@ -112,14 +112,14 @@ def test_round_trip(tmp_path: Path) -> None:
     np.testing.assert_allclose(pictures[1], pictures[0], atol=1e-5)
 
 
-def test_others_read_it(tmp_path: Path) -> None:
+def test_written_glb_is_read_by_trimesh(tmp_path: Path) -> None:
     world = raycam.load(full().save(tmp_path / "model.glb"))
     world.to_gltf(tmp_path / "written.glb")
     scene = trimesh.load(tmp_path / "written.glb")
     theirs = np.concatenate([part.triangles for part in scene.dump()])
     assert len(theirs) == world.counts["triangles"]
     for mine in world.triangles():
-        # Which corner comes first, and the side of what is mirrored, are theirs to choose.
+        # trimesh may choose the first vertex of a triangle and the winding of mirrored triangles.
         near = np.abs(np.sort(theirs, axis=1) - np.sort(mine, axis=0)).max(axis=(1, 2))
         assert near.min() < 1e-5
 
@@ -200,7 +200,7 @@ MATERIALS: dict[str, dict[str, Any]] = {
 
 
 def plainly(value: Any) -> Any:
-    """Without indices of textures, which one image may have for colour and for data; numbers rounded."""
+    """The material without texture indices, and with rounded numbers; an image may be used as colour and as data."""
     if isinstance(value, dict):
         return {key: plainly(item) for key, item in value.items() if key != "index"}
     if isinstance(value, list):
@@ -209,8 +209,8 @@ def plainly(value: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", MATERIALS)
-def test_materials_are_what_they_were(tmp_path: Path, name: str) -> None:
-    """Every key of every extension that is read."""
+def test_all_material_keys_are_restored(tmp_path: Path, name: str) -> None:
+    """The material contains every supported key of every extension."""
     given = MATERIALS[name]
     if name.startswith("KHR"):
         given = {"extensions": {name: given}}
@@ -237,7 +237,7 @@ def test_materials_are_what_they_were(tmp_path: Path, name: str) -> None:
         assert name in json["extensionsUsed"]
 
 
-def test_images_stay_what_they_were(tmp_path: Path) -> None:
+def test_images_are_restored(tmp_path: Path) -> None:
     for bits, kind in ((8, np.uint8), (16, np.uint16)):
         pixels = np.random.default_rng(3).integers(0, 1 << bits, (4, 4), kind)
         file = io.BytesIO()
@@ -252,12 +252,12 @@ def test_images_stay_what_they_were(tmp_path: Path) -> None:
         found = Image.open(io.BytesIO(binary[view["byteOffset"] :][: view["byteLength"]]))
         if bits == 8:
             np.testing.assert_array_equal(np.asarray(found)[..., 0], pixels)
-        else:  # Pillow shows the upper half of 16 bits in colour
+        else:  # Pillow reads only the upper 8 of 16 bits of colour images
             np.testing.assert_allclose(np.asarray(found)[..., 0], pixels >> 8, atol=1)
 
 
-def test_a_world_built_by_hand(tmp_path: Path) -> None:
-    """z up, colours of faces, the lecture's material, sheared places, lights and cameras glTF does not have."""
+def test_world_built_in_python_is_written_with_notices(tmp_path: Path) -> None:
+    """The world has z up, face colours, Phong materials, shear, and lights and cameras that glTF lacks."""
     world = raycam.World()
     box = trimesh.creation.box()
     colors = np.linspace(0, 1, 36).reshape(12, 3)
@@ -293,7 +293,7 @@ def test_a_world_built_by_hand(tmp_path: Path) -> None:
 
 
 def animated() -> Document:
-    """Nodes, weights, a skin, a light, a camera and a material that move."""
+    """A document whose nodes, weights, skin, light, camera and material are animated."""
     document = Document()
     used = ["KHR_animation_pointer", "KHR_lights_punctual", "KHR_texture_transform", "KHR_node_visibility"]
     document.use(*used, "KHR_materials_emissive_strength")
@@ -348,7 +348,7 @@ def animated() -> Document:
     return document
 
 
-def test_pointers_move_cameras_lights_and_materials(tmp_path: Path) -> None:
+def test_animation_pointers_move_cameras_lights_and_materials(tmp_path: Path) -> None:
     world = raycam.load(animated().save(tmp_path / "model.glb"))
     assert not world.notices
     half, whole = world.at(0.5), world.at(1)
@@ -365,7 +365,7 @@ def test_pointers_move_cameras_lights_and_materials(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         half.triangle_colors()[-2:] / world.triangle_colors()[-2:], [[0.75, 0.5, 0.5]] * 2, rtol=1e-5
     )
-    # By half its width, the texture of 4 x 4 shows other texels.
+    # An offset of half the width shows other texels of the 4 x 4 texture.
     camera = raycam.Camera.look_at(
         [0, 0, 9], [0, 0, 0], [0, 1, 0], size=(40, 40), fov=2 * np.degrees(np.arctan(1 / 9))
     )
@@ -374,7 +374,7 @@ def test_pointers_move_cameras_lights_and_materials(tmp_path: Path) -> None:
     shown = raycam.render(world, camera, channels="instance", samples=1)["instance"] == 2
     assert np.abs(before - after)[shown].max() > 0.05
     assert world.at(2).objects[2].triangles == 1, "hidden: nothing to see"
-    # Time flows back as well: nothing of a moment stays.
+    # Times may also decrease: nothing of an earlier call remains.
     assert whole.at(0).to_bytes() == world.at(0).to_bytes()
 
 
@@ -386,7 +386,7 @@ def test_animations_are_written(tmp_path: Path) -> None:
     json, binary = parse((tmp_path / "once.glb").read_bytes())
     skin = json["skins"][0]
     assert values(json, binary, skin["inverseBindMatrices"]).shape == (2, 4, 4)
-    # A moment is written as it stands.
+    # A world at a time is written as a static world.
     notices = first.at(1.0).to_gltf(tmp_path / "moment.glb")
     assert any("a moment of an animation" in str(notice) for notice in notices)
     moment = raycam.load(tmp_path / "moment.glb")
@@ -394,8 +394,8 @@ def test_animations_are_written(tmp_path: Path) -> None:
     np.testing.assert_allclose(moment.triangles(), first.at(1.0).triangles(), atol=1e-6)
 
 
-def test_a_joint_counts_once_for_a_vertex(tmp_path: Path) -> None:
-    """Some programs name a joint twice, which glTF forbids (3.7.3.3)."""
+def test_repeated_joints_of_a_vertex_are_merged(tmp_path: Path) -> None:
+    """Some programs list a joint twice for a vertex, which glTF forbids (3.7.3.3)."""
     document = Document()
     joints = np.array([[1, 0, 1, 0], [0, 0, 0, 0], [1, 1, 1, 1]], np.uint8)
     weights = np.array([[0.5, 0.25, 0.25, 0], [0.5, 0.5, 0, 0], [1, 1, 1, 1]], np.float32)
@@ -420,7 +420,7 @@ def test_a_joint_counts_once_for_a_vertex(tmp_path: Path) -> None:
     ]
 
 
-def test_a_film_of_an_animation(tmp_path: Path) -> None:
+def test_video_plan_renders_an_animation(tmp_path: Path) -> None:
     from raycam.video import VideoPlan
 
     world = raycam.load(animated().save(tmp_path / "model.glb"))
@@ -476,7 +476,7 @@ BALL = {"sphere": {"radius": 1}, "name": "ball"}
     ],
     ids=range(12),
 )  # fmt: skip
-def test_what_glb_cannot_hold_is_told(
+def test_unsupported_content_gives_a_notice_on_writing(
     tmp_path: Path, change: Callable[[raycam.World], object], words: str
 ) -> None:
     plain, other = raycam.World(), raycam.World()

@@ -1,4 +1,4 @@
-"""Mesh files beside trimesh's readers: the same triangles in the same order, and the same colours."""
+"""Mesh files, compared with trimesh: the same triangles in the same order, and the same colours."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ the end of the file, does not continue lines, and triangulates concave polygons 
 
 
 def same(world: raycam.World, mesh: Any) -> None:
-    """The same triangles, as sets of corners: the order of parts may differ."""
+    """Asserts equal triangles as sets of vertices; the order of parts may differ."""
 
     def sorted_rows(triangles: Any) -> Any:
         rows = np.asarray(triangles, float).reshape(-1, 9)
@@ -39,13 +39,13 @@ def same(world: raycam.World, mesh: Any) -> None:
 
 
 @pytest.mark.parametrize("name", OBJ)
-def test_obj_as_trimesh_reads_it(tmp_path: Path, name: str) -> None:
+def test_obj_triangles_equal_trimesh(tmp_path: Path, name: str) -> None:
     path = tmp_path / "a.obj"
     path.write_bytes(OBJ[name].encode())
     same(raycam.load(path), trimesh.load(path, process=False, force="mesh"))
 
 
-def test_a_continued_line_is_one(tmp_path: Path) -> None:
+def test_continued_lines_of_obj_are_joined(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("v 0 \\\n0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n 2 \\\n 3\n")
     (tmp_path / "b.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     np.testing.assert_array_equal(
@@ -55,7 +55,7 @@ def test_a_continued_line_is_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
 @pytest.mark.parametrize("colors", [False, True])
-def test_ply_as_trimesh_writes_and_reads_it(tmp_path: Path, encoding: str, colors: bool) -> None:
+def test_ply_triangles_and_colors_equal_trimesh(tmp_path: Path, encoding: str, colors: bool) -> None:
     ball = BALL.copy()
     if colors:
         ball.visual.vertex_colors = RANDOM.integers(0, 256, (len(ball.vertices), 4), np.uint8) | [
@@ -68,7 +68,7 @@ def test_ply_as_trimesh_writes_and_reads_it(tmp_path: Path, encoding: str, color
     path.write_bytes(trimesh.exchange.ply.export_ply(ball, encoding=encoding.split("_")[0]))
     world = raycam.load(path)
     again = trimesh.load(path, process=False)
-    # It reads text as float32.
+    # trimesh reads text as float32.
     np.testing.assert_allclose(world.triangles(), again.triangles, rtol=1e-7)
     if colors:
         srgb = again.visual.vertex_colors[:, :3] / 255
@@ -78,7 +78,7 @@ def test_ply_as_trimesh_writes_and_reads_it(tmp_path: Path, encoding: str, color
 
 
 @pytest.mark.parametrize("kind", ["stl", "stl_ascii", "off", "obj"])
-def test_other_files_that_trimesh_writes(tmp_path: Path, kind: str) -> None:
+def test_other_mesh_files_of_trimesh_are_read(tmp_path: Path, kind: str) -> None:
     path = tmp_path / f"a.{kind.split('_')[0]}"
     BALL.export(path, file_type=kind)
     same(raycam.load(path), trimesh.load(path, process=False, force="mesh"))

@@ -1,4 +1,4 @@
-"""Files as public bug reports of other tools describe them, each of another kind."""
+"""Unusual files described in public bug reports of other tools."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def write_exr(path: Path, channels: dict[str, np.ndarray]) -> None:
         "map_Kd -x 1.png",
     ],
 )
-def test_an_image_is_found_however_its_line_is_written(tmp_path: Path, line: str) -> None:
+def test_mtl_image_is_found_in_every_notation(tmp_path: Path, line: str) -> None:
     pillow = pytest.importorskip("PIL.Image")
     for name in ("wood a.png", "dash -s.png", "-x 1.png"):
         pillow.new("RGB", (4, 4), (10, 200, 30)).save(tmp_path / name)
@@ -91,7 +91,7 @@ def test_an_image_is_found_however_its_line_is_written(tmp_path: Path, line: str
     assert seen_color(world) == pytest.approx([0.003, 0.578, 0.013], abs=1e-3)
 
 
-def test_options_behind_a_file_name_are_applied(tmp_path: Path) -> None:
+def test_mtl_options_after_the_file_name_are_applied(tmp_path: Path) -> None:
     pillow = pytest.importorskip("PIL.Image")
     image = pillow.new("RGB", (64, 64), (255, 255, 255))
     image.paste((0, 0, 0), (0, 0, 32, 64))
@@ -122,7 +122,7 @@ def test_options_behind_a_file_name_are_applied(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_decimal_comma_is_named(tmp_path: Path, name: str, text: str) -> None:
+def test_decimal_comma_raises_with_the_number(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
     with raises(
         raycam.FormatError, code="syntax", mentions=[name, next(word for word in text.split() if "," in word)]
@@ -132,7 +132,7 @@ def test_a_decimal_comma_is_named(tmp_path: Path, name: str, text: str) -> None:
 
 @pytest.mark.parametrize("name", ["V", "Z", "R", "Y", "luminance.Y"])
 @pytest.mark.parametrize("alpha", [False, True])
-def test_an_exr_image_of_one_channel_is_grey(tmp_path: Path, name: str, alpha: bool) -> None:
+def test_exr_image_with_one_channel_is_grey(tmp_path: Path, name: str, alpha: bool) -> None:
     # three.js#31493, wision-lab/visionsim#22
     plane = np.full((2, 4), 0.25, "f4")
     write_exr(tmp_path / "a.exr", {name: plane} | ({"A": np.ones((2, 4), "f2")} if alpha else {}))
@@ -147,14 +147,14 @@ def test_an_exr_image_of_one_channel_is_grey(tmp_path: Path, name: str, alpha: b
     assert any(f"its only channel, {name}, is read as grey" in str(n) for n in world.notices) == (name != "Y")
 
 
-def test_an_exr_image_of_two_other_channels_is_refused(tmp_path: Path) -> None:
+def test_exr_image_with_two_unknown_channels_is_refused(tmp_path: Path) -> None:
     plane = np.ones((2, 4), "f4")
     write_exr(tmp_path / "a.exr", {"X": plane, "Z": plane})
     with raises(raycam.FormatError, code="unsupported_feature", mentions=["a.exr"]):
         raycam.World().add_light(type="environment", image=str(tmp_path / "a.exr"))
 
 
-def test_an_exr_image_mixes_halves_and_floats(tmp_path: Path) -> None:
+def test_exr_image_with_half_and_float_channels_is_read(tmp_path: Path) -> None:
     # OpenImageIO#1038
     def plane(value: float, kind: str) -> np.ndarray:
         return np.full((2, 4), value, kind)
@@ -174,7 +174,7 @@ def test_an_exr_image_mixes_halves_and_floats(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_an_array_with_odd_values_is_no_image(value: float) -> None:
+def test_image_array_with_nan_or_infinity_is_refused(value: float) -> None:
     # RenderKit/oidn#210
     image = np.full((4, 8, 3), 0.5, "f4")
     image[1, 2, 0] = image[3, 3, 2] = value
@@ -187,7 +187,7 @@ def test_an_array_with_odd_values_is_no_image(value: float) -> None:
     assert not len(world.objects)
 
 
-def test_windows_slashes_lead_to_pictures(tmp_path: Path) -> None:
+def test_backslashes_in_image_paths_are_accepted(tmp_path: Path) -> None:
     # nerfstudio#874
     pillow = pytest.importorskip("PIL.Image")
     (tmp_path / "images").mkdir()
@@ -199,7 +199,7 @@ def test_windows_slashes_lead_to_pictures(tmp_path: Path) -> None:
     assert tuple(cameras["images/a.png"].size) == (48, 32)
 
 
-def test_images_of_colmap_without_their_points_are_named(tmp_path: Path) -> None:
+def test_colmap_images_without_point_lines_raise_or_are_read(tmp_path: Path) -> None:
     # colmap#428
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 64 48 50 50 32 24\n")
     lines = [f"{i} 1 0 0 0 {i} 0 0 1 {name}.jpg\n" for i, name in enumerate("abc", 1)]
@@ -220,9 +220,7 @@ POLYGONS = {
 @pytest.mark.parametrize("shape", POLYGONS)
 @pytest.mark.parametrize("first", [0, 1, 3])
 @pytest.mark.parametrize("kind", ["obj", "ply", "off"])
-def test_polygons_that_are_not_convex_keep_their_area(
-    tmp_path: Path, shape: str, first: int, kind: str
-) -> None:
+def test_concave_polygons_keep_their_area(tmp_path: Path, shape: str, first: int, kind: str) -> None:
     # trimesh#2519; the area by Gauss's formula
     points = POLYGONS[shape][first:] + POLYGONS[shape][:first]
     x, y = np.array(points, float).T
@@ -250,7 +248,7 @@ def test_polygons_that_are_not_convex_keep_their_area(
 
 
 @pytest.mark.parametrize("offset", [[0, 0, 0], [500000.25, 5423123.5, 312.75]])
-def test_small_things_far_away_keep_their_size(tmp_path: Path, offset: list[float]) -> None:
+def test_small_objects_far_from_the_origin_keep_their_size(tmp_path: Path, offset: list[float]) -> None:
     # PotreeConverter#247: a triangle of 1 mm in UTM coordinates
     points = np.array([[0, 0, 0], [0.001, 0, 0], [0, 0.001, 0]]) + offset
     (tmp_path / "a.obj").write_text(
@@ -264,7 +262,7 @@ def test_small_things_far_away_keep_their_size(tmp_path: Path, offset: list[floa
 
 
 @pytest.mark.parametrize("has_base", [False, True])
-def test_sparse_accessors_of_gltf_need_no_base(tmp_path: Path, has_base: bool) -> None:
+def test_sparse_accessor_without_a_base_is_read(tmp_path: Path, has_base: bool) -> None:
     # DiligentFX#265: without a bufferView the rest is zeros
     parts = [
         np.array([1, 2], "<u2").tobytes(),
@@ -295,8 +293,8 @@ def test_sparse_accessors_of_gltf_need_no_base(tmp_path: Path, has_base: bool) -
     assert area(raycam.load(tmp_path / "a.gltf")) == pytest.approx(3)
 
 
-def test_an_image_without_kd_shows_as_it_is(tmp_path: Path) -> None:
-    """mikedh/trimesh#1943: materials of an image alone; an image by Kd 0 0 0 is black, and said to be."""
+def test_mtl_image_without_kd_is_shown_unchanged(tmp_path: Path) -> None:
+    """mikedh/trimesh#1943: materials with only an image; an image times Kd 0 0 0 is black and gives a notice."""
     Image.fromarray(np.full((2, 2, 3), 188, np.uint8)).save(tmp_path / "a.png")
     (tmp_path / "a.obj").write_text(
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
@@ -313,8 +311,10 @@ def test_an_image_without_kd_shows_as_it_is(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", ["inf 0 0", "nan 0 0", "0 -inf 0"])
 @pytest.mark.parametrize("key", ["Kd", "Ke", "Ks"])
-def test_colours_that_are_not_finite_are_ignored(tmp_path: Path, key: str, value: str) -> None:
-    """As if the line were not there."""
+def test_mtl_colors_that_are_not_finite_are_ignored_with_a_notice(
+    tmp_path: Path, key: str, value: str
+) -> None:
+    """The result equals that of a file without the line."""
     worlds = []
     for line in (f"{key} {value}\n", ""):
         (tmp_path / "a.mtl").write_text(f"newmtl m\n{line}")
@@ -327,7 +327,7 @@ def test_colours_that_are_not_finite_are_ignored(tmp_path: Path, key: str, value
 
 
 @pytest.mark.parametrize("name", ["a.MTL", "a.obj.mtl", "A.mtl", "A.Mtl"])
-def test_a_library_beside_may_be_named_otherwise(tmp_path: Path, name: str) -> None:
+def test_renamed_material_library_is_found_with_a_notice(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("newmtl m\nKd 0.1 0.2 0.3\n")
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
     world = raycam.load(tmp_path / "a.obj")
@@ -337,7 +337,7 @@ def test_a_library_beside_may_be_named_otherwise(tmp_path: Path, name: str) -> N
     np.testing.assert_allclose(seen, [0.1, 0.2, 0.3], atol=1e-3)
 
 
-def test_a_colour_beside_the_colours_of_a_mesh_is_said(tmp_path: Path) -> None:
+def test_color_multiplied_with_mesh_colors_gives_a_notice(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n")
     world = raycam.World()
     world.add_object(mesh=tmp_path / "a.obj", color="#00ff00")
@@ -352,8 +352,8 @@ def test_a_colour_beside_the_colours_of_a_mesh_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("size", [(1440, 1920), (480, 640)])
-def test_k_of_a_turned_picture_is_told(tmp_path: Path, size: tuple[int, int]) -> None:
-    """DLR-RM/BlenderProc#581: K of a landscape picture, the size of a portrait."""
+def test_intrinsics_of_a_rotated_image_give_a_notice(tmp_path: Path, size: tuple[int, int]) -> None:
+    """DLR-RM/BlenderProc#581: K of a landscape image with the size of a portrait image."""
     k = [[1600, 0, size[1] / 2 - 0.5], [0, 1600, size[0] / 2 + 3], [0, 0, 1]]
     path = tmp_path / "a.json"
     for width, height, told in ((*size, True), (size[1], size[0], False)):

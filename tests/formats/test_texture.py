@@ -1,4 +1,4 @@
-"""Textures of materials: arrays and files, every value, and what is refused."""
+"""Textures of materials: arrays, files, all keys, and invalid textures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from support.raises import fault, raises
 
 
 def floor(**style: object) -> np.ndarray:
-    """A plane of two by two metres from above in a white sky, 2 x 2 pixels of it."""
+    """The colours [2, 2, 3] of a plane of 2 x 2 m under a white sky, seen from above."""
     world = raycam.World()
     world.add_object(plane={"size": 2}, **style)
     world.add_light(type="sky", radiance=[1, 1, 1])
@@ -22,7 +22,7 @@ def floor(**style: object) -> np.ndarray:
     return raycam.render(world, camera, integrator="path", samples=64, max_depth=2)["color"]
 
 
-def test_an_array_of_bytes_is_srgb_and_floats_are_linear() -> None:
+def test_byte_arrays_are_srgb_and_float_arrays_are_linear() -> None:
     quarters = np.array([[0.1, 0.2], [0.4, 0.8]])
     texture = raycam.Texture(quarters, filter="nearest")
     assert floor(type="matte", texture=texture)[..., 0] == pytest.approx(quarters, abs=2e-3)
@@ -31,7 +31,7 @@ def test_an_array_of_bytes_is_srgb_and_floats_are_linear() -> None:
     assert floor(type="matte", texture=grey) == pytest.approx(linear, abs=2e-3)
 
 
-def test_a_texture_is_repeated_and_turned() -> None:
+def test_texture_is_repeated_and_rotated() -> None:
     stripes = raycam.Texture(np.array([[0.0, 1.0]]), filter="nearest", rotation=90)
     top, bottom = floor(type="matte", texture=stripes)[..., 0]
     assert sorted([top[0], bottom[0]]) == pytest.approx([0, 1], abs=1e-2)
@@ -40,7 +40,7 @@ def test_a_texture_is_repeated_and_turned() -> None:
     assert floor(type="matte", texture=fine) == pytest.approx(0.5, abs=0.05)
 
 
-def test_data_is_not_taken_for_colour(tmp_path: Path) -> None:
+def test_data_textures_are_not_converted_from_srgb(tmp_path: Path) -> None:
     Image.fromarray(np.full((2, 2), 128, np.uint8)).save(tmp_path / "half.png")
     world = raycam.World.from_dict(
         {
@@ -63,8 +63,8 @@ def test_data_is_not_taken_for_colour(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("tile", [0, 7])
 @pytest.mark.parametrize("compression", ["DWAA", "DWAB", "PIZ", "PXR24", "B44A", "ZIPS", "RLE"])
-def test_noise_that_no_compression_shortens(tmp_path: Path, compression: str, tile: int) -> None:
-    """A block of an EXR that would not get shorter is stored as it is."""
+def test_incompressible_exr_blocks_are_read(tmp_path: Path, compression: str, tile: int) -> None:
+    """EXR stores a block uncompressed if compression would not make it smaller."""
     stored = np.random.default_rng(5).random((12, 12, 3)).astype(np.float16)
     header: dict[str, object] = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION")}
     if tile:
@@ -73,7 +73,9 @@ def test_noise_that_no_compression_shortens(tmp_path: Path, compression: str, ti
     header["type"] = OpenEXR.tiledimage if tile else OpenEXR.scanlineimage
     OpenEXR.File(header, {"RGB": stored}).write(str(tmp_path / "a.exr"))
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
-        expected = file.channels()["RGB"].pixels.astype(np.float32).clip(0)  # lossy: a value falls below 0
+        expected = (
+            file.channels()["RGB"].pixels.astype(np.float32).clip(0)
+        )  # lossy compression makes a value negative
     table = {"plane": {"size": 2}, "texture": {"image": "a.exr", "filter": "nearest"}}
     world = raycam.World.from_dict({"object": table}, folder=tmp_path)
     fov = np.degrees(2 * np.arctan(1e-3))
@@ -82,7 +84,7 @@ def test_noise_that_no_compression_shortens(tmp_path: Path, compression: str, ti
     assert seen == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_normal_map_turns_the_light() -> None:
+def test_normal_map_changes_the_lighting() -> None:
     tilted = np.array([[[128, 255, 128]]], np.uint8)
     flat = np.array([[[128, 128, 255]]], np.uint8)
     found = []
@@ -96,7 +98,7 @@ def test_a_normal_map_turns_the_light() -> None:
     assert found[1] < 0.2
 
 
-def test_what_is_no_image_is_refused() -> None:
+def test_invalid_textures_are_refused() -> None:
     world = raycam.World()
     for image, words in [
         (np.zeros((2, 2, 5)), fault("wrong_shape", "1..4")),
@@ -109,7 +111,7 @@ def test_what_is_no_image_is_refused() -> None:
         world.add_object(plane={}, textures={"roughness": raycam.Texture(np.zeros((2, 2)))})
 
 
-def test_a_far_texture_is_grey_and_a_near_one_sharp_at_one_sample() -> None:
+def test_distant_texture_is_averaged_and_near_texture_sharp_at_one_sample() -> None:
     world = raycam.World()
     checks = raycam.Texture(np.array([[0.0, 1.0], [1.0, 0.0]]), filter="nearest", repeat=500)
     world.add_object(plane={"size": 1000}, type="matte", texture=checks)
@@ -123,11 +125,11 @@ def test_a_far_texture_is_grey_and_a_near_one_sharp_at_one_sample() -> None:
     assert far.size > 500
     assert far.mean() == pytest.approx(0.5, abs=0.01)
     assert far.std() < 0.03
-    # Checks of a metre, black and white, with hardly anything in between.
+    # A black and white checkerboard with squares of 1 m and almost no other values.
     assert ((near < 0.02) | (near > 0.98)).mean() > 0.85
 
 
-def test_what_reading_an_image_has_to_say_is_a_notice(tmp_path: Path) -> None:
+def test_image_reader_notices_reach_the_world(tmp_path: Path) -> None:
     Image.fromarray(np.full((2, 2, 4), 100, np.uint8), "RGBA").save(tmp_path / "glass.png")
     world = raycam.World(folder=tmp_path)
     (tmp_path / "a.mtl").write_text("newmtl m\nmap_Kd glass.png\n")

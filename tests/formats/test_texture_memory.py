@@ -1,4 +1,4 @@
-"""Textures beyond a limit of memory: the same pictures, within the limit, and errors that say what to do."""
+"""Textures larger than the memory limit: equal images, memory within the limit, and errors with remedies."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CAMERA = raycam.Camera.look_at([0.5, -5, 2], [0, 0, 0.4], up=[0, 0, 1], size=SIZ
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Images of odd sizes, 8 and 16 bits and floats, in a world file, an OBJ and a glTF file."""
+    """A folder with images of odd sizes (8 bits, 16 bits, floats) in a world file, an OBJ file and a glTF file."""
     folder = tmp_path_factory.mktemp("textures")
     random = np.random.default_rng(1)
     Image.fromarray(random.integers(0, 256, (203, 310, 3), np.uint8)).save(folder / "noise.png")
@@ -68,7 +68,7 @@ def picture(world: raycam.World, **settings: Any) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("limit", [1, 5000, "100 KiB", "1 MiB", 1 << 40])
-def test_pictures_have_the_same_bytes_with_any_limit(folder: Path, limit: int | str) -> None:
+def test_texture_memory_does_not_change_the_image(folder: Path, limit: int | str) -> None:
     expected = picture(raycam.load(folder / "world.toml"))
     world = raycam.load(folder / "world.toml", texture_memory=limit)
     paged = any(notice.code == "exceeded_texture_memory" for notice in world.notices)
@@ -78,7 +78,7 @@ def test_pictures_have_the_same_bytes_with_any_limit(folder: Path, limit: int | 
             assert found.tobytes() == expected[name].tobytes(), f"{name} with {threads} threads"
 
 
-def test_every_kind_of_file_and_arrays_stay_within_the_limit(folder: Path) -> None:
+def test_texture_memory_applies_to_every_image_format_and_arrays(folder: Path) -> None:
     for name in ("sheet.obj", "tile.glb"):
         world = raycam.load(folder / name, texture_memory=1000)
         assert "temporary file" in "".join(map(str, world.notices)), name
@@ -89,7 +89,7 @@ def test_every_kind_of_file_and_arrays_stay_within_the_limit(folder: Path) -> No
         for world in by_hand:
             texels = np.random.default_rng(seed).integers(0, 256, (130, 130, 3), np.uint8)
             world.add_object(plane={"size": 1}, location=[seed - 1.5, 0, 0.1], texture=texels)
-    for world in by_hand:  # a file that lies elsewhere, and names others
+    for world in by_hand:  # a file in another folder, which names further files
         world.add_object(mesh=str(folder / "sheet.obj"), location=[0, 1, 0.2])
     assert [world.texture_memory for world in by_hand] == [None, 200_000]
     first, second = (picture(world) for world in by_hand)
@@ -97,7 +97,7 @@ def test_every_kind_of_file_and_arrays_stay_within_the_limit(folder: Path) -> No
     assert by_hand[0].notices == by_hand[1].notices[1:]
 
 
-def test_a_picture_tells_what_it_read_back(folder: Path) -> None:
+def test_frame_reports_the_amount_of_texture_data_read_back(folder: Path) -> None:
     told = [
         raycam.render(raycam.load(folder / "world.toml", texture_memory=limit), CAMERA, samples=1).notices
         for limit in ("10 KiB", None)
@@ -106,7 +106,7 @@ def test_a_picture_tells_what_it_read_back(folder: Path) -> None:
     assert not any("read back" in str(notice) for notice in told[1])
 
 
-def test_bytes_of_a_world_are_refused_where_they_would_not_fit(folder: Path) -> None:
+def test_world_from_bytes_is_refused_beyond_texture_memory(folder: Path) -> None:
     whole = raycam.load(folder / "world.toml")
     fits = raycam.load(folder / "world.toml", texture_memory="64 MiB")
     assert fits.to_bytes() == whole.to_bytes()
@@ -117,7 +117,7 @@ def test_bytes_of_a_world_are_refused_where_they_would_not_fit(folder: Path) -> 
 
 
 @pytest.mark.parametrize("limit", [0, -1, "lots", "5 parsec", True, "0 MiB"])
-def test_a_limit_that_is_none_is_refused(limit: int | str) -> None:
+def test_invalid_texture_memory_is_refused(limit: int | str) -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=["texture_memory"]):
         raycam.World(texture_memory=limit)
 
@@ -133,7 +133,7 @@ def run(script: str, *arguments: str, **environment: str) -> Any:
     return json.loads(found.stdout)
 
 
-def test_a_disk_without_room_is_told_with_its_folder(folder: Path, tmp_path: Path) -> None:
+def test_full_disk_raises_with_the_temporary_folder(folder: Path, tmp_path: Path) -> None:
     script = """
 import json, resource, sys, raycam
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
@@ -144,7 +144,7 @@ except OSError as error:
 """
     world = str(folder / "world.toml")
     _, number, where, text = run(script, world, TMPDIR=str(tmp_path))
-    assert (number, where) == (27, str(tmp_path)), text  # EFBIG: what a full disk is here
+    assert (number, where) == (27, str(tmp_path)), text  # EFBIG simulates a full disk
     assert "TMPDIR" in text
     assert "raise texture_memory" in text
     missing = tmp_path / "missing"
@@ -153,8 +153,8 @@ except OSError as error:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_memory_stays_near_the_limit(tmp_path: Path) -> None:
-    """Twelve images of 2048 x 2048, 320 MiB with their mip maps, in 32 MiB and what one image takes to decode."""
+def test_process_memory_stays_near_the_limit(tmp_path: Path) -> None:
+    """Twelve images of 2048 x 2048 (320 MiB with mip maps) need 32 MiB plus the memory to decode one image."""
     random = np.random.default_rng(0)
     texels = np.repeat(np.repeat(random.integers(0, 256, (512, 512, 3), np.uint8), 4, 0), 4, 1)
     for i in range(12):
@@ -174,7 +174,7 @@ frame = raycam.render(world, camera, integrator="path", samples=4)
 print(json.dumps([loaded, peak() - before, frame["color"].tobytes().hex()[:4000]]))
 """
     loaded, rendered, picture = run(script, str(tmp_path), "32 MiB")
-    # Decoding: the file and its texels twice, 16 MiB each, and half of that for the first level of the mip map.
+    # Decoding needs the file, two copies of its texels (16 MiB each), and half of that for the first mip level.
     assert loaded < 32 + 56, f"{loaded} MiB"
     assert rendered < 32 + 64, f"{rendered} MiB"
     whole, _, same = run(script, str(tmp_path), "")

@@ -1,4 +1,4 @@
-"""TIFF files, judged by tifffile (with imagecodecs) and Pillow."""
+"""TIFF files, compared with tifffile (with imagecodecs) and Pillow."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FOUR_ALPHAS = {"unassalpha": 0.4, "assocalpha": 0.4, "unspecified": None}
 
 
 def samples(dtype: str, channels: int, bits: int | None = None) -> npt.NDArray[Any]:
-    """Values [9, 13, channels] over the whole range of a type, or of `bits`."""
+    """Samples [9, 13, channels] over the whole range of a dtype, or of `bits`."""
     rng = np.random.default_rng([channels, np.dtype(dtype).itemsize, bits or 0])
     shape = (ROWS, COLUMNS, channels)
     if np.dtype(dtype).kind == "f":
@@ -36,7 +36,7 @@ def samples(dtype: str, channels: int, bits: int | None = None) -> npt.NDArray[A
 
 
 def unit(array: npt.NDArray[Any], bits: int | None = None) -> npt.NDArray[np.float64]:
-    """The values in 0..1; negative ones are 0."""
+    """The values scaled to 0..1; negative values become 0."""
     if array.dtype.kind == "f":
         return array.astype(np.float64)
     largest = 2**bits - 1 if bits else np.iinfo(array.dtype).max
@@ -72,7 +72,7 @@ def write(path: Path, array: npt.NDArray[Any], photometric: str, **options: Any)
 
 
 def check(path: Path, expected: npt.NDArray[np.float64], tolerance: float = 3e-5) -> list[str]:
-    """Compares with a file's linear colours; returns the codes of the notices."""
+    """Compares a file's linear colours with the expected ones; returns the codes of the notices."""
     found, notices = albedo_of(path, (COLUMNS, ROWS))
     np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance, err_msg=path.name)
     return sorted({notice.code for notice in notices})
@@ -80,7 +80,7 @@ def check(path: Path, expected: npt.NDArray[np.float64], tolerance: float = 3e-5
 
 @pytest.mark.parametrize("photometric", COLORS)
 @pytest.mark.parametrize("dtype", ["u1", "u2", "u4", "u8", "i1", "i2", "i4", "i8", "f2", "f4", "f8"])
-def test_whole_byte_samples_are_those_of_tifffile(tmp_path: Path, dtype: str, photometric: str) -> None:
+def test_whole_byte_samples_equal_tifffile(tmp_path: Path, dtype: str, photometric: str) -> None:
     kind = np.dtype(dtype).kind
     predictors = [3] if kind == "f" else [2] if dtype[1] != "8" else []
     compressions = [(None, 1), ("lzw", 1), ("zlib", 1), ("zstd", 1)]
@@ -99,7 +99,7 @@ def test_whole_byte_samples_are_those_of_tifffile(tmp_path: Path, dtype: str, ph
 
 
 @pytest.mark.parametrize("bits", [*range(1, 8), *range(9, 16)])
-def test_packed_samples_are_those_of_tifffile(tmp_path: Path, bits: int) -> None:
+def test_packed_samples_equal_tifffile(tmp_path: Path, bits: int) -> None:
     dtype = "u1" if bits < 8 else "u2"
     for photometric, planar in [
         ("minisblack", "contig"),
@@ -123,7 +123,7 @@ def test_packed_samples_are_those_of_tifffile(tmp_path: Path, bits: int) -> None
 def packed_file(
     array: npt.NDArray[Any], bits: int, photometric: str, separate: bool, compression: str | None
 ) -> bytes:
-    """A TIFF file of one strip (per plane) whose rows are packed, the high bit first."""
+    """A TIFF file with one strip per plane, whose rows are packed with the highest bit first."""
     import imagecodecs
 
     planes = [array[..., i : i + 1] for i in range(array.shape[-1])] if separate else [array]
@@ -150,7 +150,7 @@ def packed_file(
 
 
 def tiff_file(tags: dict[int, list[int]], strips: list[bytes]) -> bytes:
-    """A little-endian TIFF file with these numbers as tags, and these strips."""
+    """A little-endian TIFF file with these tags and strips."""
     data, offsets = b"", []
     for strip in strips:
         offsets.append(8 + len(data))
@@ -177,7 +177,7 @@ def tiff_file(tags: dict[int, list[int]], strips: list[bytes]) -> bytes:
 
 @pytest.mark.parametrize("compression", [None, "lzw", "zlib", "packbits", "zstd"])
 @pytest.mark.parametrize("dtype", ["u1", "u2"])
-def test_reversed_bits_are_those_of_tifffile(tmp_path: Path, dtype: str, compression: str | None) -> None:
+def test_reversed_bits_equal_tifffile(tmp_path: Path, dtype: str, compression: str | None) -> None:
     array = samples(dtype, 3)
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, array, photometric="rgb", metadata=None, compression=compression)
@@ -195,7 +195,7 @@ def test_reversed_bits_are_those_of_tifffile(tmp_path: Path, dtype: str, compres
 
 
 @pytest.mark.parametrize("bits", [1, 2, 4, 8, 16])
-def test_palettes_are_those_of_tifffile(tmp_path: Path, bits: int) -> None:
+def test_palettes_equal_tifffile(tmp_path: Path, bits: int) -> None:
     rng = np.random.default_rng(bits)
     palette = rng.integers(0, 65535, (3, 2**bits), "u2", endpoint=True)
     array = samples("u1" if bits <= 8 else "u2", 1, bits)
@@ -216,7 +216,7 @@ def test_palettes_are_those_of_tifffile(tmp_path: Path, bits: int) -> None:
     "compression",
     ["raw", "tiff_lzw", "tiff_adobe_deflate", "tiff_deflate", "packbits", "zstd", "jpeg", "group4", "webp"],
 )
-def test_files_of_pillow_are_read_as_by_pillow(tmp_path: Path, mode: str, compression: str) -> None:
+def test_files_written_by_pillow_equal_pillow(tmp_path: Path, mode: str, compression: str) -> None:
     smooth = np.add.outer(np.arange(ROWS) * 20, np.arange(COLUMNS) * 7)[..., None] + [0, 9, 30, 60]
     picture = Image.fromarray(smooth.astype(np.uint8), "RGBA")
     if mode in ("I;16", "F"):
@@ -255,7 +255,7 @@ def test_files_of_pillow_are_read_as_by_pillow(tmp_path: Path, mode: str, compre
 
 
 @pytest.mark.parametrize("subsampling", [(1, 1), (2, 1), (2, 2), (4, 4)])
-def test_subsampled_chroma_is_that_of_pillow(tmp_path: Path, subsampling: tuple[int, int]) -> None:
+def test_subsampled_chroma_equals_pillow(tmp_path: Path, subsampling: tuple[int, int]) -> None:
     """Blocks of luma with one chroma sample each (TIFF 6.0, section 21)."""
     across, down = subsampling
     rng = np.random.default_rng(across + 10 * down)
@@ -279,7 +279,7 @@ def test_subsampled_chroma_is_that_of_pillow(tmp_path: Path, subsampling: tuple[
 @pytest.mark.parametrize("photometric", ["minisblack", "rgb"])
 @pytest.mark.parametrize("planar", ["contig", "separate"])
 @pytest.mark.parametrize("kind", FOUR_ALPHAS)
-def test_extra_channels_mean_what_extrasamples_states(
+def test_extra_channels_follow_the_extrasamples_tag(
     tmp_path: Path, kind: str, planar: str, photometric: str, dtype: str
 ) -> None:
     array = samples(dtype, COLORS[photometric] + 1)
@@ -305,7 +305,7 @@ def test_extra_channels_mean_what_extrasamples_states(
     assert codes == (["ignored_feature"] if kind == "unspecified" else [])
 
 
-def test_bigtiff_and_several_pages_show_the_first(tmp_path: Path) -> None:
+def test_first_page_of_bigtiff_and_multi_page_files_is_shown(tmp_path: Path) -> None:
     array = samples("u1", 3)
     with tifffile.TiffWriter(tmp_path / "a.tif", bigtiff=True) as file:
         file.write(array, photometric="rgb")
@@ -325,7 +325,7 @@ def test_bigtiff_and_several_pages_show_the_first(tmp_path: Path) -> None:
         ({317: [7], 259: [8]}, "predictor 7"),
     ],
 )
-def test_unsupported_feature_is_named(tmp_path: Path, changes: dict[int, list[int]], words: str) -> None:
+def test_unsupported_tiff_feature_is_named(tmp_path: Path, changes: dict[int, list[int]], words: str) -> None:
     tags = {256: [COLUMNS], 257: [ROWS], 258: [8], 259: [1], 262: [1], 277: [1], 278: [ROWS]}
     (tmp_path / "a.tif").write_bytes(tiff_file(tags | changes, [bytes(COLUMNS * ROWS)]))
     with raises(raycam.FormatError, code="unsupported_feature") as caught:
@@ -333,7 +333,7 @@ def test_unsupported_feature_is_named(tmp_path: Path, changes: dict[int, list[in
     assert words in str(caught.value)
 
 
-def test_every_beginning_of_a_file_is_refused(tmp_path: Path) -> None:
+def test_every_truncation_of_a_file_is_refused(tmp_path: Path) -> None:
     array = samples("u2", 3)
     for compression in (None, "lzw", "zstd"):
         write(

@@ -1,4 +1,4 @@
-"""Files that are packed, of another kind than their name says, or of another encoding than UTF-8."""
+"""Files that are compressed, have a wrong extension, or use another encoding than UTF-8."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TOOLS = {"K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]], "dist": [0.1, 0, 0, 0, 
 
 
 def packed() -> dict[str, bytes]:
-    """An OBJ file in the packings that Python writes."""
+    """An OBJ file in every compression format that Python can write."""
     data = OBJ.encode()
     stored, tar = io.BytesIO(), io.BytesIO()
     with zipfile.ZipFile(stored, "w") as file:
@@ -51,7 +51,7 @@ def packed() -> dict[str, bytes]:
 
 @pytest.mark.parametrize("kind", TEXTS)
 @pytest.mark.parametrize("packing", ["gzip", "ZIP", "bzip2", "XZ", "tar"])
-def test_packed_files_are_refused_with_their_format(tmp_path: Path, kind: str, packing: str) -> None:
+def test_compressed_files_are_refused_with_their_format(tmp_path: Path, kind: str, packing: str) -> None:
     path = tmp_path / f"a.{kind}"
     path.write_bytes(packed()[packing])
     with raises(raycam.FormatError, mentions=[path.name, packing]):
@@ -84,14 +84,14 @@ def test_files_of_another_format_are_refused_with_its_name(tmp_path: Path, conte
 
 
 @pytest.mark.parametrize("ending", [*TEXTS, "glb", "gltf"])
-def test_glb_and_ply_are_read_under_any_name(tmp_path: Path, ending: str) -> None:
+def test_glb_and_ply_are_read_with_any_extension(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"a.{ending}"
     for content in (TEXTS["ply"].encode(), trimesh.Trimesh(**TRIANGLE).export(file_type="glb")):
         path.write_bytes(content)
         assert raycam.load(path).counts["triangles"] == 1
 
 
-def test_the_header_of_a_binary_stl_may_say_anything(tmp_path: Path) -> None:
+def test_binary_stl_with_any_header_is_read(tmp_path: Path) -> None:
     facet = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4").tobytes() + b"\0\0"
     for header in (b"BLENDER export", b"ply\n", b"PK\x03\x04"):
         path = tmp_path / "a.stl"
@@ -101,8 +101,8 @@ def test_the_header_of_a_binary_stl_may_say_anything(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
 @pytest.mark.parametrize("kind", TEXTS)
-def test_marked_texts_are_read(tmp_path: Path, kind: str, encoding: str) -> None:
-    """As Notepad and PowerShell write them."""
+def test_text_files_with_a_byte_order_mark_are_read(tmp_path: Path, kind: str, encoding: str) -> None:
+    """Notepad and PowerShell write such files."""
     path = tmp_path / f"a.{kind}"
     path.write_bytes(TEXTS[kind].encode(encoding))
     world = raycam.load(path)
@@ -112,7 +112,7 @@ def test_marked_texts_are_read(tmp_path: Path, kind: str, encoding: str) -> None
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be-marked", "utf-8-sig"])
 @pytest.mark.parametrize("kind", ["json", "yaml"])
-def test_marked_calibrations_are_read(tmp_path: Path, kind: str, encoding: str) -> None:
+def test_calibrations_with_a_byte_order_mark_are_read(tmp_path: Path, kind: str, encoding: str) -> None:
     path = tmp_path / f"a.{kind}"
     text = json.dumps(TOOLS)
     marked = b"\xfe\xff" + text.encode("utf-16-be") if "marked" in encoding else text.encode(encoding)
@@ -122,7 +122,7 @@ def test_marked_calibrations_are_read(tmp_path: Path, kind: str, encoding: str) 
     assert camera.distortion is not None
 
 
-def test_a_folder_is_no_model(tmp_path: Path) -> None:
+def test_folder_in_place_of_a_model_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(OBJ)
     with raises(IsADirectoryError, code="file_unreadable", mentions=["a.obj"]):
         raycam.load(tmp_path)

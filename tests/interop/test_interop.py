@@ -1,4 +1,4 @@
-"""Meshes of other libraries become worlds."""
+"""Conversion of other libraries' meshes to worlds."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from trimesh.visual.material import PBRMaterial
 BOX = trimesh.creation.box()
 
 
-def test_a_mesh_of_trimesh() -> None:
+def test_from_trimesh_keeps_vertices_and_colors() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=2)
     world = raycam.from_trimesh(sphere)
     assert world.up == "z"
     np.testing.assert_allclose(world.triangles(), sphere.triangles, atol=1e-7)
     np.testing.assert_allclose(world.triangle_colors(), 0.8, atol=1e-6)
-    # Values of float32 stay as they are, to the last bit; far from the origin, nothing is lost but that.
+    # float32 values are kept bit for bit; far from the origin, only float32 rounding is lost.
     np.testing.assert_array_equal(raycam.from_trimesh(BOX).triangles(), BOX.triangles)
     far = sphere.copy()
     far.apply_translation([4e6, 5e5, 1e3])
     np.testing.assert_allclose(raycam.from_trimesh(far).triangles(), far.triangles, rtol=0, atol=1e-6)
 
 
-def test_colors_of_vertices_and_faces() -> None:
+def test_from_trimesh_converts_vertex_and_face_colors() -> None:
     colors = np.random.default_rng(5).integers(0, 256, (12, 4), np.uint8)
     colors[:, 3] = 255
     linear = trimesh.visual.color.to_float(colors)[:, :3]
@@ -40,8 +40,8 @@ def test_colors_of_vertices_and_faces() -> None:
     np.testing.assert_allclose(raycam.from_trimesh(vertices).triangle_colors(), expected, atol=1e-6)
 
 
-def test_textures_and_materials_of_trimesh() -> None:
-    """The upper left texel is at u = 0, v = 1 there."""
+def test_from_trimesh_converts_textures_and_materials() -> None:
+    """In trimesh, the upper left texel is at u = 0, v = 1."""
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
     uv = (square[:, :2] + 1) / 2
     pixels = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [90, 120, 33]]], np.uint8)
@@ -64,7 +64,7 @@ def test_textures_and_materials_of_trimesh() -> None:
 
 
 def test_vertex_colors_multiply_the_texture() -> None:
-    """As trimesh keeps them of a glTF file that has both."""
+    """trimesh stores both for a glTF file that contains both."""
     image = Image.fromarray(np.full((2, 2, 3), 188, np.uint8))
     visual = trimesh.visual.TextureVisuals(uv=np.full((8, 2), 0.5), image=image)
     visual.vertex_attributes["color"] = np.tile(np.array([255, 0, 128, 255], np.uint8), (8, 1))
@@ -76,7 +76,7 @@ def test_vertex_colors_multiply_the_texture() -> None:
     np.testing.assert_allclose(shown, np.tile(expected, (12, 1)), atol=1e-5)
 
 
-def test_a_scene_of_trimesh() -> None:
+def test_from_trimesh_converts_the_nodes_of_a_scene() -> None:
     scene = trimesh.Scene()
     turn = trimesh.transformations.rotation_matrix(0.5, [1, 2, 3], [4, 5, 6])
     scene.add_geometry(BOX, node_name="first", geom_name="box", transform=turn)
@@ -99,7 +99,7 @@ def test_a_scene_of_trimesh() -> None:
     np.testing.assert_allclose(pixel, [32, 24], atol=1e-6)
 
 
-def test_smooth_shading_is_asked_for() -> None:
+def test_from_trimesh_shades_smoothly_on_request() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=1)
     camera = raycam.Camera.look_at([3, 1, 2], [0, 0, 0], [0, 0, 1], size=(32, 32), fov=30)
     for smooth, few in ((False, True), (True, False)):
@@ -125,7 +125,7 @@ class Legacy(SimpleNamespace):
         return hasattr(self, "textures")
 
 
-def test_a_mesh_of_open3d() -> None:
+def test_from_open3d_keeps_vertices_colors_and_textures() -> None:
     colors = np.random.default_rng(6).random((8, 3))
     mesh = Legacy(vertices=BOX.vertices, triangles=BOX.faces, vertex_colors=colors)
     world = raycam.from_open3d(mesh)
@@ -134,7 +134,7 @@ def test_a_mesh_of_open3d() -> None:
     np.testing.assert_allclose(world.triangle_colors(), shown, atol=1e-6)
     two: Any = raycam.from_open3d([mesh, mesh])
     assert two.counts["objects"] == 2
-    # Each corner has coordinates of its own, each triangle one of the images.
+    # Each vertex has its own texture coordinates, each triangle its image.
     images = [np.full((2, 2, 3), value, np.uint8) for value in (255, 0)]
     ids = np.arange(12) % 2
     mesh = Legacy(
@@ -165,7 +165,7 @@ class Held(np.ndarray):
 
 
 class Tensor:
-    """The maps of an `open3d.t.geometry.TriangleMesh`: they can be turned into a `dict`, and have no more."""
+    """The maps of an `open3d.t.geometry.TriangleMesh`, which can only be converted to a `dict`."""
 
     def __init__(self, triangle: dict[str, Any], material: SimpleNamespace | None, **legacy: Any) -> None:
         self.triangle, self.material, self.legacy = triangle, material, legacy
@@ -177,7 +177,7 @@ class Tensor:
         return Legacy(vertices=BOX.vertices, triangles=BOX.faces, **self.legacy)
 
 
-def test_a_tensor_mesh_of_open3d() -> None:
+def test_from_open3d_accepts_tensor_meshes() -> None:
     painted = np.random.default_rng(7).integers(0, 256, (12, 3), np.uint8)
     world = raycam.from_open3d(Tensor({"colors": painted.view(Held)}, None))
     np.testing.assert_allclose(world.triangle_colors(), linear(painted / 255), atol=1e-6)
@@ -203,7 +203,7 @@ def linear(srgb: Any) -> Any:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def test_what_is_no_mesh_is_refused() -> None:
+def test_objects_that_are_not_meshes_are_refused() -> None:
     with raises(raycam.WorldError, code="wrong_type", mentions=["trimesh.Trimesh", "trimesh.Scene"]):
         raycam.from_trimesh(3)
     cloud: Any = SimpleNamespace(to_legacy=lambda: None, point={})

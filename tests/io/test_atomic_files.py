@@ -1,4 +1,4 @@
-"""A final name means a complete file."""
+"""Files appear under their final name only when complete."""
 
 from __future__ import annotations
 
@@ -270,7 +270,7 @@ def test_write_follows_symbolic_links(tmp_path: Path) -> None:
     real.mkdir()
     links.mkdir()
     (links / "first.png").symlink_to("second.png")
-    (links / "second.png").symlink_to("../real/a.png")  # leads to no file yet
+    (links / "second.png").symlink_to("../real/a.png")  # the target does not exist yet
     for data in (b"new", b"newer"):
         check_writable(links / "first.png")
         write(links / "first.png", data)

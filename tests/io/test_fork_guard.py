@@ -1,4 +1,4 @@
-"""A fork while another thread builds a world waits for it, and the child renders."""
+"""A fork waits while another thread builds a world, and the child process can render."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ CAMERA = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], [0, 1, 0], size=(16, 12), f
 
 
 def ended_well(child: int) -> bool:
-    """True if the child exits with 0; it kills itself after a long time."""
+    """True if the child exits with 0; the child kills itself after a timeout."""
     _, status = os.waitpid(child, 0)
     return os.waitstatus_to_exitcode(status) == 0
 
 
 @pytest.mark.parametrize("pause", [0.0, 0.02, 0.1])
-def test_a_child_of_a_building_process_renders(pause: float) -> None:
+def test_process_forked_while_building_a_world_renders(pause: float) -> None:
     rng = np.random.default_rng(4)
     corners = rng.uniform(-1, 1, (150_000, 3))
     world = raycam.World()
@@ -43,7 +43,7 @@ def test_a_child_of_a_building_process_renders(pause: float) -> None:
     assert ended_well(child)
 
 
-def test_the_thread_itself_may_fork() -> None:
+def test_thread_that_holds_the_guard_may_fork() -> None:
     with no_fork():
         child = os.fork()
         if child == 0:
@@ -51,7 +51,7 @@ def test_the_thread_itself_may_fork() -> None:
     assert ended_well(child)
 
 
-def test_a_fork_waits_for_other_threads() -> None:
+def test_fork_waits_for_other_threads() -> None:
     entered, left = threading.Event(), threading.Event()
     order: list[str] = []
 
@@ -66,7 +66,7 @@ def test_a_fork_waits_for_other_threads() -> None:
     entered.wait()
     child = os.fork()
     if child == 0:
-        with no_fork():  # its own condition is free
+        with no_fork():  # the child's own condition is not held
             os._exit(0)
     order.append("forked")
     builder.join()

@@ -1,4 +1,4 @@
-"""GLB files put together in memory, read by trimesh."""
+"""GLB files assembled in memory, read by trimesh."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import trimesh
 from raycam.io.glb import GlbBuilder
 
 
-def test_others_read_what_is_put_together() -> None:
+def test_assembled_glb_is_read_by_trimesh() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [1, 2, 0]], np.float32)
     faces = np.array([[0, 1, 2], [2, 1, 3]])
     uvs = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])

@@ -1,4 +1,4 @@
-"""The forms that objects have in a notebook, and their texts."""
+"""HTML representations of objects in notebooks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import raycam
 from raycam.io.html_form import html_table
 
 
-def test_a_table_escapes_and_counts() -> None:
+def test_html_table_escapes_text_and_limits_rows() -> None:
     made = html_table("<a>", ("x", "y"), [(i, "<b>") for i in range(25)], ["& more"])
     assert "<b>&lt;a&gt;</b>" in made
     assert made.count("<td>&lt;b&gt;</td>") == 20
@@ -17,7 +17,7 @@ def test_a_table_escapes_and_counts() -> None:
     assert "<table>" not in html_table("nothing", ("x",), [])
 
 
-def test_what_a_cell_ends_in_has_a_form() -> None:
+def test_notebook_objects_have_an_html_representation() -> None:
     world = raycam.World()
     world.add_object(box={}, name="<crate>", category="crate")
     world.add_light("sky", radiance=1)

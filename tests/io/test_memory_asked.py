@@ -1,4 +1,4 @@
-"""Memory that the system does not give: a MemoryError that says how much was asked, and the process goes on."""
+"""Failed allocations raise a MemoryError with the requested size, and the process continues."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ CALLS = {
 
 
 def run_limited(needs: str, call: str) -> list[str]:
-    """The lines that a process says which gets 64 MiB more than it has for a call."""
+    """The output of a process that may allocate 64 MiB more for a call."""
     code = SETUP.replace("{NEEDS}", needs).replace("{CALL}", call)
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, check=False
@@ -71,7 +71,7 @@ def run_limited(needs: str, call: str) -> list[str]:
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits the address space")
 @pytest.mark.parametrize("name", CALLS)
-def test_what_is_not_given_is_said(name: str) -> None:
+def test_failed_allocation_raises_memory_error_with_the_size(name: str) -> None:
     needs, call, asked = CALLS[name]
     raised, after = run_limited(needs, call)
     assert raised.startswith("MemoryError"), raised
@@ -84,7 +84,7 @@ def test_what_is_not_given_is_said(name: str) -> None:
 @pytest.mark.parametrize(
     "array", ["np.zeros((2048, 2048, 3), np.uint8)", "np.zeros((2048, 2048), np.uint8).T"]
 )
-def test_bytes_of_a_texture_ask_for_bytes(array: str) -> None:
-    """16 MiB of RGBA fit in 64; four times as many asked for floats."""
+def test_byte_texture_allocates_one_byte_per_value(array: str) -> None:
+    """16 MiB of RGBA fit into the limit of 64 MiB; floats would need four times as much."""
     call = "world.add_object(box={'size': 1}, texture=large)"
     assert run_limited(array, call) == ["nothing was raised", "goes on (8, 8, 3)"]

@@ -1,4 +1,4 @@
-"""Memory limits, on made-up machines."""
+"""Memory limits on simulated machines."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GIB = 1 << 30
 
 @pytest.fixture
 def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """16 GiB, 10 of them free."""
+    """A machine with 16 GiB, of which 10 GiB are free."""
     monkeypatch.setattr(memory_limits, "CGROUP", tmp_path / "cgroup")
     monkeypatch.setattr(memory_limits, "PROC", tmp_path / "proc")
     monkeypatch.setattr(os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 16 * GIB // 4096}.get)
@@ -29,7 +29,7 @@ def write(path: Path, text: object) -> None:
 
 
 def group(folder: Path, first: bool = False, **values: object) -> None:
-    """A control group's files of either version; `limit`, `used`, and lines of its statistics."""
+    """Writes a control group's files of either version: `limit`, `used`, and lines of its statistics."""
     limit, used = (
         ("memory.limit_in_bytes", "memory.usage_in_bytes") if first else ("memory.max", "memory.current")
     )
@@ -40,12 +40,12 @@ def group(folder: Path, first: bool = False, **values: object) -> None:
         write(folder / "memory.stat", "\n".join(f"{name} {value}" for name, value in values.items()))
 
 
-def test_a_bare_machine(machine: Path) -> None:
+def test_machine_without_groups_is_limited_by_its_memory(machine: Path) -> None:
     assert memory_limits.limits() == [(16 * GIB, 6 * GIB)]
     assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (10 * GIB, 2 * GIB)
 
 
-def test_the_groups_around_count_and_caches_do_not(machine: Path) -> None:
+def test_parent_groups_count_and_page_caches_do_not(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/slice/job/task")
     slice = machine / "cgroup/slice"
     group(slice / "job/task", limit="max", used=GIB)
@@ -55,18 +55,18 @@ def test_the_groups_around_count_and_caches_do_not(machine: Path) -> None:
     assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (2 * GIB, -GIB)
 
 
-def test_the_group_with_the_least_left_counts_not_the_smallest(machine: Path) -> None:
+def test_group_with_the_least_free_memory_determines_the_limit(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job/task")
     group(machine / "cgroup/job", limit=8 * GIB, used=8 * GIB - 1)
     group(machine / "cgroup/job/task", limit=4 * GIB, used=GIB)
     assert memory_limits.available_bytes() == 1
-    # More than the machine has is no limit, and what others use of the machine counts too.
+    # A limit above the machine's memory has no effect, and memory used by other processes counts.
     group(machine / "cgroup/job", limit=64 * GIB, used=63 * GIB)
     write(machine / "proc/meminfo", f"MemAvailable: {1 << 20} kB")
     assert memory_limits.available_bytes() == GIB
 
 
-def test_a_limit_that_slows_down_is_one(machine: Path) -> None:
+def test_memory_high_counts_as_a_limit(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job")
     group(machine / "cgroup/job", limit=8 * GIB, high=3 * GIB, used=GIB)
     assert memory_limits.available_bytes() == 2 * GIB
@@ -74,28 +74,28 @@ def test_a_limit_that_slows_down_is_one(machine: Path) -> None:
     assert memory_limits.available_bytes() == 10 * GIB
 
 
-def test_inside_a_container(machine: Path) -> None:
-    # With a name space of its own, the second version's root is the container's group; without, its path is not there.
+def test_limits_inside_a_container_are_found(machine: Path) -> None:
+    # With its own namespace, the root of version 2 is the container's group; without, its path does not exist here.
     for path in ("/", "/system.slice/docker-1234.scope", "/../../pod/1"):
         write(machine / "proc/self/cgroup", f"0::{path}")
         group(machine / "cgroup", limit=2 * GIB, used=GIB)
         assert memory_limits.available_bytes() == GIB, path
 
 
-def test_groups_of_the_first_version(machine: Path) -> None:
+def test_cgroup_version_1_limits_are_read(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "4:cpu,cpuacct:/a\n7:memory:/batch/1\n1:name=systemd:/\n0::/\n")
     batch = machine / "cgroup/memory/batch"
     group(batch / "1", first=True, limit=2 * GIB, used=GIB, inactive_file=7, total_inactive_file=GIB // 2)
     group(batch, first=True, limit=9223372036854771712, used=GIB)
     assert memory_limits.available_bytes() == 3 * GIB // 2
-    # A pod's limit, which its containers see nothing else of.
+    # A pod's limit, which is visible in its containers only through this file.
     container = machine / "cgroup/memory"
     group(container, first=True, limit=9223372036854771712, used=GIB, hierarchical_memory_limit=2 * GIB)
     write(machine / "proc/self/cgroup", "7:memory:/kubepods/pod1/c2")
     assert memory_limits.available_bytes() == GIB
 
 
-def test_a_limit_below_the_need_is_less_than_nothing(machine: Path) -> None:
+def test_usage_beyond_the_limit_gives_a_negative_amount(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job")
     group(machine / "cgroup/job", limit=GIB, used=GIB)
     assert memory_limits.available_bytes(0.9) < 0
@@ -103,7 +103,7 @@ def test_a_limit_below_the_need_is_less_than_nothing(machine: Path) -> None:
     assert memory_limits.available_bytes(0.9) == -GIB
 
 
-def test_files_that_make_no_sense_are_no_limits(machine: Path) -> None:
+def test_malformed_limit_files_are_ignored(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "nonsense\n0::/job\n:")
     write(machine / "cgroup/job/memory.max", "lots")
     write(machine / "cgroup/job/memory.current", "")
@@ -112,7 +112,7 @@ def test_files_that_make_no_sense_are_no_limits(machine: Path) -> None:
     assert memory_limits.limits() == [(16 * GIB, 0)]
 
 
-def test_the_peak_of_this_process_is_about_right() -> None:
+def test_peak_memory_of_this_process_is_plausible() -> None:
     before = memory_limits.peak_bytes(os.getpid())
     block = bytearray(64 << 20)
     assert memory_limits.peak_bytes(os.getpid()) >= len(block)
@@ -134,12 +134,12 @@ def test_the_peak_of_this_process_is_about_right() -> None:
         ("3tib", 3 << 40),
     ],
 )
-def test_limits_are_read_as_people_write_them(text: int | str, count: int) -> None:
+def test_memory_sizes_are_parsed_in_common_notations(text: int | str, count: int) -> None:
     assert memory_limits.parse_size("limit", text) == count
 
 
 @pytest.mark.parametrize("text", ["", "GiB", "-1", "1 XB", "1e9", "1 M", 0, True, "99999999 TiB"])
-def test_what_is_no_limit_is_refused_by_its_name(text: int | str) -> None:
+def test_invalid_memory_size_is_refused_with_its_name(text: int | str) -> None:
     with raises(errors.SettingsError, code="wrong_type"):
         memory_limits.parse_size("limit", text)
 
@@ -153,7 +153,7 @@ Pages throttled:                              0.
 """
 
 
-def test_what_macos_can_give(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_available_memory_on_macos_is_read_from_vm_stat(monkeypatch: pytest.MonkeyPatch) -> None:
     assert memory_limits.mac_available(VM_STAT) == 206_000 * 16384
     assert memory_limits.mac_available("") == 0
     monkeypatch.setattr(memory_limits.sys, "platform", "darwin")
@@ -165,7 +165,7 @@ def test_what_macos_can_give(monkeypatch: pytest.MonkeyPatch) -> None:
     assert memory_limits.peak_bytes(1) == 4096 * 1024
 
 
-def test_windows_is_asked_by_its_own_functions(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_available_memory_on_windows_uses_its_job_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory_limits.sys, "platform", "win32")
     monkeypatch.setattr(memory_limits.windows_memory, "limit_and_used", lambda: (8 * GIB, 5 * GIB))
     assert memory_limits.available_bytes() == 3 * GIB

@@ -14,7 +14,7 @@ ARRAYS = {"a": np.arange(6, dtype=np.float32).reshape(2, 3), "name": np.array("x
 
 
 @pytest.mark.parametrize("compressed", [False, True])
-def test_numpy_reads_them(compressed: bool) -> None:
+def test_written_npz_is_read_by_numpy(compressed: bool) -> None:
     with np.load(io.BytesIO(npz_bytes(ARRAYS, compressed=compressed))) as read:
         assert read.files == list(ARRAYS)
         for name, array in ARRAYS.items():
@@ -22,7 +22,7 @@ def test_numpy_reads_them(compressed: bool) -> None:
             assert read[name].dtype == array.dtype
 
 
-def test_the_bytes_are_those_of_the_arrays_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_npz_bytes_depend_only_on_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
     first = npz_bytes(ARRAYS)
     monkeypatch.setattr("sys.platform", "win32")
     monkeypatch.setattr("time.time", lambda: 2e9)

@@ -1,4 +1,4 @@
-"""Photographs with an EXIF orientation, judged by OpenCV's imread."""
+"""Photographs with an EXIF orientation, compared with OpenCV's imread."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def srgb(linear: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".webp", ".tif"])
 @pytest.mark.parametrize("orientation", range(1, 9))
-def test_applied_orientation_is_that_of_opencv(tmp_path: Path, orientation: int, ending: str) -> None:
+def test_applied_orientation_equals_opencv(tmp_path: Path, orientation: int, ending: str) -> None:
     path = photo(tmp_path, orientation, ending)
-    # OpenCV does not turn TIFF files.
+    # OpenCV does not rotate TIFF files.
     judged = photo(tmp_path, orientation) if ending == ".tif" else path
     judge = cv2.imread(str(judged))
     assert judge is not None
@@ -59,7 +59,7 @@ def test_applied_orientation_is_that_of_opencv(tmp_path: Path, orientation: int,
         (6, None, False, "ignored_orientation"),
     ],
 )
-def test_photo_is_turned_if_only_then_it_fits_the_camera(
+def test_photo_is_rotated_if_only_then_it_fits_the_camera(
     tmp_path: Path, orientation: int, size: tuple[int, int] | None, turned: bool, code: str | None
 ) -> None:
     path = photo(tmp_path, orientation)

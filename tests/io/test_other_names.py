@@ -1,4 +1,4 @@
-"""Names of other libraries: the errors of missing names say what is meant, and what they say exists."""
+"""Names of other libraries: errors for missing names suggest names that exist."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OWNERS: dict[str, Any] = {"raycam": raycam, "World": WORLD, "Frame": FRAME, "Cam
 
 
 @pytest.mark.parametrize("kind", TABLES)
-def test_hints_are_of_names_that_exist_for_names_that_do_not(kind: str) -> None:
+def test_hints_for_missing_names_refer_to_existing_names(kind: str) -> None:
     for name, hint in TABLES[kind].items():
         with raises(AttributeError, mentions=[repr(name), hint]):
             getattr(OWNERS[kind], name)
@@ -35,14 +35,14 @@ def test_hints_are_of_names_that_exist_for_names_that_do_not(kind: str) -> None:
             assert channel in raycam.render(WORLD, CAMERA, channels=channel, samples=1)
 
 
-def test_a_channel_is_an_item() -> None:
+def test_channel_as_an_attribute_raises_with_the_item_syntax() -> None:
     with raises(AttributeError, mentions=['frame["depth"]']):
         FRAME.depth  # type: ignore[attr-defined]  # noqa: B018
 
 
-def test_a_name_that_nobody_has_is_python_s_error() -> None:
+def test_unknown_name_raises_pythons_attribute_error() -> None:
     with raises(AttributeError, mentions=["'World'", "'objcts'"]) as caught:
         WORLD.objcts  # type: ignore[attr-defined]  # noqa: B018
-    assert caught.value.name == "objcts"  # by which Python suggests objects
+    assert caught.value.name == "objcts"  # used by Python for its own suggestion
     assert caught.value.obj is WORLD
     assert not hasattr(FRAME, "__array_interface__")

@@ -1,4 +1,4 @@
-"""Calls that Windows and macOS have in another form: their forms, on this system."""
+"""System calls that differ on Windows and macOS; their variants are simulated on this system."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from raycam.io.system_calls import parent_watch, read_at, sync, write_at
 
 
 @pytest.mark.parametrize("positioned", [True, False])
-def test_bytes_at_a_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, positioned: bool) -> None:
+def test_bytes_are_read_and_written_at_an_offset(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, positioned: bool
+) -> None:
     if not positioned:  # as on Windows
         monkeypatch.delattr(os, "pread")
         monkeypatch.delattr(os, "pwrite")
@@ -29,8 +31,8 @@ def test_bytes_at_a_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, posit
         os.close(file)
 
 
-def test_windows_locks_leave_the_place_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Otherwise every written file would begin with a MiB of zeros."""
+def test_windows_lock_keeps_the_file_position(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Otherwise every written file would start with a MiB of zeros."""
     places = []
     fake = SimpleNamespace(
         LK_NBLCK=2, locking=lambda file, mode, count: places.append(os.lseek(file, 0, os.SEEK_CUR))
@@ -89,7 +91,7 @@ open(sys.argv[-1], "w").close()
 """
 
 
-def test_the_end_of_the_parent_is_seen(tmp_path: Path) -> None:
+def test_end_of_the_parent_process_is_detected(tmp_path: Path) -> None:
     seen = tmp_path / "seen"
     child = CHILD.replace("sys.argv[-1]", repr(str(seen)))
     with subprocess.Popen(
@@ -99,6 +101,6 @@ def test_the_end_of_the_parent_is_seen(tmp_path: Path) -> None:
         assert parent.stdout.readline().strip() == "False"
         assert not seen.exists()
         parent.kill()
-    while not seen.exists():  # the runner's own limit ends a test that hangs
+    while not seen.exists():  # the test runner's time limit ends a test that hangs
         time.sleep(0.01)
     assert not parent_watch()()

@@ -1,4 +1,4 @@
-"""Bytes that are too many for the memory: in a file that nobody else sees, and told by the disk when it is full."""
+"""Streams too large for memory, stored in a temporary file that other processes cannot see; errors for a full disk."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from raycam.video import video
 from support.job_frames import Pool, package, results
 from support.raises import raises
 
-# Each picture of a film three times: in pieces, at once, and in pieces. Workers are other processes, and read it
-# when they start.
+# Each image of a video is written three times: in pieces, at once, and in pieces. Workers are other processes, which
+# read this file at startup.
 IN_PIECES = """
 from raycam.video import video
 from raycam.jobs import kinds
@@ -46,8 +46,8 @@ kinds.register("video", maker)
 
 @pytest.fixture
 def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, bytes]]:
-    """The files of a job whose pictures are made in pieces from now on."""
-    worker.clear_cache()  # of makers that are kept, in this test's or another's way
+    """The files of a job; from now on, images are sent in pieces."""
+    worker.clear_cache()  # removes cached makers of this and other tests
     Job(tmp_path / "at once", package()).run(Pool())
     (tmp_path / "site").mkdir()
     (tmp_path / "site/sitecustomize.py").write_text(
@@ -55,7 +55,7 @@ def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[s
     )
     path = [str(tmp_path / "site"), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
-    monkeypatch.setitem(KINDS, "video", video.frame_maker)  # which puts it back at the end
+    monkeypatch.setitem(KINDS, "video", video.frame_maker)  # restored at the end
     exec(IN_PIECES, {})
     worker.clear_cache()
     found = results(tmp_path / "at once")
@@ -72,7 +72,7 @@ def run(folder: Path, one: JobPackage, pool: Any) -> Job:
     return job
 
 
-def test_bytes_come_back_and_nobody_sees_them(tmp_path: Path) -> None:
+def test_bytes_are_restored_and_no_file_is_visible(tmp_path: Path) -> None:
     kept = TempStream(str(tmp_path), [b"ab", memoryview(b"cde")])
     kept.add(bytes(3 << 20))
     assert not list(tmp_path.iterdir())
@@ -83,7 +83,7 @@ def test_bytes_come_back_and_nobody_sees_them(tmp_path: Path) -> None:
         assert kept.size == 5 + (3 << 20)
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_missing_temporary_folder_raises_with_its_name(tmp_path: Path) -> None:
     with pytest.raises(TempStreamError) as found:
         TempStream(str(tmp_path / "none"))
     assert found.value.errno == errno.ENOENT
@@ -91,7 +91,7 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("pool", [InProcessPool, Pool, lambda: ProcessPool(2)])
-def test_files_in_pieces_are_those_made_at_once(
+def test_files_sent_in_pieces_equal_whole_files(
     tmp_path: Path, expected: dict[str, bytes], pool: Callable[[], Any]
 ) -> None:
     job = run(tmp_path / "a", package(), pool())
@@ -102,7 +102,7 @@ def test_files_in_pieces_are_those_made_at_once(
     assert list(job.verify()) == ["c/frame_0002.png"]
 
 
-def test_files_in_pieces_come_back_from_other_executors(tmp_path: Path, expected: dict[str, bytes]) -> None:
+def test_files_sent_in_pieces_are_restored_from_executors(tmp_path: Path, expected: dict[str, bytes]) -> None:
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(2) as executor, make_pool(executor) as pool:
@@ -111,7 +111,7 @@ def test_files_in_pieces_come_back_from_other_executors(tmp_path: Path, expected
 
 
 @pytest.mark.parametrize("pool", [InProcessPool, lambda: ProcessPool(2)])
-def test_a_full_disk_is_no_fault_of_the_frame(
+def test_full_disk_does_not_count_as_a_failed_frame(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, pool: Callable[[], Any]
 ) -> None:
     real, written = temp_stream.TemporaryFile, []
@@ -136,11 +136,11 @@ def test_a_full_disk_is_no_fault_of_the_frame(
     job = Job(tmp_path / "a")
     assert not job.status().failed
     assert set(results(tmp_path / "a").items()) < set(expected.items())
-    run(tmp_path / "a", package(), pool())  # and the same call goes on
+    run(tmp_path / "a", package(), pool())  # the same call resumes
     assert results(tmp_path / "a") == expected
 
 
-def test_workers_killed_amid_pieces_lose_nothing(
+def test_workers_killed_between_pieces_lose_no_frame(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)

@@ -1,4 +1,4 @@
-"""How two jobs differ, in words."""
+"""Descriptions of the differences between two jobs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from support.raises import raises
 
 
 def room(**changed: Any) -> raycam.World:
-    """A box over a floor, with some of it otherwise."""
+    """A box over a floor, with the given changes."""
     world = raycam.World()
     world.add_object(
         box={"size": changed.get("size", 1)},
@@ -43,7 +43,7 @@ CHANGES: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_it_says_what_of_a_world_is_another(change: str, tmp_path: Path) -> None:
+def test_difference_between_worlds_is_described(change: str, tmp_path: Path) -> None:
     changed, words = CHANGES[change]
     there, asked = room(), room(**changed)
     found = world_differences(there, asked)
@@ -54,27 +54,27 @@ def test_it_says_what_of_a_world_is_another(change: str, tmp_path: Path) -> None
     described = {"job": before.id, **before.describe()}
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert words in told
-    (tmp_path / "package").write_bytes(b"")  # then there are the hashes
+    (tmp_path / "package").write_bytes(b"")  # then only the hashes differ
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert 'world was "' in told
     assert words not in told
 
 
-def test_very_many_differences_are_counted() -> None:
+def test_many_differences_are_summarised_with_their_count() -> None:
     there = room()
     for _ in range(20):
         there.add_light({"type": "sky", "radiance": [1, 1, 1]})
     assert world_differences(there, room())[8:] == ["and 12 more in the world"]
 
 
-def test_differences_are_by_key() -> None:
+def test_differences_are_listed_by_key() -> None:
     assert list(differences({"a": {"b": 1, "c": 2}}, {"a": {"b": 1, "c": 3, "d": 4}})) == [
         "a.c was 2, is 3",
         "a.d was not given, is 4",
     ]
 
 
-def test_a_description_that_is_none_is_named(tmp_path: Path) -> None:
+def test_invalid_job_description_raises_with_its_file(tmp_path: Path) -> None:
     path = tmp_path / "job.json"
     assert read_description(path) is None
     path.write_text('{"job": "a", "frames": 0}')

@@ -1,4 +1,4 @@
-"""Packages of jobs: the same for the same frames, read back as they were."""
+"""Packages of jobs: equal for equal frames, and restored when read back."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def world() -> raycam.World:
     return world
 
 
-def test_it_comes_back_and_shows_the_same() -> None:
+def test_package_round_trips_and_renders_the_same_image() -> None:
     package = JobPackage("video", 7, {"b": (1, 2.5), "a": {"x": None}}, world())
     data = package.to_bytes()
     back = JobPackage.from_bytes(data, "p", package.id)
@@ -32,7 +32,9 @@ def test_it_comes_back_and_shows_the_same() -> None:
     assert json.dumps(package.describe())
 
 
-def test_its_id_says_what_its_frames_depend_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_package_id_depends_on_everything_that_affects_its_frames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     base = JobPackage("video", 7, {"a": 1, "b": 2}, world())
     assert JobPackage("video", 7, {"b": 2, "a": 1}, world()).id == base.id
     brighter = world()
@@ -48,7 +50,7 @@ def test_its_id_says_what_its_frames_depend_on(tmp_path: Path, monkeypatch: pyte
         others.append(JobPackage("video", 7, {"a": 1, "b": 2}, world()))
     assert len({one.id for one in [base, *others]}) == 6
 
-    # The place of its files does not matter, nor how the world file is written.
+    # The folder of the files and the format of the world file do not affect the id.
     ids = set()
     for name, comment in (("one", ""), ("two", "# text\n")):
         (tmp_path / name).mkdir()
@@ -78,6 +80,8 @@ def test_damaged_packages_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         (1, {"a": float("nan")}, fault("wrong_type", "JSON")),
     ],
 )
-def test_bad_packages_are_named(frames: int, settings: dict[str, object], message: Fault) -> None:
+def test_invalid_packages_raise_with_the_argument(
+    frames: int, settings: dict[str, object], message: Fault
+) -> None:
     with raises(raycam.JobError, **message):
         JobPackage("video", frames, settings, world())

@@ -1,4 +1,4 @@
-"""Jobs: what is finished stays, what goes on is the same, what is wrong is said."""
+"""Jobs: finished frames are kept, resumed jobs write the same files, and faults are reported."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return results(folder)
 
 
-def test_it_makes_the_frames_of_the_film(whole: dict[str, bytes]) -> None:
+def test_job_writes_the_frames_of_the_video(whole: dict[str, bytes]) -> None:
     assert list(whole) == [f"frame_{number:04}.png" for number in range(COUNT)]
     assert whole["frame_0003.png"] == film().frame(3).to_png()
     assert len(set(whole.values())) > 1
 
 
-def test_it_goes_on_where_it_was(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_interrupted_job_resumes_with_the_missing_frames(tmp_path: Path, whole: dict[str, bytes]) -> None:
     first, second = Pool(), Pool()
     Job(tmp_path / "a", package()).run(first, frames=range(2, 5))
     assert sorted(first.made) == [2, 3, 4]
@@ -53,7 +53,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path, whole: dict[str, bytes]) -> Non
     assert job.status() == Job(tmp_path / "a").status() == Status(COUNT, COUNT, {})
 
 
-def test_shards_together_are_the_whole(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_shards_together_write_all_frames(tmp_path: Path, whole: dict[str, bytes]) -> None:
     taken = []
     for i in (3, 1, 2):
         pool = Pool()
@@ -79,7 +79,7 @@ CHANGES: dict[str, tuple[dict[str, Any], list[str]]] = {
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_another_job_is_refused_with_the_difference(tmp_path: Path, change: str) -> None:
+def test_folder_of_another_job_is_refused_with_the_difference(tmp_path: Path, change: str) -> None:
     options, facts = CHANGES[change]
     Job(tmp_path / "a", package()).run(Pool(), frames=[1])
     before = results(tmp_path / "a")
@@ -92,7 +92,7 @@ def test_another_job_is_refused_with_the_difference(tmp_path: Path, change: str)
     assert list(results(tmp_path / "a")) == ["frame_0000.png", "notes.txt"]
 
 
-def test_another_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changed_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Job(tmp_path / "a", package())
     other = film()
     other._world.add_light({"type": "sky", "radiance": [1, 1, 1]})
@@ -103,9 +103,7 @@ def test_another_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest
         Job(tmp_path / "a", package())
 
 
-def test_frames_that_fail_are_told_and_the_others_are_finished(
-    tmp_path: Path, whole: dict[str, bytes]
-) -> None:
+def test_failed_frames_are_reported_and_the_others_finished(tmp_path: Path, whole: dict[str, bytes]) -> None:
     def before(frame: int) -> None:
         if frame in (2, 5):
             raise raycam.WorldError("no such thing\nat all")
@@ -121,7 +119,7 @@ def test_frames_that_fail_are_told_and_the_others_are_finished(
     assert "at all" in log.read_text()
     assert "Traceback" in log.read_text()
 
-    # They stay failed until they are asked for.
+    # They stay failed until they are requested again.
     pool = Pool()
     with raises(JobError, code="failed_frames", mentions=["retry_failed=True"]):
         Job(tmp_path / "a", package()).run(pool)
@@ -153,7 +151,7 @@ def test_verify_finds_damaged_results_and_the_next_run_renders_them_again(
     assert "frame_0006.png: " in wrong["frame_0006.png"]
     damaged = [tmp_path / f"a/frame_000{number}.png.damaged" for number in (1, 3)]
     assert sorted((tmp_path / "a").glob("*.damaged")) == damaged
-    assert list(Job(tmp_path / "a").verify()) == list(wrong)  # until they are made again
+    assert list(Job(tmp_path / "a").verify()) == list(wrong)  # until they are rendered again
     pool = Pool()
     Job(tmp_path / "a", package()).run(pool)
     assert sorted(pool.made) == [1, 3, 6]
@@ -173,13 +171,13 @@ def test_damaged_journal_line_is_reported_and_its_frame_rendered_again(
     book = folder / ".raycam" / ("journal.jsonl" if shard is None else "journal-2-of-2.jsonl")
     lines = book.read_bytes().splitlines(keepends=True)
     book.write_bytes(b"".join([lines[0], b"x" + lines[1][1:], *lines[2:]]))
-    for _ in range(2):  # until it is made again
+    for _ in range(2):  # until it is rendered again
         job = Job(folder)
         assert job.status().finished == COUNT - 1
         (told,) = job.status().damaged
         assert told.startswith(f"{book}: the line at byte {len(lines[0])} was damaged")
         assert list(job.verify().values()) == [told]
-    with hold_lock(book.with_name("lock-2-of-2"), folder):  # somebody is writing: it is theirs
+    with hold_lock(book.with_name("lock-2-of-2"), folder):  # another process is writing this file
         Job(folder, package()).run(Pool(), frames=[])
         assert len(Job(folder).status().damaged) == (0 if shard is None else 1)
     pool = Pool()
@@ -220,10 +218,10 @@ def test_assembled_files_are_verified(tmp_path: Path, whole: dict[str, bytes]) -
     job.remove()
     assert [path.name for path in tmp_path.iterdir()] == [
         "a.mp4"
-    ]  # what is beside it is not its own to remove
+    ]  # files of others in the folder are not removed
 
 
-def test_a_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dict[str, bytes]) -> None:
     Job(tmp_path / "a", package()).run(Pool(), frames=[1, 2])
     path = tmp_path / "a/.raycam/package"
     right = path.read_bytes()
@@ -244,9 +242,7 @@ def test_a_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dic
     assert results(tmp_path / "a") == whole
 
 
-def test_a_damaged_description_says_what_to_do_and_that_works(
-    tmp_path: Path, whole: dict[str, bytes]
-) -> None:
+def test_damaged_description_raises_with_a_remedy_that_works(tmp_path: Path, whole: dict[str, bytes]) -> None:
     Job(tmp_path / "a", package()).run(Pool(), frames=[1, 2])
     path = tmp_path / "a/.raycam/job.json"
     for text in (b"{", b"\xff\xfe", b'{"job": 1}'):
@@ -258,12 +254,12 @@ def test_a_damaged_description_says_what_to_do_and_that_works(
     Job(tmp_path / "a", package()).run(pool)
     assert len(pool.made) == 6
     assert results(tmp_path / "a") == whole
-    path.unlink()  # and what another job has made is not taken for this one's
+    path.unlink()  # and results of another job are not used
     options, _ = CHANGES["samples"]
     assert Job(tmp_path / "a", package(**options)).status().finished == 0
 
 
-def test_no_two_runs_do_the_same_frames(tmp_path: Path) -> None:
+def test_second_run_on_the_same_shard_is_refused(tmp_path: Path) -> None:
     def again(frame: int) -> None:
         if frame == 1:
             with raises(JobError, code="folder_in_use", mentions=[os.getpid()]):
@@ -273,7 +269,7 @@ def test_no_two_runs_do_the_same_frames(tmp_path: Path) -> None:
     Job(tmp_path / "a", package()).run(Pool(again))
 
 
-def test_of_those_that_end_at_the_same_time_one_joins_and_the_others_wait(tmp_path: Path) -> None:
+def test_shards_that_end_together_assemble_the_result_once(tmp_path: Path) -> None:
     first, second = Job(tmp_path / "a", package()), Job(tmp_path / "a")
     seen: list[bool] = []
 
@@ -299,7 +295,9 @@ def test_of_those_that_end_at_the_same_time_one_joins_and_the_others_wait(tmp_pa
 
 
 @pytest.mark.parametrize("part", [False, True])
-def test_killed_at_every_step_nothing_is_lost(tmp_path: Path, whole: dict[str, bytes], part: bool) -> None:
+def test_job_killed_at_every_step_loses_no_finished_frame(
+    tmp_path: Path, whole: dict[str, bytes], part: bool
+) -> None:
     plan = package()
     for step in range(1, 1000):
         folder = tmp_path / str(step)
@@ -323,7 +321,7 @@ def test_killed_at_every_step_nothing_is_lost(tmp_path: Path, whole: dict[str, b
     raise AssertionError("it never came to its end")
 
 
-def test_killed_at_any_time_nothing_is_lost(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_job_killed_at_random_times_loses_no_finished_frame(tmp_path: Path, whole: dict[str, bytes]) -> None:
     plan = package()
     start = time.perf_counter()
     assert in_child(lambda: Job(tmp_path / "whole", plan).run(Pool())) == 0
@@ -346,7 +344,7 @@ def test_killed_at_any_time_nothing_is_lost(tmp_path: Path, whole: dict[str, byt
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EROFS, errno.EACCES, errno.EIO, errno.EDQUOT])
 @pytest.mark.parametrize("place", ["write", "rename", "journal"])
-def test_a_disk_that_refuses_stops_it_and_repaired_it_goes_on(
+def test_disk_error_stops_the_job_and_the_next_run_resumes(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, code: int, place: str
 ) -> None:
     job = Job(tmp_path / "a", package())
@@ -373,7 +371,7 @@ def test_a_disk_that_refuses_stops_it_and_repaired_it_goes_on(
     assert results(tmp_path / "a") == whole
 
 
-def test_the_clock_does_not_matter(
+def test_jumps_of_the_clock_do_not_affect_a_job(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = iter([2e9, 0.0, -1e9, 3e9] * 1000)
@@ -388,7 +386,7 @@ def test_the_clock_does_not_matter(
 # Faults ------------------------------------------------------------------------------------------------------
 
 
-def test_bad_requests_are_named(tmp_path: Path) -> None:
+def test_invalid_requests_raise_with_the_argument(tmp_path: Path) -> None:
     with raises(JobError, code="file_not_found"):
         Job(tmp_path)
     job = Job(tmp_path / "a", package())
@@ -410,7 +408,7 @@ def test_bad_requests_are_named(tmp_path: Path) -> None:
         Job(tmp_path / "file", package())
 
 
-def test_a_finished_job_releases_a_large_package_and_writes_it_again_when_needed(
+def test_finished_job_deletes_its_large_package_until_needed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: dict[str, bytes]
 ) -> None:
     path = tmp_path / "a/.raycam/package"

@@ -1,4 +1,4 @@
-"""The journal: what it says is what happened, wherever its writer was killed."""
+"""The journal contains exactly what happened, wherever its writer was killed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def entries(path: Path) -> list[JournalEntry]:
     return [entry for _, entry in journal.read(path) if entry is not None]
 
 
-def test_entries_come_back_and_have_places(path: Path) -> None:
+def test_entries_are_restored_by_offset(path: Path) -> None:
     assert entries(path) == ENTRIES
     for place, entry in journal.read(path):
         assert journal.read_entry(path, place) == entry
@@ -40,7 +40,7 @@ def test_entries_come_back_and_have_places(path: Path) -> None:
     assert entries(path.with_name("none")) == []
 
 
-def test_half_a_line_at_any_byte_loses_that_line_alone(path: Path) -> None:
+def test_line_truncated_at_any_byte_loses_only_that_line(path: Path) -> None:
     data = path.read_bytes()
     ends = [0] + [index + 1 for index, byte in enumerate(data) if byte == ord("\n")]
     for size in range(len(data) + 1):
@@ -67,7 +67,7 @@ def test_invalid_journal_lines_are_ignored_and_blanked(path: Path) -> None:
     for left in range(len(places), 0, -1):
         assert len(damaged(path)) == left
         journal.erase_line(path, places[left - 1])
-    journal.erase_line(path, len(nonsense))  # what is right stays
+    journal.erase_line(path, len(nonsense))  # valid lines are kept
     assert damaged(path) == []
     assert entries(path) == ENTRIES
     assert path.read_bytes()[len(nonsense) :] == right + b'{"fra'
@@ -76,19 +76,19 @@ def test_invalid_journal_lines_are_ignored_and_blanked(path: Path) -> None:
     assert entries(path) == [*ENTRIES, JournalEntry(4, {})]
 
 
-def test_a_flipped_bit_anywhere_costs_its_line_and_never_says_what_was_not(path: Path) -> None:
+def test_flipped_bit_invalidates_its_line_and_adds_no_entry(path: Path) -> None:
     data = path.read_bytes()
     for place in range(len(data)):
         path.write_bytes(data[:place] + bytes([data[place] ^ 1 << place % 8]) + data[place + 1 :])
         found = entries(path)
-        assert len(found) in (1, 2)  # that of a line's end joins two
+        assert len(found) in (1, 2)  # a flipped line break joins two lines
         assert len(damaged(path)) == (
             0 if place == len(data) - 1 else 1
-        )  # and of the last one's it is half a line
+        )  # and the last line becomes incomplete
         assert all(entry in ENTRIES for entry in found)
 
 
-def test_a_write_that_fails_leaves_no_trace(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_write_leaves_the_journal_unchanged(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = path.read_bytes()
 
     def fail(*_: object) -> int:
@@ -106,7 +106,7 @@ def test_a_write_that_fails_leaves_no_trace(path: Path, monkeypatch: pytest.Monk
     assert entries(path) == [*ENTRIES, JournalEntry(7, {})]
 
 
-def test_what_is_added_is_synced_before_add_returns(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_add_syncs_the_entry_before_it_returns(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced = []
     monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
     with Journal(path) as book:

@@ -1,4 +1,4 @@
-"""Files that a job makes: within its folder, as they were made."""
+"""Result files of a job: unchanged, and inside its folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from support.raises import raises
 
 
 @pytest.mark.parametrize("name", ["../a", "/a", "", ".raycam/x", "a/../../b"])
-def test_results_lie_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def test_results_outside_of_the_folder_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
     job = Job(tmp_path / "a", package())
     monkeypatch.setattr("raycam.video.video.picture_name", lambda _: name)
     with raises(JobError, code="invalid_value"):
@@ -22,7 +24,7 @@ def test_results_lie_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a"]
 
 
-def test_a_frame_may_make_files_in_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_frame_may_write_files_in_subfolders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("raycam.video.video.picture_name", lambda number: f"left/{number}/a.png")
     job = Job(tmp_path / "a", package())
     job.run(Pool(), frames=[0, 3])
@@ -36,7 +38,7 @@ def test_a_frame_may_make_files_in_folders(tmp_path: Path, monkeypatch: pytest.M
     ]
 
 
-def test_names_of_frames_are_not_kept_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_file_names_of_frames_are_not_kept_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # pathlib interns the parts of a path: the table of interned strings would grow with a long job.
     kept: list[str] = []
     monkeypatch.setattr(sys, "intern", lambda text: kept.append(text) or text)

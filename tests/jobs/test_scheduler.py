@@ -1,4 +1,4 @@
-"""Handing out frames: every frame once, whatever the workers do."""
+"""Distribution of frames: every frame is returned once, whatever the workers do."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from support.raises import raises
 
 
 class Pool:
-    """Makes frames as `answer(frame, attempt)` says: None is a future that stays open."""
+    """Returns `answer(frame, attempt)` for each frame; None is a future that stays open."""
 
     apart = True
 
@@ -74,11 +74,11 @@ def failed(found: dict[int, FrameResult | FailedFrame]) -> dict[int, str]:
 
 
 class Files(dict[str, bytes]):
-    """Files that one can watch."""
+    """Files that can be weakly referenced."""
 
 
 class WatchedPool(Pool):
-    """Notes, whenever a frame is handed over, how many of those that were made are still held by anybody."""
+    """Counts, at each submission, how many earlier results are still in memory."""
 
     def __init__(self) -> None:
         super().__init__(lambda *_: "x", slots=1)
@@ -94,7 +94,7 @@ class WatchedPool(Pool):
         return future
 
 
-def test_a_frame_that_was_taken_is_not_held() -> None:
+def test_delivered_results_are_released_from_memory() -> None:
     pool = WatchedPool()
     for outcome in schedule(pool, tasks(range(5))):
         assert isinstance(outcome, FrameResult)
@@ -102,12 +102,12 @@ def test_a_frame_that_was_taken_is_not_held() -> None:
     assert pool.held == [0] * 5
 
 
-def test_every_frame_comes_once() -> None:
+def test_every_frame_is_returned_once() -> None:
     assert sorted(outcomes(Pool(lambda *_: "x"), range(50))) == list(range(50))
     assert outcomes(Pool(lambda *_: "x"), []) == {}
 
 
-def test_no_more_are_under_way_than_there_is_room_for() -> None:
+def test_frames_in_progress_are_limited_by_the_slots() -> None:
     pool = Pool(lambda *_: None, slots=4)
 
     def finish() -> None:
@@ -125,7 +125,7 @@ def test_no_more_are_under_way_than_there_is_room_for() -> None:
     assert pool.most <= 4
 
 
-def test_errors_of_our_own_are_final_and_others_are_tried_again() -> None:
+def test_raycam_errors_are_final_and_other_errors_are_retried() -> None:
     def answer(frame: int, attempt: int) -> Any:
         if frame == 1:
             return WorldError("impossible")
@@ -145,14 +145,14 @@ def test_errors_of_our_own_are_final_and_others_are_tried_again() -> None:
     assert "in detail" in log.log
 
 
-def test_a_worker_that_is_not_fit_costs_a_frame_nothing() -> None:
+def test_unfit_worker_does_not_count_as_an_attempt() -> None:
     pool = Pool(lambda frame, attempt: WorkerUnfit("blind") if attempt <= 9 and frame % 2 else "x")
     found = outcomes(pool, range(6))
     assert failed(found) == {}
     assert pool.attempts == {frame: 10 if frame % 2 else 1 for frame in range(6)}
 
 
-def test_a_frame_that_kills_three_workers_fails() -> None:
+def test_frame_that_kills_three_workers_fails() -> None:
     pool = Pool(lambda frame, _: WorkerDied("signal SIGSEGV") if frame == 4 else "x")
     found = outcomes(pool, range(9))
     assert failed(found) == {4: "3 workers died of it, the last: WorkerDied: signal SIGSEGV"}
@@ -160,13 +160,13 @@ def test_a_frame_that_kills_three_workers_fails() -> None:
     assert sum(pool.attempts.values()) == 11
 
 
-def test_deaths_that_pass_are_no_ones_fault() -> None:
+def test_frames_survive_temporary_deaths_of_workers() -> None:
     pool = Pool(lambda frame, attempt: WorkerDied("killed") if attempt <= 2 and frame % 3 == 0 else "x")
     assert failed(outcomes(pool, range(30))) == {}
 
 
-def test_suspected_frames_are_tried_alone() -> None:
-    # A death takes every frame that is under way with it, as in a broken process pool.
+def test_suspected_frames_are_retried_alone() -> None:
+    # A death ends every frame in progress, as in a broken process pool.
     pool = Pool(lambda *_: None, slots=3)
     kills = Counter[int]()
     poison = 7
@@ -194,7 +194,7 @@ def test_suspected_frames_are_tried_alone() -> None:
     assert kills[poison] == 3
 
 
-def test_the_late_are_helped_and_the_first_answer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_late_frame_is_started_twice_and_the_first_result_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "STRAGGLER_TIMEOUT", 0.0)
     monkeypatch.setattr(module, "STRAGGLER_FACTOR", 0.0)
     pool = Pool(
@@ -203,11 +203,11 @@ def test_the_late_are_helped_and_the_first_answer_counts(monkeypatch: pytest.Mon
     clock = iter(range(10**6))
     found = outcomes(pool, range(4), now=lambda: float(next(clock)))
     assert found[2] == made(2, "second")
-    # The zombie answers when all is over: nobody listens.
+    # The late worker answers after the end, when nobody waits for it.
     pool.open_futures[2].pop().set_result(made(2, "stale"))
 
 
-def test_of_two_copies_the_first_answer_counts_and_an_error_of_one_does_not(
+def test_error_of_one_copy_is_ignored_if_the_other_succeeds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(module, "STRAGGLER_TIMEOUT", 0.0)
@@ -230,7 +230,7 @@ def test_of_two_copies_the_first_answer_counts_and_an_error_of_one_does_not(
 
 
 @pytest.mark.parametrize("fault", [PoolLost("no scheduler"), CancelledError()])
-def test_losing_all_workers_ends_it(fault: BaseException) -> None:
+def test_loss_of_all_workers_ends_the_run(fault: BaseException) -> None:
     def answer(frame: int, _: int) -> Any:
         return fault if frame == 3 else "x"
 
@@ -240,7 +240,7 @@ def test_losing_all_workers_ends_it(fault: BaseException) -> None:
     assert pool.attempts[8] == 0
 
 
-def test_a_pool_that_takes_no_more_ends_it() -> None:
+def test_broken_pool_ends_the_run() -> None:
     class Broken(Pool):
         def submit(self, task: FrameTask) -> Future[FrameResult]:
             raise BrokenExecutor("broken")
@@ -249,7 +249,7 @@ def test_a_pool_that_takes_no_more_ends_it() -> None:
         list(schedule(Broken(lambda *_: "x"), tasks(range(2))))
 
 
-def test_the_last_frames_get_the_cores_that_nobody_else_has_work_for() -> None:
+def test_last_frames_use_the_idle_cores() -> None:
     assert [shared_threads(2, 2, left) for left in (9, 3, 2, 1)] == [1, 1, 2, 2]
     assert [shared_threads(8, 4, left) for left in (5, 4, 3, 2, 1)] == [2, 4, 6, 8, 8]
     assert [shared_threads(3, 8, left) for left in (9, 8, 6, 5, 1)] == [1, 1, 1, 2, 3]

@@ -1,4 +1,4 @@
-"""Large pictures in tiles: the bits of the whole."""
+"""Large images rendered in tiles equal whole images bit for bit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from support.job_frames import Pool
 from support.raises import Fault, fault, raises
 
 
-def test_tiles_join_to_the_bits_of_the_whole(tmp_path: Path) -> None:
+def test_joined_tiles_equal_the_whole_image_bit_for_bit(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(torus={"radius": 1, "tube": 0.4})
     world.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5])
@@ -45,7 +45,7 @@ def test_tiles_join_to_the_bits_of_the_whole(tmp_path: Path) -> None:
     assert picture.camera == camera
 
 
-def test_regions_views_and_transparency_come_through(tmp_path: Path) -> None:
+def test_tiled_rendering_keeps_regions_views_and_transparency(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(torus={"radius": 1, "tube": 0.4})
     world.add_light({"type": "sky", "radiance": [3, 2, 1]})
@@ -79,7 +79,7 @@ def test_regions_views_and_transparency_come_through(tmp_path: Path) -> None:
         ({"region": (-1, 0, 5, 5)}, fault("out_of_range")),
     ],
 )
-def test_what_does_not_go_with_tiles_is_named(options: dict[str, Any], message: Fault) -> None:
+def test_options_incompatible_with_tiles_are_refused(options: dict[str, Any], message: Fault) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     camera = raycam.Camera.look_at([2, -3, 2], [0, 0, 0], size=(61, 43), fov=45)
@@ -87,7 +87,7 @@ def test_what_does_not_go_with_tiles_is_named(options: dict[str, Any], message: 
         tiled_picture.job_package(world, camera, **options)
 
 
-def test_the_command_makes_the_same_file_by_workers_and_by_shards(
+def test_workers_and_shards_options_write_the_same_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The worker's side: fetches once, makes what is asked for, says why it cannot."""
+"""Workers: they read the package once, render the requested frames, and report errors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def put(folder: Path, one: JobPackage) -> str:
     return str(path)
 
 
-def test_it_makes_frames_and_fetches_the_package_once(
+def test_worker_reads_the_package_once_for_all_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one = package()
@@ -50,20 +50,22 @@ def test_it_makes_frames_and_fetches_the_package_once(
     assert len(makers) == 2
 
 
-def test_it_looks_where_packages_were_delivered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_worker_finds_delivered_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = package()
     (tmp_path / one.id).write_bytes(one.to_bytes())
     monkeypatch.setattr(worker, "PACKAGE_PATHS", [tmp_path])
     assert render_frame(FrameTask(one.id, "nowhere", 1)).frame == 1
 
 
-def test_a_package_may_come_along(tmp_path: Path) -> None:
+def test_package_passed_with_a_frame_is_cached(tmp_path: Path) -> None:
     one = package()
     assert render_frame(FrameTask(one.id, "nowhere", 1), package=one.to_bytes()).frame == 1
-    assert render_frame(FrameTask(one.id, "nowhere", 2)).frame == 2  # and is kept
+    assert render_frame(FrameTask(one.id, "nowhere", 2)).frame == 2  # and it is kept
 
 
-def test_missing_and_foreign_packages_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_packages_and_packages_of_other_versions_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     one = package()
     with raises(PackageNotFound, mentions=[one.id[:12], "nowhere"]):
         render_frame(FrameTask(one.id, "nowhere", 1))
@@ -79,7 +81,7 @@ def test_missing_and_foreign_packages_are_refused(tmp_path: Path, monkeypatch: p
         render_frame(FrameTask(one.id, path, 1))
 
 
-def test_stopping_is_asked_for_through_progress() -> None:
+def test_exception_of_progress_stops_the_worker() -> None:
     one = package(samples=4096)
     worker.cache_package(one)
 

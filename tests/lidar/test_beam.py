@@ -12,7 +12,7 @@ from raycam.lidar.beam import beam_rays, hexagonal_set
 
 
 @pytest.mark.parametrize("samples", [7, 19, 37])
-def test_set_has_the_second_moment_of_the_gaussian(samples: int) -> None:
+def test_beam_samples_have_the_second_moment_of_the_gaussian(samples: int) -> None:
     """The mean of r² of exp(-2 r²) is 1/2, in both directions 1/4, and the set is centred."""
     points, weights = hexagonal_set(samples)
     assert points.shape == (samples, 2)
@@ -32,7 +32,7 @@ def test_footprint_is_exit_width_plus_range_times_divergence() -> None:
     np.testing.assert_allclose(2 * 2 * np.sqrt((at[:, 2] ** 2).mean()), vertical, rtol=1e-5)
 
 
-def test_single_sample_is_the_axis() -> None:
+def test_single_beam_sample_is_the_axis() -> None:
     starts, ways, weights = beam_rays(
         np.ones((2, 3)), np.array([[1.0, 0, 0], [0, 0, 1.0]]), (0.1, 0.1), (0.1, 0.1), 1, np.zeros(2)
     )

@@ -67,7 +67,7 @@ def test_surfaces_beyond_the_pulse_length_are_separate_echoes() -> None:
     assert found.purity.tolist() == [1, 1, 1]
 
 
-def test_purity_is_the_share_of_the_surface_with_most_energy() -> None:
+def test_purity_is_the_energy_share_of_the_strongest_surface() -> None:
     found = find_echoes(contributions([5.0, 5.01], [1, 3]), 0.6)
     assert found.purity[0] == pytest.approx(0.75)
     assert found.main.tolist() == [1]
@@ -78,5 +78,5 @@ def test_pulses_do_not_mix() -> None:
     assert found.pulse.tolist() == [0, 1]
 
 
-def test_no_contributions_have_no_echoes() -> None:
+def test_empty_waveforms_have_no_echoes() -> None:
     assert len(find_echoes(contributions([], []), 0.6).pulse) == 0

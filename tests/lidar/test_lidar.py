@@ -83,7 +83,7 @@ def test_impossible_patterns_are_refused(arguments: dict[str, Any], code: str, f
     refuse(code, fact, call=lambda: raycam.Lidar.of(**arguments))
 
 
-def test_replace_restores_the_devices_number_with_none() -> None:
+def test_replace_with_none_restores_the_value_of_the_device() -> None:
     lidar = raycam.Lidar("vlp16", max_range=20)
     assert lidar.max_range == 20
     assert lidar.replace(max_range=None).max_range == 100
@@ -98,7 +98,7 @@ def test_beam_given_at_half_maximum_is_converted_to_1_over_e2() -> None:
 
 
 @pytest.mark.parametrize("up", ["z", "y"])
-def test_placed_looks_where_a_camera_at_the_same_angles_looks(up: Any) -> None:
+def test_placed_lidar_has_the_axes_of_a_camera_with_equal_angles(up: Any) -> None:
     lidar = raycam.Lidar("vlp16", up=up).placed([1, 2, 3], roll=10, pitch=20, yaw=30)
     camera = raycam.Camera.from_pose([1, 2, 3], 10, 20, 30, fov=60, size=(64, 48), up=up)
     # Camera axes are x right, y down, z forward; the lidar's x forward, y left, z up.
@@ -107,7 +107,7 @@ def test_placed_looks_where_a_camera_at_the_same_angles_looks(up: Any) -> None:
     np.testing.assert_array_equal(lidar.pose[:3, 3], [1, 2, 3])
 
 
-def test_at_pose_takes_sensor_from_world() -> None:
+def test_at_pose_accepts_the_rotation_sensor_from_world() -> None:
     lidar = raycam.Lidar("vlp16").placed([0, 0, 2], yaw=90)
     same = raycam.Lidar("vlp16").at_pose(lidar.pose[:3, :3].T, lidar.pose[:3, 3])
     np.testing.assert_allclose(same.pose, lidar.pose, atol=1e-15)

@@ -99,7 +99,7 @@ def test_reflected_and_transmitted_energy_of_a_thin_pane_sum_to_one(angle: float
     assert np.sqrt(scan["reflectivity"].astype(float)).sum() == pytest.approx(1, abs=1e-5)
 
 
-def test_no_bounces_return_nothing_of_mirrors() -> None:
+def test_mirrors_return_no_points_without_bounces() -> None:
     world = room(reflected=False)
     quad(world, [5, 0, 0], [0, -100, 0], [0, 0, 100], "mirror", **SILVER)
     lidar = beams(10, noise=False, max_bounces=0)

@@ -21,7 +21,7 @@ def test_every_device_has_a_pattern_of_unit_vectors_within_its_frame(name: str) 
 
 
 def test_golden_pattern_covers_the_field_of_view_evenly() -> None:
-    """Equal areas of the sphere have equal numbers of pulses."""
+    """Equal areas of the sphere receive equal numbers of pulses."""
     pattern = raycam.Lidar("livox-hap").pattern()
     up = pattern.directions[:, 2]
     azimuth = np.arctan2(pattern.directions[:, 1], pattern.directions[:, 0])
@@ -30,7 +30,7 @@ def test_golden_pattern_covers_the_field_of_view_evenly() -> None:
     assert np.abs(counts / expected - 1).max() < 0.05
 
 
-def test_frame_with_too_many_pulses_is_refused_before_memory_is_taken() -> None:
+def test_frame_with_too_many_pulses_is_refused_before_allocation() -> None:
     lidar = raycam.Lidar("livox-mid40", rate=1e-4, force_rate=True)
     with pytest.raises(MemoryError, match=r"1000000000 pulses.* GiB"):
         lidar.pattern()

@@ -7,7 +7,7 @@ import pytest
 from raycam.lidar.random_numbers import standard_normals, uniform_numbers
 
 
-def test_numbers_of_a_pulse_do_not_depend_on_the_number_of_pulses() -> None:
+def test_random_numbers_of_a_pulse_do_not_depend_on_the_number_of_pulses() -> None:
     few, many = standard_normals(10, 1, 2, "distance"), standard_normals(1000, 1, 2, "distance")
     np.testing.assert_array_equal(few, many[:10])
 

@@ -57,7 +57,7 @@ def test_image_of_an_irregular_pattern_is_refused(yard: raycam.World) -> None:
     assert caught.value.code == "wrong_shape"
 
 
-def test_staggering_is_an_ousters(scan: raycam.Scan) -> None:
+def test_destaggering_requires_an_ouster(scan: raycam.Scan) -> None:
     with pytest.raises(raycam.LidarError) as caught:
         scan.image(staggered=False)
     assert caught.value.code == "wrong_device"

@@ -59,7 +59,7 @@ def turning_boxes() -> raycam.World:
     return world
 
 
-def test_points_lie_on_the_surfaces_as_placed_at_their_own_times() -> None:
+def test_points_lie_on_the_surfaces_at_their_own_times() -> None:
     """A spinning lidar on a turning car in a world of turning boxes."""
     world = turning_boxes()
     lidar = raycam.Lidar("vlp16", noise=False, rate=10).placed([0, 0, 0.3])
@@ -74,7 +74,7 @@ def test_points_lie_on_the_surfaces_as_placed_at_their_own_times() -> None:
     np.testing.assert_allclose(points, scan["true_position"], atol=1e-9)
 
 
-def test_static_assumption_would_displace_the_points() -> None:
+def test_points_of_a_static_scan_would_be_displaced() -> None:
     """The points of the moving scan are centimetres away from the surfaces as they are at the frame's start."""
     world = turning_boxes()
     scan = raycam.scan(world.at(0.5), raycam.Lidar("vlp16", noise=False))

@@ -21,9 +21,7 @@ def test_dielectric_reflectance_at_normal_incidence_brewster_and_total_reflectio
 
 @pytest.mark.parametrize("cosine", [1.0, 0.7, 0.2, 0.02])
 @pytest.mark.parametrize("index", [0.15 + 3.5j, 1.4 + 7.6j, 2.9 + 3.1j])
-def test_conductor_reflectance_is_that_of_the_complex_fresnel_equations(
-    cosine: float, index: complex
-) -> None:
+def test_conductor_reflectance_equals_the_complex_fresnel_equations(cosine: float, index: complex) -> None:
     inner = cmath.sqrt(1 - (1 - cosine**2) / index**2)
     s = abs((cosine - index * inner) / (cosine + index * inner)) ** 2
     p = abs((index * cosine - inner) / (index * cosine + inner)) ** 2

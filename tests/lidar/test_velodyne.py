@@ -24,7 +24,7 @@ def test_vlp16_azimuth_advances_between_the_lasers_of_a_column(rate: float) -> N
     np.testing.assert_allclose(turn, -2 * math.pi * rate * pattern.times, atol=1e-9)
 
 
-def test_vlp16_elevations_heights_and_rings_are_those_of_the_manual() -> None:
+def test_vlp16_elevations_heights_and_rings_equal_the_manual() -> None:
     pattern = raycam.Lidar("vlp16").pattern()
     elevation = np.degrees(np.arcsin(pattern.directions[:16, 2]))
     np.testing.assert_allclose(elevation, [-15, 1, -13, 3, -11, 5, -9, 7, -7, 9, -5, 11, -3, 13, -1, 15])

@@ -1,4 +1,4 @@
-"""Photographs whose poses are off by a pixel are found."""
+"""Photographs with a pose error of one pixel are detected."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def area_under_roc(scores: np.ndarray, wrong: np.ndarray) -> float:
 
 
 def turned(camera: raycam.Camera, pixels: float, seed: int) -> raycam.Camera:
-    """The camera turned about a random axis so that its middle moves by `pixels`, or its image turns as far."""
+    """The camera turned about a random axis so that the image shifts or rotates by `pixels`."""
     random = np.random.default_rng(seed)
     axis = random.normal(size=3)
     axis /= np.linalg.norm(axis)
@@ -58,7 +58,7 @@ def test_shift_is_measured_in_pixels_of_the_photograph() -> None:
     assert np.delete(shifts, 3).max() < 0.4
 
 
-def test_right_poses_and_uniform_surfaces_are_not_reported() -> None:
+def test_correct_poses_and_uniform_surfaces_give_no_notice() -> None:
     for texture in (noise(128), np.full((8, 8, 3), 120, np.uint8)):
         world = panel(texture)
         cameras, photos = shots(world, ring_of_places(4), size=(120, 120), samples=8)

@@ -84,7 +84,7 @@ def test_round_trip_reaches_40_decibels(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["best", "detail"])
-def test_seen_texels_are_those_of_blend_also_behind_an_occluder(method: str) -> None:
+def test_visible_texels_equal_those_of_blend_behind_an_occluder(method: str) -> None:
     world = panel()  # two large faces, each partly hidden in each photograph
     world.add_object(box={"size": [0.5, 0.5, 0.6]}, location=[0.2, 0, 0.35], color="red", type="unlit")
     cameras, photos = shots(world, [[2, 0.1, 1.5], [-1.5, 0.3, 2]], size=(200, 200))
@@ -101,7 +101,7 @@ def test_seen_texels_are_those_of_blend_also_behind_an_occluder(method: str) -> 
     assert psnr(found.texture[found.seen], blend.texture[found.seen]) > 25
 
 
-def test_same_bytes_for_any_order_and_threads() -> None:
+def test_composite_does_not_depend_on_photograph_order_or_threads() -> None:
     world = panel(cells=4)
     cameras, photos = shots(world, ring_of_places(3), size=(100, 100), samples=4)
     one = raycam.texture_from_photos(world, cameras, photos, size=32, threads=1, method="detail")

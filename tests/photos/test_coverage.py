@@ -8,12 +8,12 @@ from raycam.photos.coverage import coverage_colors, coverage_picture
 from support.textured_panel import panel, ring_of_places, shots
 
 
-def test_colours_are_those_of_viridis_and_magenta_for_unseen_faces() -> None:
+def test_face_colors_are_viridis_and_magenta_for_unseen_faces() -> None:
     colors = coverage_colors(np.array([0, 1, 5, 9], np.int32), most=5)
     assert colors.tolist() == [[217, 0, 140], [68, 1, 84], [253, 231, 37], [253, 231, 37]]
 
 
-def test_picture_shows_faces_in_their_colour_and_darker_if_turned_away() -> None:
+def test_coverage_image_darkens_faces_turned_away() -> None:
     world = panel()
     cameras, _ = shots(world, ring_of_places(3), size=(40, 40), samples=1)
     seen = raycam.surface_visibility(world, cameras)

@@ -8,7 +8,7 @@ import raycam
 from raycam.photos.depth_edges import find_depth_edges
 
 
-def test_distances_from_a_box_above_a_floor_are_those_of_its_outline() -> None:
+def test_edge_distances_of_a_box_above_a_floor_equal_those_to_its_outline() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [40, 40]})
     world.add_object(box={"size": [1, 0.6, 1]}, location=[0.2, 0, 0.5])
@@ -26,7 +26,7 @@ def test_distances_from_a_box_above_a_floor_are_those_of_its_outline() -> None:
     assert np.abs(found - expected).mean() < 3
 
 
-def test_slanted_plane_has_no_jumps_and_its_outline_has() -> None:
+def test_slanted_plane_has_depth_edges_only_at_its_outline() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [400, 400]})
     camera = raycam.Camera.look_at([0, 0, 1], [1.5, 0, 0], fov=40, size=(90, 60))

@@ -36,7 +36,7 @@ def least_cost(given: FaceCandidates, pairs: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_choice_on_a_tree_is_the_best_one(seed: int) -> None:
+def test_face_labels_on_a_tree_are_optimal(seed: int) -> None:
     random = np.random.default_rng(seed)
     given = candidates(random, 8)
     pairs = np.array([[int(random.integers(0, i)), i] for i in range(1, 8)])
@@ -45,7 +45,7 @@ def test_choice_on_a_tree_is_the_best_one(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_choice_on_a_grid_is_within_a_twentieth_of_the_best_one(seed: int) -> None:
+def test_face_labels_on_a_grid_are_within_5_percent_of_the_optimum(seed: int) -> None:
     random = np.random.default_rng(seed)
     given = candidates(random, 9)
     pairs = [[i, i + 1] for i in range(9) if i % 3 < 2] + [[i, i + 3] for i in range(6)]
@@ -62,7 +62,7 @@ def test_faces_without_neighbours_show_their_best_photograph() -> None:
     np.testing.assert_array_equal(choose_views(given, np.zeros((0, 2), np.int64)), expected)
 
 
-def test_candidates_are_the_heaviest_photographs_without_outliers() -> None:
+def test_candidate_photographs_have_the_largest_weights_without_outliers() -> None:
     totals = FaceTotals()
     for camera, (weight, grey) in enumerate([(1, 0.5), (3, 0.51), (2, 0.9), (4, 0.5)]):
         # In two parts, as from two tiles.
@@ -76,7 +76,7 @@ def test_candidates_are_the_heaviest_photographs_without_outliers() -> None:
     assert sorted(found.views[0].tolist()) == [-1, -1, -1, 0, 1, 3]
 
 
-def test_neighbours_share_an_edge_also_of_three_faces() -> None:
+def test_faces_that_share_an_edge_are_neighbours() -> None:
     faces = np.array([[0, 1, 2], [2, 1, 3], [1, 2, 4], [5, 6, 7]])
     pairs = {tuple(sorted(pair)) for pair in neighbor_faces(faces).tolist()}
     assert pairs in ({(0, 1), (1, 2)}, {(0, 1), (0, 2)}, {(0, 2), (1, 2)})

@@ -1,4 +1,4 @@
-"""Gains of photographs are undone, whatever their number and overlap."""
+"""Gains of photographs are recovered for any number and overlap."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def survey(point: np.ndarray, camera: np.ndarray, color: np.ndarray, points: int
     return Survey(points, cameras, *ids, color.astype(np.float32), one, one, two, two)
 
 
-def test_random_gains_of_photographs_are_undone_to_half_a_percent() -> None:
+def test_random_gains_of_photographs_are_recovered_within_half_a_percent() -> None:
     world = panel()
     cameras, photos = shots(world, ring_of_places(5), size=(200, 200))
     gains = np.random.default_rng(4).uniform(0.6, 1.25, (5, 3))

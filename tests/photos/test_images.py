@@ -1,4 +1,4 @@
-"""Photographs that are turned, grey, transparent, deep, broken or missing, read as other programs read them."""
+"""Photographs that are rotated, grey, transparent, 16-bit, damaged or missing, read as by other programs."""
 
 from __future__ import annotations
 
@@ -33,9 +33,7 @@ def read(path: Path) -> np.ndarray:
 
 
 @pytest.mark.parametrize("orientation", [2, 3, 4, 5, 6, 7, 8])
-def test_exif_orientation_is_reported_and_pixels_are_used_as_they_lie(
-    tmp_path: Path, orientation: int
-) -> None:
+def test_exif_orientation_gives_a_notice_and_is_not_applied(tmp_path: Path, orientation: int) -> None:
     exif = Image.Exif()
     exif[274] = orientation
     Image.fromarray(colors()).save(tmp_path / "a.jpg", exif=exif, quality=95, subsampling=0)
@@ -45,11 +43,11 @@ def test_exif_orientation_is_reported_and_pixels_are_used_as_they_lie(
         source.read("a.jpg", CAMERA)
     assert notice_codes(notices) == ["ignored_orientation"]
     assert "a.jpg" in str(notices[0])
-    with Image.open(tmp_path / "a.jpg") as stored:  # Pillow does not turn it either
+    with Image.open(tmp_path / "a.jpg") as stored:  # Pillow does not rotate it either
         np.testing.assert_allclose(found[..., :3], linear(np.asarray(stored)), atol=0.02)
 
 
-def test_orientation_is_applied_if_only_the_turned_photograph_has_the_size_of_the_camera(
+def test_orientation_is_applied_if_only_then_the_size_equals_that_of_the_camera(
     tmp_path: Path,
 ) -> None:
     exif = Image.Exif()
@@ -71,7 +69,7 @@ def test_photograph_of_another_size_is_refused(tmp_path: Path) -> None:
         read(tmp_path / "a.png")
 
 
-def test_sixteen_bits_are_kept(tmp_path: Path) -> None:
+def test_photographs_with_16_bits_keep_their_precision(tmp_path: Path) -> None:
     deep = np.random.default_rng(0).integers(0, 65536, (8, 12, 3)).astype(np.uint16)
     cv2.imwrite(str(tmp_path / "a.png"), deep[..., ::-1])
     found = read(tmp_path / "a.png")
@@ -100,7 +98,7 @@ def test_alpha_is_opacity_and_does_not_change_the_colour(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("damage", ["text", "empty", "cut"])
-def test_broken_photographs_are_refused_with_their_name(tmp_path: Path, damage: str) -> None:
+def test_damaged_photographs_are_refused_with_their_name(tmp_path: Path, damage: str) -> None:
     Image.fromarray(colors()).save(tmp_path / "a.png")
     whole = (tmp_path / "a.png").read_bytes()
     data = {"text": b"<html>404</html>", "empty": b"", "cut": whole[: len(whole) // 2]}[damage]
@@ -123,14 +121,14 @@ def test_missing_files_are_counted_before_anything_is_read(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("name", ["../secret.png", "/etc/passwd", "sub/../../secret.png"])
-def test_names_do_not_lead_out_of_the_folder(tmp_path: Path, name: str) -> None:
+def test_photograph_names_outside_of_the_folder_are_refused(tmp_path: Path, name: str) -> None:
     Image.fromarray(colors()).save(tmp_path / "secret.png")
     (tmp_path / "photos").mkdir()
     with raises(raycam.SettingsError, code="outside_root", mentions=[name]):
         PhotoSource(tmp_path / "photos", [name])
 
 
-def test_links_do_not_lead_out_of_the_folder(tmp_path: Path) -> None:
+def test_symbolic_links_outside_of_the_folder_are_refused(tmp_path: Path) -> None:
     Image.fromarray(colors()).save(tmp_path / "secret.png")
     (tmp_path / "photos").mkdir()
     os.symlink(tmp_path / "secret.png", tmp_path / "photos" / "a.png")
@@ -156,7 +154,7 @@ DEEP = (colors().astype(np.uint16) * 257)[..., :1]
     ],
     ids=["uint8", "grey", "one channel", "uint16", "linear", "bool"],
 )
-def test_arrays_are_read_as_their_type_says(given: np.ndarray, expected: np.ndarray) -> None:
+def test_array_dtype_determines_the_encoding(given: np.ndarray, expected: np.ndarray) -> None:
     found = PhotoSource({"a": given}, ["a"]).read("a", CAMERA)
     np.testing.assert_allclose(found[..., :3], expected, atol=1e-6)
     assert (found[..., 3] == 1).all()
@@ -185,7 +183,7 @@ def test_other_arrays_are_refused(given: Any, code: str) -> None:
         PhotoSource({"a": given}, ["a"]).read("a", CAMERA)
 
 
-def test_levels_are_means_of_four_pixels() -> None:
+def test_mip_levels_are_means_of_four_pixels() -> None:
     photo = np.random.default_rng(3).random((20, 30, 4)).astype(np.float32)
     pyramid = Pyramid(photo)
     expected = cv2.resize(photo, (15, 10), interpolation=cv2.INTER_AREA)

@@ -43,7 +43,7 @@ def test_notice_contains_the_factor_that_undoes_a_scale(scale: float) -> None:
     assert np.sign(float(found[1])) == np.sign(scale)
 
 
-def test_mesh_elsewhere_is_reported_with_both_places() -> None:
+def test_misplaced_mesh_gives_a_notice_with_both_positions() -> None:
     move = np.eye(4)
     move[:3, 3] = [500, 0, -300]
     [notice] = placement_notices(moved_table(move), cameras())
@@ -51,7 +51,7 @@ def test_mesh_elsewhere_is_reported_with_both_places() -> None:
     assert "500" in str(notice)
 
 
-def test_mesh_in_place_and_an_inside_out_one_are_not_reported() -> None:
+def test_well_placed_and_inside_out_meshes_give_no_notice() -> None:
     assert placement_notices(table(), cameras()) == []
     world = raycam.World()
     corners = table().triangles()[:, ::-1]
@@ -59,7 +59,7 @@ def test_mesh_in_place_and_an_inside_out_one_are_not_reported() -> None:
     assert placement_notices(world, cameras()) == []
 
 
-def test_room_from_inside_is_not_reported() -> None:
+def test_room_seen_from_inside_gives_no_notice() -> None:
     room = raycam.World()
     room.add_object(box={"size": [6, 5, 3]})
     around = {
@@ -69,7 +69,7 @@ def test_room_from_inside_is_not_reported() -> None:
     assert placement_notices(room, around) == []
 
 
-def test_half_of_the_cameras_are_enough() -> None:
+def test_half_of_the_cameras_suffice_to_find_the_mesh() -> None:
     away = raycam.Camera.look_at([9, 9, 9], [99, 99, 99], size=(64, 48), fov=40)
     some = dict(list(cameras().items())[:2])
     assert placement_notices(table(), {**some, "a": away, "b": away}) == []

@@ -1,4 +1,4 @@
-"""Textures from photographs: round trips, seen texels by brute force, and bad input."""
+"""Textures from photographs: round trips, visible texels by brute force, and invalid input."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_round_trip_reaches_40_decibels(lens: dict) -> None:
     assert psnr(frame[100:300, 100:300], photos["00.png"][100:300, 100:300]) > 38
 
 
-def test_only_texels_that_a_camera_sees_are_coloured() -> None:
+def test_only_texels_visible_to_a_camera_are_colored() -> None:
     world = blocked_panel()
     cameras, photos = shots(world, [[2, 0.1, 1.5]])
     result = raycam.texture_from_photos(world, cameras, photos, size=32, show_unseen=True)
@@ -98,7 +98,7 @@ def test_only_texels_that_a_camera_sees_are_coloured() -> None:
         assert (colors[distance <= distance.min() + 1e-9] == color).all(axis=1).any()
 
 
-def test_outlier_is_left_out_and_disagrees() -> None:
+def test_outlier_is_omitted_and_counted_as_disagreement() -> None:
     world = panel()
     cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4], [0.1, -0.4, 2.4]])
     clean = raycam.texture_from_photos(world, cameras, photos, size=64)
@@ -108,7 +108,7 @@ def test_outlier_is_left_out_and_disagrees() -> None:
     assert result.disagreement[40:].mean() > 5 * clean.disagreement.mean()
 
 
-def test_same_bytes_for_any_order_and_threads() -> None:
+def test_texture_does_not_depend_on_photograph_order_or_threads() -> None:
     world = panel()
     cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4], [0.1, -0.4, 2.4]])
     one = raycam.texture_from_photos(world, cameras, photos, size=32, threads=1)
@@ -116,7 +116,7 @@ def test_same_bytes_for_any_order_and_threads() -> None:
     np.testing.assert_array_equal(one.texture, two.texture)
 
 
-def test_any_memory_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_limit_does_not_change_the_texture(monkeypatch: pytest.MonkeyPatch) -> None:
     world = panel()
     cameras, photos = shots(world, PLACES)
     one = raycam.texture_from_photos(world, cameras, photos, size=64)
@@ -146,7 +146,7 @@ def test_missing_photograph_and_coordinates_are_refused(tmp_path: Path) -> None:
         raycam.texture_from_photos(bare, cameras, photos, size=8)
 
 
-def test_transparent_pixels_colour_nothing() -> None:
+def test_transparent_pixels_do_not_color_texels() -> None:
     world = panel()
     cameras, photos = shots(world, PLACES[:1])
     opaque = np.full((400, 400), 255, np.uint8)
@@ -220,7 +220,7 @@ def test_lack_of_memory_is_reported_before_anything_is_read(monkeypatch: pytest.
 
 
 class Rendered(Mapping):
-    """Photographs that exist only while they are read."""
+    """Photographs that are rendered each time they are read."""
 
     def __init__(self, names: list[str]) -> None:
         self.names = names

@@ -1,4 +1,4 @@
-"""The report page: what it shows, its safety, and its use in a browser-independent form."""
+"""The report page: its contents and its safety, checked without a browser."""
 
 from __future__ import annotations
 

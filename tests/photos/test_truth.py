@@ -57,7 +57,7 @@ def test_depth_of_a_floor_equals_the_closed_form(tmp_path: Path, lens: dict[str,
         expected = np.rint(floor_depth(camera) * 2000)
         hit = expected <= 65535
         assert hit.mean() > 0.5
-        # cv2.fisheye.undistortPoints iterates to 1e-8: far away, that is a unit.
+        # cv2.fisheye.undistortPoints stops at 1e-8, which is one unit for distant points.
         np.testing.assert_allclose(read[hit], expected[hit], atol=1.01)
         assert (read[~np.isfinite(expected)] == 0).all()
 
@@ -121,7 +121,7 @@ def test_opengl_normals_have_y_and_z_reversed(tmp_path: Path) -> None:
     assert two[mask][:, 2].mean() > 0.3
 
 
-def test_front_ignores_surfaces_seen_from_behind(tmp_path: Path) -> None:
+def test_front_option_ignores_surfaces_seen_from_behind(tmp_path: Path) -> None:
     world = floor()
     world.add_mesh(
         [[-30, -30, 1], [-30, 30, 1], [30, 30, 1], [30, -30, 1]], [[0, 1, 2], [0, 2, 3]]

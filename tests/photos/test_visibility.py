@@ -67,7 +67,7 @@ def test_visibility_equals_brute_force(lens: dict) -> None:
     np.testing.assert_array_equal(found, matrix)
 
 
-def test_tiny_face_in_the_foreground_is_seen() -> None:
+def test_tiny_face_in_the_foreground_is_visible() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [4, 4]})
     tiny = np.array([[0, 0, 1], [1e-5, 0, 1], [0, 1e-5, 1]])  # 1/3000 of a pixel
@@ -95,14 +95,14 @@ def test_resolution_and_angle_equal_the_closed_form() -> None:
 def test_half_hidden_square_has_the_fraction_of_its_area() -> None:
     world = raycam.World()
     world.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    # A lid that hides x < 0.4 from straight above, far away: 1 - 0.6² of the triangle.
+    # A lid hides x < 0.4 from a distant camera straight above: 1 - 0.6² of the triangle.
     world.add_mesh([[-5, -5, 1], [0.4, -5, 1], [0.4, 5, 1], [-5, 5, 1]], [[0, 1, 2], [0, 2, 3]])
     camera = raycam.Camera.look_at([0.4, 0.3, 1000], [0.4, 0.3, 0], up=[0, 1, 0], fov=0.2, size=(600, 600))
     seen = raycam.surface_visibility(world, [camera])
     assert seen.fraction[0] == pytest.approx(0.36, abs=0.02)
 
 
-def test_rolling_shutter_sees_from_where_its_line_was() -> None:
+def test_rolling_shutter_visibility_uses_the_position_of_each_line() -> None:
     world = raycam.World()
     world.add_mesh([[-0.01, -1.6, 0], [0.01, -1.6, 0], [0, -1.58, 0]], [[0, 1, 2]])
     world.add_mesh([[-0.7, -2, 1], [0.7, -2, 1], [0.7, 2, 1], [-0.7, 2, 1]], [[0, 1, 2], [0, 2, 3]])
@@ -135,7 +135,7 @@ def test_world_without_faces_is_refused() -> None:
         raycam.surface_visibility(raycam.World(), ring(1))
 
 
-def test_same_bytes_for_any_number_of_threads_and_camera_order() -> None:
+def test_visibility_does_not_depend_on_threads_or_camera_order() -> None:
     world, cameras = table(), ring(3)
     one = raycam.surface_visibility(world, cameras, threads=1)
     two = raycam.surface_visibility(world, cameras[::-1], threads=2)

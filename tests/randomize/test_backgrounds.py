@@ -48,7 +48,7 @@ def drawn(recipe: raycam.Recipe, count: int = 12) -> list[str]:
     return found
 
 
-def test_pictures_are_drawn_by_seed_and_world(folder: Path) -> None:
+def test_backgrounds_depend_on_seed_and_world(folder: Path) -> None:
     first = drawn(recipe(folder))
     assert first == drawn(recipe(folder))
     assert first[:4] == drawn(recipe(folder), 2)
@@ -63,7 +63,7 @@ def test_pictures_are_drawn_by_seed_and_world(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("given", [False, True])
-def test_data_sets_have_them_and_name_them(folder: Path, tmp_path: Path, given: bool) -> None:
+def test_data_sets_contain_and_list_the_backgrounds(folder: Path, tmp_path: Path, given: bool) -> None:
     cameras = [raycam.Camera.look_at([0, -3, 0], [0, 0, 0], fov=50, size=SIZE)] if given else None
     for name, workers in (("one", None), ("two", 2)):
         write(recipe(folder), tmp_path / name, cameras=cameras, count=4, samples=1, workers=workers)
@@ -80,14 +80,14 @@ def test_data_sets_have_them_and_name_them(folder: Path, tmp_path: Path, given: 
     assert len({row["background"] for row in rows}) > 1
 
 
-def test_another_folder_is_another_job(folder: Path, tmp_path: Path) -> None:
+def test_changed_background_folder_is_refused_on_resume(folder: Path, tmp_path: Path) -> None:
     write(recipe(folder), tmp_path / "set", count=1, samples=1)
     Image.new("RGB", (9, 9)).save(folder / "photos" / "more.png")
     with pytest.raises(raycam.JobError):
         write(recipe(folder), tmp_path / "set", count=1, samples=1)
 
 
-def test_a_camera_of_the_recipe_keeps_its_own(folder: Path) -> None:
+def test_camera_with_a_background_keeps_it(folder: Path) -> None:
     cameras = [
         {"size": [48, 32], "fov": 40, "location": [0, -4, 0], "background": {"choice": ["photos/e.png"]}}
     ]
@@ -108,7 +108,7 @@ def test_a_camera_of_the_recipe_keeps_its_own(folder: Path) -> None:
         (3, fault("wrong_type")),
     ],
 )
-def test_errors(folder: Path, value: Any, words: Fault) -> None:
+def test_invalid_backgrounds_are_refused(folder: Path, value: Any, words: Fault) -> None:
     (folder / "empty").mkdir()
     (folder.parent / "out").mkdir()
     with raises(raycam.WorldError, **words):

@@ -31,7 +31,7 @@ def recipe(folder: Path, **camera: Any) -> Recipe:
     return Recipe({"object": THINGS, "camera": [{"calibration": "calib.yaml", **camera}]}, folder=folder)
 
 
-def test_what_the_lens_sees_is_chosen_and_all_is_of_the_file(folder: Path) -> None:
+def test_calibrated_camera_keeps_its_lens_and_shows_the_object(folder: Path) -> None:
     made = recipe(folder, lens="fisheye", see=SEE)
     for number in range(3):
         world = made.world(number)
@@ -44,7 +44,7 @@ def test_what_the_lens_sees_is_chosen_and_all_is_of_the_file(folder: Path) -> No
     assert list(made.files) == ["calib.yaml"]
 
 
-def test_a_pose_of_the_recipe_or_that_of_the_file(folder: Path) -> None:
+def test_pose_is_taken_from_the_recipe_or_the_file(folder: Path) -> None:
     posed = recipe(folder, lens="opencv", location=[0, -2, 1], target=[0, 0, 0]).world(0).camera("camera")
     wanted = raycam.Camera.look_at([0, -2, 1], [0, 0, 0], size=(320, 240), fov=40)
     np.testing.assert_allclose(posed.R, wanted.R, atol=1e-12)
@@ -70,12 +70,12 @@ def test_a_pose_of_the_recipe_or_that_of_the_file(folder: Path) -> None:
         ({"calibration": "../calib.yaml"}, fault("outside_root", "'camera'")),
     ],
 )
-def test_errors(folder: Path, camera: dict[str, Any], said: Fault) -> None:
+def test_invalid_calibrated_cameras_are_refused(folder: Path, camera: dict[str, Any], said: Fault) -> None:
     with raises(raycam.WorldError, **said):
         recipe(folder, **camera).world(0)
 
 
-def test_a_camera_left_at_the_origin_is_noticed(folder: Path) -> None:
+def test_camera_without_a_pose_gives_a_notice(folder: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": 2}, name="all around")
     camera = raycam.load_cameras(folder / "calib.yaml", model="fisheye")["calib"]
@@ -90,14 +90,14 @@ def test_a_camera_left_at_the_origin_is_noticed(folder: Path) -> None:
     raycam.render(apart, folder / "alone.yaml", samples=1, channels="depth")
 
 
-def test_an_unknown_name_says_the_names(folder: Path) -> None:
+def test_unknown_camera_name_raises_with_the_available_names(folder: Path) -> None:
     cameras = raycam.load_cameras(folder / "calib.yaml", model="fisheye")
     with raises(KeyError, mentions=["'left'"]):
         cameras["left"]
     assert cameras.get("left") is None
 
 
-def test_cameras_at_the_origin_do_not_replace_those_that_see(folder: Path) -> None:
+def test_cameras_argument_conflicts_with_cameras_of_the_recipe(folder: Path) -> None:
     cameras = raycam.load_cameras(folder / "calib.yaml", model="fisheye")
     made = recipe(folder, lens="fisheye", see=SEE)
     with raises(raycam.SettingsError, code="conflicting_values"):

@@ -31,7 +31,7 @@ PARTS = {
 }
 
 
-def test_dropped_objects_lie_in_the_tray() -> None:
+def test_dropped_objects_rest_in_the_tray() -> None:
     worlds = recipe(PARTS)
     counts = set()
     for number in range(3):
@@ -45,7 +45,7 @@ def test_dropped_objects_lie_in_the_tray() -> None:
     assert counts <= {2, 3, 4}
 
 
-def test_worlds_depend_on_seed_and_number_alone() -> None:
+def test_worlds_with_dropped_objects_depend_only_on_seed_and_number() -> None:
     assert recipe(PARTS).world(1).to_bytes() == recipe(PARTS).world(1).to_bytes()
     assert recipe(PARTS).world(1).to_bytes() != recipe(PARTS).world(2).to_bytes()
 

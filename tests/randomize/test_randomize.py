@@ -1,4 +1,4 @@
-"""Randomised worlds: what touches what is judged by trimesh, what cameras see by the ids in their pictures."""
+"""Randomised worlds: contact is checked with trimesh, visibility with the ids in rendered images."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def merged(corners: np.ndarray[Any, Any]) -> tuple[Any, Any]:
 
 
 def inside(one: trimesh.Trimesh, two: trimesh.Trimesh) -> bool:
-    """True if any of many points on the surface of the one is inside of the other."""
+    """True if any of many points on the surface of the first mesh is inside the second."""
     points = np.concatenate([one.vertices, trimesh.sample.sample_surface(one, 1000, seed=1)[0]])
     return bool(two.contains(points).any())
 
@@ -105,13 +105,13 @@ def test_placed_objects_rest_and_do_not_touch(recipe: Recipe, number: int) -> No
             assert not inside(b, a)
     crates = [name for name in placed if name.startswith("crate")]
     assert not any(inside(found[name], found["table"]) for name in crates)
-    # The judge can tell: a thing is inside of itself made larger.
+    # The check works: an object is inside an enlarged copy of itself.
     larger = found[placed[0]].copy()
     larger.apply_translation([0.01, 0.01, 0.01])
     assert inside(found[placed[0]], larger)
 
 
-def test_cameras_see_what_they_are_asked_to(recipe: Recipe) -> None:
+def test_cameras_show_the_object_named_by_see(recipe: Recipe) -> None:
     world = recipe.world(1)
     assert list(world.cameras) == ["eye-1", "eye-2"]
     crates = [item.id for item in world.objects if item.category == "crate"]
@@ -125,7 +125,7 @@ def test_cameras_see_what_they_are_asked_to(recipe: Recipe) -> None:
         assert any(good)
 
 
-def test_the_same_world_whatever_else_is_made(recipe: Recipe) -> None:
+def test_world_does_not_depend_on_other_worlds(recipe: Recipe) -> None:
     again = Recipe(RECIPE).world(2).to_bytes()
     recipe.world(7)
     assert recipe.world(2).to_bytes() == again == sample(RECIPE, 2).to_bytes()
@@ -133,7 +133,7 @@ def test_the_same_world_whatever_else_is_made(recipe: Recipe) -> None:
     assert sample(RECIPE, 2, seed=4).to_bytes() != again
 
 
-def test_numbers_are_the_same_on_every_machine() -> None:
+def test_random_numbers_have_fixed_values() -> None:
     draw = RandomStream(7, "world", 3)
     assert draw.bits() == 6412036258656213758
     assert draw.substream("x").uniform01() == 0.5879778100305366
@@ -143,7 +143,7 @@ def test_numbers_are_the_same_on_every_machine() -> None:
     assert ((counts - 400) ** 2 / 400).sum() < 27.9  # chi squared, 9 degrees of freedom: 0.1 %
 
 
-def test_draws_are_in_their_ranges() -> None:
+def test_drawn_values_are_in_their_ranges() -> None:
     draw = RandomStream(1)
     for i in range(200):
         found = draw.substream(i).value(
@@ -163,7 +163,7 @@ def test_draws_are_in_their_ranges() -> None:
         assert found["e"] == "x" or 5 <= found["e"] < 6
 
 
-def test_outlines_and_prisms() -> None:
+def test_outlines_are_convex_hulls_and_prisms_intersect_exactly() -> None:
     rng = np.random.default_rng(0)
     points = rng.normal(size=(3000, 2))
     from scipy.spatial import ConvexHull  # type: ignore[import-untyped]
@@ -177,11 +177,11 @@ def test_outlines_and_prisms() -> None:
     flat = np.array([[[-5.0, -5, 0.5], [9, -5, 0.5], [0, 9, 0.5]]])
     assert square.intersects_triangles(flat)
     assert not square.intersects_triangles(flat + np.array([0, 0, 0.6]))
-    corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])  # its box meets, it does not
+    corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])  # only its bounding box touches
     assert not square.intersects_triangles(corner)
 
 
-def test_a_world_with_y_up_and_a_base(tmp_path: Path) -> None:
+def test_recipe_with_y_up_and_a_base_world_places_objects(tmp_path: Path) -> None:
     (tmp_path / "room.toml").write_text(
         'up = "y"\n[[object]]\nname = "shelf"\nbox = { size = [1, 0.1, 0.5] }\nlocation = [0, 1, 0]\n'
     )
@@ -195,11 +195,11 @@ def test_a_world_with_y_up_and_a_base(tmp_path: Path) -> None:
     assert len(found) == 5
     assert all(found[f"cup-{i}"].vertices[:, 1].min() == pytest.approx(1.05, abs=1e-9) for i in range(1, 5))
     camera = world.cameras["camera"]
-    assert camera.R[1] @ [0, 1, 0] < 0  # up is up
+    assert camera.R[1] @ [0, 1, 0] < 0  # the image is upright
     assert camera.C[1] > 1.0
 
 
-def test_a_world_without_room_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_world_without_room_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
     recipe = raycam.Recipe(
         {
             "object": [
@@ -221,7 +221,7 @@ def test_a_world_without_room_is_drawn_again(monkeypatch: pytest.MonkeyPatch) ->
     assert len({world.to_bytes() for world in worlds}) == 6
 
 
-def test_what_a_camera_is_to_see_may_be_missing_by_chance() -> None:
+def test_see_may_name_an_object_that_only_some_worlds_contain() -> None:
     recipe = raycam.Recipe(
         {
             "object": [{"name": {"choice": ["can", "ball"]}, "box": {"size": 1}}],
@@ -256,13 +256,13 @@ def test_what_a_camera_is_to_see_may_be_missing_by_chance() -> None:
         ({"world": "../x.toml"}, fault("outside_root", "'../x.toml'")),
     ],
 )
-def test_what_it_refuses(change: dict[str, Any], message: Fault) -> None:
+def test_invalid_recipes_are_refused(change: dict[str, Any], message: Fault) -> None:
     with raises(raycam.WorldError, **message):
         sample(change)
 
 
 @pytest.mark.parametrize("on", [{}, {"on": "table"}])
-def test_an_error_says_the_file_and_the_object(tmp_path: Path, on: dict[str, Any]) -> None:
+def test_recipe_error_contains_the_file_and_the_object(tmp_path: Path, on: dict[str, Any]) -> None:
     path = tmp_path / "table.recipe.toml"
     rows = ['[[object]]\nname = "table"\nbox = { size = 5 }\n', '[[object]]\nname = "ring"\n']
     rows += [f"{key} = {json.dumps(value)}\n" for key, value in on.items()]
@@ -277,10 +277,10 @@ def test_an_error_says_the_file_and_the_object(tmp_path: Path, on: dict[str, Any
 
 @pytest.mark.parametrize("place", ["../secret.off", "absolute"])
 @pytest.mark.parametrize("placed", [{}, {"on": "table"}])
-def test_a_recipe_opens_no_files_but_those_of_its_folder(
+def test_recipe_opens_no_files_outside_of_its_folder(
     tmp_path: Path, place: str, placed: dict[str, Any]
 ) -> None:
-    """Whoever wrote it may be a stranger: what `add_object` of a script opens, a recipe does not."""
+    """A recipe may come from an untrusted source, so it may open fewer files than `add_object` of a script."""
     secret, inside = tmp_path / "secret.off", tmp_path / "recipe"
     secret.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     inside.mkdir()
@@ -301,7 +301,7 @@ def test_a_recipe_opens_no_files_but_those_of_its_folder(
             recipe.world(0)
 
 
-def test_the_files_of_a_recipe_are_those_of_all_its_textures(tmp_path: Path) -> None:
+def test_files_of_a_recipe_include_all_textures(tmp_path: Path) -> None:
     for name in ("bumps.png", "rough.png"):
         (tmp_path / name).write_bytes(_core.encode_png(np.zeros((1, 1, 3), dtype=np.uint8)))
     textures = {"normal": {"image": "bumps.png"}, "roughness": {"choice": ["rough.png", "bumps.png"]}}
@@ -318,13 +318,13 @@ def test_the_files_of_a_recipe_are_those_of_all_its_textures(tmp_path: Path) -> 
         '[[object]]\nbox = { size = 1 }\ncolor = {choice = ["red", "blue"]}\n',
     ],
 )
-def test_a_recipe_that_is_taken_for_a_world_says_what_to_do(tmp_path: Path, text: str) -> None:
+def test_loading_a_recipe_as_a_world_raises_with_the_remedy(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.toml").write_text(text)
     with raises(raycam.WorldError, mentions=["raycam.sample(", "--sample"]):
         raycam.load(tmp_path / "a.toml")
 
 
-def test_the_error_of_a_world_speaks_of_no_recipe(tmp_path: Path) -> None:
+def test_error_of_a_plain_world_does_not_mention_recipes(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text("[[object]]\nbox = { size = 1 }\ncolour = 3\n")
     with pytest.raises(raycam.WorldError) as caught:
         raycam.load(tmp_path / "a.toml")

@@ -1,4 +1,4 @@
-"""The Rust picture against the oracle: ids on every pixel, depth, distance and position, on scenes of every kind."""
+"""The Rust renderer compared with the reference: ids, depth, distance and position in scenes of every kind."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ CHANNELS = ["color", "depth", "distance", "position", "instance", "triangle"]
 
 
 def place(rng, scale=1.0, shear=False, mirror=False):
-    """world_from_mesh [4, 4]: any rotation, a location, and what else is asked for."""
+    """world_from_mesh [4, 4]: a random rotation and location, and the given scale or shear."""
     matrix = np.eye(4)
     linear = Rotation.random(random_state=rng).as_matrix() * scale * rng.uniform(0.5, 1.5)
     if shear:
@@ -31,7 +31,7 @@ def place(rng, scale=1.0, shear=False, mirror=False):
 
 
 def shapes(rng, scale=1.0, offset=0.0, count=4, **placing):
-    """Boxes, balls, tori, cones and cylinders anywhere in a cube."""
+    """Boxes, spheres, tori, cones and cylinders at random positions in a cube."""
     world = raycam.World()
     ball = rng.normal(size=(40, 3))
     ball *= 0.6 / np.linalg.norm(ball, axis=1, keepdims=True)
@@ -50,7 +50,7 @@ def shapes(rng, scale=1.0, offset=0.0, count=4, **placing):
 
 
 def soup(rng, triangles=150, size=0.8, flatten=(1, 1, 1)):
-    """Triangles without any order, which pass through each other; a colour each."""
+    """Random triangles that intersect each other, each with its own colour."""
     world = raycam.World()
     corners = (rng.normal(size=(triangles, 1, 3)) + size * rng.normal(size=(triangles, 3, 3))) * flatten
     world.add_mesh(
@@ -62,7 +62,7 @@ def soup(rng, triangles=150, size=0.8, flatten=(1, 1, 1)):
 
 
 def instances(rng, **placing):
-    """One mesh, placed many times."""
+    """Many instances of one mesh."""
     world = raycam.World()
     vertices = rng.normal(size=(9, 3)) * 0.6
     faces = rng.permuted(np.tile(np.arange(9), (14, 1)), axis=1)[:, :3]
@@ -73,14 +73,14 @@ def instances(rng, **placing):
 
 
 def room(rng):
-    """A box from inside, with things in it."""
+    """A box seen from inside, with objects in it."""
     world = shapes(rng, count=5)
     world.add_object(box={"size": [9, 9, 6]}, color=[0.7, 0.7, 0.6])
     return world
 
 
 def coplanar(rng):
-    """Overlapping sheets in one plane, each a little above the one below: no ties, but nearly."""
+    """Overlapping, almost coplanar sheets: near ties, but no exact ones."""
     world = raycam.World()
     for i in range(6):
         world.add_object(
@@ -90,7 +90,7 @@ def coplanar(rng):
 
 
 def twins(rng):
-    """Every triangle twice, in two objects: nothing but ties."""
+    """Every triangle twice, in two objects: all hits are ties."""
     world = soup(rng, triangles=40)
     world.add_object({"instance_of": world.objects[0].name})
     return world
@@ -108,13 +108,13 @@ def degenerate(rng):
 
 
 def huge_ground(rng):
-    """Small things on a plane of kilometres."""
+    """Small objects on a plane of several kilometres."""
     world = shapes(rng, count=4)
     world.add_object(plane={"size": [5000, 5000]}, location=[0, 0, -1.2], roll=3.0)
     return world
 
 
-# Name: the world, how large it is, where it is.
+# Name: the world, its size, and its location.
 SCENES = {
     "boxes": (lambda rng: shapes(rng, count=1), 1.0, 0.0),
     "shapes": (lambda rng: shapes(rng, count=5), 1.0, 0.0),
@@ -143,7 +143,7 @@ SCENES = {
 
 
 def random_camera(rng, scale, offset, inside):
-    """Anywhere and turned anyhow, in half of the cases towards the middle, with any K; by every way to say it."""
+    """A random camera with any K, half of the time turned to the centre, created by every constructor."""
     width, height = SIZE
     spread = 0.7 if inside else 4.0
     C = rng.normal(size=3) * spread * scale
@@ -157,7 +157,7 @@ def random_camera(rng, scale, offset, inside):
         ]
     )
     forward = (target - C) / np.linalg.norm(target - C)
-    # The shortest turn of z to `forward`, after any roll.
+    # The smallest rotation of z to `forward`, after a random roll.
     axis = np.cross([0, 0, 1], forward)
     angle = np.arctan2(np.linalg.norm(axis), forward[2])
     turn = Rotation.from_rotvec(axis / np.linalg.norm(axis) * angle) * Rotation.from_rotvec(
@@ -176,7 +176,7 @@ def random_camera(rng, scale, offset, inside):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_picture_is_the_oracle_s(name):
+def test_rendered_channels_equal_the_reference(name):
     rng = np.random.default_rng(list(SCENES).index(name))
     make, scale, offset = SCENES[name]
     world = make(rng)
@@ -191,7 +191,7 @@ def test_the_picture_is_the_oracle_s(name):
         for channel in ("instance", "triangle"):
             differ = (frame[channel] != oracle[channel]) & ~tie
             assert not differ.any(), (name, number, channel, np.argwhere(differ)[:5], differ.sum())
-        # In a tie it is one of the two: never a hole.
+        # In a tie either triangle is correct, but never a miss.
         np.testing.assert_array_equal(frame["instance"] >= 0, hit)
         for channel in ("depth", "distance"):
             np.testing.assert_allclose(frame[channel][hit], oracle[channel][hit], rtol=1e-6)
@@ -204,12 +204,12 @@ def test_the_picture_is_the_oracle_s(name):
     assert seen >= 100  # needles fill few pixels, the other scenes thousands
 
 
-def test_there_are_enough_scenes_and_cameras():
+def test_comparison_covers_at_least_200_views():
     assert len(SCENES) >= 20
     assert len(SCENES) * CAMERAS >= 200
 
 
-def test_the_sky_is_the_background_of_both():
+def test_sky_is_the_background_in_both_renderers():
     world = raycam.World()
     world.add_object(box={"size": [1, 1, 1]})
     world.add_light({"type": "sky", "radiance": [0.2, 0.3, 0.5]})
@@ -219,7 +219,7 @@ def test_the_sky_is_the_background_of_both():
     assert raycam.explain(world, camera, (0, 0)).color.tolist() == pytest.approx([0.2, 0.3, 0.5])
 
 
-def test_the_reference_tells_its_progress_and_can_be_stopped():
+def test_reference_reports_progress_and_can_be_cancelled():
     world = raycam.World()
     world.add_object("sphere", location=[0, 0, 2])
     camera = raycam.Camera.from_pose([0, 0, 0], 0, -90, 0, size=(8, 6), focal=8)
@@ -236,7 +236,7 @@ def test_the_reference_tells_its_progress_and_can_be_stopped():
         raycam.render(world, camera, progress=stop, **render)
 
 
-def test_the_reference_integrator_is_the_oracle():
+def test_reference_integrator_returns_the_reference_image():
     world = shapes(np.random.default_rng(1))
     camera = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], size=SIZE)
     frame = raycam.render(world, camera, integrator="reference")

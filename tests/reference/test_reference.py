@@ -1,4 +1,4 @@
-"""The oracle against closed forms, exact rational arithmetic and OpenCV."""
+"""The reference compared with closed forms, exact rational arithmetic and OpenCV."""
 
 import itertools
 from fractions import Fraction
@@ -14,7 +14,7 @@ SIZE = (24, 18)
 
 
 def random_camera(rng, center, size=SIZE):
-    """K with skew and an off-centre principal point, any R, and P = s K R [I | -C], s of any sign."""
+    """K with skew and an off-centre principal point, a random R, and P = s K R [I | -C] with s of either sign."""
     width, height = size
     focal = width * rng.uniform(0.4, 2.0)
     K = np.array(
@@ -50,7 +50,7 @@ def box_triangles(low, high):
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e6), (1e-3, 50.0)])
-def test_rays_are_those_of_the_camera_that_made_p(scale, offset):
+def test_rays_from_p_equal_those_of_its_camera(scale, offset):
     rng = np.random.default_rng(1)
     for _ in range(50):
         C = rng.normal(size=3) * scale + offset
@@ -79,7 +79,7 @@ def test_points_on_lines_map_to_their_pixels():
     np.testing.assert_allclose(x[:, :2] / x[:, 2:], pixels, atol=1e-10)
 
 
-def test_a_point_at_infinity_is_the_direction_of_the_line():
+def test_point_at_infinity_is_the_direction_of_the_line():
     # With C at the origin, the fourth coordinate of P⁺ x is 0 for every pixel; with C beside the principal
     # axis, for the pixels whose rays are perpendicular to C.
     for C in ([0.0, 0.0, 0.0], [2.0, 0.0, 0.0]):
@@ -91,7 +91,7 @@ def test_a_point_at_infinity_is_the_direction_of_the_line():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_the_ray_points_forward_whatever_the_sign_of_p(sign):
+def test_rays_point_forward_for_either_sign_of_p(sign):
     P = sign * np.array([[10.0, 0, 0, 0], [0, 10, 0, 0], [0, 0, 1, 4]])  # at z = -4, looking along +z
     behind, ahead = [[[-9, -9, z], [9, -9, z], [0, 9, z]] for z in (-9.0, 1.0)]
     seen = reference.render_triangles([behind, ahead], P, (1, 1))
@@ -115,7 +115,7 @@ def test_depth_of_a_plane_is_constant_and_distance_is_the_length_of_the_ray():
         np.testing.assert_allclose(seen["position"], 5 * rays, rtol=1e-13, atol=1e-13)
 
 
-def test_what_is_met_projects_to_its_pixel_in_opencv():
+def test_hits_project_to_their_pixels_in_opencv():
     rng = np.random.default_rng(3)
     triangles = rng.normal(size=(60, 3, 3))
     for _ in range(10):
@@ -131,7 +131,7 @@ def test_what_is_met_projects_to_its_pixel_in_opencv():
             np.testing.assert_allclose(pixels[:, 0], np.column_stack([u, v]), atol=1e-8)
 
 
-def test_a_box_is_met_where_the_slabs_say():
+def test_hits_of_a_box_equal_the_slab_test():
     rng = np.random.default_rng(4)
     low, high = np.array([-0.5, -1.0, 0.25]), np.array([0.75, 0.5, 1.5])
     triangles = box_triangles(low, high)
@@ -154,7 +154,7 @@ def test_a_box_is_met_where_the_slabs_say():
         assert (seen["triangle"] // 2 == np.where(np.isfinite(t), side, -1)).all()
 
 
-def test_what_is_behind_edge_on_or_without_area_is_not_seen():
+def test_triangles_behind_edge_on_or_without_area_are_missed():
     P = np.column_stack([np.diag([5.0, 5.0, 1.0]), np.zeros(3)])
     behind = [[-9, -9, -1], [9, -9, -1], [0, 9, -1]]
     edge_on = [[0, -9, 1], [0, 9, 1], [0, 0, 9]]
@@ -168,7 +168,7 @@ def test_what_is_behind_edge_on_or_without_area_is_not_seen():
     assert np.isnan(seen["position"]).all()
 
 
-def test_a_camera_on_a_triangle_sees_it_at_distance_zero():
+def test_camera_on_a_triangle_hits_it_at_distance_zero():
     P = np.column_stack([np.diag([5.0, 5.0, 1.0]), np.zeros(3)])
     through = [[-9, -9, -9], [9, -9, -9], [0, 9, 9]]
     wall = [[-9, -9, 1], [9, -9, 1], [0, 9, 1]]
@@ -189,7 +189,7 @@ def lattice(low, high):
 
 
 def exactly_inside(triangle, point):
-    """Within the closed triangle, by signs of areas in rational arithmetic."""
+    """True inside the closed triangle, by signs of areas in rational arithmetic."""
     areas = [
         (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0])
         for p, q in zip(triangle, triangle[1:] + triangle[:1], strict=True)
@@ -199,7 +199,7 @@ def exactly_inside(triangle, point):
 
 @pytest.mark.parametrize("tilt", ["flat", "tilted"])
 def test_inside_is_exact_on_a_lattice_of_points_vertices_and_edges(tilt):
-    # Lattice points lie on vertices and edges, and u passes through vertices and along edges, all the time.
+    # Many lattice points lie on vertices and edges, and u often passes through vertices or along edges.
     corners = [(0, 0), (2, 0), (1, 0), (0, 1), (1, 2), (2, 2), (0, 2)]
     points = lattice(-2, 4)
     basis = np.array([[1.0, 0, 0], [0, 1, 0]])
@@ -220,7 +220,7 @@ def test_inside_is_exact_on_a_lattice_of_points_vertices_and_edges(tilt):
     assert tested > 10_000
 
 
-def test_crossings_of_the_lecture():
+def test_crossings_equal_the_example_of_the_lecture():
     a, b, c, f = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 0]])
     triangle = np.array([a, b, c])
     found = reference.crossings(triangle, reference.normals(triangle[None])[0], f, np.array(0.0))
@@ -247,7 +247,7 @@ def test_closed_meshes_do_not_leak_at_edges_and_vertices():
 # Step 5
 
 
-def test_the_closest_colours_the_pixel_and_the_first_of_equals_wins():
+def test_closest_triangle_gives_the_color_and_the_first_wins_a_tie():
     P = np.column_stack([np.diag([5.0, 5.0, 1.0]), np.zeros(3)])
     far, near = [[[-9.0, -9, z], [9, -9, z], [0, 9, z]] for z in (2, 1)]
     colors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -260,9 +260,9 @@ def test_the_closest_colours_the_pixel_and_the_first_of_equals_wins():
     assert seen["next_t"] == np.inf
 
 
-def test_blocks_do_not_change_the_picture(monkeypatch):
+def test_block_size_does_not_change_the_image(monkeypatch):
     rng = np.random.default_rng(6)
-    triangles = np.repeat(rng.normal(size=(40, 3, 3)), 2, axis=0)  # each twice: ties across blocks
+    triangles = np.repeat(rng.normal(size=(40, 3, 3)), 2, axis=0)  # each triangle twice: ties across blocks
     _, _, P = random_camera(rng, [0, 0, 0])
     whole = reference.render_triangles(triangles, P, SIZE)
     assert (whole["triangle"] >= 0).mean() > 0.2
@@ -275,7 +275,7 @@ def test_blocks_do_not_change_the_picture(monkeypatch):
             np.testing.assert_array_equal(part[name], whole[name][: size[1], : size[0]])
 
 
-def test_an_empty_world_is_background():
+def test_empty_world_shows_the_background():
     P = np.column_stack([np.eye(3), np.zeros(3)])
     seen = reference.render_triangles(np.empty((0, 3, 3)), P, (2, 3), background=[0.1, 0.2, 0.3])
     assert seen["color"].shape == (3, 2, 3)
@@ -295,7 +295,7 @@ def test_an_empty_world_is_background():
         ({"pixel_center": "middle"}, fault(None, "pixel_center", '"integer"', '"half"')),
     ],
 )
-def test_bad_input_is_named(change, message):
+def test_invalid_input_raises_with_the_argument(change, message):
     good = {"triangles": np.zeros((1, 3, 3)), "P": np.eye(3, 4), "size": (2, 2)}
     with raises(ValueError, **message):
         reference.render_triangles(**(good | change))

@@ -1,4 +1,4 @@
-"""Backgrounds of cameras: photographs pixel by pixel, warped, resampled, from files, arrays and world files."""
+"""Background photos of cameras: pixel by pixel, warped, resampled; from files, arrays and world files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIZE = (64, 48)
 
 
 def lens() -> raycam.Camera:
-    """A wide camera with a strong lens."""
+    """A wide camera with strong distortion."""
     return raycam.Camera.look_at([3, -4, 2.5], [0, 0, 0.4], fov=60, size=SIZE).replace(
         distortion=[-0.25, 0.06, 0.001, -0.002]
     )
@@ -35,7 +35,7 @@ def noise(size: tuple[int, int] = SIZE, seed: int = 3) -> np.ndarray[Any, Any]:
 
 
 def smooth(size: tuple[int, int]) -> np.ndarray[Any, Any]:
-    """A picture whose values change slowly."""
+    """An image whose values change slowly."""
     x, y = np.meshgrid(np.linspace(0, 1, size[0]), np.linspace(0, 1, size[1]))
     planes = [110 + 90 * np.sin(5 * x + 2 * y), 120 + 80 * np.cos(4 * y), 60 + 150 * x * y]
     return np.stack(planes, axis=-1).round().astype(np.uint8)
@@ -50,7 +50,7 @@ def photo(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("view", ["standard", "agx", "pbr_neutral"])
 @pytest.mark.parametrize("exposure", [0, 2.5])
-def test_a_photograph_stays_as_it_is_and_the_world_is_shown_as_before(
+def test_background_photo_is_shown_pixel_by_pixel_behind_the_world(
     photo: Path, view: Any, exposure: float
 ) -> None:
     camera = lens().with_background(photo)
@@ -76,11 +76,11 @@ def test_a_photograph_stays_as_it_is_and_the_world_is_shown_as_before(
 
     expected = linear(rgba[..., :3]) * alpha[..., None] + (1 - alpha[..., None]) * linear(noise())
     if view == "standard" and exposure:
-        return  # what is brighter than white stays so at edges
+        return  # values above 1 are kept at edges
     np.testing.assert_allclose(linear(seen)[edge], expected[edge], atol=0.02)
 
 
-def test_an_undistorted_photograph_is_warped_as_opencv_does_it(tmp_path: Path) -> None:
+def test_photo_of_another_lens_is_warped_as_in_opencv(tmp_path: Path) -> None:
     cv2 = pytest.importorskip("cv2")
     camera = lens()
     flat = camera.undistorted(balance=1, size=(160, 120))
@@ -98,7 +98,7 @@ def test_an_undistorted_photograph_is_warped_as_opencv_does_it(tmp_path: Path) -
     assert off.mean() > 10, "the warp matters"
 
 
-def test_copies_of_a_camera_see_its_photograph_through_themselves(photo: Path) -> None:
+def test_copies_of_a_camera_show_its_photo_through_their_own_intrinsics(photo: Path) -> None:
     camera = lens().with_background(photo)
     empty = raycam.World()
     empty.add_object(sphere={}, location=[0, 0, -50])
@@ -125,7 +125,7 @@ def test_copies_of_a_camera_see_its_photograph_through_themselves(photo: Path) -
     assert flat.with_background(None).background is None
 
 
-def test_regions_and_tiles_are_parts_of_the_whole(photo: Path) -> None:
+def test_regions_with_a_background_equal_parts_of_the_whole_image(photo: Path) -> None:
     camera = lens().with_background(photo)
     whole = raycam.render(world(), camera, samples=2)
     parts = [raycam.render(world(), camera, samples=2, region=(x, 0, 32, 48)) for x in (0, 32)]
@@ -135,7 +135,7 @@ def test_regions_and_tiles_are_parts_of_the_whole(photo: Path) -> None:
     np.testing.assert_array_equal(clear.over(noise()[:, 32:])["color"], parts[1]["color"])
 
 
-def test_a_scaled_photograph_is_resampled_and_another_shape_refused(tmp_path: Path) -> None:
+def test_photo_of_another_size_is_resampled_and_another_aspect_ratio_refused(tmp_path: Path) -> None:
     large = smooth((256, 192))
     Image.fromarray(large).save(tmp_path / "large.png")
     frame = raycam.render(world(), lens().with_background(tmp_path / "large.png"), samples=1)
@@ -153,7 +153,7 @@ def test_a_scaled_photograph_is_resampled_and_another_shape_refused(tmp_path: Pa
         raycam.render(world(), lens(), background=other)
 
 
-def test_what_is_beside_the_photograph_is_counted() -> None:
+def test_pixels_outside_of_the_photo_are_counted_in_a_notice() -> None:
     camera = lens()
     narrow = camera.pinhole().cropped(10, 8, 40, 30)
     background = raycam.Background(noise((40, 30)), camera=narrow)
@@ -164,10 +164,10 @@ def test_what_is_beside_the_photograph_is_counted() -> None:
     with np.errstate(invalid="ignore"):
         inside = (table >= -0.5).all(axis=2) & (table <= [39.5, 29.5]).all(axis=2)
     most = np.count_nonzero(~inside)
-    assert 0.95 * most <= count <= most  # a pixel partly beside shows its other part
+    assert 0.95 * most <= count <= most  # a pixel partly outside shows the part inside
 
 
-def test_world_files_name_photographs(tmp_path: Path) -> None:
+def test_world_files_define_background_photos(tmp_path: Path) -> None:
     (tmp_path / "photos").mkdir()
     Image.fromarray(noise()).save(tmp_path / "photos" / "a.png")
     text = '[[camera]]\nname = "a"\nfov = 60\nlocation = [0, -4, 0.5]\ntarget = [0, 0, 0]\nsize = [64, 48]\n'
@@ -208,7 +208,9 @@ def test_world_files_name_photographs(tmp_path: Path) -> None:
         ("3", raycam.WorldError, fault("wrong_type", "w.toml:4", "camera[0].background")),
     ],
 )
-def test_errors_of_world_files(tmp_path: Path, value: str, error: Any, words: Fault) -> None:
+def test_invalid_backgrounds_in_world_files_are_refused(
+    tmp_path: Path, value: str, error: Any, words: Fault
+) -> None:
     inside = tmp_path / "inside"
     inside.mkdir()
     for path in (tmp_path / "out.png", inside / "a.png"):
@@ -219,7 +221,7 @@ def test_errors_of_world_files(tmp_path: Path, value: str, error: Any, words: Fa
     assert "background" in str(fault.value) or error is FileNotFoundError
 
 
-def test_errors(photo: Path) -> None:
+def test_invalid_background_arguments_are_refused(photo: Path) -> None:
     with raises(raycam.CameraError, code="wrong_type"):
         lens().with_background(noise())  # type: ignore[arg-type]
     with raises(raycam.CameraError, code="unknown_name", mentions=["cover"]):
@@ -232,7 +234,9 @@ def test_errors(photo: Path) -> None:
         raycam.render(world(), lens().with_background("nothing.png"))
 
 
-def test_the_command_line_has_them(photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command_line_accepts_backgrounds(
+    photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     table = "[camera]\nfov = 60\nlocation = [3, -4, 2]\ntarget = [0, 0, 0]\nsize = [64, 48]\n"
     (tmp_path / "w.toml").write_text("[[object]]\nbox = {}\n" + table)
@@ -247,7 +251,7 @@ def test_the_command_line_has_them(photo: Path, tmp_path: Path, monkeypatch: pyt
 
 
 class _Tensor:
-    """An array that is not NumPy's, as those of PyTorch and JAX: with `__array__` alone."""
+    """An array of another library, such as PyTorch or JAX, that has only `__array__`."""
 
     def __init__(self, array: np.ndarray[Any, Any]) -> None:
         self._array = array
@@ -257,7 +261,7 @@ class _Tensor:
 
 
 class _DlpackTensor:
-    """A tensor with DLPack alone."""
+    """A tensor that supports only DLPack."""
 
     def __init__(self, array: np.ndarray[Any, Any]) -> None:
         self._array = array
@@ -271,7 +275,7 @@ class _DlpackTensor:
 
 @pytest.mark.parametrize("kind", [_Tensor, _DlpackTensor])
 @pytest.mark.parametrize("dtype", [np.uint8, np.float32])
-def test_tensors_are_backgrounds_like_arrays(kind: type, dtype: type) -> None:
+def test_tensors_are_accepted_as_backgrounds(kind: type, dtype: type) -> None:
     pixels = noise() if dtype is np.uint8 else (noise() / 255).astype(np.float32)
     frame = raycam.render(world(), lens(), samples=2, transparent_background=True)
     for wrap in (lambda x: x, raycam.Background):

@@ -1,4 +1,4 @@
-"""Pictures of depth, normals, ids and other channels, and JPEG. Pillow reads them back."""
+"""Images of depth, normals, ids and other channels, and JPEG files, read back by Pillow."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ def frame() -> raycam.Frame:
 
 @pytest.mark.parametrize("name", CHANNELS)
 @pytest.mark.parametrize("ending", [".png", ".jpg"])
-def test_every_channel_is_a_picture(frame: raycam.Frame, name: str, ending: str, tmp_path: Path) -> None:
+def test_every_channel_is_written_as_an_image(
+    frame: raycam.Frame, name: str, ending: str, tmp_path: Path
+) -> None:
     path = tmp_path / f"x{ending}"
     frame.save(path, channel=name)
     with Image.open(path) as image:
@@ -39,7 +41,9 @@ def test_every_channel_is_a_picture(frame: raycam.Frame, name: str, ending: str,
         assert pixels.std() > 5
 
 
-def test_the_only_channel_needs_no_name(frame: raycam.Frame, tmp_path: Path) -> None:
+def test_frame_with_one_channel_is_saved_without_a_channel_argument(
+    frame: raycam.Frame, tmp_path: Path
+) -> None:
     one = raycam.Frame({"depth": frame["depth"]}, camera=None, size=(61, 43))
     one.save(tmp_path / "depth.png")
     two = raycam.Frame({"depth": frame["depth"], "uv": frame["uv"]}, camera=None, size=(61, 43))
@@ -47,7 +51,7 @@ def test_the_only_channel_needs_no_name(frame: raycam.Frame, tmp_path: Path) -> 
         two.save(tmp_path / "both.png")
 
 
-def test_depth_goes_from_near_to_far(frame: raycam.Frame) -> None:
+def test_depth_image_maps_near_to_yellow_and_far_to_violet(frame: raycam.Frame) -> None:
     depth = frame["depth"]
     shown = channel_picture("depth", depth).astype(int).sum(axis=2)
     seen = np.isfinite(depth)
@@ -56,14 +60,14 @@ def test_depth_goes_from_near_to_far(frame: raycam.Frame) -> None:
     assert (channel_picture("depth", depth)[depth == depth[seen].max()][0] == [0x44, 0x01, 0x54]).all()
 
 
-def test_normals_are_as_in_normal_maps(frame: raycam.Frame) -> None:
+def test_normal_image_uses_the_encoding_of_normal_maps(frame: raycam.Frame) -> None:
     shown = channel_picture("normal", frame["normal"])
     seen = frame["normal"].any(axis=2)
     assert np.abs(shown[seen] / 255 * 2 - 1 - frame["normal"][seen]).max() < 1 / 254
     assert (shown[~seen] == 0).all()
 
 
-def test_an_id_has_its_colour_in_every_picture() -> None:
+def test_id_has_the_same_color_in_every_image() -> None:
     ids = np.arange(-1, 300, dtype=np.int32)
     together = channel_picture("instance", ids[np.newaxis])[0]
     for number in (0, 1, 7, 299):
@@ -81,7 +85,7 @@ def test_viridis_equals_matplotlib() -> None:
     assert np.abs(shown - colormaps["viridis"](values[0])[:, :3]).max() < 0.02
 
 
-def test_jpeg_is_baseline(frame: raycam.Frame) -> None:
+def test_jpeg_files_are_baseline(frame: raycam.Frame) -> None:
     with Image.open(io.BytesIO(frame.to_jpeg())) as image:
         assert image.format == "JPEG"
         assert "progressive" not in image.info

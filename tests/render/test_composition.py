@@ -1,4 +1,4 @@
-"""Backgrounds behind frames: colours, pictures and arrays, with the studio's shadow."""
+"""Frames over backgrounds: colours, images and arrays, with the studio's shadow."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def clear() -> raycam.Frame:
     return raycam.render(world, camera, transparent_background=True, samples=4)
 
 
-def test_a_colour(clear: raycam.Frame) -> None:
+def test_over_accepts_a_color(clear: raycam.Frame) -> None:
     frame = clear.over("skyblue")
     np.testing.assert_array_equal(frame.to_srgb8()[0, 0], [135, 206, 235])
     alpha = clear["alpha"][..., None]
@@ -30,7 +30,7 @@ def test_a_colour(clear: raycam.Frame) -> None:
     np.testing.assert_array_equal(frame["depth"], clear["depth"])
 
 
-def test_an_array(clear: raycam.Frame) -> None:
+def test_over_accepts_an_array(clear: raycam.Frame) -> None:
     photo = np.random.default_rng(1).integers(0, 256, (60, 80, 3), np.uint8)
     seen = clear.over(photo).to_srgb8()
     sky = clear["alpha"] == 0
@@ -40,7 +40,7 @@ def test_an_array(clear: raycam.Frame) -> None:
 
 
 @pytest.mark.parametrize("ending", ["png", "jpg"])
-def test_a_picture_of_the_same_size_stays_as_it_is(clear: raycam.Frame, ending: str, tmp_path: Path) -> None:
+def test_over_keeps_an_image_of_the_same_size(clear: raycam.Frame, ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"photo.{ending}"
     photo = np.zeros((60, 80, 3), np.uint8)
     photo[..., 0], photo[..., 2] = np.arange(80) * 3, np.arange(60)[:, None] * 4
@@ -54,7 +54,9 @@ def test_a_picture_of_the_same_size_stays_as_it_is(clear: raycam.Frame, ending: 
 
 
 @pytest.mark.parametrize("size", [(160, 60), (80, 300), (40, 15)])
-def test_a_picture_covers_the_frame(clear: raycam.Frame, size: tuple[int, int], tmp_path: Path) -> None:
+def test_over_scales_and_crops_an_image_to_cover_the_frame(
+    clear: raycam.Frame, size: tuple[int, int], tmp_path: Path
+) -> None:
     path = tmp_path / "halves.png"
     photo = np.zeros((size[1], size[0], 3), np.uint8)
     photo[:, size[0] // 2 :] = 255
@@ -64,7 +66,7 @@ def test_a_picture_covers_the_frame(clear: raycam.Frame, size: tuple[int, int], 
     np.testing.assert_array_equal(seen[0, 44:], 255)
 
 
-def test_errors(clear: raycam.Frame, tmp_path: Path) -> None:
+def test_invalid_backgrounds_of_over_are_refused(clear: raycam.Frame, tmp_path: Path) -> None:
     with raises(raycam.SettingsError, code="wrong_type"):
         clear.over("blu")
     with pytest.raises(FileNotFoundError):

@@ -1,4 +1,4 @@
-"""Denoising: what is said where the library is missing, and what is asked of it where it is there."""
+"""Denoising: the error if the library is missing, and the arrays passed to it otherwise."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def world() -> raycam.World:
     )
 
 
-def test_a_missing_library_is_named_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_denoiser_is_reported_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyoidn", None)
     with raises(raycam.SettingsError, code="missing_dependency", mentions=["'raycam[denoise]'"]):
         raycam.render(world(), denoise=True)
@@ -28,10 +28,10 @@ def test_a_missing_library_is_named_with_what_to_install(monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("radiance", [0.8, 0.2])
-def test_transparent_edges_are_denoised_unmultiplied(
+def test_transparent_edges_keep_their_color_when_denoised(
     monkeypatch: pytest.MonkeyPatch, radiance: float
 ) -> None:
-    """An unlit ball of one colour has that colour in all of its opacity, however far a denoiser reaches."""
+    """An unlit ball of one colour has that colour at every opacity, for a denoiser of any radius."""
     from raycam.render import denoise
     from scipy.ndimage import uniform_filter
 

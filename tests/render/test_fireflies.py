@@ -1,4 +1,4 @@
-"""Fireflies: which pixels they are, and the light and the objects that they come from."""
+"""Fireflies: their pixels, and the lights and objects that cause them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def quad(center: list[float], u: list[float], v: list[float]) -> tuple[Any, Any]
 
 
 def room(lamp: str, material: dict[str, Any]) -> raycam.World:
-    """A lit floor before a wall, which only that wall shows a tiny, glaring lamp."""
+    """A lit floor in front of a wall that reflects a tiny bright lamp."""
     world = raycam.World()
     grey = {"color": [0.7] * 3}
     world.add_mesh(*quad([0, 0, 0], [3, 0, 0], [0, 3, 0]), material=grey, name="floor")
@@ -67,11 +67,11 @@ def fireflies(world: raycam.World, **options: Any) -> list[str]:
 
 
 @pytest.mark.parametrize("lamp", ["area 1", "point 1", "the object 'spark'"])
-def test_notice_names_the_light_and_the_object(lamp: str) -> None:
+def test_firefly_notice_names_the_light_and_the_object(lamp: str) -> None:
     world = room(lamp, MIRROR)
     notice = next(notice for seed in range(8) for notice in fireflies(world, seed=seed))
     ways = str(notice).split(": ", 2)[2].split(". ")[0].split("; ")
-    # The rarest are counted alone.
+    # Only the rarest path is counted.
     named = [way for way in ways if not way.startswith("other ways")]
     assert named
     for way in named:
@@ -79,16 +79,16 @@ def test_notice_names_the_light_and_the_object(lamp: str) -> None:
         assert "'wall'" in way
 
 
-def test_matte_wall_has_none() -> None:
+def test_matte_wall_has_no_fireflies() -> None:
     assert not fireflies(room("area 1", {"color": [0.7] * 3}))
 
 
 @pytest.mark.parametrize("options", [{"samples": 64}, {"clamp": 1.0}, {"integrator": "direct"}])
-def test_silent_where_noise_is_expected_or_clamped(options: dict[str, Any]) -> None:
+def test_no_firefly_notice_with_few_samples_or_clamping(options: dict[str, Any]) -> None:
     assert not fireflies(room("area 1", MIRROR), **options)
 
 
-def test_picture_stays_the_same_bytes() -> None:
+def test_firefly_search_does_not_change_the_image() -> None:
     world = room("area 1", MIRROR)
     with collected():
         whole = raycam.render(world, CAMERA, integrator="path", samples=256, max_depth=6)
@@ -98,8 +98,8 @@ def test_picture_stays_the_same_bytes() -> None:
     np.testing.assert_array_equal(whole["color"][:24], part["color"])
 
 
-def test_share_of_the_brightest_sample() -> None:
-    """It is at least the mean share, 1 / samples, and all of a single sample; even light has the mean share."""
+def test_brightest_sample_has_at_least_the_mean_share() -> None:
+    """The share is at least 1 / samples, is 1 for a single sample, and equals 1 / samples for uniform light."""
     world = room("area 1", MIRROR)
     even = raycam.World()
     even.add_light({"type": "sky", "radiance": 1.0})
@@ -126,8 +126,8 @@ def test_share_of_the_brightest_sample() -> None:
                 assert (shares > 1.01 / samples).any()
 
 
-def test_bright_pixels_are_those_of_a_median_filter() -> None:
-    """Beside SciPy's median of the eight neighbours."""
+def test_bright_pixels_equal_those_of_a_median_filter() -> None:
+    """Compared with SciPy's median of the eight neighbours."""
     light = np.random.default_rng(4).lognormal(0, 1.6, (40, 50)).astype(np.float32)
     around = np.ones((3, 3), dtype=bool)
     around[1, 1] = False
@@ -140,7 +140,7 @@ def test_bright_pixels_are_those_of_a_median_filter() -> None:
     assert (np.diff(values) <= 0).all()
 
 
-def test_pixels_in_the_dark_are_none() -> None:
+def test_bright_pixels_of_a_dark_image_are_empty() -> None:
     color = np.zeros((9, 9, 3), dtype=np.float32)
     color[4, 4] = 5
     assert not len(bright_pixels(color))

@@ -26,7 +26,7 @@ def camera() -> raycam.Camera:
 
 
 def frame(names: tuple[str, ...] = tuple(CHANNELS), seed: int = 0) -> raycam.Frame:
-    """Every channel, with background at the first pixel."""
+    """A frame with every channel; the first pixel shows the background."""
     rng = np.random.default_rng(seed)
     miss = {"depth": np.inf, "distance": np.inf, "position": np.nan, "instance": -1, "triangle": -1}
     channels = {}
@@ -45,7 +45,7 @@ def srgb(linear: np.ndarray) -> np.ndarray:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
-def test_the_table_of_channels() -> None:
+def test_channels_table_lists_dtypes_and_components() -> None:
     assert CHANNELS["color"] == (np.float32, 3)
     assert CHANNELS["position"] == (np.float64, 3)
     assert CHANNELS["instance"] == (np.int32, 1)
@@ -62,12 +62,13 @@ def test_the_table_of_channels() -> None:
             "coverage",
             "alpha",
             "shadow",
+            "transmittance",
             "error",
         ),
     }
 
 
-def test_a_frame_is_a_mapping() -> None:
+def test_frames_are_mappings() -> None:
     one = frame()
     assert set(one) == set(CHANNELS) == set(one.channels)
     assert len(one) == len(CHANNELS)
@@ -81,7 +82,7 @@ def test_a_frame_is_a_mapping() -> None:
         one["dept"]
 
 
-def test_png_of_8_bits(tmp_path: Path) -> None:
+def test_png_with_8_bits_equals_the_srgb_values(tmp_path: Path) -> None:
     one = frame()
     one.save(tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as image:
@@ -96,7 +97,7 @@ def test_png_of_8_bits(tmp_path: Path) -> None:
     assert frame(("depth",))._repr_png_() is None
 
 
-def test_png_of_16_bits(tmp_path: Path) -> None:
+def test_png_with_16_bits_equals_the_srgb_values(tmp_path: Path) -> None:
     import cv2
 
     one = frame()
@@ -106,7 +107,7 @@ def test_png_of_16_bits(tmp_path: Path) -> None:
     assert np.abs(read - srgb(one["color"]) * 65535).max() < 0.51
 
 
-def test_exposure_and_values_out_of_range() -> None:
+def test_exposure_scales_and_values_out_of_range_are_clipped() -> None:
     one = frame(("color",))
     one["color"][0, :5, 0] = [np.nan, np.inf, -np.inf, -1, 2]
     np.testing.assert_array_equal(one.to_srgb8()[0, :5, 0], [0, 255, 0, 0, 255])
@@ -117,7 +118,7 @@ def test_exposure_and_values_out_of_range() -> None:
     assert (one["color"][1, 0] == 0.25).all()
 
 
-def test_every_byte_survives_the_way_to_linear_and_back() -> None:
+def test_every_srgb_byte_round_trips_through_linear() -> None:
     from raycam import _core
 
     bytes_ = np.arange(256, dtype=np.uint8).reshape(1, 256, 1).repeat(3, axis=2)
@@ -142,7 +143,7 @@ def test_exr_of_a_transparent_frame_is_premultiplied(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("half", [False, True])
-def test_exr(tmp_path: Path, half: bool) -> None:
+def test_exr_file_contains_every_channel(tmp_path: Path, half: bool) -> None:
     one = frame()
     one.save(tmp_path / "a.exr", half=half)
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
@@ -158,6 +159,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
         "coverage": ["coverage.V"],
         "alpha": ["alpha.V"],
         "shadow": ["shadow.R", "shadow.G", "shadow.B"],
+        "transmittance": ["transmittance.R", "transmittance.G", "transmittance.B"],
         "error": ["error.V"],
     }
     vectors = ["normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]
@@ -179,7 +181,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
     assert header["raycam.region"] == "0 0 7 5"
 
 
-def test_npz(tmp_path: Path) -> None:
+def test_npz_file_contains_every_channel_and_the_camera(tmp_path: Path) -> None:
     one = frame()
     one.save(tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz", allow_pickle=False) as read:
@@ -194,14 +196,14 @@ def test_npz(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", SAVERS)
-def test_the_same_frame_gives_the_same_bytes(tmp_path: Path, ending: str) -> None:
+def test_equal_frames_are_saved_as_equal_bytes(tmp_path: Path, ending: str) -> None:
     for name in ("a", "b"):
         frame().save(tmp_path / f"{name}{ending}")
     assert (tmp_path / f"a{ending}").read_bytes() == (tmp_path / f"b{ending}").read_bytes()
     assert sorted(os.listdir(tmp_path)) == [f"a{ending}", f"b{ending}"]
 
 
-def test_arrays_need_not_be_contiguous(tmp_path: Path) -> None:
+def test_frames_with_strided_arrays_can_be_saved(tmp_path: Path) -> None:
     one = frame(("color", "depth"))
     mirrored = raycam.Frame({k: v[:, ::-1] for k, v in one.items()}, camera=None, size=SIZE)
     np.testing.assert_array_equal(mirrored.to_srgb8(), one.to_srgb8()[:, ::-1])
@@ -210,7 +212,7 @@ def test_arrays_need_not_be_contiguous(tmp_path: Path) -> None:
         np.testing.assert_array_equal(file.channels()["depth.Z"].pixels, one["depth"][:, ::-1])
 
 
-def test_what_cannot_be_saved(tmp_path: Path) -> None:
+def test_unsupported_files_and_options_are_refused(tmp_path: Path) -> None:
     with raises(
         raycam.FormatError,
         code="unknown_format",
@@ -232,7 +234,7 @@ def test_what_cannot_be_saved(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []
 
 
-def test_check_save_asks_before_the_work(tmp_path: Path) -> None:
+def test_check_save_raises_before_rendering(tmp_path: Path) -> None:
     check_save(tmp_path / "a.png", ["color"], SIZE)
     with raises(OSError, code="file_unreadable"):
         check_save(tmp_path / "a.npz", list(CHANNELS), (1 << 30, 1 << 30))
@@ -242,7 +244,7 @@ def test_check_save_asks_before_the_work(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".jpeg", ".hdr"])
-def test_a_picture_that_cannot_hold_all_is_refused_before_the_work(tmp_path: Path, ending: str) -> None:
+def test_check_save_refuses_channels_that_the_file_cannot_store(tmp_path: Path, ending: str) -> None:
     for others in (["depth"], ["alpha"], ["instance", "uv"]):
         with raises(raycam.SettingsError, code="cannot_write", mentions=others):
             check_save(tmp_path / f"a{ending}", ["color", *others], SIZE)
@@ -255,7 +257,7 @@ def test_a_picture_that_cannot_hold_all_is_refused_before_the_work(tmp_path: Pat
 
 
 @pytest.mark.parametrize("ending", [".jpg", ".hdr"])
-def test_opacity_that_a_file_does_not_hold_is_said(tmp_path: Path, ending: str) -> None:
+def test_opacity_that_a_file_cannot_store_gives_a_notice(tmp_path: Path, ending: str) -> None:
     channels = {"color": np.ones((2, 3, 3), np.float32), "alpha": np.ones((2, 3), np.float32)}
     with warns(raycam.Notice, code="not_written"):
         raycam.Frame(channels, camera=None, size=(3, 2), transparent=True).save(tmp_path / f"a{ending}")
@@ -264,8 +266,8 @@ def test_opacity_that_a_file_does_not_hold_is_said(tmp_path: Path, ending: str) 
 
 
 @pytest.mark.parametrize("value", [65504.0, 65519.0, 65520.0, 1e6, np.inf])
-def test_numbers_beyond_half_precision_are_counted(tmp_path: Path, value: float) -> None:
-    """As many as NumPy's float16 cannot hold."""
+def test_values_beyond_half_precision_are_counted_in_a_notice(tmp_path: Path, value: float) -> None:
+    """The count equals the number of values beyond NumPy's float16."""
     depth = np.full((2, 3), 2, np.float32)
     depth[0, :2] = value
     frame = raycam.Frame({"depth": depth}, camera=None, size=(3, 2))
@@ -292,7 +294,7 @@ def part(whole: raycam.Frame, x: int, y: int, width: int, height: int) -> raycam
     return raycam.Frame(channels, camera=whole.camera, size=whole.size, region=(x, y, width, height))
 
 
-def test_merge_joins_parts() -> None:
+def test_merge_joins_regions() -> None:
     whole = frame()
     parts = [part(whole, 0, 0, 3, 2), part(whole, 3, 0, 4, 2), part(whole, 0, 2, 7, 3)]
     merged = raycam.Frame.merge(reversed(parts))
@@ -302,7 +304,7 @@ def test_merge_joins_parts() -> None:
         np.testing.assert_array_equal(merged[name], whole[name])
 
 
-def test_merge_refuses_gaps_overlaps_and_strangers() -> None:
+def test_merge_refuses_gaps_overlaps_and_foreign_frames() -> None:
     whole = frame()
     for parts in (
         [part(whole, 0, 0, 3, 5), part(whole, 4, 0, 3, 5)],

@@ -1,4 +1,4 @@
-"""Series of pictures: each is that of `render`, byte for byte."""
+"""Series of images: each equals `render` byte for byte."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def poses(count: int) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 @pytest.mark.parametrize("integrator", ["flat", "direct", "path"])
 @pytest.mark.parametrize("threads", [1, 3])
-def test_each_picture_is_that_of_render(integrator: str, threads: int) -> None:
+def test_render_many_equals_single_renders(integrator: str, threads: int) -> None:
     count, made = 5, world()
     matrices, cameras = poses(count), [camera(i) for i in range(count)]
     before = made.to_bytes()
@@ -72,7 +72,7 @@ def test_each_picture_is_that_of_render(integrator: str, threads: int) -> None:
     assert made.to_bytes() == before
 
 
-def test_arrays_views_and_regions() -> None:
+def test_render_many_writes_into_given_arrays() -> None:
     made = world()
     out = {"depth": np.zeros((3, 16, 20), np.float32)}
     counted: list[tuple[int, int]] = []
@@ -95,7 +95,7 @@ def test_arrays_views_and_regions() -> None:
     assert "3 Frames 8 x 6: depth" in repr(part)
 
 
-def test_what_does_not_match_is_said() -> None:
+def test_render_many_refuses_mismatched_arguments() -> None:
     made, error = world(), (raycam.SettingsError, raycam.WorldError)
     flat = poses(2)
     flat[1, 0, 0:3] = 0
@@ -121,7 +121,9 @@ def test_what_does_not_match_is_said() -> None:
 
 
 @pytest.mark.parametrize("transparent", [True, False])
-def test_photographs_and_catchers_are_those_of_render(tmp_path: Path, transparent: bool) -> None:
+def test_render_many_supports_background_photos_and_shadow_catchers(
+    tmp_path: Path, transparent: bool
+) -> None:
     made, count = world(), 3
     made.set_object("floor", shadow_catcher=True)
     Image.fromarray(np.random.default_rng(5).integers(0, 255, (*SIZE[::-1], 3), np.uint8)).save(

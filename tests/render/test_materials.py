@@ -1,4 +1,4 @@
-"""Materials by their keys: what they look like in a white sky, and what is refused."""
+"""Materials: their appearance under a white sky, and invalid keys."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from support.raises import raises
 
 
 def seen(**style: object) -> np.ndarray:
-    """The mean colour of a ball in a white sky."""
+    """The mean colour of a ball under a white sky."""
     world = raycam.World()
     world.add_object(sphere={"radius": 1.0}, **style)
     world.add_light(type="sky", radiance=[1, 1, 1])
@@ -29,19 +29,19 @@ def seen(**style: object) -> np.ndarray:
         {"type": "principled", "color": [1, 1, 1], "metallic": 1.0, "roughness": 0.7},
     ],
 )
-def test_what_absorbs_nothing_vanishes_in_a_white_sky(style: dict[str, object]) -> None:
+def test_lossless_materials_are_invisible_under_a_white_sky(style: dict[str, object]) -> None:
     assert seen(**style) == pytest.approx(np.ones(3), abs=0.01)
 
 
-def test_gold_is_golden() -> None:
+def test_gold_has_the_reflectance_of_gold() -> None:
     red, green, blue = seen(type="metal", metal="gold")
     assert red > 0.95
     assert 0.68 < green < 0.82
     assert 0.35 < blue < 0.5
 
 
-def test_glass_absorbs_as_beer_says() -> None:
-    # Through the middle of a ball of radius 1: two metres.
+def test_glass_absorption_follows_beers_law() -> None:
+    # The path through the centre of a ball of radius 1 is 2 m long.
     world = raycam.World()
     world.add_object(
         sphere={"radius": 1.0, "level": 6},
@@ -56,7 +56,7 @@ def test_glass_absorbs_as_beer_says() -> None:
     assert color == pytest.approx(np.array([0.9, 0.5, 0.1]) ** 2, rel=0.01)
 
 
-def test_dispersion_splits_white_light() -> None:
+def test_dispersion_separates_colors() -> None:
     def spread(dispersion: float) -> float:
         world = raycam.World()
         world.add_object(sphere={"radius": 1.0, "level": 6}, type="glass", ior=1.5, dispersion=dispersion)
@@ -83,7 +83,7 @@ def test_dispersion_splits_white_light() -> None:
         ({"type": "matte", "ior": 1.5}, ["ior", "glass"]),
     ],
 )
-def test_keys_that_do_not_go_together_are_refused(style: dict[str, object], words: list[str]) -> None:
+def test_conflicting_material_keys_are_refused(style: dict[str, object], words: list[str]) -> None:
     world = raycam.World()
     with pytest.raises(raycam.Error) as refused:
         world.add_object(sphere={"radius": 1.0}, **style)
@@ -91,7 +91,7 @@ def test_keys_that_do_not_go_together_are_refused(style: dict[str, object], word
         assert word.replace("'", "") in str(refused.value)
 
 
-def test_noise_and_time_end_a_picture() -> None:
+def test_noise_threshold_and_time_limit_end_rendering() -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1.0})
     world.add_object(plane={"size": 6}, location=[0, 0, -1])
@@ -107,7 +107,7 @@ def test_noise_and_time_end_a_picture() -> None:
 
 
 @pytest.mark.parametrize("setting", ["noise_threshold", "time_limit", "clamp"])
-def test_settings_below_zero_are_refused(setting: str) -> None:
+def test_negative_settings_are_refused(setting: str) -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1.0})
     with raises(raycam.SettingsError, code="invalid_settings", mentions=[setting]):
@@ -117,17 +117,17 @@ def test_settings_below_zero_are_refused(setting: str) -> None:
 
 
 @pytest.mark.parametrize(("direction", "radiance"), [([1, 0, 0], 2.25), ([1, 1, 1], 0.0)])
-def test_a_path_in_clear_glass_ends(direction: list[int], radiance: float) -> None:
-    """Within a cube of glass in a white sky, without a limit of segments.
+def test_unlimited_paths_in_clear_glass_terminate(direction: list[int], radiance: float) -> None:
+    """The camera is inside a glass cube under a white sky, and paths have no limit of segments.
 
-    Straight at a face the radiance is n², as within every medium (pbrt, section 9.5.2). Along the diagonal every face
-    reflects all of it, so the path never leaves: nothing but roulette ends it.
+    Towards a face the radiance is n², as inside every medium (pbrt, section 9.5.2). Along the diagonal every face
+    reflects totally, so the path never leaves the cube: only Russian roulette ends it.
     """
     world = raycam.World()
     world.add_object(box={"size": [2, 2, 2]}, type="glass", ior=1.5)
     world.add_light("sky", radiance=1.0)
     eye = np.array([0.1, 0.05, 0.02])
     camera = raycam.Camera.look_at(eye, eye + direction, size=(8, 8), fov=8)
-    with pytest.warns(raycam.Notice):  # all beyond white, or black
+    with pytest.warns(raycam.Notice):  # all pixels are brighter than white, or black
         color = raycam.render(world, camera, integrator="path", samples=16, channels="color")["color"]
     np.testing.assert_allclose(color, radiance, rtol=0.02)

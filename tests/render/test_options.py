@@ -1,4 +1,4 @@
-"""The table of render options: Python's keywords, documentation and validation follow it."""
+"""The table of render options defines Python's keywords, documentation and validation."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def world() -> raycam.World:
     return made
 
 
-def test_keywords_of_python_are_the_options_of_the_table() -> None:
+def test_python_keywords_equal_the_table_of_options() -> None:
     hints = typing.get_type_hints(RenderOptions)
     assert list(hints) == list(RENDER_OPTIONS)
     for name, choices in (("integrator", INTEGRATORS), ("filter", FILTERS), ("view", VIEWS)):
@@ -113,7 +113,7 @@ def test_none_counts_as_not_given() -> None:
         ("workers", "threads"),
     ],
 )
-def test_unknown_options_are_refused_with_the_option_that_was_meant(
+def test_unknown_options_are_refused_with_the_nearest_name(
     given: str, meant: str, world: raycam.World
 ) -> None:
     for call in (raycam.render, raycam.render_many, raycam.Progressive):

@@ -1,4 +1,4 @@
-"""Progressive pictures: at any time they are those of `render` with as many samples."""
+"""Progressive images: at any time they equal `render` with the same number of samples."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def bytes_of(frame: raycam.Frame) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("integrator", ["flat", "direct", "path", "ao"])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_any_slices_give_the_picture_of_their_sum(
+def test_samples_added_in_slices_equal_one_render(
     world: raycam.World, camera: raycam.Camera, integrator: Any, threads: int
 ) -> None:
     slices = np.random.default_rng(threads).integers(1, 9, 6)
@@ -56,21 +56,23 @@ def test_any_slices_give_the_picture_of_their_sum(
 
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
-def test_worlds_without_textures_keep_their_first_samples(camera: raycam.Camera, integrator: Any) -> None:
+def test_first_samples_of_untextured_worlds_do_not_depend_on_the_total(
+    camera: raycam.Camera, integrator: Any
+) -> None:
     plain = raycam.World()
     plain.add_object(plane={"size": [8, 8]}, color="#808080")
     plain.add_object(sphere={"radius": 0.5}, location=[0, 0, 0.5], type="glass")
     plain.add_light("sun", direction=[-1, 1, -2], irradiance=3)
     picture = raycam.Progressive(plain, camera, integrator=integrator, channels=CHANNELS)
-    for count in (2, 2, 12, 16):  # the cone of a sample narrows up to 16
+    for count in (2, 2, 12, 16):  # a sample's cone narrows until 16 samples
         picture.add(count)
         assert bytes_of(picture.frame()) == expected(plain, camera, picture.samples, integrator=integrator)
 
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
 @pytest.mark.parametrize("texture", [None, np.full((4, 4, 3), 128, np.uint8)], ids=["plain", "textured"])
-def test_the_notice_of_clamp_is_that_of_render(camera: raycam.Camera, integrator: Any, texture: Any) -> None:
-    # With a texture the first samples are thrown away twice: they count no longer.
+def test_clamp_notice_equals_that_of_render(camera: raycam.Camera, integrator: Any, texture: Any) -> None:
+    # With a texture the first samples are discarded twice and are not counted.
     world = raycam.World()
     world.add_object(box={"size": 1}, **({"color": "#808080"} if texture is None else {"texture": texture}))
     world.add_light("sky", radiance=1)
@@ -85,9 +87,7 @@ def test_the_notice_of_clamp_is_that_of_render(camera: raycam.Camera, integrator
     assert len(counts) == 5
 
 
-def test_the_notice_of_clamp_knows_nothing_of_cancelled_samples(
-    world: raycam.World, camera: raycam.Camera
-) -> None:
+def test_clamp_notice_excludes_cancelled_samples(world: raycam.World, camera: raycam.Camera) -> None:
     options: dict[str, Any] = {"integrator": "path", "clamp": 0.05, "channels": "color"}
     picture = raycam.Progressive(world, camera, **options)
     picture.add(17)
@@ -103,7 +103,7 @@ def test_the_notice_of_clamp_knows_nothing_of_cancelled_samples(
 
 
 @pytest.mark.parametrize("time_limit", [0.05, 0.5])
-def test_the_notice_of_clamp_is_that_of_its_samples_with_a_time_limit(
+def test_clamp_notice_with_a_time_limit_equals_a_render_of_equal_samples(
     world: raycam.World, camera: raycam.Camera, time_limit: float
 ) -> None:
     options: dict[str, Any] = {"integrator": "path", "clamp": 0.05, "channels": "color"}
@@ -112,14 +112,16 @@ def test_the_notice_of_clamp_is_that_of_its_samples_with_a_time_limit(
     assert notices == again.notices
 
 
-def test_the_error_is_that_of_render(world: raycam.World, camera: raycam.Camera) -> None:
+def test_error_channel_equals_that_of_render(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera, channels=["color", "error"], seed=4)
     picture.add(5)
     picture.add(28)
     assert bytes_of(picture.frame()) == expected(world, camera, 33, channels=["color", "error"], seed=4)
 
 
-def test_a_region_gets_more_and_the_rest_stays(world: raycam.World, camera: raycam.Camera) -> None:
+def test_samples_added_to_a_region_leave_the_rest_unchanged(
+    world: raycam.World, camera: raycam.Camera
+) -> None:
     picture = raycam.Progressive(world, camera, channels="color")
     picture.add(17)
     assert picture.add(4, region=(0, 0, 1, 1)) == 21
@@ -135,7 +137,7 @@ def test_a_region_gets_more_and_the_rest_stays(world: raycam.World, camera: rayc
 
 
 @pytest.mark.parametrize("wait", [0.0, 0.002, 0.01, 0.05])
-def test_a_cancelled_picture_goes_on_to_the_same_bytes(
+def test_cancelled_image_continues_to_the_same_bytes(
     world: raycam.World, camera: raycam.Camera, wait: float
 ) -> None:
     picture = raycam.Progressive(
@@ -149,13 +151,13 @@ def test_a_cancelled_picture_goes_on_to_the_same_bytes(
         picture.add_for(86400, cancel=cancel)
     watch.join()
     assert cancel.is_cancelled
-    # Tiles were up to a round of 64 ahead of others when it was stopped.
+    # When it was stopped, some tiles were up to one round of 64 samples ahead.
     reached = picture.samples + 64
     picture.add(64)
     assert bytes_of(picture.frame()) == expected(world, camera, reached, integrator="path")
 
 
-def test_time_ends_at_the_samples_asked_for(world: raycam.World, camera: raycam.Camera) -> None:
+def test_add_for_stops_at_the_requested_samples(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera, channels=CHANNELS, samples=21)
     assert picture.add_for(3600) == 21
     assert bytes_of(picture.frame()) == expected(world, camera, 21)
@@ -167,7 +169,9 @@ def test_time_ends_at_the_samples_asked_for(world: raycam.World, camera: raycam.
     assert steps > 1
 
 
-def test_moving_worlds_and_lenses_are_those_of_render(world: raycam.World, camera: raycam.Camera) -> None:
+def test_progressive_image_of_a_moving_world_equals_render(
+    world: raycam.World, camera: raycam.Camera
+) -> None:
     lens = camera.replace(distortion=[-0.2, 0.05, 0, 0], model="opencv").with_aperture(0.05, focus=3.0)
     picture = raycam.Progressive(world, lens, channels=CHANNELS, region=(10, 7, 30, 22))
     picture.add(2)
@@ -177,7 +181,7 @@ def test_moving_worlds_and_lenses_are_those_of_render(world: raycam.World, camer
     assert bytes_of(frame) == expected(world, lens, 8, region=(10, 7, 30, 22))
 
 
-def test_it_begins_anew(world: raycam.World, camera: raycam.Camera) -> None:
+def test_restart_discards_the_samples(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera, channels="color", seed=3)
     picture.add(4)
     moved = camera.at_pose(camera.R, camera.location + 0.1)
@@ -186,7 +190,7 @@ def test_it_begins_anew(world: raycam.World, camera: raycam.Camera) -> None:
     assert bytes_of(picture.frame()) == expected(world, moved, 4, channels="color", seed=3)
 
 
-def test_the_loop_gives_frames_of_twice_as_many(world: raycam.World, camera: raycam.Camera) -> None:
+def test_iteration_doubles_the_samples(world: raycam.World, camera: raycam.Camera) -> None:
     frames = list(raycam.progressive(world, camera, channels="color", samples=6))
     for frame, samples in zip(frames, (1, 2, 4, 6), strict=True):
         assert bytes_of(frame) == expected(world, camera, samples, channels="color")
@@ -207,14 +211,14 @@ def test_the_loop_gives_frames_of_twice_as_many(world: raycam.World, camera: ray
         ({"sample": 3}, fault("unknown_key", "'sample'")),
     ],
 )
-def test_what_does_not_fit_is_refused(
+def test_unsupported_options_of_progressive_are_refused(
     world: raycam.World, camera: raycam.Camera, options: dict[str, Any], words: Fault
 ) -> None:
     with raises((raycam.SettingsError, TypeError), **words):
         raycam.Progressive(world, camera, **options)
 
 
-def test_nothing_is_shown_before_the_first_sample(world: raycam.World, camera: raycam.Camera) -> None:
+def test_frame_without_samples_raises(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera)
     with raises(raycam.SettingsError, code="invalid_settings", mentions=["samples"]):
         picture.frame()
@@ -224,7 +228,7 @@ def test_nothing_is_shown_before_the_first_sample(world: raycam.World, camera: r
         picture.add(0)
 
 
-def test_render_and_rays_are_cancelled(world: raycam.World, camera: raycam.Camera) -> None:
+def test_cancel_stops_render_and_ray_queries(world: raycam.World, camera: raycam.Camera) -> None:
     cancel = raycam.Cancel()
     timer = threading.Timer(0.05, cancel.cancel)
     timer.start()
@@ -238,7 +242,7 @@ def test_render_and_rays_are_cancelled(world: raycam.World, camera: raycam.Camer
     assert bytes_of(frame) == bytes_of(raycam.render(world, camera))
 
 
-def test_a_small_picture_does_not_wait_for_a_long_one(world: raycam.World, camera: raycam.Camera) -> None:
+def test_small_image_does_not_wait_for_a_long_one(world: raycam.World, camera: raycam.Camera) -> None:
     cancel, begun, ended = raycam.Cancel(), threading.Event(), threading.Event()
 
     def long() -> None:
@@ -252,7 +256,7 @@ def test_a_small_picture_does_not_wait_for_a_long_one(world: raycam.World, camer
     assert begun.wait(PATIENCE)
     small = threading.Thread(target=lambda: raycam.render(world, camera.resized((80, 66)), samples=4))
     small.start()
-    small.join(PATIENCE)  # a tile of the long one takes hours
+    small.join(PATIENCE)  # a tile of the long image takes hours
     assert not small.is_alive()
     assert not ended.is_set()
     cancel.cancel()

@@ -1,4 +1,4 @@
-"""Registration: an object that is taken out of a photograph and rendered into it again lies where it was."""
+"""Registration: an object rendered into its own photograph covers its original pixels."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def scene(*, thing: bool, catcher: bool) -> raycam.World:
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_mask_and_depth_register_with_the_photograph(lens: dict[str, Any], tmp_path: Path) -> None:
-    # As photogrammetry has it: cameras by way of a COLMAP model.
+def test_mask_and_depth_align_with_the_photo(lens: dict[str, Any], tmp_path: Path) -> None:
+    # As in photogrammetry: the cameras are read from a COLMAP model.
     raycam.save_cameras(tmp_path / "sparse", {"photo.png": taken(lens)}, "colmap")
     camera = next(iter(raycam.load_cameras(tmp_path / "sparse").values()))
     assert camera.model != "pinhole"
@@ -56,7 +56,7 @@ def test_mask_and_depth_register_with_the_photograph(lens: dict[str, Any], tmp_p
     truth = raycam.render(
         scene(thing=True, catcher=False), taken(lens), samples=64, channels=["instance", "depth", "coverage"]
     )
-    # Edges to a fraction of a pixel: along rows and columns, opacities sum up to where edges are.
+    # Edge positions to a fraction of a pixel: sums of opacities along rows and columns.
     alone = scene(thing=True, catcher=False)
     alone.remove_object("ground")
     other = raycam.render(alone, taken(lens), samples=256, seed=9, transparent_background=True)["alpha"]

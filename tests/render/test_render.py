@@ -1,4 +1,4 @@
-"""Rendering: settings, determinism, interruption, forks, and the way of a colour through a picture."""
+"""Rendering: settings, determinism, interruption, forks, and exact colours."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def assert_same(a: raycam.Frame, b: raycam.Frame) -> None:
         assert a[name].tobytes() == b[name].tobytes(), name
 
 
-def test_channels_are_as_the_table_says() -> None:
+def test_channels_have_the_dtypes_and_shapes_of_the_table() -> None:
     frame = raycam.render(box_world(), camera(), channels="all", samples=2)
     assert set(frame) == set(CHANNELS)
     for name, (dtype, components) in CHANNELS.items():
@@ -51,7 +51,7 @@ def test_channels_are_as_the_table_says() -> None:
         assert frame[name].flags.writeable
 
 
-def test_background() -> None:
+def test_background_pixels_have_the_documented_values() -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 0.1})
     frame = raycam.render(world, camera(), integrator="flat", channels="all")
@@ -65,21 +65,21 @@ def test_background() -> None:
     assert corner["coverage"] == 1
 
 
-def test_channel_names() -> None:
+def test_channel_names_accepts_names_lists_and_all() -> None:
     assert channel_names("depth") == ["depth"]
     assert channel_names(["depth", "color", "depth"]) == ["depth", "color"]
     assert channel_names("all") == list(CHANNELS)
 
 
 @pytest.mark.parametrize("integrator", [name for name in INTEGRATORS if name != "reference"])
-def test_the_same_bytes_on_any_number_of_threads(integrator: str) -> None:
+def test_render_does_not_depend_on_the_number_of_threads(integrator: str) -> None:
     keys = {"integrator": integrator, "samples": 5, "channels": "all", "filter": "blackman-harris", "seed": 3}
     expected = raycam.render(box_world(), camera(), threads=1, **keys)  # type: ignore[arg-type]
     for threads in (2, 3, 8, None):
         assert_same(raycam.render(box_world(), camera(), threads=threads, **keys), expected)  # type: ignore[arg-type]
 
 
-def test_pictures_get_the_memory_that_nobody_holds_any_more() -> None:
+def test_released_image_memory_is_reused() -> None:
     # Most of it is background, whose black, normals and weights are 0.
     world, seen = raycam.World(), camera((256, 160))
     world.add_object(sphere={"radius": 0.3})
@@ -105,7 +105,7 @@ def test_pictures_get_the_memory_that_nobody_holds_any_more() -> None:
     assert (row.view(np.uint8) == 0xAB).all()
 
 
-def test_seed_and_frame_choose_the_noise() -> None:
+def test_seed_and_frame_determine_the_noise() -> None:
     world = box_world()
 
     def color(**keys: int) -> bytes:
@@ -115,7 +115,7 @@ def test_seed_and_frame_choose_the_noise() -> None:
     assert len({color(), color(seed=1), color(frame=1)}) == 3
 
 
-def test_regions_merge_into_the_whole_picture() -> None:
+def test_regions_merge_into_the_whole_image() -> None:
     world = box_world()
     keys = {"samples": 3, "channels": "all"}
     whole = raycam.render(world, camera(), **keys)  # type: ignore[arg-type]
@@ -126,7 +126,7 @@ def test_regions_merge_into_the_whole_picture() -> None:
     assert_same(raycam.Frame.merge(parts), whole)
 
 
-def test_the_reference_draws_the_same_picture() -> None:
+def test_reference_renderer_returns_the_same_image() -> None:
     world = box_world()
     keys = {"channels": ["instance", "triangle", "depth", "position", "color"]}
     frame = raycam.render(world, camera(), integrator="flat", samples=1, **keys)  # type: ignore[arg-type]
@@ -139,7 +139,7 @@ def test_the_reference_draws_the_same_picture() -> None:
     np.testing.assert_allclose(frame["color"][hit], oracle["color"][hit], atol=1e-6)
 
 
-def test_the_world_file_says_what_the_call_does_not() -> None:
+def test_render_settings_of_the_world_file_apply_unless_given() -> None:
     description = {
         "object": [{"box": {"size": 1}}],
         "light": [{"type": "sky", "radiance": [1, 1, 1]}],
@@ -153,7 +153,7 @@ def test_the_world_file_says_what_the_call_does_not() -> None:
     assert raycam.render(world, camera(), exposure=0.0).exposure == 0.0
 
 
-def test_a_world_without_lights_gets_a_sky_and_says_so() -> None:
+def test_world_without_lights_gets_a_sky_and_a_notice() -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, color=[0.5, 0.5, 0.5])
     frame = raycam.render(world, camera(), samples=4)
@@ -165,7 +165,7 @@ def test_a_world_without_lights_gets_a_sky_and_says_so() -> None:
     assert world.lights == []
 
 
-def test_every_srgb_byte_comes_back() -> None:
+def test_every_srgb_color_byte_is_rendered_unchanged() -> None:
     world = raycam.World()
     for value in range(256):
         r, g, b = value, (value * 7 + 3) % 256, 255 - value
@@ -182,7 +182,7 @@ def test_every_srgb_byte_comes_back() -> None:
         assert pixels[round(v), round(u)].tolist() == expected
 
 
-def test_face_colours_of_bytes_come_back() -> None:
+def test_byte_face_colors_are_rendered_unchanged() -> None:
     rgb = np.arange(256, dtype=np.uint8)[:, None] + np.array([0, 50, 100], np.uint8)
     corners = np.array([[0.0, 0, 0], [0.9, 0, 0], [0, 0, 0.9]])
     offsets = np.stack([np.arange(256) % 16, np.zeros(256), np.arange(256) // 16], axis=1)
@@ -198,7 +198,7 @@ def test_face_colours_of_bytes_come_back() -> None:
 def slow(
     progress: Callable[[int, int], object] | None = None, cancel: raycam.Cancel | None = None
 ) -> raycam.Frame:
-    """A rendering of days: what comes back from it was stopped."""
+    """Starts a render that would take days, so it returns only if it is stopped."""
     return raycam.render(
         box_world(),
         camera((4000, 3000)),
@@ -218,7 +218,7 @@ def test_progress_counts_up_to_the_end() -> None:
     assert seen[-1][0] == seen[-1][1]
 
 
-def test_an_exception_of_progress_stops_the_rendering() -> None:
+def test_exception_of_progress_stops_rendering() -> None:
     def stop(done: int, total: int) -> None:
         raise RuntimeError(f"enough at {done} of {total}")
 
@@ -247,7 +247,7 @@ os._exit(1)
 
 
 @pytest.mark.parametrize("where", ["main", "thread"])
-def test_ctrl_c_stops_the_rendering(where: str) -> None:
+def test_ctrl_c_stops_rendering(where: str) -> None:
     here = Path(__file__).resolve().parent
     command = [sys.executable, "-c", INTERRUPTED, where, str(here), str(here.parent)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
@@ -259,7 +259,7 @@ def render_in_child(queue: multiprocessing.SimpleQueue[bytes]) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
-def test_render_fork_render() -> None:
+def test_rendering_works_before_and_after_a_fork() -> None:
     expected = raycam.render(box_world(), camera(), samples=2)["color"].tobytes()
     context = multiprocessing.get_context("fork")
     queue = context.SimpleQueue()
@@ -272,7 +272,7 @@ def test_render_fork_render() -> None:
     assert raycam.render(box_world(), camera(), samples=2)["color"].tobytes() == expected
 
 
-def test_threads_of_python_may_render_one_world() -> None:
+def test_python_threads_can_render_one_world() -> None:
     world = box_world()
     expected = raycam.render(box_world(), camera(), samples=2)
     with ThreadPoolExecutor(4) as pool:
@@ -297,8 +297,8 @@ for _ in range(4):
 """
 
 
-def test_the_first_pictures_of_a_process_may_begin_together(tmp_path: Path) -> None:
-    """Imports for the first picture run code of Python, and with it the other threads."""
+def test_first_images_of_a_process_can_start_in_several_threads(tmp_path: Path) -> None:
+    """The first image imports modules, which lets other Python threads run."""
     world = tmp_path / "world.toml"
     world.write_text("[[object]]\nbox = { size = 1 }\n")
     command = [sys.executable, "-c", FIRST, str(world)]
@@ -306,7 +306,7 @@ def test_the_first_pictures_of_a_process_may_begin_together(tmp_path: Path) -> N
         subprocess.run(command, timeout=PATIENCE, check=True)
 
 
-def test_the_gil_is_free_while_rendering() -> None:
+def test_gil_is_released_while_rendering() -> None:
     stop, cancel, begun = threading.Event(), raycam.Cancel(), threading.Event()
     ticks = 0
 
@@ -323,7 +323,7 @@ def test_the_gil_is_free_while_rendering() -> None:
 
     def enough(done: int, total: int) -> None:
         begun.set()
-        if time.process_time() - start > PATIENCE:  # computed, and never a turn for the other thread
+        if time.process_time() - start > PATIENCE:  # computed, although the other thread never ran
             raise TimeoutError
 
     with pytest.raises(raycam.Cancelled):

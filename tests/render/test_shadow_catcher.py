@@ -1,4 +1,4 @@
-"""Shadow catchers: their shadows against closed forms, real grounds and other samples; what masks and files have."""
+"""Shadow catchers: shadows compared with closed forms and real grounds, and their masks and files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEIGHT, HALF = 1.0, 1.0
 
 
 def camera_above() -> raycam.Camera:
-    """Parallel rays from above: 0.25 m to a pixel, the centre of the picture at x = 2."""
+    """A camera with parallel rays from above: 0.25 m per pixel, image centre at x = 2."""
     scale, (width, height) = 4.0, SIZE
     matrix = [[scale, 0, 0, (width - 1) / 2 - 2 * scale], [0, -scale, 0, (height - 1) / 2], [0, 0, 0, 1]]
     return raycam.Camera.from_matrix(matrix, SIZE)
@@ -47,8 +47,8 @@ def caught(world: raycam.World, camera: raycam.Camera, **options: Any) -> raycam
     return raycam.render(world, camera, transparent_background=True, **options)
 
 
-def test_the_umbra_of_a_sun_under_a_sky_has_the_share_of_the_sky() -> None:
-    # The direct light's sky is not occluded: E = pi L of it, and the sun's irradiance times the cosine.
+def test_umbra_keeps_the_light_of_the_sky() -> None:
+    # The sky is not occluded: E = pi L, plus the sun's irradiance times the cosine.
     sun, sky = 2.0, 0.3
     for elevation in (30.0, 50.0):
         world = scene()
@@ -71,7 +71,7 @@ def test_the_umbra_of_a_sun_under_a_sky_has_the_share_of_the_sky() -> None:
 
 
 def wall_factor(distance: Any, along: Any) -> Any:
-    """The share of the cosine-weighted sky that one side of the box hides from a point of the ground before it.
+    """The share of the cosine-weighted sky that a side of the box hides from a ground point in front of it.
 
     J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-4: an element at the corner of a
     rectangle that stands on its plane, from the corner to either side.
@@ -85,7 +85,7 @@ def wall_factor(distance: Any, along: Any) -> Any:
 
 
 @pytest.mark.parametrize("integrator", ["path", "ao"])
-def test_shadows_under_an_even_sky_are_configuration_factors(integrator: Any) -> None:
+def test_shadows_under_a_uniform_sky_equal_configuration_factors(integrator: Any) -> None:
     world = scene()
     world.add_light("sky", radiance=1.0)
     camera = camera_above().cropped(14, 9, 16, 6)  # before the side at x = 1, within its length
@@ -97,13 +97,13 @@ def test_shadows_under_an_even_sky_are_configuration_factors(integrator: Any) ->
             for seed in range(12)
         ]
     )
-    within = (np.arange(16) + 0.5) / 16 - 0.5  # of a pixel, over which it is the mean
+    within = (np.arange(16) + 0.5) / 16 - 0.5  # a pixel is the mean over its area
     x = 2 + (np.arange(14, 30)[:, None] + within - (SIZE[0] - 1) / 2) / 4
     y = -(np.arange(9, 15)[:, None] + within - (SIZE[1] - 1) / 2) / 4
     expected = 1 - wall_factor(x[None, None] - HALF, y[:, :, None, None]).mean(axis=(1, 3))
     seen = np.maximum(
         runs.var(axis=0, ddof=1), expected * (1 - expected) / 64
-    )  # few rays meet what is far away
+    )  # few rays hit distant objects
     z = (runs.mean(axis=0) - expected) / np.sqrt(seen / len(runs))
     assert np.abs(z).max() < 6, np.abs(z).max()
     assert abs(z.mean()) < 0.4
@@ -111,14 +111,14 @@ def test_shadows_under_an_even_sky_are_configuration_factors(integrator: Any) ->
 
 
 def lit() -> raycam.World:
-    """Coloured light and bounces between a red box and a green ground."""
+    """Coloured light, and interreflection between a red box and a green ground."""
     world = scene(color=[0.2, 0.6, 0.3], box_color=[0.9, 0.1, 0.1])
     world.add_light("sun", direction=[1, 0.4, -1], irradiance=[3, 2.5, 2], angular_diameter=5)
     world.add_light("sky", radiance=[0.2, 0.3, 0.5])
     return world
 
 
-def test_over_its_own_ground_it_is_a_render_of_the_real_ground() -> None:
+def test_shadow_over_its_own_ground_equals_a_render_of_the_ground() -> None:
     world, camera = lit(), raycam.Camera.look_at([7, -6, 5], [1, 0, 0], fov=35, size=(48, 36))
     bare = lit()
     bare.remove_object("box")
@@ -138,8 +138,8 @@ def test_over_its_own_ground_it_is_a_render_of_the_real_ground() -> None:
     assert (shadow[..., 0] > shadow[..., 2] + 0.02).any(), "red light of the box on the ground"
 
 
-def test_a_glossy_catcher_has_reflections_as_well() -> None:
-    # The material of the catcher says whether objects are reflected: that of `color` alone reflects none.
+def test_glossy_shadow_catcher_shows_reflections() -> None:
+    # Only a glossy material of the catcher reflects objects; a material with only a `color` does not.
     camera = raycam.Camera.look_at([5, -4, 2.5], [0.5, 0, 0], fov=35, size=(32, 24))
     settings: dict[str, Any] = {"integrator": "path", "samples": 96, "max_depth": 4}
     shown = {}
@@ -174,7 +174,7 @@ def test_a_glossy_catcher_has_reflections_as_well() -> None:
     assert shown[True][..., 2].min() < 0.2
 
 
-def test_an_opaque_picture_is_left_as_it_was_and_says_so() -> None:
+def test_shadow_catcher_in_an_opaque_image_gives_a_notice() -> None:
     world = lit()
     frame = raycam.render(world, camera_above(), samples=1)
     assert any(notice.code == "shadow_catchers_visible" for notice in frame.notices)
@@ -186,9 +186,9 @@ def test_an_opaque_picture_is_left_as_it_was_and_says_so() -> None:
     assert not same.notices
 
 
-def test_masks_and_depth_are_of_the_objects_and_of_catchers_if_asked() -> None:
+def test_ground_truth_omits_shadow_catchers_unless_requested() -> None:
     world, camera = lit(), raycam.Camera.look_at([7, -6, 5], [1, 0, 0], fov=35, size=(48, 36))
-    world.set_object("box", location=[0, 0, 0])  # the lower half is in the ground
+    world.set_object("box", location=[0, 0, 0])  # the lower half is below the ground
     shown = raycam.render(world, camera, samples=1, channels="all")
     frame = caught(world, camera, samples=4, channels="all")
     box = shown["instance"] == 1
@@ -207,18 +207,18 @@ def test_masks_and_depth_are_of_the_objects_and_of_catchers_if_asked() -> None:
     assert labels[0].visible_pixels == np.count_nonzero(box)
 
 
-def test_what_passes_partly_shows_the_catcher_behind_it() -> None:
+def test_translucent_object_shows_the_shadow_catcher_behind_it() -> None:
     world = scene(box=False)
     world.add_object(plane={"size": [4, 4]}, location=[2, 0, 2], opacity=0.5, color=[0, 0, 0], name="veil")
     world.add_light("sun", direction=[0, 0, -1], irradiance=2, angular_diameter=0)
     frame = caught(world, camera_above(), integrator="path", samples=256)
     alpha, shadow = frame["alpha"][12, 18], frame["shadow"][12, 18]
     np.testing.assert_allclose(alpha, 0.5, atol=0.1)
-    np.testing.assert_allclose(shadow, 0.5, atol=0.1)  # half of the sun comes through
+    np.testing.assert_allclose(shadow, 0.5, atol=0.1)  # half of the sunlight is transmitted
     np.testing.assert_array_equal(frame["shadow"][0, 0], 1)
 
 
-def test_lights_in_front_of_a_catcher_stay() -> None:
+def test_lights_in_front_of_a_shadow_catcher_are_visible() -> None:
     world = scene()
     world.add_light("area", position=[4, 0, 1], u=[1, 0, 0], v=[0, -1, 0], radiance=3.0)
     frame = caught(world, camera_above(), integrator="path", samples=4)
@@ -229,7 +229,7 @@ def test_lights_in_front_of_a_catcher_stay() -> None:
     assert np.isfinite(frame["shadow"]).all()
 
 
-def test_light_of_objects_alone_makes_no_shadows_and_says_so() -> None:
+def test_shadow_catcher_without_lights_gives_a_notice() -> None:
     world = scene()
     world.add_object(sphere={"radius": 0.3}, location=[3, 0, 2], emission=5.0, name="bulb")
     frame = caught(world, camera_above(), integrator="path", samples=2)
@@ -238,7 +238,7 @@ def test_light_of_objects_alone_makes_no_shadows_and_says_so() -> None:
 
 
 @pytest.mark.parametrize("integrator", ["direct", "path", "ao", "flat"])
-def test_threads_and_tiles_change_no_byte(integrator: Any) -> None:
+def test_shadows_do_not_depend_on_threads_or_regions(integrator: Any) -> None:
     world, camera = lit(), camera_above()
     one, many = (
         caught(world, camera, integrator=integrator, samples=3, threads=threads, channels="all")
@@ -252,7 +252,7 @@ def test_threads_and_tiles_change_no_byte(integrator: Any) -> None:
     assert seen == (integrator != "flat")
 
 
-def test_files_have_the_shadow(tmp_path: Path) -> None:
+def test_image_files_contain_the_shadow(tmp_path: Path) -> None:
     world = scene()
     world.add_light("sun", direction=[1, 0, -1], irradiance=2, angular_diameter=0)
     frame = caught(world, camera_above(), samples=1)
@@ -273,7 +273,7 @@ def test_files_have_the_shadow(tmp_path: Path) -> None:
     np.testing.assert_array_equal(seen[dark], 0)
 
 
-def test_worlds_keep_the_flag(tmp_path: Path) -> None:
+def test_copies_of_a_world_keep_the_shadow_catcher_flag(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text("[[object]]\nplane = {}\nshadow_catcher = true\n[[object]]\nbox = {}\n")
     world = raycam.load(tmp_path / "a.toml")
     assert [item.shadow_catcher for item in world.objects] == [True, False]
@@ -290,7 +290,7 @@ def test_worlds_keep_the_flag(tmp_path: Path) -> None:
         world.set_object(0, shadow_catcher="yes")
 
 
-def test_gltf_has_no_words_for_them_and_says_so(tmp_path: Path) -> None:
+def test_gltf_omits_shadow_catchers_and_backgrounds_with_a_notice(tmp_path: Path) -> None:
     Image.new("RGB", SIZE).save(tmp_path / "a.png")
     world = lit()
     world.add_camera(camera_above().with_background(tmp_path / "a.png"))

@@ -31,18 +31,18 @@ def said(world: raycam.World, camera: raycam.Camera = CAMERA, **options: Any) ->
 
 @pytest.mark.parametrize("channels", ["color", "depth", "instance", ["color", "triangle"], "normal"])
 @pytest.mark.parametrize("integrator", ["flat", "direct", "path"])
-def test_a_camera_that_shows_nothing_gives_a_notice(channels: Any, integrator: str) -> None:
+def test_camera_that_shows_nothing_gives_a_notice(channels: Any, integrator: str) -> None:
     assert "nothing_visible" in codes_of(lit_world(), AWAY, channels=channels, integrator=integrator)
     assert said(lit_world(), CAMERA, channels=channels, integrator=integrator) == ""
 
 
-def test_nothing_is_seen_of_an_empty_world_with_a_sky() -> None:
+def test_empty_world_with_a_sky_gives_a_notice() -> None:
     world = raycam.World()
     world.add_light("sky", radiance=0.5)
     assert "nothing_visible" in codes_of(world, channels="color")
 
 
-def test_a_single_pixel_is_seen() -> None:
+def test_single_visible_pixel_prevents_the_notice() -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 0.09})
     world.add_light("sky", radiance=0.5)
@@ -52,7 +52,7 @@ def test_a_single_pixel_is_seen() -> None:
 
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
-def test_nothing_is_lit(integrator: str, tmp_path: Path) -> None:
+def test_scene_without_lit_surfaces_gives_a_notice(integrator: str, tmp_path: Path) -> None:
     dark: list[raycam.World] = []
     below = raycam.World()
     below.add_object(plane={"size": 8})
@@ -60,7 +60,7 @@ def test_nothing_is_lit(integrator: str, tmp_path: Path) -> None:
     dark.append(below)
     turned = raycam.World()
     turned.add_object(sphere={})
-    turned.add_light("area", position=[0, 0, 3], u=[1, 0, 0], v=[0, 1, 0], radiance=4)  # shines up
+    turned.add_light("area", position=[0, 0, 3], u=[1, 0, 0], v=[0, 1, 0], radiance=4)  # emits upwards
     dark.append(turned)
     dark.append(lit_world(color=[0, 0, 0]))
     for world in dark:
@@ -70,7 +70,7 @@ def test_nothing_is_lit(integrator: str, tmp_path: Path) -> None:
     assert said(lit_world(color="black"), integrator="flat") == ""
 
 
-def test_a_dark_side_is_not_all() -> None:
+def test_partly_lit_object_gives_no_notice() -> None:
     world = raycam.World()
     world.add_object(sphere={})
     world.add_light("sun", direction=[3, -4, 0.4], irradiance=3)  # from behind: a thin crescent is lit
@@ -78,7 +78,7 @@ def test_a_dark_side_is_not_all() -> None:
 
 
 @pytest.mark.parametrize("power", [3, 7, 10])
-def test_beyond_white_says_which_exposure_shows_it(power: int) -> None:
+def test_overexposed_image_gives_a_notice_with_an_exposure(power: int) -> None:
     world = raycam.World()
     world.add_object(plane={"size": 80})
     world.add_light("sky", radiance=0.5 * 2.0**power)
@@ -104,7 +104,7 @@ def shaded_world(radiance: float) -> raycam.World:
 
 @pytest.mark.parametrize(("power", "word"), [(8, "white"), (12, "white"), (-14, "colour"), (-11, "colour")])
 @pytest.mark.parametrize("channels", ["color", ["color", "instance"]])
-def test_objects_without_shading_get_an_exposure_that_shows_it(power: int, word: str, channels: Any) -> None:
+def test_overexposed_objects_give_a_notice_with_an_exposure(power: int, word: str, channels: Any) -> None:
     world = shaded_world(2.0**power)
     dark_sky = {"background": [0.1, 0.1, 0.1]}
     notice = said(world, channels=channels, **dark_sky)
@@ -118,7 +118,7 @@ def test_objects_without_shading_get_an_exposure_that_shows_it(power: int, word:
     assert len(np.unique(frame.to_srgb8()[frame["instance"] >= 0])) > 20
 
 
-def test_object_of_one_colour_gets_no_notice() -> None:
+def test_object_of_one_color_gives_no_notice() -> None:
     world = raycam.World()
     world.add_object(plane={"size": 80})
     world.add_light("sky", radiance=0.5)
@@ -126,19 +126,19 @@ def test_object_of_one_colour_gets_no_notice() -> None:
     assert said(world, camera) == ""
 
 
-def test_white_itself_is_not_beyond() -> None:
+def test_white_objects_give_no_overexposure_notice() -> None:
     world = lit_world()
     world.add_light("sky", radiance=1.0)
     assert said(world) == ""
 
 
-def test_parts_of_a_picture_may_be_empty() -> None:
+def test_empty_region_gives_no_notice() -> None:
     assert said(lit_world(), region=(0, 0, 4, 4)) == ""
 
 
 @pytest.mark.parametrize("up", ["z", "y"])
-def test_the_default_view_sees_slanted_planes(up: str) -> None:
-    """Planes through all small whole numbers: none is seen from its edge."""
+def test_default_view_shows_slanted_planes(up: str) -> None:
+    """Planes with all small integer normals: none is seen edge-on."""
     for normal in np.ndindex(7, 7, 4):
         n = np.array(normal, dtype=float) - [3, 3, 0]
         if not n.any():
@@ -164,7 +164,7 @@ def test_the_default_view_sees_slanted_planes(up: str) -> None:
         ({"type": "sun", "direction": [0, 0, -1], "irradiance": 1}, {"angular_diameter": 0.53}),
     ],
 )
-def test_solid_glass_before_a_light_without_size(solid: Any, light: Any, sized: Any) -> None:
+def test_solid_glass_with_a_light_without_size_gives_a_notice(solid: Any, light: Any, sized: Any) -> None:
     def spoken(light: Any, **glass: Any) -> bool:
         world = raycam.World()
         world.add_object(plane={"size": 9})
@@ -178,7 +178,7 @@ def test_solid_glass_before_a_light_without_size(solid: Any, light: Any, sized: 
     assert not spoken(light, type="glass", thin=True)
 
 
-def test_words_that_are_no_cameras_say_what_to_do() -> None:
+def test_unknown_camera_words_raise_with_the_alternative() -> None:
     world = lit_world()
     with raises(raycam.WorldError, code="unknown_name", mentions=["world.view_from", "'top'"]):
         raycam.render(world, "top")

@@ -1,4 +1,4 @@
-"""The terminator of smooth coarse meshes: light ends where the interpolated normal says, and energy stays."""
+"""The terminator of smooth coarse meshes: light ends according to the interpolated normals, and energy is conserved."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def smooth(shape: dict[str, Any], **keys: Any) -> tuple[raycam.World, raycam.Cam
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("level", [1, 2, 3])
 @pytest.mark.parametrize("scale", [1, [1, 1.6, 0.7]])
-def test_a_convex_smooth_mesh_is_lit_as_its_normals_say(kind: dict[str, Any], level: int, scale: Any) -> None:
+def test_convex_smooth_mesh_is_lit_according_to_its_normals(
+    kind: dict[str, Any], level: int, scale: Any
+) -> None:
     world, camera = smooth({"sphere": {"level": level}}, scale=scale, **kind)
     to_sun = np.array([0.3, 0.8, 0.5])
     to_sun /= np.linalg.norm(to_sun)
@@ -49,7 +51,7 @@ def test_a_convex_smooth_mesh_is_lit_as_its_normals_say(kind: dict[str, Any], le
         np.testing.assert_allclose(seen[lit], expected[lit], rtol=2e-4, atol=1e-6)
 
 
-def test_a_coarse_torus_is_as_a_fine_one_where_light_ends() -> None:
+def test_terminator_of_a_coarse_torus_equals_that_of_a_fine_one() -> None:
     off = {}
     world, camera = smooth({"torus": {"segments": 1024}})
     for segments in (16, 32, 64, 1024):
@@ -62,7 +64,7 @@ def test_a_coarse_torus_is_as_a_fine_one_where_light_ends() -> None:
 
 @pytest.mark.parametrize("kind", [*KINDS, {"type": "metal", "roughness": 0.4, "color": [1, 1, 1]}])
 @pytest.mark.parametrize("level", [1, 2])
-def test_a_white_furnace_stays_white(kind: dict[str, Any], level: int) -> None:
+def test_smooth_mesh_in_a_white_furnace_is_white(kind: dict[str, Any], level: int) -> None:
     world, camera = smooth({"sphere": {"level": level}}, **kind)
     world.set_object(0, color=[1, 1, 1])
     world.add_light("sky", radiance=1.0)
@@ -75,7 +77,7 @@ def test_a_white_furnace_stays_white(kind: dict[str, Any], level: int) -> None:
     assert low < mean < 1.003, mean
 
 
-def test_threads_change_no_byte() -> None:
+def test_terminator_does_not_depend_on_threads() -> None:
     world, camera = smooth({"sphere": {"level": 1}})
     world.add_light("sun", direction=[-0.2, -1, -0.4], irradiance=E)
     one, many = (

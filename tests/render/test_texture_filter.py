@@ -98,7 +98,7 @@ def test_wide_angles_keep_the_contrast_at_the_border(fov: float) -> None:
         frame = raycam.render(world, camera, integrator="path", samples=samples, channels="color")
         line = frame["color"][pixels // 2, :, 0]
         center, border = line[pixels // 2 - 16 : pixels // 2 + 16], line[:16]
-        # A pixel's cone is round, but its solid angle at the border is not: along the line, the cone is too wide.
+        # A pixel's cone is round, but its footprint at the border is not, so the cone is too wide along the line.
         # A cone as in the image centre would lose 28 % of the contrast at 150 degrees.
         assert border.std() > 0.83 * center.std(), (samples, border.std(), center.std())
 

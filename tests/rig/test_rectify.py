@@ -1,4 +1,4 @@
-"""Rectified pairs against OpenCV's."""
+"""Rectified pairs, compared with OpenCV."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def pair(turn: np.ndarray = TURN, step: np.ndarray = STEP) -> raycam.Rig:
     return raycam.Rig.of({"a": left, "b": right})
 
 
-def test_rotations_are_opencv_s() -> None:
+def test_rectifying_rotations_equal_opencv() -> None:
     rig = pair()
     R1, R2, *_ = cv2.stereoRectify(K1, D1, K2, D2, SIZE, TURN, STEP, flags=cv2.CALIB_ZERO_DISPARITY, alpha=-1)
     made = rig.rectified()
@@ -33,7 +33,7 @@ def test_rotations_are_opencv_s() -> None:
     np.testing.assert_allclose(made.baseline(), [np.linalg.norm(STEP), 0, 0], atol=1e-12)
 
 
-def test_points_are_where_opencv_s_maps_take_them() -> None:
+def test_rectified_points_equal_opencvs_maps() -> None:
     rig = pair()
     R1, R2, P1, P2, *_ = cv2.stereoRectify(
         K1, D1, K2, D2, SIZE, TURN, STEP, flags=cv2.CALIB_ZERO_DISPARITY, alpha=-1
@@ -50,29 +50,29 @@ def test_points_are_where_opencv_s_maps_take_them() -> None:
 
 
 @pytest.mark.parametrize("alpha", [-1.0, 0.0, 1.0])
-def test_the_maps_are_opencv_s(alpha: float) -> None:
+def test_rectification_maps_equal_opencv(alpha: float) -> None:
     rig = pair()
     R1, R2, P1, P2, *_ = cv2.stereoRectify(
         K1, D1, K2, D2, SIZE, TURN, STEP, flags=cv2.CALIB_ZERO_DISPARITY, alpha=alpha
     )
     made = rig.rectified(K=P1[:, :3])
-    # P of the second, in the axes of the first: the baseline in pixels.
+    # P of the second camera contains the baseline in pixels.
     np.testing.assert_allclose(-P1[0, 0] * made.baseline()[0], P2[0, 3], atol=1e-9)
     u, v = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
     grid = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
     for name, other, K, D, R, P in (("a", "left", K1, D1, R1, P1), ("b", "right", K2, D2, R2, P2)):
-        # The exact pixel, in float64.
+        # The exact pixel in float64.
         seen = grid @ np.linalg.inv(P[:, :3]).T @ R
         exact, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, D)
         origin, directions = made[other].rays(grid[:, :2])
         np.testing.assert_allclose(rig[name].project(origin + directions)[0], exact[:, 0], atol=1e-6)
-        # The tables, which are float32: one unit of the last place at most.
+        # The maps are float32: the error is at most one unit in the last place.
         x, y = cv2.initUndistortRectifyMap(K, D, R, P[:, :3], SIZE, cv2.CV_32FC1)
         ours = made[other].pixel_map(rig[name])
         np.testing.assert_allclose(ours, np.stack([x, y], axis=-1), atol=6.2e-5)
 
 
-def test_the_middles_of_the_pictures_are_in_the_middle() -> None:
+def test_rectified_images_are_centred() -> None:
     rig = pair()
     made = rig.rectified()
     middle = np.array(SIZE) / 2 - 0.5
@@ -81,7 +81,7 @@ def test_the_middles_of_the_pictures_are_in_the_middle() -> None:
     assert made.rectified().mounts["left"].size == SIZE
 
 
-def test_the_second_camera_is_to_the_right() -> None:
+def test_rectification_requires_the_second_camera_on_the_right() -> None:
     for step in ([0.2, 0, 0], [0, -0.2, 0], [0.0, 0, 0]):
         with raises(raycam.CameraError, code="unsupported_camera"):
             pair(np.eye(3), np.array(step)[:, None]).rectified()

@@ -1,4 +1,4 @@
-"""Rigs: cameras on one moving body, in worlds, in files, and in pictures."""
+"""Rigs: cameras on one moving body, in worlds, files and images."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def turned(seed: int) -> np.ndarray:
 
 
 def pair() -> raycam.Rig:
-    """Two cameras with lenses on a body that is neither of them."""
+    """Two cameras with lenses, mounted on a body with its own axes."""
     cameras = {
         "left": raycam.Camera(K, turned(1), [0.1, 0.2, 0.0], (320, 240), distortion=[-0.2, 0.05, 0, 0]),
         "right": raycam.Camera(
@@ -47,7 +47,7 @@ def ahead(rows: int = 60, **options: object) -> raycam.Camera:
     return raycam.Camera.from_pose([0, 0, 0.5], size=(rows * 4 // 3, rows), focal=rows * 1.2, **options)
 
 
-def test_a_point_is_where_its_camera_sees_it_in_the_axes_of_the_body() -> None:
+def test_rig_cameras_project_points_in_the_axes_of_the_body() -> None:
     rig = pair()
     points = np.random.default_rng(0).normal(size=(200, 3)) * 5
     in_body = (points - rig.C) @ rig.R.T
@@ -61,7 +61,7 @@ def test_a_point_is_where_its_camera_sees_it_in_the_axes_of_the_body() -> None:
     np.testing.assert_allclose(np.linalg.norm(rig.baseline()), np.linalg.norm([0, 0.4, -0.1]), atol=1e-12)
 
 
-def test_a_rig_of_standing_cameras_has_them_where_they_stand() -> None:
+def test_rig_of_placed_cameras_keeps_their_poses() -> None:
     rig = pair()
     again = raycam.Rig.of(dict(rig), rig.R, rig.C, name="pair")
     first = raycam.Rig.of(dict(rig))
@@ -76,7 +76,7 @@ def test_a_rig_of_standing_cameras_has_them_where_they_stand() -> None:
     np.testing.assert_allclose(moved.R.T, expected, atol=1e-12)
 
 
-def test_descriptions_pickles_and_equality() -> None:
+def test_rigs_support_descriptions_pickle_and_equality() -> None:
     rig = pair()
     moving = rig.moving(rig.at_pose(turned(4), [5.0, 0.0, 0.0]), exposure=0.01, readout=0.03)
     for one in (rig, moving):
@@ -88,7 +88,7 @@ def test_descriptions_pickles_and_equality() -> None:
     assert "left" in repr(rig)
 
 
-def test_rows_of_a_turning_rig_see_from_arcs() -> None:
+def test_rows_of_a_rotating_rig_have_origins_on_arcs() -> None:
     rig = pair()
     end = rig.at_pose(turned(5), [4.5, -2.0, 1.2])
     moving = rig.moving(end, readout=0.04)["left"]
@@ -102,7 +102,7 @@ def test_rows_of_a_turning_rig_see_from_arcs() -> None:
     assert rig.moving(end, readout=0.04).still().shutter is None
 
 
-def test_a_world_file_has_rigs_and_its_video_moves_them(tmp_path: Path) -> None:
+def test_world_files_define_rigs_that_videos_move(tmp_path: Path) -> None:
     path = tmp_path / "car.toml"
     path.write_text("""
 [[object]]
@@ -148,7 +148,7 @@ keyframe = [
         raycam.World.from_dict({"rig": {"camera": {"focal": 9, "location": [1, 2]}}})
 
 
-def test_kalibr_has_the_rig_without_its_place(tmp_path: Path) -> None:
+def test_kalibr_files_keep_the_mounts_without_the_pose(tmp_path: Path) -> None:
     rig = pair()
     notices = raycam.save_cameras(tmp_path / "chain.yaml", rig, "kalibr")
     assert any("place in the world" in str(notice) for notice in notices)
@@ -162,7 +162,7 @@ def test_kalibr_has_the_rig_without_its_place(tmp_path: Path) -> None:
         raycam.save_cameras(tmp_path / "many.yaml", many, "kalibr")
 
 
-def test_kitti_has_the_pair_in_the_axes_of_its_first_camera(tmp_path: Path) -> None:
+def test_kitti_files_contain_the_pair_in_the_axes_of_the_first_camera(tmp_path: Path) -> None:
     rig = raycam.Rig.stereo(ahead(), 0.54)
     raycam.save_cameras(tmp_path / "calib.txt", rig, "kitti")
     found = raycam.load_cameras(tmp_path / "calib.txt", size=(80, 60))
@@ -177,7 +177,7 @@ def test_kitti_has_the_pair_in_the_axes_of_its_first_camera(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("format", ["colmap", "colmap-binary"])
-def test_colmap_reads_rigs_and_frames_and_the_other_way_round(tmp_path: Path, format: str) -> None:
+def test_colmap_rigs_and_frames_round_trip_with_pycolmap(tmp_path: Path, format: str) -> None:
     rig = pair()
     given = {f"f{i}": rig.at_pose(turned(10 + i), [i, 0.5, 2.0]) for i in range(3)}
     raycam.save_cameras(tmp_path / "model", given, format)
@@ -206,10 +206,10 @@ def test_colmap_reads_rigs_and_frames_and_the_other_way_round(tmp_path: Path, fo
         assert (tmp_path / "third" / path.name).read_bytes() == path.read_bytes()
 
 
-def test_what_no_calibration_holds_is_said(tmp_path: Path) -> None:
+def test_unsupported_properties_of_a_rig_give_notices_on_writing(tmp_path: Path) -> None:
     blurred = ahead().with_aperture(0.01, focus=2).with_vignetting(cos4=True)
     moving = ahead().moving(ahead().at_pose(np.eye(3), [1, 0, 0]), exposure=0.1)
-    single = {"ros", "camodocal", "orb-slam", "tum-intrinsics"}  # these hold one camera
+    single = {"ros", "camodocal", "orb-slam", "tum-intrinsics"}  # these formats contain one camera
     for format in sorted(set(WRITTEN_FORMATS) - single):
         options = {"times": {"a": 1.0, "b": 2.0}} if format in ("tum", "euroc") else {}
         notices = raycam.save_cameras(tmp_path / format, {"a": blurred, "b": moving}, format, **options)
@@ -220,7 +220,7 @@ def test_what_no_calibration_holds_is_said(tmp_path: Path) -> None:
     assert any("rig" in str(notice) for notice in said)
 
 
-def test_disparity_is_in_the_frames_of_the_pair_and_opencv_gets_the_points_of_it() -> None:
+def test_disparity_of_a_rig_equals_the_closed_form_and_opencvs_points() -> None:
     world = room()
     rig = raycam.Rig.stereo(ahead(120), 0.2)
     frames = rig.render(world, channels=["depth", "position", "disparity"], samples=1)
@@ -233,7 +233,7 @@ def test_disparity_is_in_the_frames_of_the_pair_and_opencv_gets_the_points_of_it
         k, zero, k, zero, rig["left"].size, np.eye(3), np.array([[-0.2], [0], [0]]), alpha=-1,
         flags=cv2.CALIB_ZERO_DISPARITY,
     )  # fmt: skip
-    Q[:2, 3] = -k[:2, 2]  # OpenCV chooses a principal point of its own
+    Q[:2, 3] = -k[:2, 2]  # OpenCV chooses its own principal point
     Q[2, 3] = k[0, 0]
     points = cv2.reprojectImageTo3D(left["disparity"].astype(np.float32), Q)
     in_camera = (left["position"] - rig["left"].C) @ rig["left"].R.T
@@ -243,7 +243,7 @@ def test_disparity_is_in_the_frames_of_the_pair_and_opencv_gets_the_points_of_it
     assert raycam.disparity(world, rig)["occluded"].any()
 
 
-def test_what_is_no_pair_is_refused() -> None:
+def test_disparity_requires_a_rectified_pair() -> None:
     world, rig = room(), pair()
     with raises(raycam.CameraError, code="unsupported_camera"):
         rig.render(world, channels=["disparity"])

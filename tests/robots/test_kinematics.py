@@ -46,7 +46,7 @@ def test_planar_joint_moves_in_the_plane_of_its_normal() -> None:
     )
 
 
-def test_floating_joint_takes_numbers_or_a_matrix() -> None:
+def test_floating_joint_accepts_numbers_or_a_matrix() -> None:
     robot = one_joint("floating")
     half = np.sqrt(0.5)
     pose = robot.pose("b", {"j": [0.1, 0.2, 0.3, 0, 0, 2 * half, 2 * half]})

@@ -12,7 +12,7 @@ from support.raises import raises
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """A workspace with two packages and a secret outside of them."""
+    """A workspace with two packages and a file outside of them."""
     for name in (
         "ws/one/urdf/r.urdf",
         "ws/one/meshes/A b.stl",
@@ -43,17 +43,17 @@ def resolver(tree: Path, **options: object) -> FileResolver:
         ("package://two/meshes/c.stl", "ws/two/meshes/c.stl"),
     ],
 )
-def test_names_lead_to_files(tree: Path, name: str, expected: str) -> None:
+def test_package_and_relative_names_are_resolved_to_files(tree: Path, name: str, expected: str) -> None:
     assert resolver(tree).find(name) == tree / expected
 
 
-def test_file_urls_lead_to_files_in_the_root(tree: Path) -> None:
+def test_file_urls_are_resolved_inside_the_root(tree: Path) -> None:
     assert resolver(tree).find(f"file://{tree}/ws/one/meshes/A b.stl") == tree / "ws/one/meshes/A b.stl"
     with raises(Missing, mentions=[tree / "secret.stl", "folder="]):
         resolver(tree).find(f"file://{tree}/secret.stl")
 
 
-def test_other_case_is_found_with_a_notice(tree: Path) -> None:
+def test_file_name_of_another_case_is_found_with_a_notice(tree: Path) -> None:
     files = resolver(tree)
     assert files.find("package://one/Meshes/a B.STL") == tree / "ws/one/meshes/A b.stl"
     assert len(files.notices) == 1
@@ -81,13 +81,13 @@ def test_files_outside_of_the_roots_are_refused(tree: Path, name: str) -> None:
         resolver(tree).find(name)
 
 
-def test_links_that_leave_the_root_are_refused(tree: Path) -> None:
+def test_symbolic_links_that_leave_the_root_are_refused(tree: Path) -> None:
     (tree / "ws/one/meshes/link.stl").symlink_to(tree / "secret.stl")
     with raises(Missing, mentions=["link.stl", "folder="]):
         resolver(tree).find("package://one/meshes/link.stl")
 
 
-def test_folder_confines_packages(tree: Path) -> None:
+def test_folder_argument_confines_packages(tree: Path) -> None:
     with pytest.raises(Missing):
         resolver(tree, folder=tree / "ws/one").find("package://two/meshes/c.stl")
     assert (

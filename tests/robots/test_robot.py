@@ -113,7 +113,7 @@ def test_degrees_give_a_notice(arm: Path) -> None:
         world.set_joints("arm", {"turn": 45.0})
 
 
-def test_copies_and_pickles_keep_robots_of_their_own(arm: Path) -> None:
+def test_copies_and_pickles_have_independent_robots(arm: Path) -> None:
     world = raycam.load(arm)
     for other in (copy.copy(world), pickle.loads(pickle.dumps(world)), world.at(0.0)):
         other.set_joints("arm", {"turn": 1.0})
@@ -122,14 +122,14 @@ def test_copies_and_pickles_keep_robots_of_their_own(arm: Path) -> None:
         assert other.objects[1].matrix[0, 0] != world.objects[1].matrix[0, 0]
 
 
-def test_removed_objects_stay_away(arm: Path) -> None:
+def test_removed_robot_objects_stay_removed(arm: Path) -> None:
     world = raycam.load(arm)
     world.remove_object("arm/upper")
     world.set_joints("arm", {"turn": 1.0})
     assert len(world.objects) == 3
 
 
-def test_names_are_unique(arm: Path) -> None:
+def test_robot_object_names_are_unique(arm: Path) -> None:
     world = raycam.load(arm)
     with raises(raycam.WorldError, code="duplicate_name", mentions=["'arm'"]):
         world.add_robot(arm)
@@ -138,7 +138,7 @@ def test_names_are_unique(arm: Path) -> None:
     assert len(world.objects) == 8
 
 
-def test_many_images_equal_single_ones(arm: Path) -> None:
+def test_render_many_with_joints_equals_single_images(arm: Path) -> None:
     world = raycam.load(arm)
     camera = world.view_from(size=(40, 30))
     q = np.array([[0.2, 0.1], [1.0, 0.2]])

@@ -85,7 +85,7 @@ def test_urdf_faults_raise_with_lines(case: str) -> None:
         read_urdf(urdf(body), "r.urdf")
 
 
-def test_other_documents_are_named() -> None:
+def test_documents_of_other_formats_are_refused_with_their_name() -> None:
     with raises(raycam.FormatError, code="syntax", mentions=["from_mujoco"]):
         read_urdf(b"<mujoco/>", "r.urdf")
 
@@ -100,7 +100,7 @@ def test_six_joint_types_are_read() -> None:
     assert np.isinf(robot.joints["continuous"].upper)
 
 
-def test_materials_come_from_the_top_or_from_another_visual() -> None:
+def test_materials_are_found_at_the_top_level_or_in_another_visual() -> None:
     shape = "<geometry><sphere radius='1'/></geometry>"
     body = (
         '<material name="top"><color rgba="1 0 0 1"/></material>'

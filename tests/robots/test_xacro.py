@@ -63,7 +63,7 @@ def expanded(path: Path, **arguments: str) -> str:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_expansion_equals_that_of_ros(folder: Path, name: str) -> None:
+def test_xacro_expansion_equals_that_of_ros(folder: Path, name: str) -> None:
     path = written(folder, ROBOTS[name])
     program = "import sys, xacro; print(xacro.process_file(sys.argv[1]).toxml(), end='')"
     run = subprocess.run(

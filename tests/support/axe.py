@@ -17,7 +17,7 @@ needs_axe = pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not instal
 
 
 def violations(tab: Tab) -> list[Any]:
-    """The rules that the page offends, and where."""
+    """The violated rules and their elements."""
     tab.evaluate(f"{AXE.read_text(encoding='utf-8')}; null")
     found: list[Any] = tab.evaluate(
         "axe.run(document).then(({violations}) => violations.map(({id, nodes}) => "

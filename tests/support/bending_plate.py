@@ -1,4 +1,4 @@
-"""A plate that a skin and a morph target bend, as a glTF file and as formulas."""
+"""A plate deformed by a skin and a morph target, as a glTF file and as formulas."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ BULGE = np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0.3], [0, 0, 0.3], [0.1, 0, 0.4],
 
 
 def bending_plate(folder: Path) -> raycam.World:
-    """A plate whose upper half is turned by a joint at half its height, that bulges, and flies to the right.
+    """A plate that bulges and moves to the right while a joint at half its height turns the upper half.
 
-    From 0 to 1 second: 90 degrees, one whole morph target, 0.8 m.
+    From 0 to 1 second: 90 degrees, morph weight 0 to 1, 0.8 m.
     """
     half = np.sqrt(0.5)
     weights = np.zeros((6, 4), "<f4")
@@ -85,7 +85,7 @@ def bending_plate(folder: Path) -> raycam.World:
 
 
 def plate_at(time: float) -> np.ndarray:
-    """Its corners, by the formulas of glTF: morph, then the weighted sum of the joints' moves."""
+    """The plate's vertices by the formulas of glTF: the morph target, then the weighted sum of the joint transforms."""
     morphed = PLATE + time * BULGE
     angle = np.pi / 2 * time
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])

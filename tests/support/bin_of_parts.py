@@ -6,7 +6,7 @@ import raycam
 
 
 def bin_of_parts(count: int) -> tuple[raycam.World, list[str]]:
-    """A bin of five boxes, `bin/bottom` to `bin/back`, and `count` boxes, cylinders, balls and rings; their names."""
+    """A world with a bin of five boxes (`bin/bottom` to `bin/back`), `count` parts above it, and their names."""
     world = raycam.World()
     walls = {
         "bottom": ([0.4, 0.3, 0.01], [0, 0, 0.005]),

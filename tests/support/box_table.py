@@ -1,4 +1,4 @@
-"""A table of things that data sets are made of, and cameras around it."""
+"""A table with objects for tests of data sets, and cameras around it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIZE = (64, 48)
 
 
 def table() -> raycam.World:
-    """Two boxes of a kind, a ball, a ring with a hole, on a table without a category; the ball slides."""
+    """Two equal boxes, a sliding ball and a ring with a hole on a table without a category."""
     world = raycam.World()
     world.add_object(plane={"size": [6, 6]}, name="table")
     world.add_object(box={"size": [0.6, 0.4, 0.5]}, location=[0.8, 0.2, 0.25], yaw=30, category="box")

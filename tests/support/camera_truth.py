@@ -30,7 +30,7 @@ def points(R: Array, C: Array, reach: float = 0.5) -> Array:
 
 
 def brown(x: Array, k: tuple[float, ...] = (), p: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Radial terms k1 r^2 + k2 r^4 + ... and OpenCV's tangential ones, of points [n, 2]."""
+    """Points [n, 2] distorted by the radial terms k1 r^2 + k2 r^4 + ... and OpenCV's tangential terms."""
     r2 = (x**2).sum(axis=1)
     radial = 1 + sum(value * r2 ** (i + 1) for i, value in enumerate(k))
     u, v = x.T
@@ -40,13 +40,13 @@ def brown(x: Array, k: tuple[float, ...] = (), p: tuple[float, float] = (0.0, 0.
 
 
 def equidistant(x: Array) -> Array:
-    """Points of the plane z = 1 on the plane of the angles."""
+    """Equidistant fisheye: points of the plane z = 1 scaled to their angles."""
     r = np.linalg.norm(x, axis=1, keepdims=True)
     return x * np.arctan(r) / r
 
 
 def pixels(K: Array, R: Array, C: Array, world: Array, lens: Any = None) -> Array:
-    """The pixels [n, 2] of points of the world; `lens` maps points of the plane z = 1."""
+    """The pixels [n, 2] of world points; `lens` distorts points of the plane z = 1."""
     camera = (world - C) @ R.T
     plane = camera[:, :2] / camera[:, 2:]
     plane = plane if lens is None else lens(plane)
@@ -74,12 +74,12 @@ def intrinsics(fx: float, fy: float, cx: float, cy: float, skew: float = 0.0) ->
 
 
 def picture(path: Path, size: tuple[int, int] = (640, 480)) -> Path:
-    """A picture of one colour, whose format is that of its ending."""
+    """Writes an image of one colour, in the format of its extension."""
     path.parent.mkdir(parents=True, exist_ok=True)
     Image.new("RGB", size).save(path)
     return path
 
 
 def rows(matrix: Array) -> str:
-    """A matrix as text, a row a line, to the last digit."""
+    """A matrix as text, one row per line, with all digits."""
     return "".join(" ".join(repr(float(value)) for value in row) + "\n" for row in matrix)

@@ -65,7 +65,7 @@ class Tab:
         return found["result"].get("value")
 
     def wait(self, condition: str) -> None:
-        """Waits until a script is true. It may fail while the page is another one, or on its way."""
+        """Waits until a script returns true. Errors are ignored while the page is loading."""
         until(lambda: self._is_true(condition), f"never true: {condition}")
 
     def _is_true(self, condition: str) -> bool:
@@ -78,7 +78,7 @@ class Tab:
             raise
 
     def show(self, width: int, height: int, scheme: str = "light", motion: str = "no-preference") -> None:
-        """Sets the size of the window, light or dark, and whether motion is reduced ("reduce")."""
+        """Sets the window size, the light or dark theme, and reduced motion ("reduce")."""
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -91,9 +91,9 @@ class Tab:
         self.call("Emulation.setEmulatedMedia", features=features)
 
     def open(self, url: str) -> None:
-        """Loads a page, until its first picture is there."""
+        """Loads a page and waits for its first image."""
         self.wait("globalThis.isLeft = true")
-        if "loaderId" not in self.call("Page.navigate", url=url):  # the same document, at another fragment
+        if "loaderId" not in self.call("Page.navigate", url=url):  # the same document with another fragment
             self.wait("(globalThis.isLeft = false) === false")
         self.wait("!globalThis.isLeft && document.getElementById('status-picture')?.textContent")
 
@@ -107,7 +107,7 @@ class Tab:
             self.mouse(kind, x, y, button="left", clickCount=1, modifiers=modifiers)
 
     def drop(self, x: float, y: float, paths: Sequence[Path]) -> None:
-        """Files of the disk, dropped at CSS pixels of the window."""
+        """Drops files at CSS pixels of the window."""
         data = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
         for kind in ("dragEnter", "dragOver", "drop"):
             self.call("Input.dispatchDragEvent", type=kind, x=x, y=y, data=data)
@@ -120,7 +120,7 @@ class Tab:
 
 @contextlib.contextmanager
 def chromium(folder: Path, *more: str) -> Iterator[Tab]:
-    """A fresh browser with one tab; `more` are options. Raises `FileNotFoundError` where there is none."""
+    """A new browser with one tab; `more` are options. Raises `FileNotFoundError` if no browser is installed."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
     if found is None:
         raise FileNotFoundError(f"there is no {' or '.join(NAMES)} (Debian, Ubuntu: apt install chromium)")

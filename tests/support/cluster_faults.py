@@ -1,6 +1,6 @@
-"""Faults of a cluster, done to one: for the tests of Dask, and longer in `benchmarks/bench_cluster.py`.
+"""Simulated faults of a cluster, for the tests of Dask and, longer, for `benchmarks/bench_cluster.py`.
 
-Each function makes a job on one machine and on the cluster, and raises where a byte differs or a frame is lost.
+Each function runs a job on one machine and on the cluster, and raises if a byte differs or a frame is lost.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SHARE = 0.3
 
 
 class Twice(Future):  # type: ignore[type-arg]
-    """Tells everybody twice that it is done, as an engine does that is sure of nothing."""
+    """A future that reports its result twice, like engines that repeat messages."""
 
     def add_done_callback(self, tell: Callable[[Future[FrameResult]], object]) -> None:
         super().add_done_callback(tell)
@@ -45,7 +45,7 @@ class Twice(Future):  # type: ignore[type-arg]
 
 
 class Stormy:
-    """A Dask pool whose frames take `pause` seconds more, and whose answers all come twice."""
+    """A Dask pool whose frames take `pause` seconds longer, and which delivers every result twice."""
 
     apart = True
 
@@ -82,7 +82,7 @@ class Stormy:
 
 @dataclass
 class Storm:
-    """The outcome."""
+    """The outcome of `storm`."""
 
     frames: int
     killed: int
@@ -105,8 +105,8 @@ def storm(
     rounds: int = 1,
     seed: int = 0,
 ) -> Storm:
-    """Kills `SHARE` of the workers at random instants, `rounds` times, and stops one for `pause` seconds; every answer
-    comes twice. The frames are those of one machine."""
+    """Kills `SHARE` of the workers at random times, `rounds` times, and suspends one for `pause` seconds; results
+    arrive twice. Checks that the frames equal those of one machine."""
     one = film(seconds=1.0, fps=frames, samples=2).package()
     Job(folder / "one", one).run(Pool())
     chance = random.Random(seed)
@@ -151,7 +151,7 @@ def storm(
         over.set()
         for thread in threads:
             thread.join()
-    time.sleep(0.5)  # the one that was stopped has answered by now, and nobody listened
+    time.sleep(0.5)  # the suspended worker has answered by now, and the answer was ignored
     assert results(folder / "many") == results(folder / "one")
     assert Job(folder / "many").verify() == {}
     happened.asked = stormy.asked
@@ -159,12 +159,12 @@ def storm(
 
 
 def _nannies(pool: dask_pool.DaskPool) -> list[Any]:
-    """Who looks after the workers: they know the process even while it starts or stands still."""
+    """The nannies of the workers, which have the process ids even during startup or suspension."""
     return list(pool._cluster.workers.values())
 
 
 def poison(folder: Path, pool: dask_pool.DaskPool, *, frames: int, number: int) -> None:
-    """One frame kills every worker that tries it. It fails, the others are finished."""
+    """One frame kills every worker that renders it. It fails, and the others are finished."""
     package = film(seconds=1.0, fps=frames, seed=4).package()
     real = pool._executor.submit
 
@@ -187,14 +187,14 @@ def poison(folder: Path, pool: dask_pool.DaskPool, *, frames: int, number: int) 
     assert job.status().finished == frames - 1
     assert list(job.status().failed) == [number]
     assert job.log(number).read_text().count("attempt ") >= scheduler.MAX_ATTEMPTS
-    # The fault is gone: it is made when it is asked for again, and all is as on one machine.
+    # Without the fault, the frame is rendered on request, and all files equal those of one machine.
     Job(folder / "poison").run(pool, retry_failed=True)
     Job(folder / "clean", package).run(Pool())
     assert results(folder / "poison") == results(folder / "clean")
 
 
 class Engine:
-    """A scheduler and workers of Dask as processes of their own, as they run on a cluster."""
+    """A Dask scheduler and workers as separate processes, as on a cluster."""
 
     def __init__(self, folder: Path, count: int, port: int | None = None) -> None:
         self.port = free_port() if port is None else port
@@ -207,7 +207,7 @@ class Engine:
         self.workers = [self.join() for _ in range(count)]
 
     def join(self, strange: str = "") -> subprocess.Popen[bytes]:
-        """One more worker; `strange` is Python that it runs first."""
+        """Starts another worker, which first runs the Python code `strange`."""
         options = [self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--host", "127.0.0.1"]
         environment = {}
         if strange:
@@ -236,9 +236,9 @@ def free_port() -> int:
 
 
 def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> tuple[int, str]:
-    """Kills the scheduler in the middle of `raycam video`; how many frames were finished, and what the command said.
+    """Kills the scheduler during `raycam video`; returns the number of finished frames and the command's output.
 
-    A new scheduler and the same command go on, and make only what is missing.
+    With a new scheduler, the same command resumes and renders only missing frames.
     """
     world = folder / "box.toml"
     world.write_text(WORLD.format(fps=frames))
@@ -305,7 +305,7 @@ orbit = {{ target = [0, 0, 0] }}
 
 
 def connected(address: str, tell: Callable[[str], object] = print) -> dask_pool.DaskPool:
-    """A pool; what Dask says of killed workers is not for here."""
+    """A connected pool; Dask's log messages about killed workers are hidden."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return dask_pool.connect(address, tell=tell)

@@ -1,7 +1,7 @@
-"""Crossings of rays and triangles by brute force and rational arithmetic: an oracle that shares nothing with the core.
+"""Crossings of rays and triangles by brute force and rational arithmetic, independent of the core.
 
-A ray is moved by (e, e², e³) for an infinitesimal e. A value that is 0 has the sign of its first coefficient in e
-that is not.
+A ray is moved by (e, e², e³) for an infinitesimal e. A value that is 0 gets the sign of its first nonzero
+coefficient in e.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def _sign(value: Fraction, coefficients: Vector) -> int:
 
 
 def crossing(corners: Floats, origin: Floats, direction: Floats) -> tuple[Fraction, int, bool] | None:
-    """(t, side, ahead of the moved start) of the moved line and a triangle; side 1 leaves, -1 enters."""
+    """(t, side, is ahead of the moved start) for the moved line and a triangle; side 1 leaves, -1 enters."""
     o, d = _exact(origin), _exact(direction)
     points = [_exact(p) for p in corners]
     sides = set()
@@ -51,7 +51,7 @@ def crossing(corners: Floats, origin: Floats, direction: Floats) -> tuple[Fracti
         return None
     side = sides.pop()
     normal = _cross(_sub(points[1], points[0]), _sub(points[2], points[0]))
-    # n . (a - o - m): the start is before the plane if it has the sign of n . d.
+    # n . (a - o - m): the start is in front of the plane if the sign equals that of n . d.
     height = _dot(normal, _sub(points[0], o))
     ahead = _sign(height, [-x for x in normal]) == side
     return height / _dot(normal, d), side, ahead
@@ -60,7 +60,7 @@ def crossing(corners: Floats, origin: Floats, direction: Floats) -> tuple[Fracti
 def crossings(triangles: Floats, origin: Floats, direction: Floats) -> list[tuple[Fraction, int, int]]:
     """(t, triangle, side) of all crossings ahead of the start, by t."""
     reach = np.abs(triangles - origin).max()
-    # Triangles that the line passes by far, by float64 with a wide margin.
+    # Triangles far from the line, found in float64 with a wide margin.
     a, b, c = (triangles[:, i] - origin for i in range(3))
     values = np.stack([np.cross(p, q) @ direction for p, q in ((a, b), (b, c), (c, a))])
     error = 1e-12 * reach**2 * np.abs(direction).max()

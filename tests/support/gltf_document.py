@@ -1,4 +1,4 @@
-"""A glTF document put together by hand, for tests: NumPy arrays become accessors, the rest is written as JSON."""
+"""A builder of glTF documents for tests: NumPy arrays become accessors, the rest is written as JSON."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ COMPONENTS = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint3
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
 SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
 SQUARE_CORNERS = np.array([0, 1, 2, 0, 2, 3], np.uint16)
-# v runs down, as glTF has it: the square's top left corner is (0, 0).
+# v runs downwards, as in glTF: the square's top left corner is (0, 0).
 SQUARE_UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
-# A picture of 2 x 2 pixels that is another one however it is turned.
+# An image of 2 x 2 pixels without any symmetry.
 ARROWS = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [90, 120, 33]]]
 
 
 class Document:
-    """A document that grows; the methods return the index of what they add."""
+    """A document under construction; each method returns the index of the added element."""
 
     def __init__(self) -> None:
         self.json: dict[str, Any] = {"asset": {"version": "2.0"}}
         self.binary = bytearray()
 
     def add(self, kind: str, **item: Any) -> int:
-        """An item of one of the top-level lists."""
+        """Adds an item to one of the top-level lists."""
         items = self.json.setdefault(kind, [])
         items.append(item)
         return len(items) - 1
@@ -51,7 +51,7 @@ class Document:
         return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), **keys)
 
     def accessor(self, array: npt.NDArray[Any], *, stride: int = 0, **keys: Any) -> int:
-        """An accessor of this array, [n, ...]; `stride` bytes apart where given."""
+        """Adds an accessor of this array [n, ...], with elements `stride` bytes apart if given."""
         array = np.asarray(array)
         element = array.itemsize * int(np.prod(array.shape[1:]))
         data = array.tobytes()
@@ -62,7 +62,7 @@ class Document:
         return self.describe(array, bufferView=self.view(data, **view), **keys)
 
     def describe(self, array: npt.NDArray[Any], **keys: Any) -> int:
-        """An accessor with the type and bounds of this array, and no data."""
+        """Adds an accessor with the type and bounds of this array, without data."""
         flat = array.reshape(len(array), -1)
         bounds = {"min": flat.min(0).tolist(), "max": flat.max(0).tolist()}
         return self.add(
@@ -75,7 +75,7 @@ class Document:
         )
 
     def mesh(self, attributes: dict[str, Any], indices: Any = None, **keys: Any) -> int:
-        """A mesh of one primitive; attributes are arrays or accessors."""
+        """Adds a mesh of one primitive; attributes are arrays or accessors."""
         given = {
             name: value if isinstance(value, int) else self.accessor(value)
             for name, value in attributes.items()
@@ -85,7 +85,7 @@ class Document:
         return self.add("meshes", primitives=[{"attributes": given, **keys}])
 
     def square(self, **material: Any) -> int:
-        """A mesh that faces +z from -1 to 1, with texture coordinates."""
+        """Adds a square mesh from -1 to 1 that faces +z, with texture coordinates."""
         keys = {"material": self.add("materials", **material)} if material else {}
         return self.mesh({"POSITION": SQUARE, "TEXCOORD_0": SQUARE_UVS}, SQUARE_CORNERS, **keys)
 
@@ -135,7 +135,7 @@ def parse(data: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def values(document: dict[str, Any], binary: bytes, index: int) -> npt.NDArray[Any]:
-    """The values of a plain accessor of a GLB file, [n, ...]."""
+    """The values [n, ...] of an accessor without sparse or strided data in a GLB file."""
     accessor = document["accessors"][index]
     view = document["bufferViews"][accessor["bufferView"]]
     kinds = {kind: shape for shape, kind in KINDS.items()}

@@ -1,4 +1,4 @@
-"""Small films as jobs, and pools that fail on demand, for the tests of jobs."""
+"""Small videos as jobs, and pools that fail on demand, for the tests of jobs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def package(**options: Any) -> JobPackage:
 
 
 class Pool:
-    """Makes frames at once, here; `before(frame)` may raise instead."""
+    """A pool that renders frames at once in this process; `before(frame)` may raise."""
 
     apart = False
     notices = ()
@@ -67,7 +67,7 @@ class Pool:
 
 
 def results(folder: Path) -> dict[str, bytes]:
-    """Every file of a folder that is not the job's own, by name."""
+    """The files of a folder by name, without the job's own files."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -85,12 +85,12 @@ sys.addaudithook(forbid)
 
 
 def blind(folder: Path) -> None:
-    """Lets this process for ever see nothing of a folder, as if its disk were not there."""
+    """Hides a folder from this process permanently, as if its disk were missing."""
     exec(BLIND.format(folder=str(folder)))
 
 
 def in_child(work: Callable[[], object]) -> int:
-    """Runs something in a fork, and gives how that ended."""
+    """Runs a function in a forked process; returns its exit status."""
     pid = os.fork()
     if pid == 0:
         try:
@@ -102,7 +102,7 @@ def in_child(work: Callable[[], object]) -> int:
 
 
 def killing_at(step: int, part: bool) -> None:
-    """Lets this process be killed at the `step`-th write, sync, rename or new folder: before it, or half way."""
+    """Kills this process before or during the `step`-th write, sync, rename or creation of a folder."""
     count = 0
 
     def counted(name: str, module: Any) -> None:
@@ -129,7 +129,7 @@ def killing_at(step: int, part: bool) -> None:
 
 
 def check_intact(folder: Path, whole: dict[str, bytes]) -> int:
-    """Every final file is right, and everything that the journal says is there; how many frames that are."""
+    """Asserts that every final file is correct and every frame of the journal exists; returns the number of frames."""
     found = {name: data for name, data in results(folder).items() if not Path(name).name.startswith(".")}
     assert found.items() <= whole.items()
     if not (folder / ".raycam/job.json").exists():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
+import re
+import unicodedata
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -239,10 +241,12 @@ def reflection(e: Truth) -> Expected:
     cosine = math.cos(math.radians(light))
     mirrored = max(0.0, math.cos(math.radians(view - light))) ** shininess
     specular = (1 - diffuse) * (shininess + 2) / (2 * math.pi) * mirrored * cosine
-    power = [shininess] if shininess != 1 else []
+    exponent = re.search("cos([⁰¹²³⁴⁵⁶⁷⁸⁹]*) ", e.shown["lines"][1])
+    assert exponent
+    assert int(unicodedata.normalize("NFKC", exponent[1]) or 1) == shininess
     return [
         *(diffuse, light, diffuse / math.pi * cosine),
-        *(1 - diffuse, shininess, 2, 2, *power, abs(view - light), light, specular),
+        *(1 - diffuse, shininess, 2, 2, abs(view - light), light, specular),
     ]
 
 
@@ -267,7 +271,7 @@ def path(e: Truth) -> Expected:
         found = reference.trace(e.triangles, C, r[None])
         i = int(found.index[0])
         if i < 0:
-            return [*expected, *(throughput * SKY)]
+            return [*expected, *SKY, *(throughput * SKY)]
         f = C + found.t[0] * r
         n = reference.normals(e.triangles[i][None])[0]
         n = -np.sign(n @ r or -1) * n / np.linalg.norm(n)
@@ -332,7 +336,7 @@ def floor(e: Truth) -> Expected:
     angle = math.radians(e.values[0])
     far = e.P @ [math.cos(angle), math.sin(angle), 0, 0]
     on_floor = e.C - e.C[2] / e.r[2] * e.r
-    return [0, *(far[:2] / far[2]), *e.pixel, *on_floor[:2]]
+    return [0, *far, *(far[:2] / far[2]), *e.pixel, *on_floor[:2]]
 
 
 def calibration(e: Truth) -> Expected:

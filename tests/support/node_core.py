@@ -1,4 +1,4 @@
-"""raycam for pages, and the client's modules, run by Node."""
+"""The WebAssembly core and the client's modules, run by Node."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ needs_core = pytest.mark.skipif(not core.is_built(), reason="raycam for pages is
 
 
 def run(script: str) -> Any:
-    """The JSON that a script writes; the modules of a page's worker are its scope."""
+    """The JSON output of a script in the scope of the page worker's modules."""
     return run_module("core/worker.js", script)
 
 
 def run_module(entry: str, script: str) -> Any:
-    """The JSON that a script writes; a module of the client and its imports are its scope."""
+    """The JSON output of a script in the scope of a client module and its imports."""
     names = bundling.modules(entry)
     bodies = [bundling.EXPORT.sub("", bundling.IMPORT.sub("", bundling.client_file(name))) for name in names]
     text = "\n".join(
@@ -44,7 +44,7 @@ def run_module(entry: str, script: str) -> Any:
 
 
 def run_core(script: str, worlds: Mapping[str, bytes] = {}) -> Any:
-    """The same, where `core` is the core and `worlds` are bytes by name."""
+    """The JSON output of a script with `core` (the WebAssembly core) and `worlds` (bytes by name)."""
     folder = files(core.__package__) / core.FOLDER
     packed = {name: base64.b64encode(data).decode() for name, data in worlds.items()}
     return run(
@@ -61,5 +61,5 @@ def run_core(script: str, worlds: Mapping[str, bytes] = {}) -> Any:
 
 
 def array_of(text: str, like: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """The array that base64 holds, in the shape of another."""
+    """The array in a base64 text, with dtype and shape of another array."""
     return np.frombuffer(base64.b64decode(text), like.dtype).reshape(like.shape)

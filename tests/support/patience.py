@@ -1,4 +1,4 @@
-"""Waiting for events: no test depends on how fast a busy machine gets to something."""
+"""Waiting for events, so that no test depends on the speed of a busy machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PATIENCE = 300.0
 
 
 def until(condition: Callable[[], object], what: str = "it never was so") -> None:
-    """Waits until something is so."""
+    """Waits until a condition is true."""
     deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, what
@@ -19,8 +19,8 @@ def until(condition: Callable[[], object], what: str = "it never was so") -> Non
 
 
 def once_at_work(deed: Callable[[], object], seconds: float = 0.3) -> threading.Thread:
-    """Does something from a thread as soon as this process has computed for so many seconds of processor time, which
-    a busy machine does not shorten; returns the thread, which has begun."""
+    """Calls a function from a new thread after this process has used so many seconds of processor time, which do not
+    depend on the load of the machine; returns the started thread."""
     start = time.process_time()
 
     def wait() -> None:

@@ -1,4 +1,4 @@
-"""Small pictures whose bytes are the same on every machine and in pages, and the hashes of their channels."""
+"""Small images whose bytes are equal on every machine and in pages, and the hashes of their channels."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def world_text(light: str, material: str) -> str:
 
 
 def options(number: int) -> dict[str, Any]:
-    """How a picture is rendered."""
+    """The render options of an image."""
     _, _, integrator, samples = PICTURES[number]
     return {"integrator": integrator, "samples": samples, "seed": number}
 
 
 def render(number: int, folder: Path, **more: Any) -> tuple[raycam.World, raycam.Frame]:
-    """The world of a picture, from a file in a folder, and its frame of all channels."""
+    """An image's world, loaded from a file in a folder, and its frame with all channels."""
     light, material, _, _ = PICTURES[number]
     path = folder / f"{number}.toml"
     path.write_text(world_text(light, material))
@@ -62,25 +62,25 @@ def render(number: int, folder: Path, **more: Any) -> tuple[raycam.World, raycam
 
 
 def may_differ(number: int, channel: str) -> bool:
-    """True of the channels that hold such values."""
+    """True for channels whose values may differ between machines."""
     return PICTURES[number][1] in OTHERWISE and channel in ("color", "error")
 
 
 def label(number: int) -> str:
-    """The name of a picture in the file of hashes."""
+    """The name of an image in the file of hashes."""
     light, material, integrator, samples = PICTURES[number]
     return f"{light}, {material}, {integrator}, {samples}"
 
 
 def digest(array: np.ndarray[Any, Any]) -> str:
-    """A hash of the bytes of a channel, in which all NaN are one."""
+    """A hash of a channel's bytes, with all NaN made equal."""
     if array.dtype.kind == "f":
         array = np.where(np.isnan(array), array.dtype.type(np.nan), array)
     return hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()[:16]
 
 
 def digests(number: int, frame: raycam.Frame) -> dict[str, str]:
-    """The hashes of the channels that are the same everywhere."""
+    """The hashes of the channels that are equal on every machine."""
     return {name: digest(frame[name]) for name in sorted(frame) if not may_differ(number, name)}
 
 

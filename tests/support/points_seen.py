@@ -1,4 +1,4 @@
-"""World points that a camera sees, spread over its picture."""
+"""Visible world points, spread over a camera's image."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import raycam
 
 
 def points_seen(camera: raycam.Camera, count: int, seed: int) -> np.ndarray:
-    """World points on the rays of random pixels in and around the picture."""
+    """World points on the rays of random pixels inside and around the image."""
     rng = np.random.default_rng(seed)
     origins, directions = camera.rays(rng.uniform([-60, -60], [700, 540], (count, 2)))
     points = origins + rng.uniform(0.2, 50, (count, 1)) * directions

@@ -1,4 +1,4 @@
-"""A relay of TCP connections, which can be cut: what stands between a browser and a server that is far away."""
+"""A TCP relay that can be interrupted, like the network between a browser and a distant server."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import threading
 
 
 class Relay:
-    """Listens on a port of this machine, and relays to `target` until it is cut or closed."""
+    """Listens on a local port, and relays to `target` until interrupted or closed."""
 
     def __init__(self, target: tuple[str, int]) -> None:
         self.target: tuple[str, int] | None = target
@@ -37,7 +37,7 @@ class Relay:
                 threading.Thread(target=_pump, args=(source, sink), daemon=True).start()
 
     def cut(self, target: tuple[str, int] | None) -> None:
-        """Cuts every connection, without a farewell; new ones go to `target`."""
+        """Closes every connection abruptly; new connections go to `target`."""
         self.target = target
         for each in self._open:
             with contextlib.suppress(OSError):
@@ -46,13 +46,13 @@ class Relay:
         self._open.clear()
 
     def close(self) -> None:
-        """Ends it."""
+        """Closes the relay."""
         self._listener.close()
         self.cut(None)
 
 
 def _pump(source: socket.socket, sink: socket.socket) -> None:
-    """Passes bytes on, until either end is closed."""
+    """Forwards bytes until either end is closed."""
     with contextlib.suppress(OSError):
         while data := source.recv(1 << 16):
             sink.sendall(data)

@@ -15,12 +15,12 @@ SEQUENCE = itertools.count(1)
 
 
 def receive(session: Session, message: dict[str, Any]) -> None:
-    """Passes a message to a session as the server does, by way of JSON."""
+    """Passes a message to a session through JSON, as the server does."""
     session.receive(parse_message(json.dumps(message)))
 
 
 def orbited(camera: dict[str, Any], degrees: float) -> dict[str, Any]:
-    """The message `move` of a client that turns the `camera` of a message about the world's up through its pivot."""
+    """The client message `move` that turns a camera about the up axis through its pivot."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     if camera["up"] == [0, 1, 0]:

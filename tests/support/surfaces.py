@@ -1,4 +1,4 @@
-"""Meshes of tests, closed and open."""
+"""Closed and open meshes for tests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Surface = tuple[Floats, Faces]
 
 
 def cube(low: npt.ArrayLike = (0, 0, 0), high: npt.ArrayLike = (1, 1, 1), cells: int = 1) -> Surface:
-    """A box of `cells` x `cells` quads a side, triangles outwards; every vertex belongs to one side alone."""
+    """A box with `cells` x `cells` quads per side, facing outwards; sides do not share vertices."""
     low, high = np.array(low, float), np.array(high, float)
     steps = np.linspace(0, 1, cells + 1)
     vertices, faces = [], []
@@ -35,7 +35,7 @@ def cube(low: npt.ArrayLike = (0, 0, 0), high: npt.ArrayLike = (1, 1, 1), cells:
 def torus(
     rings: int = 12, sides: int = 8, radius: float = 1.0, tube: float = 0.4, twist: bool = False
 ) -> Surface:
-    """A torus, or with `twist` a Klein bottle, which is closed and has no inside."""
+    """A torus, or with `twist` a Klein bottle, which is closed but has no inside."""
     u, v = np.meshgrid(np.arange(rings) / rings, np.arange(sides) / sides, indexing="ij")
     a, b = 2 * np.pi * u, 2 * np.pi * v
     if twist:

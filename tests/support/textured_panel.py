@@ -1,4 +1,4 @@
-"""A textured panel, photographed by cameras around it."""
+"""A textured panel, rendered from cameras around it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def pattern(size: int = 64) -> np.ndarray:
 
 
 def noise(size: int = 256, seed: int = 1) -> np.ndarray:
-    """An sRGB texture with details of all sizes from two texels on."""
+    """An sRGB texture with details of all sizes from two texels upwards."""
     random = np.random.default_rng(seed)
     total = np.zeros((size, size, 3))
     cells = 4
@@ -62,7 +62,7 @@ def shots(
 
 
 def ring_of_places(count: int, radius: float = 0.7, height: float = 2.4) -> list[list[float]]:
-    """Places above the panel."""
+    """Camera positions above the panel."""
     angles = np.arange(count) * 2 * np.pi / count + 0.3
     return [[radius * np.cos(a), radius * np.sin(a), height] for a in angles.tolist()]
 

@@ -1,4 +1,4 @@
-"""Cameras at one place through three lenses, of which two bend."""
+"""Three cameras at one position: a pinhole and two with distortion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stages of USD for tests, made by Pixar's library."""
+"""USD stages for tests, created with OpenUSD."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def image(
 ) -> None:
     """An image whose outputs ({"diffuseColor": "rgb"}) are inputs of a material.
 
-    `fallback` is where it is looked up on a mesh without texture coordinates.
+    `fallback` is the texture coordinate for meshes without any.
     """
     root = paint.GetPath().pathString
     reader = UsdShade.Shader.Define(made, f"{root}/{name}_reader")
@@ -101,7 +101,7 @@ def image(
 
 
 def write_image(path: Path, pixels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-    """Writes 8-bit pixels as a picture, and returns them."""
+    """Writes 8-bit pixels as an image, and returns them."""
     array = np.asarray(pixels, np.uint8)
     path.parent.mkdir(parents=True, exist_ok=True)
     Image.fromarray(array).save(path)

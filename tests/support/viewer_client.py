@@ -1,4 +1,4 @@
-"""A client of the live view that keeps to the protocol."""
+"""A client of the live view that follows the protocol."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SPACE = {"width": 48, "height": 32, "ratio": 1}
 
 
 class Client:
-    """A client that keeps to the protocol, and acknowledges pictures."""
+    """A client that follows the protocol and acknowledges images."""
 
     def __init__(self, socket: ClientConnection, session: str = "") -> None:
         self.socket = socket
@@ -40,13 +40,13 @@ class Client:
             at += size
         if message["type"] == "picture":
             self.pictures.append((message, buffers[0]))
-            # The server may have closed meanwhile: what it said before is still to be read.
+            # The server may have closed in the meantime, but earlier messages can still be read.
             with contextlib.suppress(ConnectionClosed):
                 self.say("ack", picture=message["picture"])
         return message, buffers
 
     def hear(self, kind: str, **fields: Any) -> tuple[dict[str, Any], list[bytes]]:
-        """The next message of a type that has these fields; others are passed over."""
+        """The next message of a type with these fields; other messages are skipped."""
         while True:
             message, buffers = self.next()
             if message["type"] == kind and all(message[name] == value for name, value in fields.items()):

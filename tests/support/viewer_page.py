@@ -1,4 +1,4 @@
-"""The client in a browser: places on its picture, and what its readout says."""
+"""The client in a browser: positions in its image, and its readout."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Place = tuple[float, float]
 
 
 def place_of(tab: Tab, column: float, row: float, size: tuple[int, int]) -> Place:
-    """The place in the window of the middle of a pixel of the fitted picture."""
+    """The window position of a pixel's centre in the fitted image."""
     box = tab.evaluate(
         "(({x, y, width, height}) => [x, y, width, height])(document.getElementById('picture').getBoundingClientRect())"
     )
@@ -23,7 +23,7 @@ def place_of(tab: Tab, column: float, row: float, size: tuple[int, int]) -> Plac
 
 
 def drag(tab: Tab, begin: Place, end: Place, steps: int = 5) -> None:
-    """Drags with the left button, in so many steps."""
+    """Drags with the left button in the given number of steps."""
     tab.mouse("mousePressed", *begin, button="left", clickCount=1)
     for step in range(1, steps + 1):
         share = step / steps
@@ -42,7 +42,7 @@ def readout(tab: Tab) -> dict[str, list[str]]:
 
 
 def held(tab: Tab) -> tuple[int, int]:
-    """Column and row of the pixel in the table."""
+    """Column and row of the selected pixel."""
     words = tab.evaluate("document.getElementById('pixel-place').textContent").split()
     return int(words[1].strip(",")), int(words[3])
 

@@ -1,4 +1,4 @@
-"""USD files, written here by Pixar's library and read by raycam."""
+"""USD files, written by OpenUSD and read by raycam."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def square(made: Any, name: str = "/world/square", points: Any = SQUARE) -> Any:
 
 
 def png(path: Path, color: tuple[int, int, int]) -> None:
-    """A picture of one pixel."""
+    """An image of one pixel."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -88,7 +88,7 @@ def uvs(mesh: Any) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".usda", ".usdc", ".usd"])
-def test_meshes_are_where_pixar_says(tmp_path: Path, suffix: str) -> None:
+def test_mesh_positions_equal_those_of_openusd(tmp_path: Path, suffix: str) -> None:
     made = stage(tmp_path / f"a{suffix}", "Y")
     arrow = [(0, 0, 0), (2, 1, 0), (0, 2, 0), (0.5, 1, 0)]
     mesh = square(made, points=arrow)
@@ -107,14 +107,14 @@ def test_meshes_are_where_pixar_says(tmp_path: Path, suffix: str) -> None:
     assert len(triangles) == 2
     found = np.unique(np.round(triangles.reshape(-1, 3), 9), axis=0)
     np.testing.assert_allclose(found, np.unique(np.round(expected, 9), axis=0), atol=1e-9)
-    # The arrow's own area, 2.5 minus its notch, seen by its edges: concave polygons keep their shape.
+    # The arrow's area is 2.5 minus its notch: concave polygons keep their shape.
     edges = triangles[:, 1:] - triangles[:, :1]
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2
     closed = np.vstack([expected, expected[:1]])
     assert area == pytest.approx(np.linalg.norm(np.cross(closed[:-1], closed[1:]).sum(0)) / 2)
 
 
-def test_materials_and_images(tmp_path: Path) -> None:
+def test_material_colors_and_images_are_read(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     red = surface(
         made, "/world/red", diffuseColor=(0.5, 0.1, 0.2), metallic=0.25, roughness=0.75, opacity=0.5
@@ -141,7 +141,7 @@ def test_materials_and_images(tmp_path: Path) -> None:
     np.testing.assert_allclose(lit[8, 8], [0, 1, 0], atol=1e-6)
 
 
-def test_a_package_with_its_images(tmp_path: Path) -> None:
+def test_usdz_package_with_images_is_read(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made)
     uvs(mesh)
@@ -158,7 +158,7 @@ def test_a_package_with_its_images(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.triangle_colors(), [[0, 0, 1]] * 2)
 
 
-def test_faces_may_have_their_own_material_turn_and_holes(tmp_path: Path) -> None:
+def test_subset_materials_orientation_and_holes_are_read(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = UsdGeom.Mesh.Define(made, "/world/cells")
     mesh.CreatePointsAttr([(x, y, 0) for y in range(2) for x in range(4)])
@@ -216,7 +216,7 @@ def test_equal_prims_share_their_mesh(tmp_path: Path) -> None:
     assert [item.mesh for item in world.objects] == [0, 0, 1, 0]
 
 
-def test_copies_of_prototypes_lie_where_pixar_says(tmp_path: Path) -> None:
+def test_instanced_prototypes_have_the_transforms_of_openusd(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     UsdGeom.Xform.Define(made, "/world").AddRotateXYZOp().Set((10, 20, 30))
     source = UsdGeom.PointInstancer.Define(made, "/world/many")
@@ -247,7 +247,7 @@ def test_copies_of_prototypes_lie_where_pixar_says(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("interpolation", ["constant", "uniform", "vertex", "faceVarying"])
-def test_display_colors_of_any_interpolation(tmp_path: Path, interpolation: str) -> None:
+def test_display_colors_with_any_interpolation_are_read(tmp_path: Path, interpolation: str) -> None:
     made = stage(tmp_path / "a.usda")
     root = UsdGeom.Xform.Define(made, "/world/above")
     mesh = square(made, "/world/above/mesh")
@@ -266,7 +266,7 @@ def test_display_colors_of_any_interpolation(tmp_path: Path, interpolation: str)
     np.testing.assert_allclose(world.triangle_colors(), [red, last], atol=1e-6)
 
 
-def test_an_opacity_for_display(tmp_path: Path) -> None:
+def test_display_opacity_is_read(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     square(made).CreateDisplayOpacityAttr([0.25])
     made.Save()
@@ -278,7 +278,7 @@ def test_an_opacity_for_display(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
-def test_cameras_see_what_pixars_frustum_sees(projection: str, tmp_path: Path) -> None:
+def test_camera_frustum_equals_that_of_openusd(projection: str, tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     source = UsdGeom.Camera.Define(made, "/world/eye")
@@ -303,7 +303,7 @@ def test_cameras_see_what_pixars_frustum_sees(projection: str, tmp_path: Path) -
     np.testing.assert_allclose(pixels, expected, atol=1e-3)
 
 
-def test_lights(tmp_path: Path) -> None:
+def test_lights_have_the_radiometric_values_of_usdlux(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     sun = UsdLux.DistantLight.Define(made, "/lights/sun")
@@ -327,7 +327,7 @@ def test_lights(tmp_path: Path) -> None:
     assert set(lights) == {"sun", "point", "area", "disk", "sky"}
     np.testing.assert_allclose(lights["sun"]["irradiance"], [2, 2, 2])
     np.testing.assert_allclose(lights["sun"]["direction"], [0, 0, -1], atol=1e-12)
-    # Radiance 6 leaves 4 pi r^2 of surface: pi times each.
+    # Power of radiance 6 from the surface 4 pi r^2: pi times radiance times area.
     np.testing.assert_allclose(lights["point"]["power"], 6 * math.pi * 4 * math.pi * 0.25**2, rtol=1e-6)
     np.testing.assert_allclose(np.cross(lights["area"]["u"], lights["area"]["v"]), [0, 0, -8])
     np.testing.assert_allclose(lights["disk"]["radiance"], 1 / (math.pi * 0.25), rtol=1e-6)
@@ -335,8 +335,8 @@ def test_lights(tmp_path: Path) -> None:
     assert any("/lights/dark: no light" in str(notice) for notice in world.notices)
 
 
-def test_a_bulb_without_size_keeps_its_power(tmp_path: Path) -> None:
-    """As Blender writes a point light of 100 W: by UsdLux, normalised power does not depend on the radius."""
+def test_sphere_light_with_radius_zero_keeps_its_power(tmp_path: Path) -> None:
+    """Blender writes such a point light of 100 W; in UsdLux, normalised power does not depend on the radius."""
     made = stage(tmp_path / "a.usda")
     square(made)
     for name, radius in {"bulb": 0.0, "ball": 0.5}.items():
@@ -347,12 +347,12 @@ def test_a_bulb_without_size_keeps_its_power(tmp_path: Path) -> None:
         light.CreateTreatAsPointAttr(name == "ball")
     made.Save()
     lights = raycam.load(tmp_path / "a.usda").lights
-    assert [light["radius"] for light in lights] == [0.0, 0.0]  # a hint that is no input, and was not read
+    assert [light["radius"] for light in lights] == [0.0, 0.0]  # a hint that is not an input and is not read
     np.testing.assert_allclose([light["power"] for light in lights], np.full((2, 3), 100.0), rtol=1e-6)
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-def test_lights_of_odd_sizes_are_left_out_alone(tmp_path: Path, value: float) -> None:
+def test_lights_with_invalid_sizes_are_omitted(tmp_path: Path, value: float) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     UsdLux.DomeLight.Define(made, "/lights/sky")
@@ -372,7 +372,7 @@ def test_lights_of_odd_sizes_are_left_out_alone(tmp_path: Path, value: float) ->
         ), name
 
 
-def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
+def test_unsupported_prims_give_notices(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     square(made).CreateSubdivisionSchemeAttr("catmullClark")
     UsdGeom.Points.Define(made, "/world/dust")
@@ -386,7 +386,7 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
     assert "1 Points prims" in said
     assert "/world/square: subdivision" in said
     assert "0.01 m" in said
-    # Without anything left, the error says why.
+    # If nothing is left, the error contains the cause.
     other = stage(tmp_path / "b.usda")
     UsdGeom.Points.Define(other, "/dust")
     other.Save()
@@ -394,14 +394,14 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
         raycam.load(tmp_path / "b.usda")
 
 
-def test_a_unit_of_single_precision(tmp_path: Path) -> None:
-    """As Blender 2.8 wrote it."""
+def test_meters_per_unit_in_single_precision_is_read(tmp_path: Path) -> None:
+    """Blender 2.8 wrote the unit this way."""
     path = tmp_path / "a.usdc"
     made = stage(path)
     square(made)
     UsdGeom.SetStageMetersPerUnit(made, 0.5)
     made.Save()
-    # A value in place, as float32: the type after it is 9 for double and 8 for float.
+    # Change the stored value to float32: the type code that follows it is 9 for double and 8 for float.
     half, data = struct.pack("<f", 0.5) + b"\0\0", path.read_bytes()
     assert data.count(half + b"\x09\x40") == 1
     path = tmp_path / "b.usdc"
@@ -413,7 +413,7 @@ def test_a_unit_of_single_precision(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("left", [None, 30], ids=["no image", "cut off"])
-def test_images_are_called_what_the_file_calls_them(tmp_path: Path, left: int | None) -> None:
+def test_notices_name_images_as_in_the_file(tmp_path: Path, left: int | None) -> None:
     made = stage(tmp_path / "a.usda")
     painted, paint = square(made), surface(made)
     uvs(painted)
@@ -432,7 +432,7 @@ def test_images_are_called_what_the_file_calls_them(tmp_path: Path, left: int | 
     assert "raycam-usd" not in said
 
 
-def test_opacity_has_an_image_of_its_own(tmp_path: Path) -> None:
+def test_separate_opacity_image_is_read(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     painted, paint = square(made), surface(made)
     uvs(painted)
@@ -457,7 +457,7 @@ def test_opacity_has_an_image_of_its_own(tmp_path: Path) -> None:
     assert seen[255][0] < 0.1 < seen[0][0], "green, and the grey behind it"
 
 
-def test_damage_is_an_error(tmp_path: Path) -> None:
+def test_damaged_stages_raise(tmp_path: Path) -> None:
     path = tmp_path / "a.usda"
     path.write_text('#usda 1.0\ndef Mesh "a" { }\ndef Mesh "b" { int }\n')
     with raises(raycam.FormatError, code="syntax", mentions=["a.usda", "a.usda:3"]):
@@ -477,7 +477,7 @@ def test_damage_is_an_error(tmp_path: Path) -> None:
         raycam.load(tmp_path / "b.usdc")
 
 
-def test_nothing_outside_the_folder_is_read(tmp_path: Path) -> None:
+def test_files_outside_of_the_folder_are_not_read(tmp_path: Path) -> None:
     made = stage(tmp_path / "outside.usda")
     square(made, "/shape")
     made.Save()
@@ -493,7 +493,7 @@ def test_nothing_outside_the_folder_is_read(tmp_path: Path) -> None:
         del other
 
 
-def test_the_budget_holds(tmp_path: Path) -> None:
+def test_memory_budget_is_enforced(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     made.Save()
@@ -506,7 +506,7 @@ def test_the_budget_holds(tmp_path: Path) -> None:
             usd.read(tmp_path / "a.usda", tmp_path, budget)
 
 
-def test_without_the_extra_the_error_says_how_to_get_it(
+def test_missing_usd_package_is_reported_with_its_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
@@ -515,7 +515,7 @@ def test_without_the_extra_the_error_says_how_to_get_it(
         raycam.load(tmp_path / "a.usda")
 
 
-def test_the_worker_leaves_without_taking_the_library_down(tmp_path: Path) -> None:
+def test_worker_exits_without_unloading_the_library(tmp_path: Path) -> None:
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
     limits = {"memory": 1 << 33, "bytes": 1 << 20, "seconds": 60, "corners": 9, "folder": str(tmp_path)}
     limits |= {"time": None, "single": False, "up": None}

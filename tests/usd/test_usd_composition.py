@@ -1,4 +1,4 @@
-"""Composition of USD stages: errors, units of layers, variants. The judge is Pixar's library."""
+"""Composition of USD stages (errors, units of layers, variants), compared with OpenUSD."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ARCS = {
 
 
 @pytest.mark.parametrize("arc", ARCS)
-def test_composition_errors_are_notices_with_file_and_prim(tmp_path: Path, arc: str) -> None:
+def test_composition_errors_give_notices_with_file_and_prim(tmp_path: Path, arc: str) -> None:
     other = stage(tmp_path / "b.usda")
     square(other, "/there")
     other.Save()
@@ -49,7 +49,7 @@ def test_composition_errors_are_notices_with_file_and_prim(tmp_path: Path, arc: 
     assert len(raycam.load(tmp_path / "a.usda").objects) == 1
 
 
-def test_a_stage_whose_only_reference_fails_names_the_reason(tmp_path: Path) -> None:
+def test_stage_with_a_failed_reference_raises_with_the_cause(tmp_path: Path) -> None:
     other = stage(tmp_path / "b.usda")
     square(other, "/there")
     other.Save()
@@ -61,7 +61,7 @@ def test_a_stage_whose_only_reference_fails_names_the_reason(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("arc", ["reference", "payload", "sublayer"])
-def test_other_units_and_axes_of_a_layer_are_notices(tmp_path: Path, arc: str) -> None:
+def test_different_units_and_axes_of_a_layer_give_notices(tmp_path: Path, arc: str) -> None:
     other = stage(tmp_path / "b.usda", "Y")
     UsdGeom.SetStageMetersPerUnit(other, 0.01)
     square(other, "/part")
@@ -85,7 +85,7 @@ def test_other_units_and_axes_of_a_layer_are_notices(tmp_path: Path, arc: str) -
     np.testing.assert_allclose(np.ptp(raycam.load(tmp_path / "a.usda").bounds, axis=0), [2, 2, 0])
 
 
-def test_equal_units_and_axes_are_no_notices(tmp_path: Path) -> None:
+def test_equal_units_and_axes_give_no_notices(tmp_path: Path) -> None:
     other = stage(tmp_path / "b.usda")
     square(other, "/part")
     other.Save()
@@ -96,7 +96,7 @@ def test_equal_units_and_axes_are_no_notices(tmp_path: Path) -> None:
 
 
 def chair(path: Path) -> Any:
-    """Two prims with the variant set shape, whose second one contains the variant set size."""
+    """Two prims with the variant set `shape`; its second variant contains the variant set `size`."""
     made = stage(path)
     for number, name in enumerate(("/a", "/b")):
         prim = UsdGeom.Xform.Define(made, name).GetPrim()
@@ -134,7 +134,9 @@ def chair(path: Path) -> Any:
         ("Cube", {}),
     ],
 )
-def test_a_variant_is_selected(tmp_path: Path, variant: str, selections: dict[str, list[str]]) -> None:
+def test_variant_argument_selects_a_variant(
+    tmp_path: Path, variant: str, selections: dict[str, list[str]]
+) -> None:
     made = chair(tmp_path / "a.usda")
     world = raycam.load(tmp_path / "a.usda", variant=variant)
     for path, chosen in selections.items():
@@ -161,7 +163,7 @@ def test_variants_are_listed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("variant", ["Cone", "shape=Cone", "size=Cube", "/c{shape=Cube}", "{}", "=", ""])
-def test_an_unknown_variant_is_an_error_with_all_names(tmp_path: Path, variant: str) -> None:
+def test_unknown_variant_raises_with_all_names(tmp_path: Path, variant: str) -> None:
     chair(tmp_path / "a.usda")
     with raises(raycam.WorldError, code="unknown_name", mentions=["shape=Cube", "shape=Sphere"]):
         raycam.load(tmp_path / "a.usda", variant=variant)

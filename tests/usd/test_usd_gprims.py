@@ -1,4 +1,4 @@
-"""Solids of USD, beside what Pixar's library and geometry say of them."""
+"""Solid primitives of USD, compared with OpenUSD and closed forms."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def stage(path: Path) -> Any:
 
 
 def cap_volume(radius: float, depth: float) -> float:
-    """The volume of a ball's part of this depth."""
+    """The volume of a spherical cap of this height."""
     return math.pi * depth**2 * (3 * radius - depth) / 3
 
 
@@ -39,7 +39,7 @@ SOLIDS: dict[str, tuple[dict[str, Any], float, list[float]]] = {
         math.pi * 0.5**2 * (2 + 4 / 3 * 0.5),
         [1, 3, 1],
     ),
-    # The frustum, and the caps of two balls that touch its side in the rims.
+    # A frustum, and the caps of two spheres that touch its side at the rims.
     "Capsule_1": (
         {"radiusBottom": 1.0, "radiusTop": 0.5, "height": 2.0},
         CAPSULE_VOLUME,
@@ -49,8 +49,8 @@ SOLIDS: dict[str, tuple[dict[str, Any], float, list[float]]] = {
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_solids(tmp_path: Path, kind: str) -> None:
-    """Closed, as large as geometry has them, facing outwards, with the bounds that Pixar computes."""
+def test_solid_primitives_are_closed_with_exact_bounds_and_volume(tmp_path: Path, kind: str) -> None:
+    """The meshes are closed, have the closed-form volume, face outwards, and have the bounds of OpenUSD."""
     values, volume, size = SOLIDS[kind]
     made = stage(tmp_path / "a.usda")
     prim = made.DefinePrim("/solid", kind)
@@ -64,7 +64,7 @@ def test_solids(tmp_path: Path, kind: str) -> None:
     triangles = world.triangles() - [4, 5, 6]
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     np.testing.assert_allclose(np.linalg.det(triangles).sum() / 6, volume, rtol=5e-3)
-    # Every edge is there once in each direction.
+    # Every edge occurs once in each direction.
     edges = [
         tuple(np.concatenate(edge)) for ends in ((a, b), (b, c), (c, a)) for edge in zip(*ends, strict=True)
     ]
@@ -75,7 +75,7 @@ def test_solids(tmp_path: Path, kind: str) -> None:
     )
     np.testing.assert_allclose(world.bounds, [bounds.GetMin(), bounds.GetMax()], atol=1e-6)
     np.testing.assert_allclose(np.ptp(world.bounds, axis=0), size, atol=1e-6)
-    # Normals of curved surfaces are smooth: halfway between facets a sphere's is the direction itself.
+    # Normals of curved surfaces are smooth: a sphere's normal equals the direction, also between facets.
     camera = raycam.Camera.look_at([14, -13, 8], [4, 5, 6], [0, 0, 1], size=(64, 48), fov=15)
     frame = raycam.render(world, camera, channels=["position", "shading_normal", "normal", "albedo"])
     seen = np.isfinite(frame["position"][..., 0])
@@ -88,7 +88,7 @@ def test_solids(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize(("axis", "size"), [("X", [0, 5, 2]), ("Y", [2, 0, 5]), ("Z", [2, 5, 0])])
-def test_a_plane(tmp_path: Path, axis: str, size: list[float]) -> None:
+def test_plane_primitive_has_its_size_and_axis(tmp_path: Path, axis: str, size: list[float]) -> None:
     made = stage(tmp_path / "a.usda")
     plane = UsdGeom.Plane.Define(made, "/plane")
     plane.CreateWidthAttr(2)

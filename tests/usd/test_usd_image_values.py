@@ -1,4 +1,4 @@
-"""Numbers of the images of UsdUVTexture: scale, bias, channel, colour space; by the specification's formulas."""
+"""Scale, bias, channel and colour space of UsdUVTexture, compared with the specification's formulas."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def linear(srgb: Any) -> Any:
 
 
 def painted(folder: Path, pixel: Any, outputs: dict[str, str], **inputs: Any) -> raycam.World:
-    """A square whose image is one pixel, repeated, with the rest a matt white."""
+    """A square with a one-pixel image and an otherwise matte white material."""
     write_image(folder / "image.png", np.tile(np.asarray(pixel, np.uint8), (4, 4, 1)))
     made = stage(folder / "a.usda")
     mesh, paint = square(made), material(made, "/paint", diffuseColor=(1.0, 1.0, 1.0), roughness=1.0)
@@ -47,7 +47,7 @@ def seen(world: raycam.World, channel: str, **options: Any) -> Any:
         ((0, 0, 0, 1), (0.2, 0.3, 0.4, 0)),
     ],
 )
-def test_colours_are_scaled_shifted_and_in_their_space(
+def test_image_scale_bias_and_color_space_are_applied(
     tmp_path: Path, space: str, scale: Any, bias: Any
 ) -> None:
     pixel = [200, 90, 30]
@@ -66,7 +66,7 @@ def test_colours_are_scaled_shifted_and_in_their_space(
 
 
 @pytest.mark.parametrize("output", "rgb")
-def test_a_colour_may_be_one_channel(tmp_path: Path, output: str) -> None:
+def test_single_image_channel_is_used_as_a_grey_color(tmp_path: Path, output: str) -> None:
     world = painted(tmp_path, [200, 90, 30], {"diffuseColor": output})
     value = linear([200, 90, 30]["rgb".index(output)] / 255)
     np.testing.assert_allclose(seen(world, "albedo"), [value] * 3, atol=3e-4)
@@ -74,7 +74,7 @@ def test_a_colour_may_be_one_channel(tmp_path: Path, output: str) -> None:
 
 @pytest.mark.parametrize("output", "rgb")
 @pytest.mark.parametrize(("scale", "bias", "space"), [(1, 0, "raw"), (1.25, -0.1, "raw"), (1, 0, "sRGB")])
-def test_a_channel_of_an_image_is_the_one_that_is_connected(
+def test_connected_image_channel_is_used(
     tmp_path: Path, output: str, scale: float, bias: float, space: str
 ) -> None:
     pixel = [40, 120, 200]
@@ -83,7 +83,7 @@ def test_a_channel_of_an_image_is_the_one_that_is_connected(
     assert not world.notices
     value = pixel["rgb".index(output)] / 255
     expected = np.clip((linear(value) if space == "sRGB" else value) * scale + bias, 0, 1)
-    # The judge reads raycam's glTF: roughness is its green, metalness its blue.
+    # The expected value is read from raycam's glTF file: roughness is green, metalness blue.
     world.to_gltf(tmp_path / "a.glb")
     data = (tmp_path / "a.glb").read_bytes()
     size = int.from_bytes(data[12:16], "little")
@@ -100,7 +100,7 @@ def test_a_channel_of_an_image_is_the_one_that_is_connected(
 @pytest.mark.parametrize(
     ("scale", "bias"), [((2, 2, 2), (-1, -1, -1)), ((-2, 2, 1), (1, -1, 0)), ((2, -2, 2), (-1, 1, -1))]
 )
-def test_normal_maps_by_their_scale_and_bias(tmp_path: Path, scale: Any, bias: Any) -> None:
+def test_normal_map_scale_and_bias_are_applied(tmp_path: Path, scale: Any, bias: Any) -> None:
     # usd-wg/assets, NormalsTextureBiasAndScale: three encodings of the same normals
     normal = np.array([0.48, 0.36, 0.8])
     stored = np.round((normal - bias) / scale * 255)
@@ -119,17 +119,17 @@ def test_normal_maps_by_their_scale_and_bias(tmp_path: Path, scale: Any, bias: A
     assert any("/paint" in str(notice) and "scale 2" in str(notice) for notice in world.notices)
     world.add_light("sun", direction=(-normal).tolist(), irradiance=np.pi)
     flat = seen(world, "color", samples=1, integrator="direct")
-    # Lambert: full light where the normal looks at the sun, 0.8 of it on the flat square.
+    # Lambert: full light if the normal points to the sun, 0.8 of it on the flat square.
     assert lit[0] / flat[0] == pytest.approx(1 / 0.8, rel=0.04)
 
 
 @pytest.mark.parametrize("key", ["clearcoat", "ior", "occlusion", "displacement"])
-def test_images_that_are_not_used_are_said(tmp_path: Path, key: str) -> None:
+def test_unused_images_give_notices(tmp_path: Path, key: str) -> None:
     world = painted(tmp_path, [9, 9, 9], {key: "r"})
     assert [notice for notice in world.notices if f"{key} from UsdUVTexture" in str(notice)]
 
 
-def test_inputs_from_unknown_shaders_are_said(tmp_path: Path) -> None:
+def test_inputs_from_unknown_shaders_give_notices(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint")
     noise = UsdShade.Shader.Define(made, "/paint/noise")

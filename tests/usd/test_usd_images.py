@@ -1,4 +1,4 @@
-"""Images of UsdPreviewSurface: wrapping, transforms, opacity; the right value is computed from their pixels."""
+"""Images of UsdPreviewSurface: wrapping, transforms and opacity, compared with values computed from their pixels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def linear(srgb: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
 
 def index(place: npt.NDArray[np.int64], size: int, wrap: str) -> npt.NDArray[np.int64]:
-    """The texel at a place beyond the image; -1 for black."""
+    """The index of the texel at a position outside of the image; -1 for black."""
     if wrap == "clamp":
         return np.clip(place, 0, size - 1)
     if wrap == "mirror":
@@ -35,7 +35,7 @@ def index(place: npt.NDArray[np.int64], size: int, wrap: str) -> npt.NDArray[np.
 def looked_up(
     pixels: npt.NDArray[np.uint8], u: Any, v: Any, wraps: tuple[str, str]
 ) -> npt.NDArray[np.float64]:
-    """The bilinear value at coordinates whose v goes upwards, as UsdPreviewSurface defines them."""
+    """The bilinear value at texture coordinates with v upwards, as in UsdPreviewSurface."""
     height, width = pixels.shape[:2]
     x, y = u * width - 0.5, (1 - v) * height - 0.5
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -57,7 +57,7 @@ def seen(
     corners: tuple[float, float] = (-1.5, 2.5),
     size: int = 48,
 ) -> tuple[npt.NDArray[np.float64], Any, Any, raycam.World]:
-    """The colours of a square that is seen from above, and the coordinates of its pixels, between `corners`."""
+    """The colours of a square seen from above, and the coordinates of its pixels between `corners`."""
     write_image(folder / "image.png", PIXELS)
     made = stage(folder / "a.usda")
     mesh, paint = square(made), material(made, "/paint")
@@ -79,7 +79,7 @@ MODES = ("repeat", "mirror", "clamp", "black")
 
 @pytest.mark.parametrize("wrap_t", MODES)
 @pytest.mark.parametrize("wrap_s", MODES)
-def test_wrapping_of_each_axis(tmp_path: Path, wrap_s: str, wrap_t: str) -> None:
+def test_image_wrap_modes_apply_per_axis(tmp_path: Path, wrap_s: str, wrap_t: str) -> None:
     shown, u, v, world = seen(tmp_path, (wrap_s, wrap_t))
     assert not world.notices
     np.testing.assert_allclose(shown, looked_up(PIXELS, u, v, (wrap_s, wrap_t)), atol=2e-3)
@@ -95,7 +95,7 @@ TRANSFORMS: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("number", range(len(TRANSFORMS)))
 @pytest.mark.parametrize("wraps", [("repeat", "repeat"), ("mirror", "clamp"), ("black", "black")])
-def test_transforms(tmp_path: Path, number: int, wraps: tuple[str, str]) -> None:
+def test_image_transforms_follow_usdtransform2d(tmp_path: Path, number: int, wraps: tuple[str, str]) -> None:
     given = TRANSFORMS[number]
     shown, s, t, world = seen(tmp_path, wraps, given)
     assert not world.notices
@@ -109,7 +109,7 @@ def test_transforms(tmp_path: Path, number: int, wraps: tuple[str, str]) -> None
 
 @pytest.mark.parametrize("place", [None, (0.0, 0.0), (0.3, 0.6), (0.9, 0.1)])
 @pytest.mark.parametrize("kind", ["unread", "missing", "misfit"])
-def test_an_image_without_coordinates_is_one_colour(tmp_path: Path, kind: str, place: Any) -> None:
+def test_image_without_texture_coordinates_is_one_color(tmp_path: Path, kind: str, place: Any) -> None:
     # The fallback of UsdUVTexture's st and of UsdPrimvarReader is (0, 0): UsdPreviewSurface Specification.
     write_image(tmp_path / "image.png", PIXELS)
     made = stage(tmp_path / "a.usda")
@@ -137,8 +137,8 @@ def test_an_image_without_coordinates_is_one_colour(tmp_path: Path, kind: str, p
     assert len(said) == (kind != "unread")
 
 
-def test_the_alpha_of_an_image_is_the_matter_of_its_material(tmp_path: Path) -> None:
-    # usd-wg/assets, McUsd: the colour is read from an image with alpha, which nothing asks for
+def test_unconnected_image_alpha_gives_no_notice(tmp_path: Path) -> None:
+    # usd-wg/assets, McUsd: the colour comes from an image with alpha, which is not connected to an input
     alpha = np.full((4, 8, 1), 128, np.uint8)
     write_image(tmp_path / "image.png", np.concatenate([PIXELS, alpha], axis=2))
     made = stage(tmp_path / "a.usda")
@@ -153,7 +153,7 @@ def test_the_alpha_of_an_image_is_the_matter_of_its_material(tmp_path: Path) -> 
     assert world.notices == []
 
 
-def test_two_images_that_turn_alike_and_one_that_does_not(tmp_path: Path) -> None:
+def test_image_transform_that_differs_between_inputs_gives_a_notice(tmp_path: Path) -> None:
     for name in ("a", "b", "c"):
         write_image(tmp_path / f"{name}.png", PIXELS)
     made = stage(tmp_path / "a.usda")
@@ -175,7 +175,7 @@ LADDER = np.linspace(0, 255, 16).round().astype(np.uint8)
 
 
 def coverage(folder: Path, pixels: npt.NDArray[np.uint8], output: str, **inputs: Any) -> Any:
-    """The share of each column of an image of 16 columns that is there, by the alpha of a picture."""
+    """The mean alpha of each of the 16 columns of the rendered image."""
     write_image(folder / "image.png", pixels)
     made = stage(folder / "a.usda")
     threshold = inputs.pop("opacityThreshold", None)
@@ -204,7 +204,7 @@ def coverage(folder: Path, pixels: npt.NDArray[np.uint8], output: str, **inputs:
 
 
 @pytest.mark.parametrize(("threshold", "output"), [(0.3, "a"), (0.5, "r"), (0.85, "g"), (0.85, "a")])
-def test_a_threshold_of_opacity(tmp_path: Path, threshold: float, output: str) -> None:
+def test_opacity_threshold_of_an_image_is_applied(tmp_path: Path, threshold: float, output: str) -> None:
     pixels = np.zeros((4, 16, 4), np.uint8)
     pixels[..., "rgba".index(output)] = LADDER
     if output != "a":
@@ -219,9 +219,7 @@ def test_a_threshold_of_opacity(tmp_path: Path, threshold: float, output: str) -
 @pytest.mark.parametrize(
     ("output", "scale", "bias"), [("a", 1.0, 0.0), ("r", 0.5, 0.25), ("b", -1.0, 1.0), ("a", 2.0, 0.0)]
 )
-def test_opacity_is_the_channel_that_is_connected(
-    tmp_path: Path, output: str, scale: float, bias: float
-) -> None:
+def test_connected_channel_is_used_as_opacity(tmp_path: Path, output: str, scale: float, bias: float) -> None:
     pixels = np.full((4, 16, 4), 90, np.uint8)
     pixels[..., "rgba".index(output)] = LADDER
     found, _ = coverage(tmp_path, pixels, output, scale=Gf.Vec4f(*[scale] * 4), bias=Gf.Vec4f(*[bias] * 4))
@@ -233,7 +231,9 @@ def test_opacity_is_the_channel_that_is_connected(
 @pytest.mark.parametrize(
     ("opacity", "threshold", "shown"), [(0.4, 0.5, False), (0.6, 0.5, True), (0.5, 0.5, True)]
 )
-def test_a_threshold_of_one_opacity(tmp_path: Path, opacity: float, threshold: float, shown: bool) -> None:
+def test_opacity_threshold_of_a_constant_is_applied(
+    tmp_path: Path, opacity: float, threshold: float, shown: bool
+) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made)
     bind(mesh, material(made, "/paint", opacity=opacity, opacityThreshold=threshold))
@@ -245,7 +245,7 @@ def test_a_threshold_of_one_opacity(tmp_path: Path, opacity: float, threshold: f
 
 
 @pytest.mark.parametrize("bits", [8, 16])
-def test_an_opaque_image_of_opacity_changes_nothing(tmp_path: Path, bits: int) -> None:
+def test_opaque_opacity_image_leaves_the_object_opaque(tmp_path: Path, bits: int) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint")
     uvs(mesh)
@@ -264,7 +264,7 @@ def test_an_opaque_image_of_opacity_changes_nothing(tmp_path: Path, bits: int) -
     assert (frame["alpha"] == 1).all()
 
 
-def test_an_image_that_cannot_be_decoded_is_said(tmp_path: Path) -> None:
+def test_undecodable_image_gives_a_notice(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint", opacityThreshold=0.5)
     uvs(mesh)
@@ -282,7 +282,7 @@ def test_an_image_that_cannot_be_decoded_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("file", ["gone.png", "../gone.png", "https://example.org/x.png"])
-def test_an_image_that_is_missing_is_said(tmp_path: Path, file: str) -> None:
+def test_missing_image_gives_a_notice(tmp_path: Path, file: str) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint")
     uvs(mesh)
@@ -293,7 +293,7 @@ def test_an_image_that_is_missing_is_said(tmp_path: Path, file: str) -> None:
     assert f"image {file!r}: " in str(notice)
 
 
-def test_tiles_are_said_not_to_be_read(tmp_path: Path) -> None:
+def test_udim_tiles_give_a_notice(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint")
     uvs(mesh)
@@ -309,7 +309,7 @@ def test_tiles_are_said_not_to_be_read(tmp_path: Path) -> None:
     "written",
     ["./Image.PNG", r"C:\me\textures\image.png", "../maps/image.png", "/home/me/textures/image.png"],
 )
-def test_an_image_elsewhere_is_found_inside_the_folder(tmp_path: Path, written: str) -> None:
+def test_image_in_another_place_is_found_inside_the_folder(tmp_path: Path, written: str) -> None:
     (tmp_path / "textures").mkdir()
     write_image(tmp_path / "textures" / "image.png", PIXELS)
     if written.startswith("./"):

@@ -1,4 +1,4 @@
-"""Instances of USD: prototypes, primvars of each instance, nested instancers. The judge is Pixar's library."""
+"""Instances of USD (prototypes, primvars per instance, nested instancers), compared with OpenUSD."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def test_native_instances_have_the_primvars_of_their_ancestors(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("depth", [1, 2, 3])
-def test_nested_instancers_are_where_pixar_puts_them(tmp_path: Path, depth: int) -> None:
+def test_nested_instancers_have_the_transforms_of_openusd(tmp_path: Path, depth: int) -> None:
     made = stage(tmp_path / "a.usda")
     path = "/many"
     for level in range(depth):

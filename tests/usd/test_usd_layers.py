@@ -1,4 +1,4 @@
-"""Layers and images that a stage names: what may not or cannot be read is left out, with a notice."""
+"""Layers and images named by a stage: files that are forbidden or unreadable are omitted with a notice."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def names(world: raycam.World) -> list[str]:
 
 
 def corners(world: raycam.World) -> Any:
-    """The corners of each triangle, sorted, and so the triangles."""
+    """The triangles, sorted, with sorted vertices."""
     return np.array(sorted(sorted(triangle.tolist()) for triangle in world.triangles()))
 
 
 def pixar_meshes(path: Path) -> list[str]:
-    """The names of the meshes that Pixar's library finds."""
+    """The names of the meshes found by OpenUSD."""
     opened = Usd.Stage.Open(str(path))
     return sorted(prim.GetName() for prim in opened.Traverse() if prim.IsA(UsdGeom.Mesh))
 
@@ -64,7 +64,7 @@ def name_layer(made: Any, arc: str, asset: str) -> None:
         ("reference", "./folder.usda", "not a regular file"),
     ],
 )
-def test_a_layer_that_cannot_be_opened_is_left_out(tmp_path: Path, arc: str, asset: str, reason: str) -> None:
+def test_unreadable_layer_is_omitted_with_a_notice(tmp_path: Path, arc: str, asset: str, reason: str) -> None:
     (tmp_path / "look.mtlx").write_text("<materialx/>")
     (tmp_path / "empty.usda").write_text("")
     (tmp_path / "pointer.usda").write_text(
@@ -93,7 +93,7 @@ def test_a_layer_that_cannot_be_opened_is_left_out(tmp_path: Path, arc: str, ass
         ("reference", "package"),
     ],
 )
-def test_a_folder_allows_more_layers(tmp_path: Path, arc: str, how: str) -> None:
+def test_folder_argument_allows_layers_of_sibling_folders(tmp_path: Path, arc: str, how: str) -> None:
     other = stage(tmp_path / "parts" / "b.usda")
     square(other, "/part")
     square(other, "/part/inner")
@@ -122,7 +122,7 @@ def test_a_folder_allows_more_layers(tmp_path: Path, arc: str, how: str) -> None
     assert len(expected) >= 2
 
 
-def test_a_folder_that_does_not_hold_the_file_is_an_error(tmp_path: Path) -> None:
+def test_folder_argument_must_contain_the_file(tmp_path: Path) -> None:
     made = stage(tmp_path / "a" / "a.usda")
     square(made)
     made.Save()
@@ -134,8 +134,8 @@ def test_a_folder_that_does_not_hold_the_file_is_an_error(tmp_path: Path) -> Non
         raycam.load(tmp_path / "a.obj", folder=tmp_path / "b")
 
 
-def test_the_named_file_may_be_a_link(tmp_path: Path) -> None:
-    """As in the cache of Hugging Face: the names lie in one folder, the bytes in another."""
+def test_loaded_file_may_be_a_symbolic_link(tmp_path: Path) -> None:
+    """As in the cache of Hugging Face: one folder contains the names as links, another the files."""
     made = stage(tmp_path / "made" / "a.usda")
     mesh, paint = square(made), material(made, "/world/paint")
     uvs(mesh)
@@ -158,7 +158,7 @@ def test_the_named_file_may_be_a_link(tmp_path: Path) -> None:
     np.testing.assert_allclose(whole.triangle_colors(), [[0, 0, 1]] * 2)
 
 
-def test_nothing_outside_is_seen_through_a_package(tmp_path: Path) -> None:
+def test_packages_do_not_open_files_outside_of_the_folder(tmp_path: Path) -> None:
     secret = stage(tmp_path / "secret.usda")
     square(secret, "/part")
     secret.SetDefaultPrim(secret.GetPrimAtPath("/part"))
@@ -179,7 +179,7 @@ def test_nothing_outside_is_seen_through_a_package(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("template", [False, True])
-def test_value_clips_are_confined(tmp_path: Path, template: bool) -> None:
+def test_value_clips_outside_of_the_folder_are_refused(tmp_path: Path, template: bool) -> None:
     clip = stage(tmp_path / "clip.1.usda")
     clip_mesh = square(clip, "/shown")
     clip_mesh.GetPointsAttr().Set([(0, 0, 0), (9, 0, 0), (9, 9, 0), (0, 9, 0)], 0)
@@ -234,7 +234,7 @@ def test_expressions_in_paths_are_evaluated(tmp_path: Path, where: str) -> None:
 @pytest.mark.parametrize(
     ("suffix", "asset"), [(".usda", "./b/x.png"), (".usdz", "x.png"), (".usda", "./b/b.usdz[x.png]")]
 )
-def test_images_of_packages_in_packages(tmp_path: Path, suffix: str, asset: str) -> None:
+def test_images_of_nested_packages_are_read(tmp_path: Path, suffix: str, asset: str) -> None:
     write_image(tmp_path / "b" / "x.png", [[[255, 0, 0]]])
     made = stage(tmp_path / "b" / "b.usda")
     mesh, paint = square(made, "/part/mesh"), material(made, "/part/paint")
@@ -254,7 +254,7 @@ def test_images_of_packages_in_packages(tmp_path: Path, suffix: str, asset: str)
     np.testing.assert_allclose(world.triangle_colors(), [[1, 0, 0]] * 2)
 
 
-def test_usd_as_an_object_of_a_world(tmp_path: Path) -> None:
+def test_usd_file_is_added_as_objects_of_a_world(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda", up="Y")
     for name, color, x in (("red", (1.0, 0.0, 0.0), 0), ("blue", (0.0, 0.0, 1.0), 5)):
         mesh = square(made, f"/world/{name}")
@@ -271,7 +271,7 @@ def test_usd_as_an_object_of_a_world(tmp_path: Path) -> None:
     np.testing.assert_allclose(corners(world), corners(alone), atol=1e-6)
     np.testing.assert_allclose(world.triangle_colors(), alone.triangle_colors(), atol=1e-6)
     assert any("no lights and cameras" in str(notice) and "1 " in str(notice) for notice in world.notices)
-    # In a world with another axis up it stands upright: y becomes z.
+    # In a world with another up axis it is turned upright: y becomes z.
     turned = raycam.World("z", folder=tmp_path)
     turned.add_object(mesh="a.usda", name="x", location=[1, 0, 0])
     points = alone.triangles().reshape(-1, 3)
@@ -283,7 +283,9 @@ def test_usd_as_an_object_of_a_world(tmp_path: Path) -> None:
     np.testing.assert_allclose(corners(lying), corners(alone), atol=1e-6)
 
 
-def test_a_folder_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_folder_option_of_the_command_line_allows_more_layers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     from raycam.cli import main
 
     other = stage(tmp_path / "b.usda")
@@ -300,7 +302,7 @@ def test_a_folder_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize("how", ["dict", "file"])
-def test_a_world_file_that_names_usd_says_what_to_do(tmp_path: Path, how: str) -> None:
+def test_world_file_that_names_a_usd_file_raises_with_the_remedy(tmp_path: Path, how: str) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     made.Save()

@@ -22,7 +22,7 @@ def load(made: Any) -> raycam.World:
 
 @pytest.mark.parametrize("surface", ["computed", "stored"])
 @pytest.mark.parametrize("orientation", ["rightHanded", "leftHanded"])
-def test_the_surface_of_tetrahedra_is_closed_and_faces_outwards(
+def test_surface_of_a_tetrahedral_mesh_is_closed_and_faces_outwards(
     tmp_path: Path, surface: str, orientation: str
 ) -> None:
     made = stage(tmp_path / "a.usda")
@@ -46,7 +46,7 @@ def test_the_surface_of_tetrahedra_is_closed_and_faces_outwards(
 
 
 @pytest.mark.parametrize("normalize", [False, True])
-def test_a_cylinder_light_emits_from_its_side(tmp_path: Path, normalize: bool) -> None:
+def test_cylinder_light_emits_from_its_side(tmp_path: Path, normalize: bool) -> None:
     """The power of a surface of radiance L is pi L times its area; with `normalize`, L is divided by the area."""
     made = stage(tmp_path / "a.usda")
     light = UsdLux.CylinderLight.Define(made, "/tube")
@@ -71,7 +71,7 @@ def test_a_cylinder_light_emits_from_its_side(tmp_path: Path, normalize: bool) -
 @pytest.mark.parametrize(
     ("angle", "is_notice"), [(120.0, True), (179.0, True), (90.0, False), (180.0, False)]
 )
-def test_cones_above_90_degrees_are_reported(tmp_path: Path, angle: float, is_notice: bool) -> None:
+def test_cone_angles_above_90_degrees_give_a_notice(tmp_path: Path, angle: float, is_notice: bool) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     light = UsdLux.SphereLight.Define(made, "/light")
@@ -92,8 +92,8 @@ POLES = {
 
 
 @pytest.mark.parametrize(("up", "pole"), [*POLES, ("Y", "Z"), ("Z", "Y")])
-def test_the_pole_of_a_dome_light_is_that_of_its_schema(tmp_path: Path, up: str, pole: str) -> None:
-    """The direction of the image's middle and of its top, as the schema `DomeLight_1` defines them."""
+def test_dome_light_pole_axis_is_applied(tmp_path: Path, up: str, pole: str) -> None:
+    """The directions of the image's centre and top, as defined by the schema `DomeLight_1`."""
     pixels = np.zeros((16, 32, 3), np.uint8)
     pixels[7:9, 15:17] = (255, 0, 0)  # the middle
     pixels[:3] = (0, 255, 0)  # the top
@@ -119,7 +119,7 @@ def test_the_pole_of_a_dome_light_is_that_of_its_schema(tmp_path: Path, up: str,
 
 
 @pytest.mark.parametrize("interpolation", ["uniform", "faceVarying"])
-def test_a_subdivision_surface_keeps_the_colors_of_its_faces(tmp_path: Path, interpolation: str) -> None:
+def test_subdivision_surface_keeps_its_face_colors(tmp_path: Path, interpolation: str) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = UsdGeom.Mesh.Define(made, "/roof")
     mesh.CreatePointsAttr([(-1, -1, 0), (0, -1, 1), (1, -1, 0), (-1, 1, 0), (0, 1, 1), (1, 1, 0)])
@@ -137,7 +137,7 @@ def test_a_subdivision_surface_keeps_the_colors_of_its_faces(tmp_path: Path, int
     for chosen, color in ((x < -0.1, red), (x > 0.1, blue)):
         assert chosen.sum() > 50
         np.testing.assert_allclose(frame["albedo"][chosen], [color] * chosen.sum(), atol=1e-5)
-    # The ridge stays smooth: its normal is the mean of those of both sides, up.
+    # The ridge stays smooth: its normal is the mean of both sides, which points up.
     ridge = np.abs(x) < 0.08
     assert ridge.any()
     np.testing.assert_allclose(frame["shading_normal"][ridge][:, 2], 1, atol=0.02)
@@ -145,7 +145,7 @@ def test_a_subdivision_surface_keeps_the_colors_of_its_faces(tmp_path: Path, int
 
 @pytest.mark.parametrize("fallback", [None, (0.25, 0.5, 0.75)])
 @pytest.mark.parametrize("key", ["diffuseColor", "roughness"])
-def test_the_fallback_of_a_primvar_reader_is_used(tmp_path: Path, key: str, fallback: Any) -> None:
+def test_primvar_reader_fallback_is_used(tmp_path: Path, key: str, fallback: Any) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint", roughness=1.0)
     reader = UsdShade.Shader.Define(made, "/paint/reader")

@@ -80,7 +80,7 @@ UNUSABLE = {
 
 
 @pytest.mark.parametrize("case", UNUSABLE)
-def test_an_unusable_prim_is_left_out(tmp_path: Path, case: str) -> None:
+def test_invalid_mesh_prim_is_omitted_with_a_notice(tmp_path: Path, case: str) -> None:
     change, reason = UNUSABLE[case]
     made = stage(tmp_path / "a.usda")
     square(made, "/world/shown")
@@ -93,7 +93,9 @@ def test_an_unusable_prim_is_left_out(tmp_path: Path, case: str) -> None:
 
 
 @pytest.mark.parametrize("axes", [(1, 1, 0), (0, 2, 1), (2, 0, -1)])
-def test_a_prim_that_is_flattened_is_shown_flat(tmp_path: Path, axes: tuple[float, float, float]) -> None:
+def test_prim_with_zero_scale_along_one_axis_is_shown_flat(
+    tmp_path: Path, axes: tuple[float, float, float]
+) -> None:
     made = stage(tmp_path / "a.usda")
     cube = UsdGeom.Cube.Define(made, "/cube")
     cube.CreateDisplayColorAttr([(1, 0, 0)])
@@ -107,7 +109,7 @@ def test_a_prim_that_is_flattened_is_shown_flat(tmp_path: Path, axes: tuple[floa
     assert not world.notices
 
 
-def test_some_holes_are_holes(tmp_path: Path) -> None:
+def test_hole_faces_are_omitted(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made)
     mesh.GetFaceVertexCountsAttr().Set([3, 3])
@@ -132,7 +134,7 @@ COLORS = {"full": (1.0, 0.0, 0.0), "preview": (0.0, 1.0, 0.0), "": (0.0, 0.0, 1.
         (["full", ""], "collection"),
     ],
 )
-def test_bindings_of_any_purpose(tmp_path: Path, purposes: list[str], where: str) -> None:
+def test_material_bindings_of_every_purpose_are_read(tmp_path: Path, purposes: list[str], where: str) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made, "/world/mesh")
     world_prim = made.GetPrimAtPath("/world")
@@ -163,7 +165,7 @@ def other_shader(made: Any, name: str) -> Any:
     return found
 
 
-def test_a_purpose_that_can_be_shown_is_preferred(tmp_path: Path) -> None:
+def test_binding_with_a_supported_material_is_preferred(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made)
     bind(mesh, other_shader(made, "/fine"), "full")
@@ -174,7 +176,7 @@ def test_a_purpose_that_can_be_shown_is_preferred(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("color", [None, (0.0, 1.0, 0.0)])
-def test_a_material_of_another_kind_gives_way_to_colours(tmp_path: Path, color: Any) -> None:
+def test_unsupported_material_is_replaced_by_display_colors(tmp_path: Path, color: Any) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made)
     bind(mesh, other_shader(made, "/fine"))
@@ -186,7 +188,7 @@ def test_a_material_of_another_kind_gives_way_to_colours(tmp_path: Path, color: 
 
 
 @pytest.mark.parametrize("how", ["gone", "unknown purpose", "above"])
-def test_a_binding_that_leads_nowhere_is_said(tmp_path: Path, how: str) -> None:
+def test_binding_to_a_missing_material_gives_a_notice(tmp_path: Path, how: str) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made)
     prim = mesh.GetPrim() if how != "above" else made.GetPrimAtPath("/world")
@@ -202,7 +204,7 @@ def test_a_binding_that_leads_nowhere_is_said(tmp_path: Path, how: str) -> None:
 
 
 @pytest.mark.parametrize("family", ["", "materialBind", "other"])
-def test_subsets_without_a_family_have_their_material(tmp_path: Path, family: str) -> None:
+def test_subsets_without_a_family_name_keep_their_material(tmp_path: Path, family: str) -> None:
     made = stage(tmp_path / "a.usda")
     mesh = square(made)
     mesh.GetFaceVertexCountsAttr().Set([3, 3])
@@ -251,7 +253,7 @@ def odd_light(made: Any, case: str) -> None:
         *((odd_light, case) for case in ("intensity", "colour", "scale")),
     ],
 )
-def test_an_odd_camera_or_light_is_left_out(tmp_path: Path, make: Any, case: str) -> None:
+def test_invalid_camera_or_light_is_omitted_with_a_notice(tmp_path: Path, make: Any, case: str) -> None:
     made = stage(tmp_path / "a.usda")
     square(made, "/shown")
     make(made, case)
@@ -277,7 +279,7 @@ def invisible(prim: Any) -> None:
 
 
 @pytest.mark.parametrize(("hide", "word"), [(guide, "guide"), (proxy, "proxy"), (invisible, "invisible")])
-def test_a_stage_of_hidden_prims_says_so(tmp_path: Path, hide: Any, word: str) -> None:
+def test_stage_with_only_hidden_prims_raises_with_their_count(tmp_path: Path, hide: Any, word: str) -> None:
     made = stage(tmp_path / "a.usda")
     made.DefinePrim("/world", "Xform")
     for name in ("a", "b"):
@@ -292,12 +294,12 @@ def test_a_stage_of_hidden_prims_says_so(tmp_path: Path, hide: Any, word: str) -
 
 
 @pytest.mark.parametrize("kind", ["materials", "camera", "xform", "look"])
-def test_a_stage_without_any_geometry_is_an_empty_world(tmp_path: Path, kind: str) -> None:
+def test_stage_without_geometry_is_read_as_an_empty_world(tmp_path: Path, kind: str) -> None:
     made = stage(tmp_path / "a.usda")
     if kind == "materials":
         material(made, "/red", diffuseColor=(1.0, 0.0, 0.0))
     elif kind == "look":
-        # usd-wg/assets, OpenChessSet: MaterialX has nothing to see, and neither has a missing image
+        # usd-wg/assets, OpenChessSet: only MaterialX materials and a missing image
         made.DefinePrim("/look").GetReferences().AddReference("./a.mtlx", "/MaterialX")
         image(made, material(made, "/red"), "gone.png", {"diffuseColor": "rgb"})
     elif kind == "camera":
@@ -311,8 +313,8 @@ def test_a_stage_without_any_geometry_is_an_empty_world(tmp_path: Path, kind: st
 
 
 @pytest.mark.parametrize("interpolation", ["uniform", "vertex", "faceVarying"])
-def test_opacities_that_differ(tmp_path: Path, interpolation: str) -> None:
-    """Faces of several opacities; the right value is their share of the picture."""
+def test_face_opacities_are_read(tmp_path: Path, interpolation: str) -> None:
+    """Faces with different opacities; the expected value is their share of the image."""
     made = stage(tmp_path / "a.usda")
     mesh = UsdGeom.Mesh.Define(made, "/world/cells")
     mesh.CreatePointsAttr([(x, y, 0) for y in (-1, 1) for x in (-2, 0, 0, 2)])
@@ -333,7 +335,7 @@ def test_opacities_that_differ(tmp_path: Path, interpolation: str) -> None:
 
 
 @pytest.mark.parametrize("interpolation", ["constant", "vertex"])
-def test_colours_that_a_material_reads(tmp_path: Path, interpolation: str) -> None:
+def test_primvar_colors_of_a_material_are_read(tmp_path: Path, interpolation: str) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint", roughness=0.25)
     colors = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("tint", Sdf.ValueTypeNames.Color3fArray, interpolation)
@@ -351,8 +353,8 @@ def test_colours_that_a_material_reads(tmp_path: Path, interpolation: str) -> No
     np.testing.assert_allclose(world.triangle_colors(), [(1, 0.5, 0.25)] * 2, atol=1e-6)
 
 
-def test_faces_that_cannot_be_shown_are_left_out(tmp_path: Path) -> None:
-    """Faces of one and two corners, and those with a point that is not finite."""
+def test_degenerate_faces_are_omitted_with_a_notice(tmp_path: Path) -> None:
+    """Faces with one or two vertices, and faces with a point that is not finite."""
     made = stage(tmp_path / "a.usda")
     points = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), (float("nan"), 0, 0)]
     mesh = square(made, points=points)
@@ -376,7 +378,9 @@ def test_faces_that_cannot_be_shown_are_left_out(tmp_path: Path) -> None:
         (b"404: Not Found", fault("syntax", "a.usda")),
     ],
 )
-def test_what_is_no_stage_is_called_what_it_is(tmp_path: Path, content: bytes, words: Fault) -> None:
+def test_files_that_are_not_usd_are_refused_with_their_kind(
+    tmp_path: Path, content: bytes, words: Fault
+) -> None:
     (tmp_path / "a.usda").write_bytes(content)
     with raises(raycam.FormatError, **words):
         raycam.load(tmp_path / "a.usda")

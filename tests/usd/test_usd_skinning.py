@@ -1,4 +1,4 @@
-"""Skeletons, blend shapes and time of USD, beside what Pixar's library bakes."""
+"""Skeletons, blend shapes and time of USD, compared with OpenUSD's baked skinning."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def strip(made: Any, name: str, quads: int = 6) -> Any:
 
 
 def arm(path: Path, case: str) -> Any:
-    """A strip on two joints that turn; the case says what else is odd."""
+    """A strip with two rotating joints; `case` adds an unusual feature."""
     made = stage(path)
     made.SetStartTimeCode(1)
     made.SetEndTimeCode(25)
@@ -83,7 +83,7 @@ def arm(path: Path, case: str) -> Any:
 
 
 def odd_arm(path: Path, case: str) -> Any:
-    """The strip of `arm` with what few files have."""
+    """The strip of `arm` with rarely used features."""
     made = arm(path, "shapes and joints" if case == "shapes between" else case)
     if case == "shapes between":
         between = UsdSkel.BlendShape(made.GetPrimAtPath("/root/strip/bulge")).CreateInbetween("half")
@@ -118,7 +118,7 @@ ODD_CASES = ["shapes between", "one animated joint", "bound above, sheared"]
 
 
 def baked(path: Path, time: float) -> npt.NDArray[np.float64]:
-    """The points of all meshes in the world as Pixar's library bakes them."""
+    """The points of all meshes in world coordinates, as baked by OpenUSD."""
     opened = Usd.Stage.Open(str(path))
     for prim in opened.Traverse():
         if prim.IsA(UsdSkel.Root):
@@ -141,7 +141,7 @@ def same_points(world: raycam.World, expected: npt.NDArray[np.float64]) -> None:
 
 
 @pytest.mark.parametrize("case", CASES + ODD_CASES)
-def test_skins_are_where_pixar_bakes_them(tmp_path: Path, case: str) -> None:
+def test_skinned_meshes_equal_openusds_baked_skinning(tmp_path: Path, case: str) -> None:
     path = tmp_path / "a.usdc"
     (odd_arm if case in ODD_CASES else arm)(path, case).Save()
     world = raycam.load(path)
@@ -155,7 +155,7 @@ def test_skins_are_where_pixar_bakes_them(tmp_path: Path, case: str) -> None:
     assert np.abs(later.triangles() - world.triangles()).max() > 0.1
 
 
-def test_two_instances_of_a_skinned_model(tmp_path: Path) -> None:
+def test_instances_of_a_skinned_model_have_equal_shapes(tmp_path: Path) -> None:
     arm(tmp_path / "arm.usda", "joints").Save()
     made = stage(tmp_path / "a.usda")
     for number in range(2):
@@ -178,8 +178,8 @@ def test_two_instances_of_a_skinned_model(tmp_path: Path) -> None:
     assert len(raycam.load(tmp_path / "a.usda", time=0.5).objects) == 2
 
 
-def test_normals_turn_with_the_joints(tmp_path: Path) -> None:
-    """The normals of a rigid turn are those of the faces."""
+def test_skinned_normals_rotate_with_the_joints(tmp_path: Path) -> None:
+    """After a rigid rotation, the normals equal the face normals."""
     made = arm(tmp_path / "a.usda", "rigid")
     mesh = UsdGeom.Mesh(made.GetPrimAtPath("/root/strip"))
     mesh.CreateNormalsAttr([(0, 0, 1)] * 14)
@@ -206,7 +206,7 @@ def test_weights_of_wrong_size_give_a_notice(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("time", [None, 0.0, 0.25, 2.0])
-def test_places_and_points_at_a_time(tmp_path: Path, time: float | None) -> None:
+def test_time_argument_evaluates_transforms_and_points(tmp_path: Path, time: float | None) -> None:
     made = stage(tmp_path / "a.usda")
     made.SetTimeCodesPerSecond(30)
     mesh = strip(made, "/world/strip")
@@ -235,7 +235,7 @@ def test_places_and_points_at_a_time(tmp_path: Path, time: float | None) -> None
     assert any("time=SECONDS" in str(notice) for notice in world.notices) == (time is None)
 
 
-def test_time_is_an_error_where_it_is_not_used(tmp_path: Path) -> None:
+def test_time_argument_is_refused_for_other_files(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     UsdGeom.Cube.Define(made, "/cube")
     made.Save()

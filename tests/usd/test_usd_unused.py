@@ -1,4 +1,4 @@
-"""What USD says of lights, cameras and models and raycam does not use is told."""
+"""Attributes of USD lights, cameras and models that raycam ignores give notices."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ CASES: dict[Callable[[Any, Path], None], tuple[str, str]] = {
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
-def test_what_is_not_used_is_said(tmp_path: Path, case: Callable[[Any, Path], None]) -> None:
+def test_unused_attributes_give_notices(tmp_path: Path, case: Callable[[Any, Path], None]) -> None:
     made = stage(tmp_path / "a.usda", up="Y")
     square(made)
     case(made, tmp_path)
@@ -114,7 +114,7 @@ def test_what_is_not_used_is_said(tmp_path: Path, case: Callable[[Any, Path], No
     assert all(fact in str(notice) for fact in CASES[case])
 
 
-def test_plain_lights_and_cameras_say_nothing(tmp_path: Path) -> None:
+def test_plain_lights_and_cameras_give_no_notices(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     UsdLux.ShapingAPI.Apply(sphere(made).GetPrim()).CreateShapingConeAngleAttr(30.0)
@@ -125,7 +125,7 @@ def test_plain_lights_and_cameras_say_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("length", "stop", "focus"), [(50.0, 2.0, 4.0), (24.0, 16.0, 0.5)])
-def test_an_f_stop_is_an_aperture(tmp_path: Path, length: float, stop: float, focus: float) -> None:
+def test_f_stop_determines_the_aperture(tmp_path: Path, length: float, stop: float, focus: float) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     camera = UsdGeom.Camera.Define(made, "/camera")
@@ -136,7 +136,7 @@ def test_an_f_stop_is_an_aperture(tmp_path: Path, length: float, stop: float, fo
     world = raycam.load(tmp_path / "a.usda")
     aperture = world.cameras["camera"].aperture
     assert aperture is not None
-    # The diameter is the focal length, which USD writes in tenths of the unit, over the f-stop.
+    # The aperture's diameter is the focal length (in tenths of the unit) divided by the f-stop.
     assert aperture["radius"] == pytest.approx(length / 10 / stop / 2)
     assert aperture["focus"] == focus
     assert not world.notices

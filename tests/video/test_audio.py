@@ -1,4 +1,4 @@
-"""Sound beside pictures: as long as they, and where the codec keeps every bit, the same. Read back by FFmpeg."""
+"""Sound of videos: as long as the images, and unchanged by lossless codecs; read back by FFmpeg."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def film(path: Path, audio: Path, frames: int = 10, fps: float = 10) -> Path:
 @pytest.mark.parametrize("ending", [".mov", ".mkv"])
 @pytest.mark.parametrize("seconds", [0.35, 1.0, 2.7])
 @pytest.mark.parametrize("channels", [1, 2])
-def test_lossless_sound_is_cut_or_filled_to_the_sample(
+def test_lossless_sound_is_cut_or_padded_to_the_exact_length(
     tmp_path: Path, ending: str, seconds: float, channels: int
 ) -> None:
     samples = tone(seconds, channels)
@@ -35,7 +35,7 @@ def test_lossless_sound_is_cut_or_filled_to_the_sample(
 
 
 @pytest.mark.parametrize("ending", [".mp4", ".webm"])
-def test_compressed_sound_is_the_tone_and_as_long_as_the_pictures(tmp_path: Path, ending: str) -> None:
+def test_compressed_sound_keeps_pitch_and_length(tmp_path: Path, ending: str) -> None:
     for rate in (RATE, 44_100):
         source = write_wave(tmp_path / "a.wav", tone(3, rate=rate), rate)
         path = film(tmp_path / f"{rate}{ending}", source, frames=20)
@@ -47,7 +47,7 @@ def test_compressed_sound_is_the_tone_and_as_long_as_the_pictures(tmp_path: Path
         assert again.read_bytes() == path.read_bytes()
 
 
-def test_sound_and_pictures_lie_side_by_side(tmp_path: Path) -> None:
+def test_sound_and_images_are_interleaved(tmp_path: Path) -> None:
     path = film(tmp_path / "a.mkv", write_wave(tmp_path / "a.wav", tone(9)), frames=80)
     with av.open(str(path)) as file:
         times = [(float(p.dts * p.time_base), p.stream.type) for p in file.demux() if p.dts is not None]
@@ -57,7 +57,7 @@ def test_sound_and_pictures_lie_side_by_side(tmp_path: Path) -> None:
         assert abs(latest["video"] - latest["audio"]) < 0.5
 
 
-def test_what_has_no_sound_is_named_before_anything_is_made(tmp_path: Path) -> None:
+def test_files_without_sound_are_refused_before_rendering(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         check_audio(tmp_path / "none.wav")
     (tmp_path / "text.wav").write_text("not at all a sound")

@@ -1,4 +1,4 @@
-"""Every codec of videos: what is lossless is, opacity stays, bytes repeat. Read back by FFmpeg."""
+"""Every video codec: lossless images, opacity and equal bytes; read back by FFmpeg."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SIZE = (64, 48)
 
 
 def decoded(path: Path, components: int) -> list[np.ndarray]:
-    """The pictures of a file. FFmpeg's own decoder of VP9 knows no opacity, Google's does."""
+    """The images of a file. FFmpeg's own VP9 decoder does not support opacity, so Google's is used."""
     kind = "rgba" if components == 4 else "rgb24"
     with av.open(str(path)) as file:
         stream = file.streams.video[0]
@@ -37,7 +37,7 @@ def test_decoded_gif_equals_the_images(tmp_path: Path, row: tuple[str, bool, boo
     rng = np.random.default_rng(3)
     components = 4 if alpha else 3
     pictures = [rng.integers(0, 256, (*SIZE[::-1], components), np.uint8) for _ in range(5)]
-    if not lossless:  # patches of colour, whose middle survives halved colours and quantisation
+    if not lossless:  # colour patches, whose centres survive chroma subsampling and quantisation
         patches = rng.integers(0, 256, (3, 4, components), np.uint8)
         pictures = [np.kron(np.roll(patches, i, 1), np.ones((16, 16, 1), np.uint8)) for i in range(5)]
     for name in ("one", "two"):
@@ -64,7 +64,7 @@ def test_decoded_gif_equals_the_images(tmp_path: Path, row: tuple[str, bool, boo
         assert codec.colorspace == (1 if "yuv" in CODECS[row].pixels else 0)
 
 
-def test_what_there_is_not_is_refused_and_says_what_there_is() -> None:
+def test_unsupported_codec_options_are_refused_with_the_supported_formats() -> None:
     with raises(SettingsError, code="cannot_write", mentions=[".mp4", ".mov", ".mkv", ".webm"]):
         codec_of(".mp4", lossless=False, alpha=True)
     with raises(SettingsError, code="cannot_write", mentions=[".webm", ".mov", ".mkv"]):
@@ -73,7 +73,7 @@ def test_what_there_is_not_is_refused_and_says_what_there_is() -> None:
 
 
 @pytest.mark.parametrize(("ending", "name"), [(".mp4", "an MP4"), (".webm", "a WebM")])
-def test_colours_of_two_pixels_need_even_sides(tmp_path: Path, ending: str, name: str) -> None:
+def test_subsampled_chroma_requires_even_sizes(tmp_path: Path, ending: str, name: str) -> None:
     codec = codec_of(ending, lossless=False, alpha=False)
     with raises(SettingsError, code="out_of_range", mentions=[name, "33 x 21", "34 x 22"]):
         open_encoder(tmp_path / f"a{ending}", (33, 21), 10, codec).__enter__()

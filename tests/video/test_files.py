@@ -1,4 +1,4 @@
-"""Which video files there are, and PNG pictures read back. Pillow is the other reader."""
+"""Video files and their options, and PNG images, read back by Pillow."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from raycam.video.files import ENDINGS, check_video, open_video, read_picture
 from support.raises import fault, raises
 
 
-def test_endings_say_what_they_have(tmp_path: Path) -> None:
+def test_video_extensions_are_checked_with_their_options(tmp_path: Path) -> None:
     assert ENDINGS == [".mp4", ".mov", ".mkv", ".webm", ".gif"]
     for name in ("a.MP4", "a.mov", "a.mkv", "a.webm", "a.gif", "a"):
         check_video(tmp_path / name)
@@ -32,7 +32,7 @@ def test_endings_say_what_they_have(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("components", [3, 4])
-def test_a_folder_holds_the_pictures_and_they_are_read_back(tmp_path: Path, components: int) -> None:
+def test_folder_contains_the_images_as_png_files(tmp_path: Path, components: int) -> None:
     picture = np.random.default_rng(1).integers(0, 256, (12, 16, components), np.uint8)
     with open_video(tmp_path / "frames", (16, 12), 10, alpha=components == 4) as add:
         add(7, picture)

@@ -1,4 +1,4 @@
-"""GIF files and PNG pictures without PyAV, read again by Pillow."""
+"""GIF files and PNG images written without PyAV, read back by Pillow."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_decoded_gif_equals_the_images(size: tuple[int, int], kind: str) -> None
 
 
 @pytest.mark.parametrize("components", [3, 4])
-def test_own_png_pictures(components: int) -> None:
+def test_png_encoder_output_is_read_by_pillow(components: int) -> None:
     smooth = np.add.outer(np.arange(40), np.arange(50) * 3)[..., None] + np.arange(components) * 9
     for picture in (
         smooth % 256,
@@ -59,7 +59,7 @@ def test_own_png_pictures(components: int) -> None:
 
 
 @pytest.mark.parametrize("kind", [0, 1, 2, 3, 4])
-def test_every_filter(kind: int) -> None:
+def test_every_png_filter_is_decoded(kind: int) -> None:
     import struct
     import zlib
 
@@ -79,7 +79,7 @@ def test_every_filter(kind: int) -> None:
         decode_png(b"GIF")
 
 
-def test_a_gif_without_av(
+def test_gif_is_written_without_pyav(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "av", None)

@@ -55,7 +55,7 @@ def run(command: str) -> int:
 
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
-def test_the_file_is_that_of_one_go_whatever_the_order(tmp_path: Path, name: str) -> None:
+def test_resumed_video_equals_an_uninterrupted_one_in_any_order(tmp_path: Path, name: str) -> None:
     (tmp_path / "one").mkdir()
     write_video(world(), tmp_path / "one" / name, integrator="flat", samples=1)
     Job(job_folder(tmp_path / name), package()).run(Pool(), frames=[5, 2])
@@ -66,7 +66,7 @@ def test_the_file_is_that_of_one_go_whatever_the_order(tmp_path: Path, name: str
     assert not job_folder(tmp_path / name).exists()
 
 
-def test_an_interrupted_video_leaves_frames_and_no_file(tmp_path: Path) -> None:
+def test_interrupted_video_keeps_frames_and_writes_no_file(tmp_path: Path) -> None:
     def before(frame: int) -> None:
         if frame == 5:
             raise KeyboardInterrupt
@@ -84,7 +84,7 @@ def test_an_interrupted_video_leaves_frames_and_no_file(tmp_path: Path) -> None:
     assert (again.made, (tmp_path / "a.mp4").read_bytes()) == ([], first)
 
 
-def test_a_video_with_a_failed_frame_is_none(tmp_path: Path) -> None:
+def test_video_with_a_failed_frame_is_not_written(tmp_path: Path) -> None:
     def before(frame: int) -> None:
         if frame == 5:
             raise JobError("odd")
@@ -94,14 +94,14 @@ def test_a_video_with_a_failed_frame_is_none(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4.job"]
 
 
-def test_the_last_shard_makes_the_file(tmp_path: Path) -> None:
+def test_last_shard_writes_the_video(tmp_path: Path) -> None:
     assert make_video(film(), tmp_path / "a.mp4", Pool(), shard=(2, 2)) is None
     assert not (tmp_path / "a.mp4").exists()
     assert make_video(film(), tmp_path / "a.mp4", Pool(), shard=(1, 2)) == 8
     assert (tmp_path / "a.mp4").exists()
 
 
-def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> None:
+def test_video_job_supports_transparency_and_sound(tmp_path: Path) -> None:
     sound = write_wave(tmp_path / "a.wav", tone(0.5))
     one = film(transparent_background=True)
     assert make_video(one, tmp_path / "a.mkv", Pool(), audio=sound, keep_frames=True) == 8
@@ -109,7 +109,7 @@ def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> Non
         pictures = [frame.to_ndarray(format="rgba") for frame in file.decode(video=0)]
     np.testing.assert_array_equal(pictures, [one.frame(number).to_srgba8() for number in range(8)])
     assert len(heard(tmp_path / "a.mkv")) == 0.8 * RATE
-    # Sound and codec are of the file, not of the frames: these are there already.
+    # Sound and codec belong to the file, not to the frames, which are finished already.
     pool = Pool()
     (tmp_path / "a.mkv.job").rename(tmp_path / "a.mov.job")
     make_video(one, tmp_path / "a.mov", pool, lossless=True)
@@ -121,7 +121,7 @@ def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> Non
 
 
 def meanwhile(make: Callable[[], object]) -> tuple[Pool, list[object]]:
-    """A pool that has something else made, once, amid its frames; and what that gave."""
+    """A pool that calls a function once between its frames, and the function's result."""
     gave: list[object] = []
 
     def before(frame: int) -> None:
@@ -132,7 +132,7 @@ def meanwhile(make: Callable[[], object]) -> tuple[Pool, list[object]]:
     return Pool(before), gave
 
 
-def test_of_shards_that_run_at_the_same_time_the_last_makes_it_all(tmp_path: Path) -> None:
+def test_last_of_concurrent_shards_writes_the_video(tmp_path: Path) -> None:
     (tmp_path / "one").mkdir()
     make_video(film(), tmp_path / "one/a.mkv", Pool())
     path = tmp_path / "a.mkv"
@@ -152,8 +152,8 @@ def test_of_shards_that_run_at_the_same_time_the_last_makes_it_all(tmp_path: Pat
 
 
 @pytest.mark.parametrize(("workers", "count"), [(["--workers", "2"], 3), ([], 1)])
-def test_low_priority_is_that_of_every_worker(here: Path, workers: list[str], count: int) -> None:
-    # In a process of its own: what has given way cannot take it back.
+def test_low_priority_applies_to_every_worker(here: Path, workers: list[str], count: int) -> None:
+    # In a separate process, because a lowered priority cannot be raised again.
     command = [
         sys.executable,
         "-m",
@@ -177,7 +177,7 @@ def niceness(pid: int) -> int:
     return os.getpriority(os.PRIO_PROCESS, pid)
 
 
-def test_commands_of_jobs(
+def test_job_commands_report_and_finish_shards(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     video = "video box.toml -o frames --samples 1 --integrator flat"
@@ -223,7 +223,7 @@ def test_commands_of_jobs(
     assert run("status .") == 1
     assert ".raycam/job.json" in capsys.readouterr().err
     assert run("video box.toml -o a.gif --samples 1 --integrator flat --shard 1/2") == 0
-    assert run("status a.gif") == 0  # the folder of the file that is being made
+    assert run("status a.gif") == 0  # the folder of the file being written
     assert "frames    4 of 8 finished" in capsys.readouterr().out
     Path("a.gif").write_bytes(b"")
     assert run("status a.gif") == 0
@@ -242,7 +242,9 @@ def test_commands_of_jobs(
     ("number", "workers"),
     [(signal.SIGINT, ""), (signal.SIGTERM, "--workers 2"), (signal.SIGINT, "--cluster local:1")],
 )
-def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, workers: str) -> None:
+def test_interrupted_command_stops_cleanly_and_resumes(
+    here: Path, number: signal.Signals, workers: str
+) -> None:
     command = [sys.executable, "-m", "raycam"]
     command += shlex.split(f"video box.toml -o a.mp4 --size 320x240 --samples 64 --seconds 40 {workers}")
     process = subprocess.Popen(
@@ -251,7 +253,7 @@ def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, worke
     while len(list(here.glob("a.mp4.job/*.png"))) < 3:
         time.sleep(0.02)
         assert process.poll() is None
-    os.killpg(process.pid, number)  # as a terminal does, and batch systems
+    os.killpg(process.pid, number)  # as sent by terminals and batch systems
     _, error = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert error.splitlines()[-1] == "raycam: stopped"

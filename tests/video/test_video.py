@@ -44,7 +44,7 @@ def boxes_of(path):
 # Files
 
 
-def test_mp4_plays_everywhere_and_shows_the_frames(tmp_path):
+def test_mp4_uses_a_widely_supported_format_and_shows_the_frames(tmp_path):
     film = write_video(moving_world(), tmp_path / "a.mp4", **FLAT)
     with av.open(str(tmp_path / "a.mp4")) as file:
         stream = file.streams.video[0]
@@ -65,8 +65,8 @@ def test_mp4_plays_everywhere_and_shows_the_frames(tmp_path):
         assert difference.mean() < 4
 
 
-def test_mp4_colours_are_those_of_the_picture(tmp_path):
-    # A frame full of one colour has no edges that chroma subsampling could blur.
+def test_mp4_colors_equal_those_of_the_images(tmp_path):
+    # A frame of one colour has no edges that chroma subsampling could blur.
     for color in ("#d02020", "#20a050", "#3050e0", "#ffffff", "#000000", "#808080"):
         world = raycam.World()
         world.add_object(plane={"size": [9, 9]}, color=color)
@@ -77,7 +77,7 @@ def test_mp4_colours_are_those_of_the_picture(tmp_path):
         assert np.abs(frame.astype(int) - expected).max() <= 3, color
 
 
-def test_gif_repeats_for_ever_in_good_colours(tmp_path):
+def test_gif_loops_with_accurate_colors(tmp_path):
     film = write_video(moving_world(), tmp_path / "a.gif", **FLAT)
     with Image.open(tmp_path / "a.gif") as image:
         assert (image.n_frames, image.size, image.info["loop"]) == (8, SIZE, 0)
@@ -88,7 +88,7 @@ def test_gif_repeats_for_ever_in_good_colours(tmp_path):
             assert difference.mean() < 1.5
 
 
-def test_png_folder_holds_the_frames_exactly(tmp_path):
+def test_png_folder_contains_the_exact_frames(tmp_path):
     film = write_video(moving_world(), tmp_path / "frames", frames=(5, None), **FLAT)
     assert sorted(path.name for path in (tmp_path / "frames").iterdir()) == [
         "frame_0005.png",
@@ -102,14 +102,14 @@ def test_png_folder_holds_the_frames_exactly(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
-def test_the_same_call_gives_the_same_bytes(tmp_path, name):
+def test_equal_calls_write_equal_video_files(tmp_path, name):
     for folder, threads in (("one", 1), ("two", 2)):
         (tmp_path / folder).mkdir()
         write_video(moving_world(), tmp_path / folder / name, threads=threads, **FLAT)
     assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
-def test_the_encoder_repeats_itself(tmp_path):
+def test_encoder_is_deterministic(tmp_path):
     rng = np.random.default_rng(1)
     pictures = [np.roll(rng.integers(0, 255, (48, 64, 3), np.uint8) // 4, 3 * i, axis=1) for i in range(6)]
     made = set()
@@ -124,7 +124,7 @@ def test_the_encoder_repeats_itself(tmp_path):
 # Time
 
 
-def test_frames_are_the_world_and_the_camera_at_their_times():
+def test_frames_show_the_world_and_the_camera_at_their_times():
     world = moving_world(
         orbit=None,
         keyframe=[
@@ -145,7 +145,7 @@ def test_frames_are_the_world_and_the_camera_at_their_times():
     assert (film.frame(0)["color"] != film.frame(4)["color"]).any()
 
 
-def test_fps_and_seconds_play_the_same_motion():
+def test_fps_and_seconds_change_only_the_sampling_of_the_motion():
     world = moving_world()
     film = VideoPlan(world, fps=5, seconds=1.6, **FLAT)
     assert (len(film), film.fps, film.seconds) == (8, 5, 1.6)
@@ -153,7 +153,7 @@ def test_fps_and_seconds_play_the_same_motion():
     np.testing.assert_array_equal(film.frame(3)["color"], VideoPlan(world, **FLAT).frame(3)["color"])
 
 
-def test_a_world_without_video_is_orbited_and_says_so():
+def test_world_without_a_video_is_orbited_with_a_notice():
     world = raycam.World()
     world.add_object(box={"size": [1, 1, 1]}, location=[5, 0, 0])
     film = VideoPlan(world, integrator="flat", samples=1)
@@ -170,7 +170,7 @@ def test_a_world_without_video_is_orbited_and_says_so():
     ]
 
 
-def test_what_does_not_move_is_built_once(tmp_path):
+def test_static_objects_are_built_once(tmp_path):
     world = moving_world(
         orbit=None,
         keyframe=[{"time": t, "object": "box", "location": [t, 0, 0]} for t in (0, 1)],
@@ -179,11 +179,11 @@ def test_what_does_not_move_is_built_once(tmp_path):
     film.frame(0)
     for moment in (world.at(0.5), world.at(1.0)):
         assert moment._core.objects_shared_with(world._core) == 2
-    # Nor is the world itself prepared first: whoever is builds for all.
+    # The world itself need not be prepared first: the first world that is prepared builds for all.
     fresh = moving_world()
     moment = fresh.at(0.5)
     assert moment._core.objects_shared_with(fresh._core) == 2
-    # A mesh that bends has another tree, and shares all else.
+    # A deforming mesh has its own tree; all other structures are shared.
     bending = bending_plate(tmp_path)
     for number in range(3):
         bending.add_object(box={"size": 0.1}, name=f"box {number}", location=[number, 0, 0])
@@ -192,13 +192,13 @@ def test_what_does_not_move_is_built_once(tmp_path):
     for number in (0, 5, 20):
         moment = bending.at(film.time(number), 0).prepare()
         assert moment._core.objects_shared_with(bending._core) == 3 + (number == 0)
-    # An object more is built alone.
+    # An additional object is built separately.
     grown = world.at(0.0)
     grown.add_object(box={"size": [2, 1, 1]})
     assert grown._core.objects_shared_with(world._core) == 2
 
 
-def test_frames_are_counted_as_in_a_slice(tmp_path):
+def test_frame_ranges_follow_python_slices(tmp_path):
     for frames, numbers in (((2, 4), [2, 3]), ((None, 1), [0]), ((-1, None), [7]), ((6, 99), [6, 7])):
         out = tmp_path / "-".join(map(str, numbers))
         write_video(moving_world(), out, frames=frames, **FLAT)
@@ -212,7 +212,7 @@ def test_frames_are_counted_as_in_a_slice(tmp_path):
 
 
 @pytest.mark.parametrize("integrator", ["flat", "direct", "path", "ao"])
-def test_pictures_laid_over_the_sky_are_the_pictures_with_it(integrator):
+def test_transparent_images_over_the_sky_equal_opaque_images(integrator):
     world = moving_world()
     sky = np.float32([0.25, 0.5, 0.75])
     world.add_light({"type": "sky", "radiance": sky.tolist()})
@@ -225,7 +225,7 @@ def test_pictures_laid_over_the_sky_are_the_pictures_with_it(integrator):
     alpha = clear["alpha"][..., None]
     assert 0 < (alpha == 0).mean() < 1
     assert ((alpha > 0) & (alpha < 1)).any()
-    if integrator in ("direct", "path"):  # the others see surfaces as they are
+    if integrator in ("direct", "path"):  # the other integrators show surfaces directly
         veil = alpha[clear["instance"] == 2]
         assert 0.3 < np.median(veil) < 0.9
     behind = 1.0 if integrator == "ao" else sky
@@ -233,7 +233,7 @@ def test_pictures_laid_over_the_sky_are_the_pictures_with_it(integrator):
     assert (clear["color"][alpha[..., 0] == 0] == 0).all()
 
 
-def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
+def test_images_and_videos_contain_opacity(tmp_path):
     film = write_video(
         moving_world(), tmp_path / "frames", transparent_background=True, frames=(2, 4), **FLAT
     )
@@ -245,7 +245,7 @@ def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
     np.testing.assert_array_equal(pixels[..., 3], np.round(frame["alpha"] * 255))
     edge = (pixels[..., 3] > 0) & (pixels[..., 3] < 255)
     assert edge.any()
-    # At the edges to the sky, colours are those of the box and the plane, not darkened: half of each is 188.
+    # At edges to the sky, colours of the box and the plane are not darkened: half of each is 188.
     assert pixels[edge][:, :3].max(axis=1).min() >= 188
     write_video(moving_world(), tmp_path / "a.mkv", transparent_background=True, frames=(2, 4), **FLAT)
     with av.open(str(tmp_path / "a.mkv")) as file:
@@ -260,7 +260,7 @@ def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
 # Faults
 
 
-def test_stopping_leaves_nothing_behind(tmp_path):
+def test_interrupted_video_leaves_no_files(tmp_path):
     def stop(done, total):
         assert total == 8
         if done == 3:
@@ -281,8 +281,8 @@ def test_stopping_leaves_nothing_behind(tmp_path):
             image.load()
 
 
-def test_what_an_encoder_raises_is_raised(tmp_path, monkeypatch):
-    # Pictures are encoded by a thread of its own while the next one is rendered.
+def test_encoder_errors_are_raised(tmp_path, monkeypatch):
+    # Images are encoded in a separate thread while the next one is rendered.
     threads = set()
     real = raycam.Frame.to_srgb8
 
@@ -325,13 +325,13 @@ def test_progress_counts_every_frame(tmp_path):
         ("a.mp4", {"integrator": "fast"}, fault("invalid_settings", "integrator", "fast")),
     ],
 )
-def test_bad_requests_are_named(tmp_path, name, options, message):
+def test_invalid_video_options_are_refused(tmp_path, name, options, message):
     with raises(raycam.SettingsError, **message):
         write_video(moving_world(), tmp_path / name, **options)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_odd_size_names_the_nearest_even_one(tmp_path):
+def test_odd_size_is_refused_with_the_nearest_even_size(tmp_path):
     camera = raycam.Camera.look_at([3, -2, 2], [0, 0, 0], size=(33, 21))
     with raises(raycam.SettingsError, code="out_of_range", mentions=["33 x 21", "34 x 22"]):
         write_video(moving_world(), tmp_path / "a.mp4", camera=camera)
@@ -340,7 +340,7 @@ def test_an_odd_size_names_the_nearest_even_one(tmp_path):
         assert image.size == (33, 21)
 
 
-def test_places_that_cannot_be_written_to_are_known_before_rendering(tmp_path):
+def test_unwritable_outputs_are_refused_before_rendering(tmp_path):
     def never(*_):
         raise AssertionError
 
@@ -355,6 +355,6 @@ def test_places_that_cannot_be_written_to_are_known_before_rendering(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["5", "a:b", "1:2:3", "1.5:"])
-def test_frame_ranges_are_checked(text):
+def test_invalid_frame_ranges_are_refused(text):
     with raises(raycam.SettingsError, code="invalid_value", mentions=["START", "STOP"]):
         frame_range(text)

@@ -1,4 +1,4 @@
-"""A small world, and a server of it with clients."""
+"""A small world, and a server that shows it to clients."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def small_world() -> raycam.World:
 
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
-    """A browser's tab of 1280 x 800."""
+    """A browser tab of 1280 x 800 pixels."""
     with chromium(tmp_path_factory.mktemp("browser")) as made:
         made.show(1280, 800)
         yield made
@@ -45,7 +45,7 @@ def server(small_world: raycam.World) -> Iterator[Server]:
 
 @pytest.fixture
 def open_socket(server: Server) -> Iterator[Callable[..., ClientConnection]]:
-    """Opens a WebSocket as the page does; what is given replaces its parts."""
+    """Opens a WebSocket as the page does; arguments replace parts of the request."""
     opened = contextlib.ExitStack()
 
     def open(**changed: Any) -> ClientConnection:

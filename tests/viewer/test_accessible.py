@@ -1,4 +1,4 @@
-"""axe-core finds nothing in the page and the live view. Needs Chromium and axe-core."""
+"""Accessibility of the page and the live view, checked with axe-core. Requires Chromium and axe-core."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
 @pytest.mark.parametrize(
     ("scheme", "width"), [("light", 1280), ("dark", 1280), ("light", 360), ("dark", 360)]
 )
-def test_the_page_and_the_view_offend_no_rule(
+def test_page_and_live_view_have_no_accessibility_violations(
     tab: Tab, server: Server, small_world: raycam.World, scheme: str, width: int, tmp_path: Path
 ) -> None:
     tab.show(width, 800, scheme)

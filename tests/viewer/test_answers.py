@@ -1,4 +1,4 @@
-"""Slow answers: in the order of their client, beside those of others, and nobody's end waits for them."""
+"""Slow answers: in order for each client, in parallel for different clients, and without delaying close()."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from support.patience import until
 
 
 class Slow:
-    """Answers that take until they are let go."""
+    """Answers that wait until they are released."""
 
     def __init__(self) -> None:
         self.begun: list[tuple[Session, int]] = []
@@ -42,7 +42,7 @@ def listening(world: raycam.World) -> tuple[Session, list[dict[str, Any]]]:
     return session, heard
 
 
-def test_answers_of_a_client_come_in_its_order_and_others_do_not_wait(
+def test_answers_are_ordered_per_client_and_do_not_delay_others(
     slow: Slow, small_world: raycam.World
 ) -> None:
     all_answers = Answers()
@@ -58,7 +58,7 @@ def test_answers_of_a_client_come_in_its_order_and_others_do_not_wait(
     all_answers.close()
 
 
-def test_so_many_are_made_at_once_and_so_many_wait(slow: Slow, small_world: raycam.World) -> None:
+def test_answers_in_progress_and_in_the_queue_are_limited(slow: Slow, small_world: raycam.World) -> None:
     all_answers = Answers()
     clients = [listening(small_world) for _ in range(AT_ONCE + 1)]
     for session, _ in clients:
@@ -68,14 +68,14 @@ def test_so_many_are_made_at_once_and_so_many_wait(slow: Slow, small_world: rayc
     for number in range(1, MOST_WAITING + 1):
         all_answers.queue_message(session, Explain(number, 0, 0))
     assert [each["type"] for each in heard] == ["notice"]
-    # Whoever leaves is forgotten: nothing more of it begins.
+    # No further answer is started for a client that has left.
     all_answers.forget(session)
     slow.gate.set()
     all_answers.close()
     assert len(slow.begun) == AT_ONCE
 
 
-def test_the_end_does_not_wait_for_long_and_stops_films(
+def test_close_stops_videos_without_a_long_wait(
     slow: Slow, small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(answers, "GRACE", 0.1)
@@ -91,7 +91,7 @@ def test_the_end_does_not_wait_for_long_and_stops_films(
     assert len(slow.begun) == 1
 
 
-def test_an_error_is_reported_and_the_next_answer_is_computed(
+def test_error_is_reported_and_the_next_answer_computed(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done: list[int] = []

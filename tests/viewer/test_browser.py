@@ -1,4 +1,4 @@
-"""The client in a browser: its numbers, its colours, and what people do with it. Needs Chromium: `make proof`."""
+"""The client in a browser: its numbers, colours and controls. Requires Chromium: `make proof`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SCHEMES_AND_WIDTHS = [(scheme, width) for scheme in ("light", "dark") for width 
 
 @pytest.fixture
 def client(tab: Tab) -> Tab:
-    """A blank tab that has the client's functions as `client`."""
+    """A blank tab with the client's functions as `client`."""
     tab.call("Page.navigate", url="about:blank")
     bodies = [bundling.client_file(name) for name in bundling.modules() if name != "main.js"]
     text = "\n".join(bundling.EXPORT.sub("", bundling.IMPORT.sub("", body)) for body in bodies)
@@ -51,9 +51,7 @@ def base64_of(array: np.ndarray[Any, Any]) -> str:
 
 
 @pytest.mark.parametrize(("odd", "low", "high"), [(0.5, 0.0, 0.5), (0.0, 0.0, 1e-12)])
-def test_a_range_shows_what_differs_where_nearly_all_values_are_the_same(
-    client: Tab, odd: float, low: float, high: float
-) -> None:
+def test_color_range_covers_a_single_outlier(client: Tab, odd: float, low: float, high: float) -> None:
     plane = (
         f"{{ components: 1, values: Float32Array.from({{ length: 1000 }}, (_, i) => (i === 7 ? {odd} : 0)) }}"
     )
@@ -64,7 +62,7 @@ def test_a_range_shows_what_differs_where_nearly_all_values_are_the_same(
 @pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("level", [0, 6])
-def test_planes_are_unpacked_to_the_bit(client: Tab, filter: str, dtype: str, level: int) -> None:
+def test_planes_are_unpacked_bit_for_bit(client: Tab, filter: str, dtype: str, level: int) -> None:
     random = np.random.default_rng(5)
     bits = random.integers(0, 256, (7, 5, 3 * np.dtype(dtype).itemsize), np.uint8)
     values = bits.view(dtype)
@@ -80,13 +78,13 @@ def test_planes_are_unpacked_to_the_bit(client: Tab, filter: str, dtype: str, le
 
 
 @pytest.mark.parametrize("dtype", ["float16", "float32", "float64"])
-def test_decimals_are_the_same_numbers_and_no_longer_than_numpys(client: Tab, dtype: str) -> None:
+def test_decimals_parse_to_the_same_number_and_are_as_short_as_numpys(client: Tab, dtype: str) -> None:
     random = np.random.default_rng(6)
     bits = random.integers(0, 2 ** (8 * np.dtype(dtype).itemsize), 20000, f"u{np.dtype(dtype).itemsize}")
     more = [0.1, -0.0, 1 / 3, *([65504, 6e-8, 6e-5] if dtype == "float16" else [1e-45, 3.4e38, 5e-324])]
     values = np.concatenate([bits.view(dtype), np.array(more, dtype)])
     values = values[np.isfinite(values)]
-    given = values.astype(np.float32) if dtype == "float16" else values  # as planes are unpacked
+    given = values.astype(np.float32) if dtype == "float16" else values  # as unpacked planes
     texts = client.evaluate(
         f"Array.from(new {given.dtype.name.title()}Array(client.bytesOfBase64('{base64_of(given)}').buffer), "
         f"(v) => client.shortest(v, '{dtype}'))"
@@ -105,7 +103,7 @@ def test_decimals_are_the_same_numbers_and_no_longer_than_numpys(client: Tab, dt
 
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("exposure", [-2.5, 0.0, 3.0])
-def test_colours_are_those_of_raycam(client: Tab, view: str, exposure: float) -> None:
+def test_client_colors_equal_to_srgb8(client: Tab, view: str, exposure: float) -> None:
     random = np.random.default_rng(7)
     linear = (10 ** random.uniform(-4, 2, (32, 64, 3))).astype(np.float32)
     linear[0] = np.linspace(-0.1, 1.2, 192, dtype=np.float32).reshape(64, 3)
@@ -130,7 +128,7 @@ def test_six_digits_fit_their_column(client: Tab) -> None:
         assert float(text) == pytest.approx(value, rel=1e-2)
 
 
-def test_planes_are_read_by_what_they_hold_not_by_their_name_alone(client: Tab) -> None:
+def test_display_style_of_a_plane_depends_on_its_content(client: Tab) -> None:
     kinds = {
         ("color", "float32", 3): "light",
         ("color", "int32", 1): "ids",
@@ -150,7 +148,7 @@ def test_planes_are_read_by_what_they_hold_not_by_their_name_alone(client: Tab) 
     assert client.evaluate(misses) == [True, False]
 
 
-def test_ranges_wider_than_numbers_are_coloured(client: Tab) -> None:
+def test_ranges_beyond_float64_are_colored(client: Tab) -> None:
     places = client.evaluate(
         "[-1e308, 0, 1e308].map((value) => client.mapIndex(value, { low: -1e308, high: 1e308, log: false }))"
     )
@@ -160,7 +158,7 @@ def test_ranges_wider_than_numbers_are_coloured(client: Tab) -> None:
 # The page -------------------------------------------------------------------------------------------------
 
 
-def test_a_page_tells_the_numbers_of_the_frame(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+def test_page_shows_the_exact_numbers_of_the_frame(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
     frame.save(tmp_path / "x.html")
     tab.said.clear()
     tab.requests.clear()
@@ -180,7 +178,7 @@ def test_a_page_tells_the_numbers_of_the_frame(tab: Tab, frame: raycam.Frame, tm
     assert [url for url in tab.requests if not url.startswith(("file:", "data:", "blob:"))] == []
 
 
-def test_the_picture_on_the_screen_is_that_of_raycam(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+def test_displayed_image_equals_to_srgb8(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
     frame.save(tmp_path / "x.html", exposure=1.0, view="agx")
     tab.open((tmp_path / "x.html").as_uri())
     tab.evaluate("document.getElementById('one-to-one').click()")
@@ -192,12 +190,14 @@ def test_the_picture_on_the_screen_is_that_of_raycam(tab: Tab, frame: raycam.Fra
     width, pixels = data[0], np.array(data[1:], np.uint8)
     screen = pixels.reshape(-1, width, 4)[..., :3].astype(int)
     expected = frame.to_srgb8(1.0, "agx").astype(int)
-    left, top = (width - 48) // 2, (len(screen) - 32) // 2  # the middle, up to a pixel of rounding
+    left, top = (width - 48) // 2, (len(screen) - 32) // 2  # the centre, within one pixel of rounding
     places = itertools.product(range(top - 2, top + 3), range(left - 2, left + 3))
     assert min(np.abs(screen[y : y + 32, x : x + 48] - expected).max() for y, x in places) <= 1
 
 
-def test_names_and_titles_are_text(tab: Tab, small_world: raycam.World, tmp_path: Path) -> None:
+def test_names_and_titles_are_shown_as_text_not_html(
+    tab: Tab, small_world: raycam.World, tmp_path: Path
+) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name=EVIL)
     raycam.render(world, channels=["color", "instance"], samples=1).save(
@@ -208,10 +208,10 @@ def test_names_and_titles_are_text(tab: Tab, small_world: raycam.World, tmp_path
     tab.wait("document.querySelector('.ids') !== null")
     assert EVIL in tab.evaluate("document.querySelector('.ids').textContent")
     assert tab.evaluate("document.title") == EVIL
-    assert tab.evaluate("document.querySelectorAll('img').length") == 1  # of the explanation
+    assert tab.evaluate("document.querySelectorAll('img').length") == 1  # the explanation's figure
 
 
-def test_names_from_files_of_strangers_are_text(tab: Tab, tmp_path: Path) -> None:
+def test_channel_names_of_files_are_shown_as_text_not_html(tab: Tab, tmp_path: Path) -> None:
     depth = np.arange(6, dtype=np.float32).reshape(2, 3)
     name = 'x"></script><img src=a>&amp;'
     (tmp_path / "x.exr").write_bytes(raycam._core.encode_exr([(name, depth)], False, None, []))
@@ -224,7 +224,7 @@ def test_names_from_files_of_strangers_are_text(tab: Tab, tmp_path: Path) -> Non
     assert tab.said == []
 
 
-def test_both_frames_are_told_with_their_own_digits(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+def test_compared_frames_show_their_own_digits(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
     single = raycam.Frame(
         {"position": frame["position"].astype(np.float32)}, camera=frame.camera, size=frame.size
     )
@@ -245,7 +245,7 @@ def test_both_frames_are_told_with_their_own_digits(tab: Tab, frame: raycam.Fram
             assert numbers == [str(number) for number in value]
 
 
-def test_a_region_is_explained_by_the_places_of_the_whole(
+def test_pixels_of_a_region_have_coordinates_of_the_whole_image(
     tab: Tab, small_world: raycam.World, tmp_path: Path
 ) -> None:
     part = raycam.render(small_world, small_world.camera("front"), samples=1, region=(16, 8, 16, 16))
@@ -257,7 +257,7 @@ def test_a_region_is_explained_by_the_places_of_the_whole(
     assert text_of(tab, "explained-title") == "Pixel 25, 16 explained"
 
 
-def test_every_channel_has_a_picture_and_a_legend(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+def test_every_channel_has_an_image_and_a_legend(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
     frame.save(tmp_path / "x.html")
     tab.said.clear()
     tab.open((tmp_path / "x.html").as_uri())
@@ -269,7 +269,7 @@ def test_every_channel_has_a_picture_and_a_legend(tab: Tab, frame: raycam.Frame,
     assert tab.said == []
 
 
-def test_two_frames_are_compared_by_the_keyboard(
+def test_keyboard_compares_two_frames(
     tab: Tab, frame: raycam.Frame, small_world: raycam.World, tmp_path: Path
 ) -> None:
     other = raycam.render(small_world, small_world.camera("front"), samples=4, seed=1)
@@ -287,7 +287,7 @@ def test_two_frames_are_compared_by_the_keyboard(
     assert float(figures[3]) == pytest.approx(np.sqrt((differs**2).mean()), rel=1e-4)
 
 
-def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
+def test_keyboard_selects_moves_and_explains_a_pixel(
     tab: Tab, frame: raycam.Frame, small_world: raycam.World, tmp_path: Path
 ) -> None:
     frame.save(tmp_path / "x.html", world=small_world, explain=[(25, 16)])
@@ -306,7 +306,7 @@ def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
         for _ in range(steps):
             tab.press(key)
     tab.wait("document.getElementById('pixel-place').textContent === 'column 25, row 16 (held)'")
-    tab.wait("document.getElementById('held').textContent.includes('depth')")  # once its plane is unpacked
+    tab.wait("document.getElementById('held').textContent.includes('depth')")  # after its plane is unpacked
     tab.press("Enter")
     tab.wait("document.getElementById('explained').open")
     text = tab.evaluate("document.getElementById('explained-text').textContent")
@@ -318,7 +318,7 @@ def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
 
 
 @pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)
-def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: int, tmp_path: Path) -> None:
+def test_page_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: int, tmp_path: Path) -> None:
     named = raycam.World()
     for name in ("a name that is so long that it has to be broken somewhere", "floor"):
         named.add_object(box={"size": 1}, name=name)
@@ -328,7 +328,7 @@ def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: i
     tab.click(*place_of(tab, 24, 16, frame.size))
     tab.wait("document.querySelector('#values .name')")
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
-    if width > 760:  # the panel alone scrolls
+    if width > 760:  # only the panel scrolls
         tab.wait("document.getElementById('held').textContent")
         tab.show(width, 400, scheme)
         assert tab.evaluate("document.documentElement.scrollHeight") <= 400
@@ -352,9 +352,7 @@ def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: i
     tab.show(1280, 800)
 
 
-def test_the_figure_of_a_pixel_fits_a_narrow_cell(
-    tab: Tab, small_world: raycam.World, tmp_path: Path
-) -> None:
+def test_pixel_figure_fits_a_narrow_cell(tab: Tab, small_world: raycam.World, tmp_path: Path) -> None:
     svg = raycam.explain(small_world, small_world.camera("front"), (25, 16))._repr_svg_()
     (tmp_path / "cell.html").write_text(
         f"<!doctype html><div style='width: 500px'>{svg}</div>", encoding="utf-8"
@@ -374,7 +372,7 @@ def test_the_figure_of_a_pixel_fits_a_narrow_cell(
 # The live view --------------------------------------------------------------------------------------------
 
 
-def test_a_world_is_moved_probed_and_explained(tab: Tab, server: Server) -> None:
+def test_live_view_moves_probes_and_explains(tab: Tab, server: Server) -> None:
     tab.said.clear()
     tab.requests.clear()
     tab.open(server.url)
@@ -404,14 +402,14 @@ def test_a_world_is_moved_probed_and_explained(tab: Tab, server: Server) -> None
     assert [url for url in tab.requests if not url.startswith(own)] == []
 
 
-def test_without_the_token_the_page_says_so(tab: Tab, server: Server) -> None:
+def test_page_without_the_token_shows_a_message(tab: Tab, server: Server) -> None:
     tab.evaluate("sessionStorage.clear()")
     tab.call("Page.navigate", url=server.url.split("#")[0])
     tab.wait("document.getElementById('message')?.textContent.includes('token')")
     assert not server.sessions
 
 
-def test_the_end_of_the_server_is_said_and_the_picture_stays(tab: Tab, server: Server) -> None:
+def test_page_reports_the_end_of_the_server_and_keeps_the_image(tab: Tab, server: Server) -> None:
     tab.open(server.url)
     tab.wait("document.getElementById('status').textContent.includes('16 samples')")
     server.close()

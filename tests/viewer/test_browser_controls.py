@@ -1,6 +1,6 @@
-"""The live view's controls in a browser: what is typed, what keys do, and what the page says of itself.
+"""The live view's controls in a browser: text fields, keys, and the status line.
 
-Needs Chromium: `make proof`.
+Requires Chromium: `make proof`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def said(tab: Tab) -> str:
     return shown
 
 
-def test_the_status_says_what_is_seen(tab: Tab, live: Server) -> None:
+def test_status_shows_rate_triangles_and_connection(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     until(lambda: session.images.refinement_of(session.view).change is not None)
     tab.wait("document.getElementById('status-change').textContent.includes(' % since ')")
@@ -61,7 +61,7 @@ def test_the_status_says_what_is_seen(tab: Tab, live: Server) -> None:
 
 
 @pytest.mark.parametrize("stops", [-13.5, 0.25, 16.0])
-def test_the_exposure_is_that_of_the_world(tab: Tab, stops: float) -> None:
+def test_exposure_control_starts_at_the_exposure_of_the_world(tab: Tab, stops: float) -> None:
     world = raycam.World.from_dict({"object": [{"box": {"size": 1}}], "render": {"exposure": stops}})
     server = Server(lambda: Session(world, world.default_camera(), samples=2), port=0)
     try:
@@ -73,7 +73,7 @@ def test_the_exposure_is_that_of_the_world(tab: Tab, stops: float) -> None:
         server.close()
 
 
-def test_what_is_typed_is_refused_with_its_name_and_range(tab: Tab, live: Server) -> None:
+def test_invalid_numbers_are_refused_with_name_and_range(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     before = session.view.camera
     for element, text, told in [
@@ -91,10 +91,12 @@ def test_what_is_typed_is_refused_with_its_name_and_range(tab: Tab, live: Server
     press(tab, "Escape")
     assert said(tab) == ""
     assert session.view.camera == before
-    assert text_of(tab, "status-connection") == "connected"  # nothing of it was sent, which would be a strike
+    assert (
+        text_of(tab, "status-connection") == "connected"
+    )  # nothing was sent, which the server would count as an invalid message
 
 
-def test_numbers_that_nobody_changed_keep_all_digits(tab: Tab) -> None:
+def test_unchanged_numbers_keep_all_digits(tab: Tab) -> None:
     world = raycam.World()
     middle = np.array([1e6, -2e6, 500.0])
     world.add_object(box={"size": 1}, location=middle.tolist())
@@ -110,7 +112,7 @@ def test_numbers_that_nobody_changed_keep_all_digits(tab: Tab) -> None:
         server.close()
 
 
-def test_keys_come_nearer_pan_and_frame_the_held_object(tab: Tab, live: Server) -> None:
+def test_keys_dolly_pan_and_frame_the_selected_object(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     for key, modifiers, way in [
         ("ArrowUp", SHIFT, lambda moved, camera: moved @ camera.forward > 0),
@@ -137,7 +139,7 @@ def test_keys_come_nearer_pan_and_frame_the_held_object(tab: Tab, live: Server) 
     tab.wait("document.getElementById('pixel-place').textContent.includes('held')")
     press(tab, "f")
     until(lambda: session.view.camera_name == "")
-    assert np.allclose(session.view.pivot, 0)  # the middle of the box, not of box and floor
+    assert np.allclose(session.view.pivot, 0)  # the centre of the box, not of box and floor
     press(tab, "Tab")
     before = session.view.camera
     press(tab, "w")
@@ -146,7 +148,7 @@ def test_keys_come_nearer_pan_and_frame_the_held_object(tab: Tab, live: Server) 
         press(tab, "Tab")
 
 
-def test_an_object_that_is_not_listed_is_chosen_by_a_click(tab: Tab) -> None:
+def test_object_beyond_the_list_is_selected_by_a_click(tab: Tab) -> None:
     world = raycam.World()
     for i in range(1003):
         world.add_object(plane={"size": [0.5, 0.5]}, location=[i % 40, i // 40, 0], name=f"tile {i}")
@@ -165,24 +167,24 @@ def test_an_object_that_is_not_listed_is_chosen_by_a_click(tab: Tab) -> None:
         server.close()
 
 
-def test_a_new_session_draws_and_shows_as_the_page_says(tab: Tab, live: Server) -> None:
+def test_new_session_restores_the_settings_of_the_page(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     for box in ("show-grid", "show-cameras"):
         tab.evaluate(f"document.getElementById('{box}').click()")
     until(lambda: session.shows_grid and session.shows_cameras)
-    session.visible = False  # as if it had been hidden before the connection was cut
+    session.visible = False  # as if the page had been hidden before the connection was lost
     tab.wait("document.getElementById('status-connection').textContent === 'connected'")
     session.connection.send(session.welcome())
     until(lambda: session.visible)
     assert tab.evaluate("document.getElementById('show-grid').checked")
-    session.shows_grid = session.shows_cameras = False  # as a session of a server that was started anew
+    session.shows_grid = session.shows_cameras = False  # like a session of a restarted server
     session.connection.send(session.welcome())
     tab.wait(
         "!document.getElementById('show-grid').checked && !document.getElementById('show-cameras').checked"
     )
 
 
-def test_files_that_cannot_be_opened_are_told(tab: Tab, live: Server, tmp_path: Path) -> None:
+def test_unreadable_files_show_an_error(tab: Tab, live: Server, tmp_path: Path) -> None:
     opened(tab, live, SAMPLES)
     for name, data, told in [
         ("empty.png", b"", "empty.png is empty, or a folder: drop the files in it."),
@@ -202,7 +204,7 @@ def test_files_that_cannot_be_opened_are_told(tab: Tab, live: Server, tmp_path: 
     assert text_of(tab, "status-connection") == "connected"
 
 
-def test_a_narrow_page_needs_no_scrolling_sideways(tab: Tab, small_world: raycam.World) -> None:
+def test_narrow_page_has_no_horizontal_scrolling(tab: Tab, small_world: raycam.World) -> None:
     title = "a very long name of a world file that does not end soon.toml"
     server = Server(lambda: Session(small_world, small_world.camera("front"), samples=2, title=title), port=0)
     tab.show(360, 700)

@@ -1,4 +1,4 @@
-"""Worlds changed in a browser: handles that are dragged, files that are dropped. Needs Chromium: `make proof`."""
+"""Worlds changed in a browser by dragging handles and dropping files. Requires Chromium: `make proof`."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Serve = Callable[..., Server]
 
 @pytest.fixture
 def serve(small_world: raycam.World) -> Iterator[Serve]:
-    """Starts a server of the small world."""
+    """Starts a server that shows the small world."""
     made: list[Server] = []
 
     def start(*, allows_open: bool = False) -> Server:
@@ -60,7 +60,7 @@ def serve(small_world: raycam.World) -> Iterator[Serve]:
 
 
 def rest(tab: Tab, session: Session) -> None:
-    """Waits for the last sample of the view as it is now."""
+    """Waits for the last sample of the current view."""
     until(
         lambda: (
             not session.images.is_moving
@@ -77,7 +77,7 @@ def matrix_of(session: Session) -> np.ndarray:
 
 
 def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
-    """The place in the window of the end of a handle of the first object."""
+    """The window position of the end of a handle of the first object."""
     found = handles(matrix_of(session), np.zeros(3), session.view.still_camera, session.selection.tool)
     (lines,) = (each["lines"] for each in found if each["handle"] == handle)
     u, v = lines[0][-1]
@@ -88,7 +88,7 @@ def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
 
 
 @pytest.mark.parametrize(("key", "tool"), [("g", "move"), ("r", "turn"), ("s", "scale")])
-def test_a_drag_of_a_handle_changes_the_world_in_one_step(
+def test_handle_drag_is_one_step_of_undo(
     tab: Tab, serve: Serve, key: str, tool: str, small_world: raycam.World
 ) -> None:
     session = opened(tab, serve(), SAMPLES)
@@ -132,13 +132,13 @@ def test_a_drag_of_a_handle_changes_the_world_in_one_step(
 
 
 def truth(session: Session) -> np.ndarray:
-    """Distances in the picture that the view shows."""
+    """The channel `distance` of the displayed image."""
     return np.array(
         raycam.render(session.view.world, session.view.still_camera, channels="depth", samples=1)["depth"]
     )
 
 
-def test_a_drag_beside_the_handles_turns_the_camera(tab: Tab, serve: Serve) -> None:
+def test_drag_outside_of_the_handles_turns_the_camera(tab: Tab, serve: Serve) -> None:
     session = opened(tab, serve(), SAMPLES)
     before, camera = matrix_of(session), session.view.camera
     tab.press("g")
@@ -151,7 +151,7 @@ def test_a_drag_beside_the_handles_turns_the_camera(tab: Tab, serve: Serve) -> N
     assert tab.evaluate("document.getElementById('undo').disabled")
 
 
-def test_the_numbers_of_a_moved_object_are_those_of_its_new_place(tab: Tab, serve: Serve) -> None:
+def test_values_of_a_moved_object_belong_to_its_new_position(tab: Tab, serve: Serve) -> None:
     session = opened(tab, serve(), SAMPLES)
     tab.press("g")
     tab.evaluate("new Promise((done) => setTimeout(done, 300))")
@@ -182,7 +182,7 @@ def files(folder: Path) -> list[Path]:
     return paths
 
 
-def test_dropped_files_are_opened_where_that_is_allowed(tab: Tab, serve: Serve, tmp_path: Path) -> None:
+def test_dropped_files_are_opened_with_allow_open(tab: Tab, serve: Serve, tmp_path: Path) -> None:
     session = opened(tab, serve(allows_open=True), SAMPLES)
     paths = files(tmp_path)
     tab.drop(*place_of(tab, 24, 16, SIZE), paths)
@@ -222,14 +222,14 @@ def test_dropped_files_are_refused_without_allow_open(
         ("far.toml", WORLD.replace("wedge.obj", "../../etc/passwd"), "passwd"),
     ],
 )
-def test_dropped_files_that_are_no_world_are_said_and_the_view_stays(
+def test_invalid_dropped_files_show_an_error_and_keep_the_view(
     tab: Tab, serve: Serve, tmp_path: Path, small_world: raycam.World, name: str, text: str, word: str
 ) -> None:
     session = opened(tab, serve(allows_open=True), SAMPLES)
     path = tmp_path / name
     path.write_text(text)
     tab.drop(*place_of(tab, 24, 16, SIZE), [path])
-    # Not the notice that its bytes are there, which has its name.
+    # Not the notice that the file was received, which contains its name.
     tab.wait("document.getElementById('message').classList.contains('error')")
     tab.wait(f"document.getElementById('message').textContent.includes('{word}')")
     tab.wait("!document.getElementById('message').hidden")

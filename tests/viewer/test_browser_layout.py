@@ -1,4 +1,4 @@
-"""The layout of the live view in Chromium: tree, properties, axes, palette, phones, and the bytes of a look."""
+"""The layout of the live view in Chromium: tree, properties, axes, palette, phones, and transferred bytes."""
 
 from __future__ import annotations
 

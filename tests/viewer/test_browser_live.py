@@ -1,6 +1,6 @@
-"""The live view by the ways people take: flight, lenses, time, light, files, reloads, other pages.
+"""Use of the live view in a browser: flight, lenses, time, light, files, reloads, other pages.
 
-Needs Chromium: `make proof`.
+Requires Chromium: `make proof`.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ interpolation = "linear"
 keyframe = [{ time = 0, object = "ball", location = [0, 0, 1] }, { time = 2, object = "ball", location = [2, 0, 1] }]
 """
 
-# A page tries to talk to the server, to read its script, to run it, and to frame its page.
+# A page of another origin tries to open the socket, to read and run the script, and to embed the page.
 TRY = """(async () => {
   const [base, token] = ["%s", %s];
   const socket = await new Promise((done) => {
@@ -107,7 +107,7 @@ def live(world: raycam.World) -> Iterator[Server]:
 
 
 def rest(tab: Tab, session: Session) -> None:
-    """Waits for the last sample of the view as it is now."""
+    """Waits for the last sample of the current view."""
     until(lambda: not session.images.is_moving and session.images.still is not None)
     until(
         lambda: (
@@ -119,7 +119,7 @@ def rest(tab: Tab, session: Session) -> None:
 
 
 def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
-    """The picture at 1:1, at the places where the rounding of its middle may put it."""
+    """The displayed image at 1:1, at each position that rounding of its centre allows."""
     tab.evaluate("document.getElementById('one-to-one').click()")
     tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     data = tab.evaluate(
@@ -132,7 +132,7 @@ def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
     return [screen[y : y + size[1], x : x + size[0]] for y, x in near]
 
 
-def test_a_click_is_told_to_the_script(tab: Tab, world: raycam.World) -> None:
+def test_click_calls_the_callback_of_the_script(tab: Tab, world: raycam.World) -> None:
     told: list[dict[str, Any]] = []
     with raycam.view(
         world, world.camera("plain"), samples=SAMPLES, block=False, browser=False, port=0
@@ -151,7 +151,7 @@ def test_a_click_is_told_to_the_script(tab: Tab, world: raycam.World) -> None:
     assert picked["instance"] == seen[30, 40]
 
 
-def test_the_page_begins_with_what_is_chosen(tab: Tab, world: raycam.World) -> None:
+def test_page_starts_with_the_given_options(tab: Tab, world: raycam.World) -> None:
     start = {"channel": "depth", "exposure": 1.5, "view": "agx", "time": 0.5}
     server = Server(lambda: Session(world, world.camera("plain"), samples=SAMPLES, start=start), port=0)
     try:
@@ -170,7 +170,7 @@ def test_the_page_begins_with_what_is_chosen(tab: Tab, world: raycam.World) -> N
         server.close()
 
 
-def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, world: raycam.World) -> None:
+def test_view_through_a_distorted_lens_equals_render(tab: Tab, live: Server, world: raycam.World) -> None:
     tab.show(700, 360)
     session = opened(tab, live, SAMPLES)
     tab.press("c")
@@ -194,7 +194,7 @@ def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, 
     tab.show(1280, 800)
 
 
-def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
+def test_fly_keys_move_the_camera_forward(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     before = session.view.camera
     tab.evaluate("document.getElementById('picture').focus()")
@@ -209,7 +209,7 @@ def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
     assert np.array_equal(session.view.camera.R, before.R)
 
 
-def test_a_walk_keeps_the_eyes_above_the_ground(
+def test_walking_keeps_the_camera_height_above_the_ground(
     tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = opened(tab, live, SAMPLES)
@@ -224,7 +224,7 @@ def test_a_walk_keeps_the_eyes_above_the_ground(
     assert np.array_equal(session.view.camera.location, before)
     places, go = [before], session._go
     monkeypatch.setattr(session, "_go", lambda moved: (places.append(moved.location), go(moved)))
-    # Over the ball, whose top is at 2 m, and down again; slow machines see only some of the places.
+    # Over the ball, whose top is at 2 m, and down again; slow machines sample only some of the positions.
     tab.call("Input.dispatchKeyEvent", type="keyDown", key="W", code="KeyW", modifiers=8)
     until(lambda: places[-1][0] < -2)
     tab.call("Input.dispatchKeyEvent", type="keyUp", key="W", code="KeyW", modifiers=8)
@@ -236,7 +236,7 @@ def test_a_walk_keeps_the_eyes_above_the_ground(
     tab.wait("document.getElementById('message').textContent.startsWith('Orbit')")
 
 
-def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_delayed_image_is_reported(tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     let_go = threading.Event()
     next_work = Scheduler._next
 
@@ -251,7 +251,7 @@ def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.Monk
     tab.wait(DONE)
 
 
-def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
+def test_time_slider_moves_the_world(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     before = np.array(session.view.world.objects[0].matrix)
     tab.wait("!document.getElementById('timeline').hidden")
@@ -265,7 +265,7 @@ def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
     assert moved[0] == pytest.approx(session.view.time, abs=0.3)
 
 
-def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
+def test_variant_list_changes_the_materials(tab: Tab, tmp_path: Path) -> None:
     world = raycam.load(variant_square().save(tmp_path / "v.glb"))
     server = Server(lambda: Session(world, world.default_camera(), samples=SAMPLES, title="v"), port=0)
     try:
@@ -291,7 +291,7 @@ def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
         server.close()
 
 
-def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
+def test_exposure_is_applied_without_a_new_image(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     until(lambda: session.connection.sent == session.connection.acknowledged)
     sent, before = session.connection.sent, on_the_screen(tab, session.view.size)[0]
@@ -303,9 +303,7 @@ def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
     assert session.connection.sent == sent
 
 
-def test_a_snapshot_is_a_file_with_the_bytes_of_render(
-    tab: Tab, live: Server, world: raycam.World, tmp_path: Path
-) -> None:
+def test_snapshot_file_equals_render(tab: Tab, live: Server, world: raycam.World, tmp_path: Path) -> None:
     session = opened(tab, live, SAMPLES)
     tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     tab.evaluate("document.getElementById('snapshot-png').click()")
@@ -317,7 +315,7 @@ def test_a_snapshot_is_a_file_with_the_bytes_of_render(
 
 
 def downloaded(tab: Tab, folder: Path, button: str, name: str) -> Path:
-    """The file that a button gives to the browser, when it is complete."""
+    """The complete file downloaded with a button."""
     tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
     tab.evaluate(f"document.getElementById('{button}').click()")
     until(lambda: (folder / name).exists() and not list(folder.glob("*.crdownload")))
@@ -327,7 +325,7 @@ def downloaded(tab: Tab, folder: Path, button: str, name: str) -> Path:
 @pytest.mark.parametrize(
     ("button", "name", "count"), [("film", "w_turntable.mp4", 96), ("film-time", "w_animation.mp4", 48)]
 )
-def test_a_film_is_a_file_that_plays(
+def test_saved_video_is_playable(
     tab: Tab, live: Server, tmp_path: Path, button: str, name: str, count: int
 ) -> None:
     opened(tab, live, SAMPLES)
@@ -340,7 +338,7 @@ def test_a_film_is_a_file_that_plays(
     tab.wait("document.getElementById('film-stop').hidden && !document.getElementById('film').disabled")
 
 
-def test_a_film_without_pyav_is_a_gif(
+def test_video_without_pyav_is_saved_as_a_gif(
     tab: Tab, live: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(film, "has_av", lambda: False)
@@ -349,7 +347,7 @@ def test_a_film_without_pyav_is_a_gif(
         assert (image.n_frames, image.size) == (24, (96, 64))
 
 
-def test_a_film_is_stopped_by_its_button(tab: Tab, live: Server, tmp_path: Path) -> None:
+def test_stop_button_cancels_the_video(tab: Tab, live: Server, tmp_path: Path) -> None:
     session = opened(tab, live, SAMPLES)
     receive(session, {"type": "quality", "integrator": "path"})
     tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
@@ -363,7 +361,7 @@ def test_a_film_is_stopped_by_its_button(tab: Tab, live: Server, tmp_path: Path)
     assert [each.name for each in tmp_path.iterdir()] == ["w.toml"]
 
 
-def test_a_reload_finds_its_token(tab: Tab, live: Server) -> None:
+def test_reload_keeps_the_token(tab: Tab, live: Server) -> None:
     opened(tab, live, SAMPLES)
     tab.call("Page.reload")
     tab.wait("document.readyState === 'complete' && !!document.getElementById('status')")
@@ -372,7 +370,7 @@ def test_a_reload_finds_its_token(tab: Tab, live: Server) -> None:
     assert len([each for each in live.sessions.values() if each.send is not None]) == 1
 
 
-def test_a_page_of_another_origin_gets_nothing_even_with_the_token(tab: Tab, live: Server) -> None:
+def test_page_of_another_origin_is_refused_even_with_the_token(tab: Tab, live: Server) -> None:
     host, port = live.address
 
     class Evil(http.server.BaseHTTPRequestHandler):
@@ -400,7 +398,7 @@ def test_a_page_of_another_origin_gets_nothing_even_with_the_token(tab: Tab, liv
     assert not live.sessions
 
 
-def test_texts_are_never_run(tab: Tab, live: Server) -> None:
+def test_eval_is_blocked_by_the_content_security_policy(tab: Tab, live: Server) -> None:
     opened(tab, live, SAMPLES)
     found = tab.call(
         "Runtime.evaluate",
@@ -411,7 +409,7 @@ def test_texts_are_never_run(tab: Tab, live: Server) -> None:
     assert found["result"]["value"] == "EvalError"
 
 
-def test_two_clients_see_one_world_each_by_its_own_camera(
+def test_clients_share_the_world_and_have_their_own_cameras(
     tab: Tab, live: Server, world: raycam.World
 ) -> None:
     session = opened(tab, live, SAMPLES)

@@ -1,6 +1,6 @@
-"""The live view in a browser when its connection is cut, and when its server goes and comes back.
+"""The live view in a browser after lost connections and restarts of the server.
 
-Needs Chromium: `make proof`.
+Requires Chromium: `make proof`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def relay(server: Server) -> Iterator[Relay]:
 
 
 def open_through(tab: Tab, relay: Relay, token: str) -> None:
-    """Opens the live view through the relay, until its last sample."""
+    """Opens the live view through the relay, and waits for its last sample."""
     tab.said.clear()
     tab.open(f"http://127.0.0.1:{relay.port}/#t={token}")
     tab.wait(DONE)
@@ -51,14 +51,14 @@ def choose(tab: Tab, element: str, value: str) -> None:
 
 
 def paint_it_green(tab: Tab) -> None:
-    """Edits the first object, and waits for the last sample of what it is now."""
+    """Edits the first object, and waits for the last sample of the new image."""
     tab.evaluate("document.getElementById('status').textContent = ''")
     choose(tab, "object-color", "#00ff00")
     tab.wait("!document.getElementById('undo').disabled")
     tab.wait(DONE)
 
 
-def test_a_cut_connection_comes_back_with_everything(tab: Tab, server: Server, relay: Relay) -> None:
+def test_interrupted_connection_restores_view_and_edits(tab: Tab, server: Server, relay: Relay) -> None:
     open_through(tab, relay, server.token)
     (session,) = server.sessions.values()
     choose(tab, "camera", "side")
@@ -91,7 +91,7 @@ def test_a_cut_connection_comes_back_with_everything(tab: Tab, server: Server, r
     assert not tab.evaluate("document.getElementById('redo').disabled")
 
 
-def test_a_page_tries_for_as_long_as_it_takes(tab: Tab, server: Server, relay: Relay) -> None:
+def test_page_reconnects_until_it_succeeds(tab: Tab, server: Server, relay: Relay) -> None:
     open_through(tab, relay, server.token)
     for _ in range(2):
         relay.cut(None)
@@ -103,7 +103,7 @@ def test_a_page_tries_for_as_long_as_it_takes(tab: Tab, server: Server, relay: R
     assert len(server.sessions) == 1
 
 
-def test_a_server_that_is_killed_and_back_gets_its_page_back(
+def test_page_reconnects_to_a_restarted_server(
     tab: Tab, server: Server, relay: Relay, small_world: raycam.World
 ) -> None:
     edits = Edits(small_world)
@@ -112,7 +112,7 @@ def test_a_server_that_is_killed_and_back_gets_its_page_back(
     open_through(tab, relay, first.token)
     paint_it_green(tab)
     before = tab.evaluate(SHOWN)
-    relay.cut(None)  # killed: there is no farewell
+    relay.cut(None)  # killed without closing the connection
     first.close()
     tab.wait(LOST)
     assert tab.evaluate(SHOWN) == before
@@ -130,7 +130,7 @@ def test_a_server_that_is_killed_and_back_gets_its_page_back(
         second.close()
 
 
-def test_a_server_with_another_token_is_told_apart_from_none(
+def test_server_with_another_token_is_distinguished_from_no_server(
     tab: Tab, server: Server, relay: Relay, small_world: raycam.World
 ) -> None:
     open_through(tab, relay, server.token)
@@ -152,7 +152,7 @@ def test_a_server_with_another_token_is_told_apart_from_none(
         other.close()
 
 
-def test_a_server_that_ends_says_so_and_is_not_tried_again(tab: Tab, small_world: raycam.World) -> None:
+def test_page_does_not_reconnect_to_a_closed_server(tab: Tab, small_world: raycam.World) -> None:
     server = served(small_world, small_world.camera("front"))
     tab.said.clear()
     tab.open(server.url)

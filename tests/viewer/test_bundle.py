@@ -1,4 +1,4 @@
-"""The client's modules as one text."""
+"""The client's modules, bundled into one text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def altered(monkeypatch: pytest.MonkeyPatch):
     return alter
 
 
-def test_every_module_is_in_it_after_its_imports() -> None:
+def test_bundle_contains_every_module_after_its_imports() -> None:
     entries = [bundling.modules(entry) for entry in ENTRIES]
     assert {name for names in entries for name in names} == {
         path.relative_to(CLIENT).as_posix() for path in CLIENT.rglob("*.js")
@@ -39,7 +39,7 @@ def test_every_module_is_in_it_after_its_imports() -> None:
 
 
 @pytest.mark.parametrize("entry", ENTRIES)
-def test_no_import_is_left_and_nothing_is_loaded(entry: str) -> None:
+def test_bundle_contains_no_imports_and_loads_nothing(entry: str) -> None:
     text = bundling.bundle(entry)
     assert not re.search(r"^\s*(?:import|export)\b", text, re.M)
     assert not re.search(
@@ -56,7 +56,7 @@ def test_files_are_short_and_begin_with_a_comment(path: Path) -> None:
     )
 
 
-def test_circles_are_refused(altered) -> None:
+def test_import_cycles_are_refused(altered) -> None:
     altered(
         {
             "main.js": 'import { a } from "./a.js";\n',
@@ -79,7 +79,7 @@ def test_circles_are_refused(altered) -> None:
         ('const text = "</script>";\n', ["script"]),
     ],
 )
-def test_another_dialect_is_refused(main: str, facts: list[str], altered) -> None:
+def test_unsupported_import_syntax_is_refused(main: str, facts: list[str], altered) -> None:
     altered({"main.js": main, "a.js": "export const a = 1;\n", "b.js": "export const A = 1;\n"})
     with raises(ValueError, mentions=facts):
         bundling.bundle()

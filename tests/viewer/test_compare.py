@@ -1,4 +1,4 @@
-"""The figures of a comparison in the client, against NumPy and SciPy."""
+"""The client's metrics for comparing images, compared with NumPy and SciPy."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def images() -> tuple[Any, Any]:
     return pair[0], pair[1]
 
 
-def test_psnr_and_ssim_are_those_of_their_formulas() -> None:
+def test_psnr_and_ssim_equal_their_formulas() -> None:
     a, b = images()
     found = run_module(
         "image/similarity.js",
@@ -58,7 +58,7 @@ def test_psnr_and_ssim_are_those_of_their_formulas() -> None:
         ("relative", [0.5, 0.75, 0.0, None]),
     ],
 )
-def test_differences_have_a_sign_or_are_relative(kind: str, expected: list[float | None]) -> None:
+def test_differences_are_absolute_signed_or_relative(kind: str, expected: list[float | None]) -> None:
     found = run_module(
         "image/compare.js",
         "const plane = (...values) => ({ name: 'depth', dtype: 'float32', width: 4, height: 1, components: 1,"
@@ -66,6 +66,6 @@ def test_differences_have_a_sign_or_are_relative(kind: str, expected: list[float
         f"const made = differenceOf(plane(3, 1, 5, 2), plane(2, 4, 5, 0), '{kind}');"
         "return [[...made.plane.values], made.most, made.rms];",
     )
-    assert found[0] == expected  # infinity is null in JSON: a difference from zero
+    assert found[0] == expected  # infinity, the relative difference from zero, is null in JSON
     assert found[1] == 3
     assert found[2] == pytest.approx(np.sqrt((1 + 9 + 0 + 4) / 4))

@@ -1,4 +1,4 @@
-"""Controls of a script in the live view, by the messages of its clients."""
+"""Controls of a script in the live view, driven by client messages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def viewer(small_world: raycam.World) -> Any:
         yield made
 
 
-def test_values_come_from_clients_and_callbacks_are_called(viewer: Viewer) -> None:
+def test_control_values_of_clients_call_the_callbacks(viewer: Viewer) -> None:
     slider = viewer.add_slider("speed", min=1, max=5, value=2)
     box = viewer.add_checkbox("on")
     button = viewer.add_button("go")
@@ -60,7 +60,7 @@ def test_removed_and_fixed_controls_are_refused(viewer: Viewer) -> None:
     assert viewer.controls.message()["controls"] == []
 
 
-def test_a_callback_that_raises_is_shown_and_the_next_one_is_called(
+def test_error_of_a_callback_is_shown_and_the_next_one_called(
     viewer: Viewer, capsys: pytest.CaptureFixture[str]
 ) -> None:
     button = viewer.add_button("go")
@@ -139,7 +139,7 @@ def test_script_sets_the_camera_and_takes_screenshots(viewer: Viewer, small_worl
     assert np.array_equal(frame["color"], expected["color"])
 
 
-def test_a_view_in_a_cell_is_freed_with_its_output(small_world: raycam.World) -> None:
+def test_view_in_a_cell_is_released_with_its_output(small_world: raycam.World) -> None:
     pytest.importorskip("anywidget")
     viewer = raycam.view(small_world, cell=True)
     viewer._repr_mimebundle_()
@@ -149,7 +149,7 @@ def test_a_view_in_a_cell_is_freed_with_its_output(small_world: raycam.World) ->
     assert views.scheduler is not None
     del viewer
     gc.collect()
-    assert found() is not None  # the output is still there
+    assert found() is not None  # the output still exists
     views.hear({"view": "a", "said": None})
     assert views.scheduler is None
     gc.collect()

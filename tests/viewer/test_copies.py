@@ -1,4 +1,4 @@
-"""What is copied from the live view: the command gives the picture that is seen."""
+"""Texts copied from the live view; the copied command renders the displayed image."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ DISPLAY = {"type": "display", "exposure": -1.0, "view": "agx"}
 
 
 def tell(session: Session, said: dict[str, Any]) -> None:
-    """Passes a message on; `ORBIT` turns the camera as the client does."""
+    """Passes a message to the session; `ORBIT` turns the camera as the client does."""
     if said is ORBIT:
         orbit(session, 14)
     else:
@@ -64,7 +64,7 @@ def tell(session: Session, said: dict[str, Any]) -> None:
 
 
 def copied_command(session: Session) -> tuple[str, list[str]]:
-    """The command, and what is said with it."""
+    """The command and its notices."""
     said: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: said.append(message))
     answer(session, Copy("command"))
@@ -93,13 +93,13 @@ def assert_gives_what_is_seen(session: Session, folder: Path) -> None:
     ).to_srgb8(session.view.exposure, session.view.transform)
     with Image.open(folder / "picture.png") as image:
         rendered = np.asarray(image).astype(int)
-    # A camera that is turned back to where an orbit began may see an edge in the next pixel, for its last digit.
+    # A camera turned back to the start of an orbit differs in the last digits, so an edge may move by a pixel.
     assert np.mean((np.abs(rendered - shown) > 1).any(axis=-1)) < 0.002
 
 
 @pytest.mark.parametrize("camera", ["-first; one", "wide"])
 @pytest.mark.parametrize("said", [[], [ORBIT], [LATER], [LATER, ORBIT, DISPLAY]])
-def test_the_command_gives_the_picture_that_is_seen(
+def test_copied_command_renders_the_displayed_image(
     tmp_path: Path, camera: str, said: list[dict[str, Any]]
 ) -> None:
     path = tmp_path / "a world.toml"
@@ -112,7 +112,7 @@ def test_the_command_gives_the_picture_that_is_seen(
     assert_gives_what_is_seen(session, tmp_path)
 
 
-def test_a_command_whose_camera_the_video_places_says_so(tmp_path: Path) -> None:
+def test_copied_command_gives_a_notice_if_the_video_places_the_camera(tmp_path: Path) -> None:
     path = tmp_path / "w.toml"
     poses = [f"{{ time = {t}, target = [0, 0, 0], location = [{4 - t}, {t}, 1] }}" for t in (0, 2)]
     keys = f"keyframe = [{', '.join(poses)}]"
@@ -126,7 +126,7 @@ def test_a_command_whose_camera_the_video_places_says_so(tmp_path: Path) -> None
 
 
 @pytest.mark.filterwarnings("ignore::raycam.Notice")
-def test_the_command_names_the_variant(tmp_path: Path) -> None:
+def test_copied_command_contains_the_variant(tmp_path: Path) -> None:
     path = variant_square().save(tmp_path / "v.glb")
     world = raycam.load(path)
     session = Session(world, world.default_camera((48, 32)), samples=2, source=path)
@@ -134,7 +134,7 @@ def test_the_command_names_the_variant(tmp_path: Path) -> None:
     assert_gives_what_is_seen(session, tmp_path)
 
 
-def test_the_command_says_what_it_leaves_out(small_world: raycam.World) -> None:
+def test_copied_command_lists_omitted_changes(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"), title="of a script")
     receive(session, {"type": "edit", "kind": "object", "number": 0, "key": "scale", "value": 2.0})
     command, said = copied_command(session)

@@ -1,4 +1,4 @@
-"""Edits: what is changed, and undone."""
+"""Edits and undo."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from support.raises import raises
 from support.session_messages import receive
 
 
-def test_objects_are_hidden_coloured_and_placed(small_world: raycam.World) -> None:
+def test_objects_are_hidden_colored_and_placed(small_world: raycam.World) -> None:
     hidden = edited(small_world, "object", 0, "visible", False)
     assert [each.visible for each in hidden.objects] == [False, True]
     moved = edited(small_world, "object", 0, "move", [1, 2, 3])
@@ -43,7 +43,7 @@ def test_objects_are_hidden_coloured_and_placed(small_world: raycam.World) -> No
         {"type": "area", "center": [0, 0, 3], "size": [1, 1], "radiance": 3},
     ],
 )
-def test_a_light_of_twice_the_strength_gives_twice_the_light(light: dict[str, Any]) -> None:
+def test_light_of_twice_the_strength_doubles_the_radiance(light: dict[str, Any]) -> None:
     world = raycam.World()
     world.add_object(plane={"size": [4, 4]})
     try:
@@ -78,7 +78,7 @@ def test_a_light_of_twice_the_strength_gives_twice_the_light(light: dict[str, An
         ("object", 0, "emission", -1),
     ],
 )
-def test_what_cannot_be_changed_is_refused_and_changes_nothing(small_world: raycam.World, edit: Any) -> None:
+def test_invalid_edits_are_refused_and_change_nothing(small_world: raycam.World, edit: Any) -> None:
     edits = Edits(small_world)
     with pytest.raises(raycam.Error):
         edits.edit(*edit)
@@ -87,7 +87,7 @@ def test_what_cannot_be_changed_is_refused_and_changes_nothing(small_world: rayc
         edits.undo()
 
 
-def test_edits_are_undone_and_all_sessions_see_them(small_world: raycam.World) -> None:
+def test_edits_can_be_undone_and_reach_all_sessions(small_world: raycam.World) -> None:
     edits = Edits(small_world)
     first, second = (Session(edits, small_world.camera("front")) for _ in range(2))
     heard: list[dict[str, Any]] = []
@@ -98,7 +98,7 @@ def test_edits_are_undone_and_all_sessions_see_them(small_world: raycam.World) -
     assert contents["objects"][0] == {"name": "box", "visible": False}
     assert (contents["undo"], contents["redo"]) == (1, 0)
     receive(first, {"type": "undo"})
-    assert second.view.base is first.view.base is not small_world  # a copy, without the trees of pictures
+    assert second.view.base is first.view.base is not small_world  # a copy, without acceleration structures
     assert second.view.base.to_bytes() == small_world.to_bytes()
     receive(first, {"type": "redo"})
     assert not second.view.base.objects[0].visible
@@ -106,7 +106,7 @@ def test_edits_are_undone_and_all_sessions_see_them(small_world: raycam.World) -
         receive(first, {"type": "redo"})
 
 
-def test_a_view_for_looking_refuses_edits(small_world: raycam.World) -> None:
+def test_view_without_edit_refuses_edits(small_world: raycam.World) -> None:
     edits = Edits(small_world, allowed=False)
     with raises(raycam.SettingsError, code="read_only", mentions=["edit=False"]):
         edits.edit("object", 0, "visible", False)

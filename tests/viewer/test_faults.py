@@ -1,4 +1,4 @@
-"""Faults of the live view that came back before: each test is one kind of fault."""
+"""Regression tests for recurring faults of the live view; each test covers one kind."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_first_image_shows_the_animation_at_its_time_and_fit_frames_it(tmp_path:
     assert session.view.camera == world.at(1.0).default_camera()
 
 
-def test_texts_of_figures_are_valid_xml() -> None:
+def test_text_in_figures_is_valid_xml() -> None:
     text = "".join(map(chr, range(0x100))) + "\ufffe\ud800 <&>"
     found = ElementTree.fromstring(f"<t>{escape(text)}</t>").text
     assert found is not None
@@ -77,7 +77,7 @@ def test_inflate_stops_at_its_limit() -> None:
     assert found == [900, "RangeError"]
 
 
-def test_invitation_opens_once(server: Server) -> None:
+def test_invitation_token_is_valid_once(server: Server) -> None:
     token = server.invitation().split("#t=")[1]
     assert token != server.token
     assert [server._accepts(token), server._accepts(token)] == [True, False]
@@ -109,7 +109,7 @@ def test_reload_keeps_the_camera(tab: Tab, served: Server) -> None:
     tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
     before = len(served.sessions)
     tab.evaluate("document.getElementById('picture').focus()")
-    for kind in ("keyDown", "keyUp"):  # the place of the key counts, not its letter
+    for kind in ("keyDown", "keyUp"):  # the key's position counts, not its letter
         tab.call("Input.dispatchKeyEvent", type=kind, key="\u0441", code="KeyC")
     until(lambda: any(each.view.camera_name == "side" for each in served.sessions.values()))
     tab.evaluate("location.reload()")
@@ -117,7 +117,7 @@ def test_reload_keeps_the_camera(tab: Tab, served: Server) -> None:
     assert len(served.sessions) == before
 
 
-def test_sideways_swipe_and_double_click(tab: Tab, served: Server) -> None:
+def test_horizontal_swipe_and_double_click_keep_the_view(tab: Tab, served: Server) -> None:
     session = opened_again(tab, served)
     version, view = session.images.version, session.view
     x, y = place_of(tab, 600, 400, view.size)
@@ -142,7 +142,7 @@ def opened_again(tab: Tab, server: Server) -> Session:
     return max(server.sessions.values(), key=lambda each: each.connection.is_open)
 
 
-def test_tab_leaves_the_picture(tab: Tab, served: Server) -> None:
+def test_tab_key_moves_the_focus_out_of_the_image(tab: Tab, served: Server) -> None:
     opened_again(tab, served)
     tab.evaluate("document.getElementById('picture').focus()")
     for kind in ("keyDown", "keyUp"):
@@ -159,7 +159,7 @@ def saved(small_world: raycam.World, tmp_path: Path) -> Path:
     return path
 
 
-def test_wheel_over_an_embedded_page_scrolls_the_page_around_it_until_a_click(tab: Tab, saved: Path) -> None:
+def test_wheel_over_an_embedded_page_scrolls_the_outer_page_until_a_click(tab: Tab, saved: Path) -> None:
     outer = saved.with_name("outer.html")
     outer.write_text(
         '<body style="margin: 0; height: 4000px">'

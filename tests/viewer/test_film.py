@@ -1,4 +1,4 @@
-"""Films of a live view: a turn around the pivot, and the world's own movement."""
+"""Videos of a live view: a turn around the pivot, and the world's animation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from support.raises import raises
 from support.session_messages import receive
 
 
-def test_a_turntable_goes_around_and_comes_back(
+def test_turntable_video_makes_one_full_turn(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(film, "has_av", lambda: False)
@@ -44,13 +44,13 @@ def test_a_turntable_goes_around_and_comes_back(
     assert np.abs(frames[4] - frames[0]).mean() > 8
 
 
-def test_it_ends_with_its_client(small_world: raycam.World) -> None:
+def test_video_is_cancelled_when_its_client_leaves(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     with pytest.raises(Cancelled):
         saved(session, 1, 360)
 
 
-def test_it_is_stopped_and_says_so(small_world: raycam.World) -> None:
+def test_stopped_video_sends_a_notice(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     heard = []
 
@@ -82,7 +82,7 @@ def moving_world(folder: Path) -> raycam.World:
 
 
 @pytest.mark.parametrize("named", [True, False])
-def test_the_movement_of_a_world_as_a_film(tmp_path: Path, named: bool) -> None:
+def test_animated_world_is_saved_as_a_video(tmp_path: Path, named: bool) -> None:
     av = pytest.importorskip("av")
     world = moving_world(tmp_path)
     rides = world.camera("rides")
@@ -102,7 +102,7 @@ def test_the_movement_of_a_world_as_a_film(tmp_path: Path, named: bool) -> None:
     assert np.abs(frames[23] - frames[0]).mean() > 8
 
 
-def test_a_world_that_stands_still_has_no_film_of_its_own(small_world: raycam.World) -> None:
+def test_static_world_cannot_be_saved_as_an_animation(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     session.connection.open(lambda message, buffers: None)
     with raises(raycam.SettingsError, code="missing_value"):

@@ -1,4 +1,4 @@
-"""The gate: who is let in, as a table of requests."""
+"""The gate: accepted and refused requests."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def status(path: str, headers: Request, allowed: tuple[str, ...] = ()) -> int:
 @pytest.mark.parametrize(
     "host", [OWN, "localhost", "localhost:9000", "LOCALHOST:1", "[::1]:7421", "127.0.0.1"]
 )
-def test_pages_are_served_to_this_machine(path: str, host: str) -> None:
+def test_pages_are_served_to_local_hosts(path: str, host: str) -> None:
     assert status(path, page(Host=host)) == 200
 
 
@@ -69,7 +69,7 @@ def test_pages_are_served_to_this_machine(path: str, host: str) -> None:
         [OWN, "evil.example"],
     ],
 )
-def test_other_hosts_get_nothing(host: str | list[str]) -> None:
+def test_other_hosts_are_refused(host: str | list[str]) -> None:
     for path in ("/", "/client.js", gate.SOCKET):
         assert status(path, page(Host=host)) == 403
         assert status(path, upgrade(Host=host)) == 403
@@ -99,18 +99,18 @@ def test_other_hosts_get_nothing(host: str | list[str]) -> None:
         ),
     ],
 )
-def test_there_are_three_pages(path: str) -> None:
+def test_unknown_paths_are_not_found(path: str) -> None:
     assert status(path, page()) == 404
 
 
-def test_the_socket_opens_with_the_token_from_this_origin() -> None:
+def test_socket_opens_with_the_token_and_the_own_origin() -> None:
     assert status(gate.SOCKET, upgrade()) == 101
     assert status(gate.SOCKET, upgrade(Origin=f"https://{OWN}")) == 101
     assert status(gate.SOCKET, upgrade("localhost:9000")) == 101
 
 
 @pytest.mark.parametrize("path", ["/", "/client.js", "/socket/", "/socket?x"])
-def test_no_other_path_opens(path: str) -> None:
+def test_socket_opens_on_no_other_path(path: str) -> None:
     assert status(path, upgrade()) == 404
 
 
@@ -152,16 +152,16 @@ def test_other_origins_are_refused_even_with_the_token(origin: str | list[str]) 
         [],
     ],
 )
-def test_without_the_token_nothing_opens(offered: str | list[str]) -> None:
+def test_socket_requires_the_token(offered: str | list[str]) -> None:
     assert status(gate.SOCKET, upgrade(**{"Sec-WebSocket-Protocol": offered})) == 401
 
 
-def test_the_token_counts_as_a_subprotocol_alone() -> None:
+def test_token_is_accepted_only_as_a_subprotocol() -> None:
     for headers in ({"Cookie": f"token={TOKEN}"}, {"Authorization": f"Bearer {TOKEN}"}):
         assert status(gate.SOCKET, upgrade(**{"Sec-WebSocket-Protocol": "raycam.view.1"}, **headers)) == 401
 
 
-def test_another_protocol_is_told_to_reload() -> None:
+def test_other_protocol_version_is_refused_with_a_hint_to_reload() -> None:
     answer = gate.answer_to(
         gate.SOCKET, upgrade(**{"Sec-WebSocket-Protocol": f"raycam.view.2, token.{TOKEN}"}), ACCEPTS
     )
@@ -169,7 +169,7 @@ def test_another_protocol_is_told_to_reload() -> None:
     assert (answer.status, "reload" in answer.text) == (400, True)
 
 
-def test_allowed_hosts_are_let_in_by_their_own_origin() -> None:
+def test_allowed_hosts_are_accepted_with_their_own_origin() -> None:
     allowed = ("hub.example",)
     assert status("/", page(Host="hub.example"), allowed) == 200
     assert status(gate.SOCKET, upgrade("hub.example", Origin="https://hub.example"), allowed) == 101
@@ -186,7 +186,7 @@ def test_other_methods_are_refused(method: str) -> None:
     assert [answer and answer.status for answer in answers] == [405, 405]
 
 
-def test_the_shell_loads_its_own_files_alone() -> None:
+def test_page_loads_only_its_own_files() -> None:
     answer = gate.answer_to("/", page(), ACCEPTS)
     assert answer is not None
     assert TOKEN not in answer.text

@@ -1,4 +1,4 @@
-"""Handles on an object, and what dragging them does."""
+"""Handles of an object, and the effect of dragging them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def pixel(camera: raycam.Camera, point: Any) -> Any:
 
 @pytest.mark.parametrize("lens", LENSES)
 @pytest.mark.parametrize(("handle", "axis"), [("x", [1, 0, 0]), ("y", [0, 1, 0]), ("z", [0, 0, 1])])
-def test_a_moved_object_follows_the_pointer_along_its_axis(lens: str, handle: str, axis: list[int]) -> None:
+def test_moved_object_follows_the_pointer_along_its_axis(lens: str, handle: str, axis: list[int]) -> None:
     world, camera = world_and_camera(lens)
     matrix, way = np.array(world.objects[0].matrix), np.array(axis)
     begin, end = pixel(camera, PLACE + 0.4 * way), pixel(camera, PLACE + 0.9 * way)
@@ -41,7 +41,7 @@ def test_a_moved_object_follows_the_pointer_along_its_axis(lens: str, handle: st
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_an_object_moved_freely_stays_under_the_pointer(lens: str) -> None:
+def test_freely_moved_object_stays_under_the_pointer(lens: str) -> None:
     world, camera = world_and_camera(lens)
     begin = pixel(camera, PLACE)
     after = gizmo.dragged(
@@ -53,7 +53,7 @@ def test_an_object_moved_freely_stays_under_the_pointer(lens: str) -> None:
 
 @pytest.mark.parametrize("lens", LENSES)
 @pytest.mark.parametrize(("handle", "index"), [("x", 0), ("y", 1), ("z", 2)])
-def test_an_object_turns_as_far_as_the_pointer_goes_around(lens: str, handle: str, index: int) -> None:
+def test_object_rotates_by_the_angle_of_the_pointer(lens: str, handle: str, index: int) -> None:
     world, camera = world_and_camera(lens)
     matrix, axes = np.array(world.objects[0].matrix), np.eye(3)
     first, second = axes[(index + 1) % 3], axes[(index + 2) % 3]
@@ -68,7 +68,7 @@ def test_an_object_turns_as_far_as_the_pointer_goes_around(lens: str, handle: st
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_scale_keeps_the_middle_and_the_right_angles(lens: str) -> None:
+def test_scaling_keeps_the_centre_and_right_angles(lens: str) -> None:
     world, camera = world_and_camera(lens)
     matrix = np.array(world.objects[0].matrix)
     axis = gizmo.axes_of(matrix, "scale")[0]
@@ -85,7 +85,7 @@ def test_scale_keeps_the_middle_and_the_right_angles(lens: str) -> None:
     assert np.allclose(after[:3, :3], 2.5 * matrix[:3, :3])
 
 
-def test_the_middle_of_a_mesh_far_from_its_origin_is_the_pivot() -> None:
+def test_pivot_is_the_centre_of_the_mesh() -> None:
     world = raycam.World()
     world.add_mesh(
         [[9, 9, 9], [11, 9, 9], [9, 11, 9], [9, 9, 11]], [[0, 1, 2], [0, 2, 3]], matrix=np.diag([2, 2, 2, 1])
@@ -111,7 +111,7 @@ def test_handles_are_near_the_object(tool: str, lens: str) -> None:
         assert np.linalg.norm(points - center, axis=1).max() < 1.6 * gizmo.LENGTH
 
 
-def test_drags_without_a_way_change_nothing() -> None:
+def test_drags_of_zero_length_change_nothing() -> None:
     world, camera = world_and_camera("pinhole")
     matrix = np.array(world.objects[0].matrix)
     for tool in gizmo.TOOLS:

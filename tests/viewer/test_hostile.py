@@ -1,4 +1,4 @@
-"""Generated hostile requests: none gets data or changes state, and others notice nothing."""
+"""Generated hostile requests: none receives data, changes state or affects other clients."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def junk(chance: random.Random, most: int = 400) -> bytes:
 
 
 def upgrade(server: Server, **changed: str | None) -> bytes:
-    """The request that opens a socket, with headers changed, or left out where they are None."""
+    """The request that opens a socket, with changed headers; headers that are None are omitted."""
     own = f"127.0.0.1:{server.address[1]}"
     parts: dict[str, str | None] = {
         "Host": own,
@@ -63,7 +63,7 @@ def upgrade(server: Server, **changed: str | None) -> bytes:
 
 
 def frame(chance: random.Random, payload: bytes) -> bytes:
-    """A frame of the WebSocket, masked, unmasked, reserved, cut, or with a length that is a lie."""
+    """A WebSocket frame: masked, unmasked, reserved, truncated, or with a wrong length."""
     kind = chance.choice([*GOOD_FRAMES, 0x0, 0x3, 0xB, 0xF, 0x8]) | chance.choice(
         [0x80, 0x80, 0x00, 0xC0, 0xF0]
     )
@@ -86,7 +86,7 @@ def wrong_token(server: Server, chance: random.Random) -> str:
 
 
 def hostile(server: Server, chance: random.Random) -> bytes:
-    """One request that may get nothing."""
+    """A request that must not receive data."""
     own = f"127.0.0.1:{server.address[1]}"
     two = f"{own}\r\nHost: evil.example"
     talk = json.dumps(
@@ -121,7 +121,7 @@ def hostile(server: Server, chance: random.Random) -> bytes:
         lambda: upgrade(server, Sec_WebSocket_Key=chance.choice([None, "", "x", "A" * 100])),
         lambda: upgrade(server)[: chance.randrange(1, 200)],
         lambda: upgrade(server, Origin="http://evil.example") + frame(chance, talk.encode()),
-        # With the token, but against the protocol: never hello, junk in frames.
+        # With the token, but against the protocol: no hello message, random bytes in frames.
         lambda: upgrade(server) + frame(chance, junk(chance, 120)),
         lambda: upgrade(server) + bytes([0x81, 0x80 | min(len(talk), 125)]) + bytes(4) + talk.encode()[:125],
         lambda: upgrade(server) + bytes([0x82, 0x80 | 100]) + bytes(4) + chance.randbytes(100),
@@ -130,7 +130,7 @@ def hostile(server: Server, chance: random.Random) -> bytes:
 
 
 def answer(server: Server, request: bytes) -> bytes:
-    """All that the server says before it closes or is silent."""
+    """The server's response until it closes the connection or sends nothing more."""
     said = b""
     with contextlib.suppress(OSError), socket.create_connection(server.address, timeout=1.0) as made:
         made.sendall(request)
@@ -141,7 +141,7 @@ def answer(server: Server, request: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("count", [300, pytest.param(10_000, marks=pytest.mark.proof)])
-def test_hostile_requests_get_nothing_and_change_nothing(
+def test_generated_hostile_requests_are_refused_without_effect(
     server: Server,
     client: Client,
     open_socket: Callable[..., ClientConnection],

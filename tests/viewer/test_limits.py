@@ -1,4 +1,4 @@
-"""Limits of the server: time, messages a second, sessions that are kept, and worlds that one client opened."""
+"""Limits of the server: time, messages per second, stored sessions, and worlds opened by one client."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def opening(small_world: raycam.World) -> Iterator[Server]:
 
 
 def parts_of(server: Server) -> dict[str, Any]:
-    """Another server's address, origin and token."""
+    """A server's address, origin and token."""
     place = "{}:{}".format(*server.address)
     protocols = [Subprotocol("raycam.view.1"), Subprotocol(f"token.{server.token}")]
     return {"uri": f"ws://{place}/socket", "origin": Origin(f"http://{place}"), "subprotocols": protocols}
 
 
-def test_limits_are_those_of_the_design() -> None:
+def test_server_limits_have_the_documented_values() -> None:
     assert (MAX_MESSAGE_BYTES, serving.QUEUED_IN, serving.MOST_CONNECTIONS, serving.MOST_SESSIONS) == (
         65536,
         8,
@@ -59,11 +59,11 @@ def test_limits_are_those_of_the_design() -> None:
 
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The servers that begin from now on give half a second for a handshake."""
+    """Servers started from now on allow half a second for a handshake."""
     monkeypatch.setattr(serving, "HANDSHAKE_TIME", 0.5)
 
 
-def test_a_slow_handshake_is_cut(hasty: None, server: Server) -> None:
+def test_slow_handshake_is_closed(hasty: None, server: Server) -> None:
     with socket.create_connection(server.address, timeout=PATIENCE) as made:
         made.sendall(b"GET / HTTP/1.1\r\nHost: 127.")
         answer = b""
@@ -72,10 +72,12 @@ def test_a_slow_handshake_is_cut(hasty: None, server: Server) -> None:
     assert b"<html" not in answer
 
 
-def test_a_client_that_never_says_hello_is_cut(
+def test_client_without_a_hello_message_is_closed(
     server: Server, open_socket: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(serving, "HANDSHAKE_TIME", 0.5)  # for hello; the handshake has its usual time
+    monkeypatch.setattr(
+        serving, "HANDSHAKE_TIME", 0.5
+    )  # for the hello message; the handshake has its usual time
     made = open_socket()
     with pytest.raises(ConnectionClosed) as closed:
         made.recv(timeout=PATIENCE)
@@ -84,24 +86,24 @@ def test_a_client_that_never_says_hello_is_cut(
     assert not server.sessions
 
 
-def test_nothing_is_compressed_on_the_socket(open_socket: Open) -> None:
+def test_socket_uses_no_compression(open_socket: Open) -> None:
     made = open_socket(compression="deflate")
     assert made.response is not None
     assert "Sec-WebSocket-Extensions" not in made.response.headers
 
 
-def test_probes_beyond_sixty_a_second_are_left_out(
+def test_probes_beyond_60_per_second_are_dropped(
     client: Client, server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     client.hear("picture", samples=16)
     answered: list[int] = []
     monkeypatch.setattr(serving, "probe", lambda session, message: answered.append(message.id))
     now = time.monotonic()
-    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))  # it stands still
+    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))  # the clock stands still
     for id in range(300):
         client.say("probe", id=id, u=1, v=1)
     client.say("copy", format="toml")
-    client.hear("copied")  # comes after all of them
+    client.hear("copied")  # is sent after all of them
     assert answered == list(range(serving.MOST_PROBES))
     now += 1.5
     client.say("probe", id=300, u=1, v=1)
@@ -110,7 +112,7 @@ def test_probes_beyond_sixty_a_second_are_left_out(
     assert answered[serving.MOST_PROBES :] == [300]
 
 
-def test_a_session_is_kept_for_a_while_and_no_longer(
+def test_disconnected_session_expires(
     server: Server, open_socket: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def left(kept: float) -> str:
@@ -127,7 +129,7 @@ def test_a_session_is_kept_for_a_while_and_no_longer(
     assert second not in server.sessions
 
 
-def test_sizes_that_a_client_asks_for_are_limited(client: Client, server: Server) -> None:
+def test_requested_image_sizes_are_limited(client: Client, server: Server) -> None:
     session = server.sessions[client.welcome["session"]]
     client.say("size", width=10000, height=10000, ratio=1)
     client.say("copy", format="toml")
@@ -138,13 +140,13 @@ def test_sizes_that_a_client_asks_for_are_limited(client: Client, server: Server
     assert not CHECKS["probe"]["u"](MAX_IMAGE_SIZE[0])
 
 
-def test_an_opened_file_is_shown_to_its_client_alone(
+def test_opened_file_is_shown_only_to_its_client(
     opening: Server, open_socket: Open, small_world: raycam.World
 ) -> None:
     first, second = (Client(open_socket(**parts_of(opening))) for _ in range(2))
     data = base64.b64encode(MESH).decode()
     first.say("upload", name="a.obj", bytes=len(MESH), offset=0, data=data)
-    first.say("open", name="a.obj")
+    first.say("open", name="a.obj", others=[])
     assert first.hear("welcome")[0]["title"] == "a.obj"
     sessions = [opening.sessions[each.welcome["session"]] for each in (first, second)]
     assert sessions[0].view.base.counts["triangles"] == 1
@@ -152,27 +154,29 @@ def test_an_opened_file_is_shown_to_its_client_alone(
     first.say("edit", kind="object", number=0, key="color", value="#00ff00")
     first.hear("contents", undo=1)
     assert sessions[1].view.base is small_world
-    first.say("open", name="../a.obj")
+    first.say("open", name="../a.obj", others=[])
     assert "file name" in first.hear("error")[0]["text"]
 
 
-def test_the_folder_of_uploads_is_the_users_alone() -> None:
+def test_upload_folder_is_private_to_the_user() -> None:
     made = Uploads()
     made.add("a.obj", len(MESH), 0, base64.b64encode(MESH).decode())
     assert stat.S_IMODE(made._path().stat().st_mode) == 0o700
     made.close()
 
 
-def test_a_thousand_junk_connections_leave_a_page(server: Server) -> None:
+def test_server_answers_after_1000_invalid_connections(server: Server) -> None:
     for number in range(1000):
         with socket.create_connection(server.address) as made:
             made.sendall(json.dumps({"type": "move", "number": number}).encode() + b"\r\n\r\n")
-    until(lambda: page(server).startswith(b"HTTP/1.1 200"))  # as many as there may be are being closed still
+    until(
+        lambda: page(server).startswith(b"HTTP/1.1 200")
+    )  # the maximum number of connections may still be closing
     assert not server.sessions
 
 
 def page(server: Server) -> bytes:
-    """The begin of the answer to a request for the page; nothing where the connection is cut."""
+    """The start of the response to a request for the page; empty if the connection is closed."""
     with contextlib.suppress(ConnectionResetError), socket.create_connection(server.address) as made:
         made.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
         return made.recv(65536)

@@ -39,7 +39,7 @@ def color(world: raycam.World, camera: raycam.Camera, **options: Any) -> Any:
     return raycam.render(world, camera, channels="color", region=REGION, **options)["color"]
 
 
-def test_model_without_lights_is_shown_as_render_shows_it() -> None:
+def test_model_without_lights_equals_render() -> None:
     world = model()
     view = Session(world).view
     assert (view.look.light, view.integrator, view.transform) == ("studio", "path", "pbr_neutral")
@@ -66,10 +66,10 @@ def test_faint_emission_keeps_the_light_of_other_objects() -> None:
         after = color(session.view.lit, session.view.still_camera, samples=4, integrator="direct")
         assert after.mean() == pytest.approx(before.mean(), rel=0.1)
         unlit = color(session.view.world, session.view.still_camera, samples=4, integrator="direct")
-        assert unlit.mean() < 0.01 * before.mean()  # what the renderer shows without the look
+        assert unlit.mean() < 0.01 * before.mean()  # the image without the view's own light
 
 
-def test_hiding_the_only_lamp_makes_the_room_dark() -> None:
+def test_hiding_the_only_light_makes_the_room_dark() -> None:
     world = model()
     world.add_object(sphere={"radius": 0.1}, location=[0, 0, 2], emission=[5, 5, 5], name="lamp")
     session = Session(world)

@@ -1,4 +1,4 @@
-"""Messages: the table, and everything that is not in it."""
+"""Messages: the table of valid messages, and invalid ones."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "locate": {"id": 3, "u": 3.25, "v": -4},
     "ground": {"id": 4, "begin": [0, 0, 1], "end": [0, 1, 1.5], "foot": 0.05},
     "camera": {"name": "front"},
+    "photograph": {"name": "front"},
     "time": {"t": 0.5, "animation": ""},
     "variant": {"name": "red"},
     "side": {"seq": 3, "name": "front"},
@@ -48,7 +49,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "film": {"seconds": 2, "degrees": 360},
     "stop": {},
     "upload": {"name": "a.glb", "bytes": 3, "offset": 0, "data": "AAAA"},
-    "open": {"name": "a.glb"},
+    "open": {"name": "a.glb", "others": ["b.glb"]},
     "edit": {"kind": "object", "number": 3, "key": "visible", "value": False},
     "undo": {},
     "redo": {},
@@ -94,16 +95,17 @@ TAKEN = {
     **{("lens", field): (1.5,) for field in ("fx", "fy")},
     **{("lens", field): (1.5, -1) for field in ("cx", "cy")},
     ("lens", "distortion"): ([],),
+    ("open", "others"): ([],),
     **{("overlay", field): (True,) for field in ("cameras", "explained", "grid")},
     **{("pose", field): (1.5, -1) for field in ("roll", "pitch", "yaw")},
     ("film", "seconds"): (1.5,),
     ("upload", "data"): ("x" * 2000,),  # is base64
     ("film", "degrees"): (1.5, -1),
-    **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when it is used
+    **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("visible", "visible"): (True,),
-    ("camera", "name"): (PATH,),  # a name that no camera has
-    ("hello", "session"): (PATH,),  # a session that is not there
+    **{(kind, "name"): (PATH,) for kind in ("camera", "photograph")},  # a name that no camera has
+    ("hello", "session"): (PATH,),  # a session that does not exist
 }
 """Which of these values a field may have."""
 CASES = [(kind, field) for kind, made in MESSAGES.items() for field in field_types(made)]
@@ -118,12 +120,12 @@ def test_each_message_has_an_example() -> None:
 
 
 @pytest.mark.parametrize("kind", MESSAGES)
-def test_good_messages_are_taken(kind: str) -> None:
+def test_valid_messages_are_accepted(kind: str) -> None:
     assert parse_message(said(kind)) == MESSAGES[kind](**GOOD[kind])
 
 
 @pytest.mark.parametrize("kind", MESSAGES)
-def test_missing_and_strange_fields_are_refused(kind: str) -> None:
+def test_missing_and_unknown_fields_are_refused(kind: str) -> None:
     with raises(BadMessage, mentions=[kind, *GOOD[kind]]):
         parse_message(said(kind, more=1))
     for field in GOOD[kind]:
@@ -135,7 +137,7 @@ def test_missing_and_strange_fields_are_refused(kind: str) -> None:
 
 @pytest.mark.parametrize(("kind", "field"), CASES)
 @pytest.mark.parametrize("value", WRONG, ids=repr)
-def test_values_out_of_type_and_range_are_refused(kind: str, field: str, value: Any) -> None:
+def test_values_of_wrong_type_or_range_are_refused(kind: str, field: str, value: Any) -> None:
     if any(type(value) is type(each) and value == each for each in TAKEN.get((kind, field), ())):
         assert getattr(parse_message(said(kind, **{field: value})), field) == value
         return
@@ -160,7 +162,7 @@ def test_values_out_of_type_and_range_are_refused(kind: str, field: str, value: 
         "NaN",
     ],
 )
-def test_junk_is_refused(data: str | bytes) -> None:
+def test_invalid_data_is_refused(data: str | bytes) -> None:
     with pytest.raises(BadMessage):
         parse_message(data)
 
@@ -176,19 +178,19 @@ JSON = st.recursive(
 
 
 @given(JSON, st.sampled_from(sorted(MESSAGES)))
-def test_any_json_is_taken_or_refused(value: Any, kind: str) -> None:
+def test_any_json_is_parsed_or_refused_with_bad_message(value: Any, kind: str) -> None:
     for each in (value, {**value, "type": kind} if isinstance(value, dict) else value):
         with contextlib.suppress(BadMessage):
             assert type(parse_message(json.dumps(each))) in MESSAGES.values()
 
 
 @given(st.text())
-def test_any_text_is_taken_or_refused(text: str) -> None:
+def test_any_text_is_refused_with_bad_message(text: str) -> None:
     with pytest.raises(BadMessage):
         parse_message(text)
 
 
-def test_buffers_follow_the_text_at_a_multiple_of_four() -> None:
+def test_buffers_start_at_a_multiple_of_four_bytes() -> None:
     data = packed({"type": "picture", "name": "é"}, [b"abc", b"", b"defg"])
     (length,) = struct.unpack_from("<I", data)
     message = json.loads(data[4 : 4 + length])

@@ -1,4 +1,4 @@
-"""Navigation in the client, judged by raycam's cameras: what stays where, for every kind of camera."""
+"""Navigation in the client, checked with raycam's cameras for every kind of camera."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def view_of(camera: raycam.Camera) -> View:
 
 
 def moved(camera: raycam.Camera, *calls: str) -> list[raycam.Camera]:
-    """The cameras after calls of the client's functions on `camera`, by way of the message `move`."""
+    """The cameras that result from calls of the client's functions, sent as `move` messages."""
     view = view_of(camera)
     state = {**view.camera_message(0), "bounds": BOUNDS.tolist()}
     script = f"const camera = {json.dumps(state)}; return [{', '.join(calls)}];"
@@ -113,7 +113,7 @@ def test_panning_moves_the_pivot_by_pixels() -> None:
         assert np.array_equal(shifted.R, camera.R)
 
 
-def test_flying_goes_along_right_up_and_forward() -> None:
+def test_flying_moves_along_right_up_and_forward() -> None:
     camera = pinhole()
     (flown,) = moved(camera, "move(camera, 1, 2, 3)")
     assert np.allclose(flown.C - camera.C, camera.R[0] + [0, 0, 2] + 3 * camera.forward)
@@ -215,7 +215,7 @@ def test_ground_is_found_below_and_across_cracks() -> None:
         found = probe.ground_below(world, camera, np.array([x, 0.3, 3.0]), 0.01)
         assert found == pytest.approx(3 - steps_at(x), abs=1e-5)
     assert probe.ground_below(world, camera, np.array([9.5, 0, 2.4]), 0.1) is None
-    # 5 cm between two floors, and a cellar far below.
+    # A gap of 5 cm between two floors, and a cellar far below.
     boards = raycam.World()
     for y in (-1.025, 1.025):
         boards.add_object(box={"size": [2, 2, 0.1]}, location=[0, y, -0.05])
@@ -244,7 +244,7 @@ def test_camera_of_the_server_does_not_undo_a_newer_move() -> None:
     assert (answered, seq) == (view_of(pinhole()).camera_message(4)["C"], 5)
 
 
-def test_dolly_asks_once_while_the_pointer_stays() -> None:
+def test_dolly_probes_once_while_the_pointer_rests() -> None:
     state = json.dumps(view_of(pinhole()).camera_message(4))
     kinds = run_module(
         "navigator.js",

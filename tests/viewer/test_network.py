@@ -1,4 +1,4 @@
-"""The live view in a network: listening on all addresses, behind proxies, and ended by signals."""
+"""The live view on a network: all addresses, proxies, and signals that end it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def public(small_world: raycam.World) -> Iterator[Server]:
     made.close()
 
 
-def test_each_printed_address_of_a_server_on_all_networks_opens(public: Server) -> None:
+def test_every_printed_address_of_a_public_server_opens(public: Server) -> None:
     assert len(public.urls) == len(machine_addresses("0.0.0.0"))
     for url in public.urls:
         found = re.fullmatch(r"http://([0-9.]+:\d+)/#t=(.+)", url)
@@ -78,7 +78,7 @@ def test_x_forwarded_host_counts_only_from_a_named_proxy(public: Server, small_w
         stranger.close()
 
 
-def test_a_proxy_that_sends_its_own_host_gets_the_true_reason() -> None:
+def test_proxy_with_its_own_host_header_is_refused_with_the_cause() -> None:
     request = Headers(
         [
             ("Host", "127.0.0.1:7421"),
@@ -95,7 +95,7 @@ def test_a_proxy_that_sends_its_own_host_gets_the_true_reason() -> None:
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_a_signal_notifies_the_pages_and_removes_dropped_files(tmp_path: Path, name: str) -> None:
+def test_signal_notifies_the_pages_and_removes_uploads(tmp_path: Path, name: str) -> None:
     (tmp_path / "world.obj").write_bytes(TRIANGLE)
     folder = tmp_path / "temporary"
     folder.mkdir()

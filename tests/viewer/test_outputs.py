@@ -10,13 +10,13 @@ from support.raises import raises
 from support.session_messages import receive
 
 
-def test_there_is_none_before_a_picture_rests(small_world: raycam.World) -> None:
+def test_snapshot_before_the_first_still_image_raises(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     with raises(raycam.SettingsError, code="no_samples"):
         snapshot(session, "png")
 
 
-def test_a_png_is_that_of_the_frame(small_world: raycam.World) -> None:
+def test_png_snapshot_equals_the_frame(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"), title="a room.toml", samples=4)
     receive(session, {"type": "size", "width": 48, "height": 32, "ratio": 1})
     receive(session, {"type": "display", "exposure": 1.0, "view": "agx"})
@@ -39,5 +39,5 @@ def test_a_png_is_that_of_the_frame(small_world: raycam.World) -> None:
         ("a/b.toml", "a_b"),
     ],
 )
-def test_titles_become_names_of_files(title: str, stem: str) -> None:
+def test_titles_become_file_names(title: str, stem: str) -> None:
     assert _stem(title) == stem

@@ -1,4 +1,4 @@
-"""Lines over the picture."""
+"""Lines over the image."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from raycam.viewer.session import Session
 from support.session_messages import receive
 
 
-def test_a_frustum_ends_where_its_corners_project(small_world: raycam.World) -> None:
+def test_frustum_ends_at_its_projected_corners(small_world: raycam.World) -> None:
     seen = raycam.Camera.look_at([0, -12, 5], [0, 0, 1], size=(640, 480), fov=60)
     made = {each["name"]: each["lines"] for each in frusta(small_world.cameras, seen, 1.0)}
     assert list(made) == ["front", "side"]
@@ -26,19 +26,21 @@ def test_a_frustum_ends_where_its_corners_project(small_world: raycam.World) -> 
 
 
 @pytest.mark.parametrize("model", ["pinhole", "fisheye"])
-def test_lines_are_cut_where_the_camera_has_no_image(model: str) -> None:
+def test_lines_are_clipped_where_the_camera_has_no_image(model: str) -> None:
     seen = raycam.Camera.look_at([0, 0, 0], [1, 0, 0], size=(64, 48), fov=60)
     if model == "fisheye":
         seen = seen.replace(distortion=[0, 0, 0, 0], model="fisheye")
     line = np.linspace([-5.0, 0.3, 0.1], [5.0, 0.3, 0.1], 21)
     (cut,) = polylines([line], seen)
-    assert len(cut) == 21 if model == "fisheye" else 2 <= len(cut) < 21  # a fisheye sees what is behind it
+    assert (
+        len(cut) == 21 if model == "fisheye" else 2 <= len(cut) < 21
+    )  # a fisheye also shows points behind it
     expected = seen.project(line[-1])[0] - seen.corner
     assert np.allclose(cut[-1], expected, atol=0.06)
     assert polylines([np.full((4, 3), np.nan)], seen) == []
 
 
-def test_the_picture_carries_them_when_asked(small_world: raycam.World) -> None:
+def test_overlay_is_sent_on_request(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     assert session.overlay(session.view) == []
     receive(session, {"type": "overlay", "cameras": True, "explained": True, "grid": False})
@@ -47,7 +49,7 @@ def test_the_picture_carries_them_when_asked(small_world: raycam.World) -> None:
 
 @pytest.mark.parametrize("up", ["y", "z"])
 @pytest.mark.parametrize("model", ["pinhole", "fisheye"])
-def test_the_grid_lies_on_the_ground_with_round_cells(up: Literal["y", "z"], model: str) -> None:
+def test_grid_lies_on_the_ground_with_round_cell_sizes(up: Literal["y", "z"], model: str) -> None:
     k = "xyz".index(up)
     bounds = np.array([[-2.0, -2.0, -2.0], [5.2, 5.2, 5.2]])
     eye = np.full(3, 20.0)
@@ -68,7 +70,7 @@ def test_the_grid_lies_on_the_ground_with_round_cells(up: Literal["y", "z"], mod
     assert np.allclose([lines[0][0], lines[-1][-1]], ends, atol=0.06)
 
 
-def test_the_grid_of_a_world_far_away_has_its_axes_there() -> None:
+def test_grid_axes_of_a_distant_world_start_at_its_centre() -> None:
     middle = np.array([1e6, -2e6, 30.0])
     seen = raycam.Camera.look_at(middle + np.array([40, -40, 30]), middle, size=(640, 480), fov=60)
     made = {each["name"]: each for each in grid(middle + np.array([[-9.0, -9, -1], [9, 9, 1]]), seen)}
@@ -78,7 +80,7 @@ def test_the_grid_of_a_world_far_away_has_its_axes_there() -> None:
     assert "grid of 2 m" in made
 
 
-def test_cameras_that_are_not_drawn_are_told() -> None:
+def test_omitted_cameras_give_a_notice() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     for i in range(MAX_CAMERAS + 1):
@@ -92,7 +94,7 @@ def test_cameras_that_are_not_drawn_are_told() -> None:
     assert [str(MAX_CAMERAS) in each for each in notices] == [True]
 
 
-def test_rays_of_an_explained_pixel_are_drawn_from_anywhere(small_world: raycam.World) -> None:
+def test_rays_of_an_explained_pixel_are_drawn_for_every_camera(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     session.show_rays([Line("sun 0", "#e0a800", np.array([[0.5, 0, 0], [0.5, 0, 1.0]]))], session.view.world)
     for name in ("front", "side"):
@@ -109,7 +111,7 @@ def test_rays_of_an_explained_pixel_are_drawn_from_anywhere(small_world: raycam.
     assert session.overlay(session.view) == []
 
 
-def test_cameras_are_drawn_where_the_video_has_them() -> None:
+def test_cameras_are_drawn_at_their_video_poses() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     world.add_camera(raycam.Camera.look_at([3, 0, 1], [0, 0, 0], size=(48, 32), fov=40), "turning")

@@ -1,4 +1,4 @@
-"""The size of moving pictures."""
+"""The size of images while the camera moves."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ STILL = (640, 480)
     ("share", "size"),
     [(0.5, STILL), (1.0, STILL), (2.0, (320, 240)), (4.0, (320, 240)), (5.0, (160, 120)), (1e6, (160, 120))],
 )
-def test_the_largest_size_that_fits_is_taken(share: float, size: tuple[int, int]) -> None:
+def test_largest_size_within_the_target_time_is_used(share: float, size: tuple[int, int]) -> None:
     pace = Pace()
     pace.measured(STILL, share * TARGET)
     assert pace.size(STILL) == size
 
 
-def test_the_first_picture_has_half_the_sides() -> None:
+def test_first_image_has_half_the_size() -> None:
     assert Pace().size(STILL) == (320, 240)
     assert Pace().size((1, 1)) == (1, 1)
 
 
-def test_one_slow_picture_does_not_change_it_for_good() -> None:
+def test_size_recovers_after_one_slow_image() -> None:
     pace = Pace()
     pace.measured(STILL, 100 * TARGET)
     for _ in range(20):

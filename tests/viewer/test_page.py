@@ -1,4 +1,4 @@
-"""Frames as pages: one file, nothing loaded, every number in it."""
+"""Frames as pages: one file that contains every value and loads nothing."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def planes(text: str) -> dict[str, np.ndarray]:
     }
 
 
-def test_every_channel_is_in_it_to_the_bit(frame: raycam.Frame) -> None:
+def test_page_contains_every_channel_bit_for_bit(frame: raycam.Frame) -> None:
     found = planes(page(frame))
     assert set(found) == {f"a-{name}" for name in frame}
     for name, array in frame.items():
@@ -88,7 +88,7 @@ def test_every_channel_is_in_it_to_the_bit(frame: raycam.Frame) -> None:
         assert found[f"a-{name}"].tobytes() == array.tobytes()
 
 
-def test_nothing_is_loaded_and_the_policy_knows_the_script(frame: raycam.Frame) -> None:
+def test_page_loads_nothing_and_its_policy_lists_the_script(frame: raycam.Frame) -> None:
     elements = Elements(page(frame))
     (policy,) = [has["content"] for tag, has, _ in elements.found if has.get("http-equiv")]
     hashes = dict(re.findall(r"(script|style)-src 'sha256-([^']+)'", policy or ""))
@@ -105,7 +105,7 @@ def test_nothing_is_loaded_and_the_policy_knows_the_script(frame: raycam.Frame) 
         assert has.get("href", "data:,") == "data:,"
 
 
-def test_names_of_a_world_are_text(frame: raycam.Frame, world: raycam.World) -> None:
+def test_names_of_a_world_are_escaped(frame: raycam.Frame, world: raycam.World) -> None:
     text = page(frame, world=world, title=EVIL)
     assert EVIL not in text
     assert document(text)["names"]["instance"] == {"0": EVIL, "1": "floor"}
@@ -113,13 +113,13 @@ def test_names_of_a_world_are_text(frame: raycam.Frame, world: raycam.World) -> 
     assert Elements(text).text("h1").strip() == EVIL
 
 
-def test_color_comes_first(frame: raycam.Frame) -> None:
+def test_color_is_the_first_channel(frame: raycam.Frame) -> None:
     shown = document(page(frame))["channels"]
     assert shown[0] == {"name": "color"}
     assert len(shown) == len(frame)
 
 
-def test_a_second_frame_comes_beside_the_first(
+def test_compared_frame_is_stored_next_to_the_first(
     world: raycam.World, camera: raycam.Camera, frame: raycam.Frame
 ) -> None:
     other = raycam.render(world, camera, samples=1, seed=1)
@@ -128,7 +128,7 @@ def test_a_second_frame_comes_beside_the_first(
     assert found["b-color"].tobytes() == other["color"].tobytes()
 
 
-def test_half_rounds_the_color_alone_and_says_so(frame: raycam.Frame) -> None:
+def test_half_rounds_only_the_color_with_a_notice(frame: raycam.Frame) -> None:
     text = page(frame, half=True)
     found = planes(text)
     assert found["a-color"].tobytes() == frame["color"].astype(np.float16).tobytes()
@@ -136,19 +136,19 @@ def test_half_rounds_the_color_alone_and_says_so(frame: raycam.Frame) -> None:
     assert any("float16" in str(notice) for notice in document(text)["notices"])
 
 
-def test_more_arrays_are_planes(frame: raycam.Frame) -> None:
+def test_additional_arrays_are_shown_as_planes(frame: raycam.Frame) -> None:
     flow = np.zeros((32, 48, 2), np.float32)
     assert planes(page(frame, arrays={"flow": flow}))["a-flow"].shape == (32, 48, 2)
 
 
-def test_a_region_counts_from_the_whole_picture(world: raycam.World, camera: raycam.Camera) -> None:
+def test_pixels_of_a_region_count_from_the_whole_image(world: raycam.World, camera: raycam.Camera) -> None:
     part = raycam.render(world, camera, samples=1, region=(8, 4, 16, 16))
     made = document(page(part, world=world, explain=[(10, 6)]))
     assert made["origin"] == [8, 4]
     assert [(each["column"], each["row"]) for each in made["explanations"]] == [(2, 2)]
 
 
-def test_explanations_have_text_and_figure(frame: raycam.Frame, world: raycam.World) -> None:
+def test_explanations_contain_text_and_figure(frame: raycam.Frame, world: raycam.World) -> None:
     (made,) = document(page(frame, world=world, explain=[(24, 16)]))["explanations"]
     assert made["text"] == str(raycam.explain(world, frame.camera, (24, 16)))
     assert len(made["figure"]["triangle"]) == 9
@@ -179,7 +179,7 @@ def test_explanations_have_text_and_figure(frame: raycam.Frame, world: raycam.Wo
         ({"explain": 5}, fault("wrong_type", "explain")),
     ],
 )
-def test_parts_that_do_not_fit_are_refused(frame: raycam.Frame, options: dict, expected: Fault) -> None:
+def test_mismatched_page_arguments_are_refused(frame: raycam.Frame, options: dict, expected: Fault) -> None:
     with raises(raycam.SettingsError, **expected):
         page(frame, **options)
 
@@ -194,7 +194,7 @@ def test_frames_that_cannot_be_compared_are_refused(
         page(depth, compare=color)
 
 
-def test_what_is_not_beside_the_frame_is_told(
+def test_channels_missing_in_a_compared_frame_give_a_notice(
     world: raycam.World, camera: raycam.Camera, frame: raycam.Frame
 ) -> None:
     part, other = (
@@ -209,7 +209,7 @@ def test_what_is_not_beside_the_frame_is_told(
         page(frame, world=raycam.World())
 
 
-def test_names_of_files_from_strangers_are_text(tmp_path: Path) -> None:
+def test_file_and_channel_names_are_escaped(tmp_path: Path) -> None:
     depth = np.zeros((2, 3), np.float32)
     for number, name in enumerate(('x"></script><img src=a>', "a&amp;b", "a b")):
         path = tmp_path / f"{number}.exr"
@@ -221,17 +221,19 @@ def test_names_of_files_from_strangers_are_text(tmp_path: Path) -> None:
         assert Elements(text).text("title") == "?.exr"
 
 
-def test_the_channel_shown_first_is_chosen(frame: raycam.Frame) -> None:
+def test_channel_argument_selects_the_first_channel(frame: raycam.Frame) -> None:
     assert document(page(frame))["channel"] == "color"
     assert document(page(frame, channel="depth"))["channel"] == "depth"
 
 
-def test_lists_are_planes_too(frame: raycam.Frame) -> None:
+def test_lists_are_shown_as_planes(frame: raycam.Frame) -> None:
     made = planes(page(frame, arrays={"flow": np.full((32, 48, 2), 0.5).tolist()}))["a-flow"]
     assert (made.dtype, made.shape, made.min()) == (np.float64, (32, 48, 2), 0.5)
 
 
-def test_explained_pixels_lie_in_the_region(world: raycam.World, camera: raycam.Camera) -> None:
+def test_explained_pixels_outside_of_the_region_are_refused(
+    world: raycam.World, camera: raycam.Camera
+) -> None:
     part = raycam.render(world, camera, samples=1, region=(8, 4, 16, 16))
     with raises(raycam.SettingsError, code="out_of_range"):
         page(part, world=world, explain=[(0, 0)])
@@ -255,7 +257,9 @@ def test_show_opens_the_browser(frame: raycam.Frame, monkeypatch: pytest.MonkeyP
     path.unlink()
 
 
-def test_show_fills_the_cell_of_a_notebook(frame: raycam.Frame, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_show_displays_the_page_in_a_notebook_cell(
+    frame: raycam.Frame, monkeypatch: pytest.MonkeyPatch
+) -> None:
     class Shell:
         kernel = None
 
@@ -273,5 +277,5 @@ def test_show_fills_the_cell_of_a_notebook(frame: raycam.Frame, monkeypatch: pyt
     elements = {tag: has for tag, has, _ in Elements(shown._repr_html_()).found}
     assert elements["iframe"]["sandbox"] == "allow-scripts allow-downloads"
     assert elements["iframe"]["srcdoc"] == str(shown)
-    # What a notebook shows that is not trusted, and leaves out the frame.
+    # The content of an untrusted notebook, which omits the frame.
     assert elements["img"]["src"] == data_url("image/jpeg", frame.to_jpeg())

@@ -1,4 +1,4 @@
-"""A pixel asked for."""
+"""Probes: the values of a pixel."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import raycam
 from raycam.viewer import probe
 
 
-def test_values_of_a_miss_are_numbers_that_json_lacks(small_world: raycam.World) -> None:
+def test_infinity_and_nan_of_a_miss_are_sent_as_strings(small_world: raycam.World) -> None:
     values = probe.values_at(small_world, small_world.camera("front"), None, 0, 0, ["box", "floor"])
     assert values["depth"]["numbers"] == ["Infinity"]
     assert values["position"]["numbers"] == ["NaN"] * 3
     assert values["instance"] == {"dtype": "int32", "numbers": [-1]}
 
 
-def test_points_are_those_of_position(small_world: raycam.World) -> None:
+def test_probed_point_equals_the_position_channel(small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     seen = raycam.render(small_world, camera, channels=["position"], samples=1)
     found = probe.locate(small_world, camera, 24.5, 16.5)
@@ -29,7 +29,7 @@ def test_points_are_those_of_position(small_world: raycam.World) -> None:
 
 
 @pytest.mark.parametrize("pixel", [(24, 16), (40, 20), (3, 29)])
-def test_a_pixel_of_a_lens_is_explained_with_its_light_and_tree(
+def test_pixel_of_a_lens_is_explained_with_light_and_tree(
     small_world: raycam.World, pixel: tuple[int, int]
 ) -> None:
     camera = raycam.Camera.look_at(
@@ -38,5 +38,5 @@ def test_a_pixel_of_a_lens_is_explained_with_its_light_and_tree(
     made, lines = probe.explained(small_world, camera, *pixel)
     assert made["text"] == str(raycam.explain(small_world, camera, pixel))
     assert [each["title"] for each in made["sections"]] == ["The light", "The tree"]
-    assert all(each["svg"].startswith("<svg") and each["text"] for each in made["sections"])
+    assert all(each["figure"]["lines"] and each["text"] for each in made["sections"])
     assert lines[0].points.shape[1] == 3

@@ -1,4 +1,4 @@
-"""Frames read back from .npz and .exr files, the latter beside OpenEXR."""
+"""Frames read back from .npz and .exr files; EXR files are compared with OpenEXR."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from raycam.viewer.saved_frames import load_frame
 from support.raises import raises
 
 
-def test_frames_come_back(small_world: raycam.World, tmp_path: Path) -> None:
+def test_npz_frames_are_restored(small_world: raycam.World, tmp_path: Path) -> None:
     frame = raycam.render(small_world, samples=1, channels="all", region=(4, 2, 20, 10))
     frame.save(tmp_path / "x.npz")
     back = load_frame(tmp_path / "x.npz")
@@ -28,7 +28,7 @@ def test_frames_come_back(small_world: raycam.World, tmp_path: Path) -> None:
     assert (back.size, back.region, back.camera) == (frame.size, frame.region, frame.camera)
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
+def test_other_npz_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "x.npz"
     for text in (b"", b"PK\x03\x04 no", b"\x93NUMPY"):
         path.write_bytes(text)
@@ -48,14 +48,14 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("half", [False, True])
 @pytest.mark.parametrize("transparent", [False, True])
-def test_frames_come_back_from_exr(
+def test_exr_frames_are_restored(
     small_world: raycam.World, tmp_path: Path, half: bool, transparent: bool
 ) -> None:
     frame = raycam.render(
         small_world, samples=2, channels="all", region=(4, 2, 20, 10), transparent_background=transparent
     )
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", raycam.Notice)  # half holds no large values
+        warnings.simplefilter("ignore", raycam.Notice)  # half precision cannot store large values
         frame.save(tmp_path / "x.exr", half=half)
     back = load_frame(tmp_path / "x.exr")
     assert set(back) == set(frame)
@@ -77,7 +77,7 @@ COMPRESSIONS = ["NO", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "B44", "B44A", "DWAA
 @pytest.mark.parametrize("compression", COMPRESSIONS)
 @pytest.mark.parametrize("tiled", [False, True])
 @pytest.mark.parametrize("dtype", [np.float16, np.float32])
-def test_layers_of_other_programs_have_their_names(
+def test_exr_layers_of_other_programs_keep_their_names(
     tmp_path: Path, compression: str, tiled: bool, dtype: Any
 ) -> None:
     random = np.random.default_rng(3)
@@ -124,7 +124,7 @@ def test_layers_of_other_programs_have_their_names(
             np.testing.assert_array_equal(found.view(np.uint32), expected)
         elif (
             compression.startswith("DWA") and expected.dtype.kind == "f"
-        ):  # a lossy decoder's last digits are its own
+        ):  # lossy decoders differ in the last digits
             np.testing.assert_allclose(found, expected.astype(np.float32), rtol=0.02, atol=0.02, err_msg=name)
         else:
             np.testing.assert_allclose(found, expected.astype(found.dtype), rtol=near, err_msg=name)
@@ -133,7 +133,7 @@ def test_layers_of_other_programs_have_their_names(
     assert "beauty.RGB" in shown
 
 
-def test_data_windows_are_regions(tmp_path: Path) -> None:
+def test_exr_data_windows_are_read_as_regions(tmp_path: Path) -> None:
     path, plane = tmp_path / "x.exr", np.ones((3, 5), np.float32)
 
     def written(data: list[tuple[int, int]], display: list[tuple[int, int]]) -> raycam.Frame:
@@ -167,7 +167,9 @@ def test_exr_files_of_another_kind_are_refused(tmp_path: Path) -> None:
         load_frame(path)
     OpenEXR.File({"compression": OpenEXR.NO_COMPRESSION}, {"RY": plane}).write(str(path))
     data = bytearray(path.read_bytes())
-    at = data.index(b"RY\0") + 3 + 8  # after the name, the type and what is linear: a sample for 2 x 2 pixels
+    at = (
+        data.index(b"RY\0") + 3 + 8
+    )  # after the name, the type and the linear flag: one sample per 2 x 2 pixels
     data[at : at + 8] = np.array([2, 2], "<i4").tobytes()
     path.write_bytes(data)
     with raises(raycam.FormatError, code="unsupported_feature", mentions=["x.exr"]):
@@ -207,7 +209,7 @@ def test_damaged_exr_files_are_refused(small_world: raycam.World, tmp_path: Path
             load_frame(path)
 
 
-def test_a_huge_exr_file_is_refused_before_anything_is_kept(tmp_path: Path) -> None:
+def test_huge_exr_file_is_refused_before_allocation(tmp_path: Path) -> None:
     path = tmp_path / "x.exr"
     OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION}, {"Z": np.zeros((64, 64), np.float32)}).write(
         str(path)
@@ -221,7 +223,7 @@ def test_a_huge_exr_file_is_refused_before_anything_is_kept(tmp_path: Path) -> N
         load_frame(path)
 
 
-def test_a_damaged_camera_of_an_npz_file_is_refused(small_world: raycam.World, tmp_path: Path) -> None:
+def test_damaged_camera_in_an_npz_file_is_refused(small_world: raycam.World, tmp_path: Path) -> None:
     raycam.render(small_world, samples=1).save(tmp_path / "x.npz")
     with np.load(tmp_path / "x.npz") as saved:
         arrays = dict(saved)
@@ -246,7 +248,7 @@ def test_view_shows_saved_frames(
 
 
 @pytest.mark.parametrize("names", ["a.exr", "a.npz", "a.exr b.npz", "a.npz b.EXR"])
-def test_the_command_makes_the_page_of_saved_frames(
+def test_view_command_writes_the_page_of_saved_frames(
     small_world: raycam.World, tmp_path: Path, capsys: pytest.CaptureFixture[str], names: str
 ) -> None:
     frame = raycam.render(small_world, samples=1, channels=["color", "depth", "instance"])
@@ -260,7 +262,7 @@ def test_the_command_makes_the_page_of_saved_frames(
     assert planes == {f"{side}-{name}" for side in "ab"[: len(paths)] for name in frame}
 
 
-def test_the_command_shows_a_frame_as_asked_or_refuses(
+def test_view_command_applies_frame_options_and_refuses_world_options(
     small_world: raycam.World, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "a.npz"
@@ -276,7 +278,7 @@ def test_the_command_shows_a_frame_as_asked_or_refuses(
     assert "--at, --variant, --no-edit:" in capsys.readouterr().err
 
 
-def test_a_frame_has_no_options_of_worlds(small_world: raycam.World) -> None:
+def test_world_options_are_refused_for_a_frame(small_world: raycam.World) -> None:
     frame = raycam.render(small_world, samples=1, channels=["color"])
     with raises(raycam.SettingsError, code="conflicting_values"):
         raycam.view(frame, size=(64, 48))
@@ -284,7 +286,9 @@ def test_a_frame_has_no_options_of_worlds(small_world: raycam.World) -> None:
         raycam.view(None)
 
 
-def test_the_command_says_what_it_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_view_command_refuses_mixed_files_with_the_supported_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["view", "room.toml", "a.exr", "--no-browser"]) != 0
     assert "saved as .npz or .exr" in capsys.readouterr().err
     (tmp_path / "a.exr").write_bytes(b"\x76\x2f\x31\x01")

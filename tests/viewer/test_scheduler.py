@@ -25,7 +25,7 @@ def ready(world: raycam.World, touched: float = 0.0) -> Session:
 
 
 def step(scheduler: Scheduler) -> Session | None:
-    """Does the next work; returns whose it was."""
+    """Does the next step of work; returns its session."""
     found = scheduler._next()
     if found is None:
         return None
@@ -35,8 +35,8 @@ def step(scheduler: Scheduler) -> Session | None:
     return session
 
 
-def test_moving_comes_before_resting_and_the_oldest_first(small_world: raycam.World) -> None:
-    rests, late, early = (ready(small_world) for _ in range(3))  # rests has work too
+def test_moving_views_are_rendered_first_and_oldest_first(small_world: raycam.World) -> None:
+    rests, late, early = (ready(small_world) for _ in range(3))  # the session `rests` has work too
     early.images.restart()
     late.images.restart()
     late.images.touched = early.images.touched + 1e-3
@@ -44,16 +44,16 @@ def test_moving_comes_before_resting_and_the_oldest_first(small_world: raycam.Wo
     assert [step(scheduler) for _ in range(2)] == [early, late]
 
 
-def test_a_view_rests_for_a_while_before_it_is_refined(small_world: raycam.World) -> None:
+def test_refinement_starts_after_a_pause(small_world: raycam.World) -> None:
     session = ready(
         small_world, time.monotonic() + PATIENCE
-    )  # touched after all that a busy machine may take
+    )  # touched later than any delay of a busy machine
     assert Scheduler(lambda: [session])._next() is None
     session.images.touched -= PATIENCE + REST_S
     assert Scheduler(lambda: [session])._next() is not None
 
 
-def test_refinement_ends_at_the_samples_asked_for(small_world: raycam.World) -> None:
+def test_refinement_ends_at_the_requested_samples(small_world: raycam.World) -> None:
     session = ready(small_world)
     scheduler = Scheduler(lambda: [session])
     while step(scheduler):
@@ -62,7 +62,7 @@ def test_refinement_ends_at_the_samples_asked_for(small_world: raycam.World) -> 
     assert session.connection.sent >= 1
 
 
-def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
+def test_notices_of_an_image_are_sent(small_world: raycam.World) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     camera = small_world.camera("front")
@@ -81,7 +81,7 @@ def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
     assert about["about"].startswith("1 object, 12 triangles")
 
 
-def test_nothing_is_rendered_for_who_does_not_look(small_world: raycam.World) -> None:
+def test_hidden_closed_and_slow_clients_get_no_images(small_world: raycam.World) -> None:
     hidden, gone, behind = (ready(small_world) for _ in range(3))
     hidden.connection.set_visible(False)
     gone.connection.close()
@@ -90,7 +90,7 @@ def test_nothing_is_rendered_for_who_does_not_look(small_world: raycam.World) ->
     assert Scheduler(lambda: [hidden, gone, behind])._next() is None
 
 
-def test_a_change_ends_a_picture(small_world: raycam.World) -> None:
+def test_change_cancels_the_image_in_progress(small_world: raycam.World) -> None:
     session = ready(small_world)
     found = Scheduler(lambda: [session])._next()
     assert found is not None
@@ -104,7 +104,7 @@ def test_a_change_ends_a_picture(small_world: raycam.World) -> None:
         found[1]()
 
 
-def test_channels_are_shown_from_what_is_there(small_world: raycam.World) -> None:
+def test_channel_change_reuses_computed_channels(small_world: raycam.World) -> None:
     session = ready(small_world)
     heard: list[tuple[str, int]] = []
     session.connection.open(
@@ -120,7 +120,7 @@ def test_channels_are_shown_from_what_is_there(small_world: raycam.World) -> Non
     assert heard[-4:] == [("color", 16), ("depth", 1), ("alpha", 16), ("color", 16)]
 
 
-def test_errors_are_told_and_the_thread_goes_on(
+def test_render_errors_are_sent_and_the_thread_continues(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session, heard = ready(small_world), []
@@ -136,7 +136,7 @@ def test_errors_are_told_and_the_thread_goes_on(
     assert heard == [{"type": "error", "text": "no such thing"}]
 
 
-def test_jpegs_are_near_the_picture(small_world: raycam.World) -> None:
+def test_jpeg_images_approximate_the_frame(small_world: raycam.World) -> None:
     import cv2
     import numpy as np
 

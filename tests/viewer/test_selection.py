@@ -1,4 +1,4 @@
-"""The chosen object, its material, and drags as steps of undo."""
+"""The selected object, its material, and drags as steps of undo."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def said(stroke: int, end: list[float], handle: str = "all") -> Gizmo:
     return Gizmo(handle, stroke, [24.0, 16.0], end)
 
 
-def test_a_drag_is_one_step_of_undo(small_world: raycam.World) -> None:
+def test_drag_is_one_step_of_undo(small_world: raycam.World) -> None:
     edits = Edits(small_world)
     selection, camera = Selection(edits), small_world.camera("front")
     selection.choose(0, "move")
@@ -32,7 +32,7 @@ def test_a_drag_is_one_step_of_undo(small_world: raycam.World) -> None:
     assert np.array_equal(edits.world.objects[0].matrix, moved)
 
 
-def test_the_end_of_a_drag_does_not_depend_on_its_steps(small_world: raycam.World) -> None:
+def test_drag_result_does_not_depend_on_its_steps(small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     found = []
     for ends in ([[30.0, 12.0]], [[26.0, 17.0], [40.0, 2.0], [30.0, 12.0]]):
@@ -45,7 +45,7 @@ def test_the_end_of_a_drag_does_not_depend_on_its_steps(small_world: raycam.Worl
     assert np.array_equal(*found)
 
 
-def test_what_is_not_there_has_no_gizmo(small_world: raycam.World) -> None:
+def test_removed_selection_has_no_handles(small_world: raycam.World) -> None:
     selection, camera = Selection(Edits(small_world)), small_world.camera("front")
     assert selection.handles(small_world, camera) == []
     selection.choose(99, "move")
@@ -58,7 +58,7 @@ def test_what_is_not_there_has_no_gizmo(small_world: raycam.World) -> None:
     assert locked.handles(small_world, camera) == []
 
 
-def test_the_material_is_told(small_world: raycam.World) -> None:
+def test_selection_contains_the_material(small_world: raycam.World) -> None:
     selection = Selection(Edits(small_world))
     selection.choose(0, "none")
     material = selection.about()["material"]

@@ -1,4 +1,4 @@
-"""The server: pictures for those who may, and nothing for anyone else."""
+"""The server: images for authorised clients, nothing for others."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Open = Callable[..., ClientConnection]
 
 
 def raw(server: Server, request: bytes, *, is_all: bool = False) -> bytes:
-    """The answer to bytes on the port; `is_all` if no more will come, whatever the server waits for."""
+    """The response to bytes sent to the port; `is_all` closes the sending side."""
     with socket.create_connection(server.address, timeout=PATIENCE) as made:
         made.sendall(request)
         if is_all:
@@ -68,7 +68,7 @@ def get(server: Server, path: str, host: str = "127.0.0.1") -> tuple[int, dict[s
 @pytest.mark.parametrize(
     ("path", "status"), [("/", 200), ("/client.js", 200), ("/style.css", 200), ("/x", 404)]
 )
-def test_every_answer_has_the_headers(server: Server, path: str, status: int) -> None:
+def test_every_response_has_the_security_headers(server: Server, path: str, status: int) -> None:
     got, headers, body = get(server, path)
     assert got == status
     assert body
@@ -77,11 +77,11 @@ def test_every_answer_has_the_headers(server: Server, path: str, status: int) ->
     assert server.token.encode() not in body
 
 
-def test_another_host_gets_nothing(server: Server) -> None:
+def test_request_of_another_host_is_refused(server: Server) -> None:
     assert get(server, "/", "evil.example")[0] == 403
 
 
-def test_it_listens_on_this_machine_alone(server: Server) -> None:
+def test_server_listens_on_the_loopback_interface_only(server: Server) -> None:
     assert server.address[0] == "127.0.0.1"
     assert server.url == f"http://127.0.0.1:{server.address[1]}/#t={server.token}"
     assert len(server.token) >= 43
@@ -110,7 +110,7 @@ def test_it_listens_on_this_machine_alone(server: Server) -> None:
     ],
     ids=range(11),
 )
-def test_junk_gets_no_page_and_the_next_one_does(server: Server, request_bytes: bytes) -> None:
+def test_invalid_requests_get_no_page_and_the_server_continues(server: Server, request_bytes: bytes) -> None:
     answer = raw(server, request_bytes, is_all=True)
     assert b"<html" not in answer
     assert answer[9:12] in (b"", b"400", b"403", b"404", b"405", b"414", b"431", b"500", b"501", b"505")
@@ -127,10 +127,12 @@ def is_open(made: socket.socket) -> bool:
         return False
 
 
-def test_too_many_connections_are_cut_and_others_are_answered(
+def test_excess_connections_are_closed_and_later_ones_answered(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(serving, "HANDSHAKE_TIME", 2 * PATIENCE)  # none is cut because it says nothing
+    monkeypatch.setattr(
+        serving, "HANDSHAKE_TIME", 2 * PATIENCE
+    )  # silent connections are not closed by the timeout
     server = Server(lambda: Session(small_world, small_world.camera("front")), port=0)
     try:
         idle = [socket.create_connection(server.address) for _ in range(MOST_CONNECTIONS + 20)]
@@ -144,7 +146,7 @@ def test_too_many_connections_are_cut_and_others_are_answered(
 
 
 def assert_ended(client: Client) -> None:
-    """The server closes the connection, after what it has said already."""
+    """Asserts that the server closes the connection after its earlier messages."""
     for _ in range(1000):
         try:
             client.next()
@@ -177,7 +179,7 @@ def test_requests_without_a_token_are_refused(
 
 
 @pytest.mark.parametrize("path", ["/", "/client.js", "/socket?t=1", "/other"])
-def test_there_is_one_socket(server: Server, open_socket: Open, path: str) -> None:
+def test_socket_on_another_path_is_refused(server: Server, open_socket: Open, path: str) -> None:
     host, port = server.address
     with pytest.raises(InvalidHandshake):
         open_socket(uri=f"ws://{host}:{port}{path}")
@@ -185,7 +187,7 @@ def test_there_is_one_socket(server: Server, open_socket: Open, path: str) -> No
 
 
 @pytest.mark.parametrize("first", ["junk", b"\x00", "{}", json.dumps({"type": "ack", "picture": 0})])
-def test_the_first_message_is_hello(server: Server, open_socket: Open, first: str | bytes) -> None:
+def test_first_message_must_be_hello(server: Server, open_socket: Open, first: str | bytes) -> None:
     made = open_socket()
     made.send(first)
     with pytest.raises(ConnectionClosed) as closed:
@@ -195,7 +197,7 @@ def test_the_first_message_is_hello(server: Server, open_socket: Open, first: st
     assert not server.sessions
 
 
-def test_three_messages_that_are_none_end_a_client_and_no_other(client: Client, open_socket: Open) -> None:
+def test_three_invalid_messages_disconnect_only_their_client(client: Client, open_socket: Open) -> None:
     bad = Client(open_socket())
     for junk in ("junk", json.dumps({"type": "move"}), json.dumps({"type": "hello", "session": "", **SPACE})):
         bad.socket.send(junk)
@@ -204,13 +206,13 @@ def test_three_messages_that_are_none_end_a_client_and_no_other(client: Client, 
     assert client.hear("values")[0]["id"] == 1
 
 
-def test_long_messages_end_a_client(open_socket: Open) -> None:
+def test_overlong_message_disconnects_the_client(open_socket: Open) -> None:
     bad = Client(open_socket())
     bad.socket.send(json.dumps({"type": "camera", "name": "x" * 70000}))
     assert_ended(bad)
 
 
-def test_there_are_so_many_sessions_and_no_more(server: Server, open_socket: Open) -> None:
+def test_number_of_sessions_is_limited(server: Server, open_socket: Open) -> None:
     for _ in range(MOST_SESSIONS):
         Client(open_socket())
     with pytest.raises(ConnectionClosed) as closed:
@@ -220,7 +222,7 @@ def test_there_are_so_many_sessions_and_no_more(server: Server, open_socket: Ope
     assert len(server.sessions) == MOST_SESSIONS
 
 
-def test_a_client_that_left_makes_room(server: Server, open_socket: Open) -> None:
+def test_disconnected_session_is_replaced_when_full(server: Server, open_socket: Open) -> None:
     clients = [Client(open_socket()) for _ in range(MOST_SESSIONS)]
     clients[3].socket.close()
     until(lambda: not all(each.connection.is_open for each in server.sessions.values()))
@@ -229,7 +231,7 @@ def test_a_client_that_left_makes_room(server: Server, open_socket: Open) -> Non
     assert left not in server.sessions
 
 
-def test_nothing_a_client_says_reaches_the_disk(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_client_messages_open_no_files(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     client.hear("picture", samples=16)
     opened: list[str] = []
 
@@ -253,7 +255,9 @@ def test_nothing_a_client_says_reaches_the_disk(client: Client, monkeypatch: pyt
     assert [path for path in opened if not Path(path).is_relative_to(package)] == []
 
 
-def test_random_messages_change_nothing_of_others(server: Server, client: Client, open_socket: Open) -> None:
+def test_random_messages_do_not_affect_other_clients(
+    server: Server, client: Client, open_socket: Open
+) -> None:
     client.hear("picture", samples=16)
     before = server.sessions[client.welcome["session"]].images.version
     chance = random.Random(7)
@@ -279,9 +283,7 @@ def test_random_messages_change_nothing_of_others(server: Server, client: Client
 # Answers to a client --------------------------------------------------------------------------------------
 
 
-def test_pictures_come_from_coarse_to_fine_and_are_those_of_render(
-    client: Client, small_world: raycam.World
-) -> None:
+def test_images_are_refined_and_equal_render(client: Client, small_world: raycam.World) -> None:
     client.hear("picture", samples=16)
     assert [each["moving"] for each, _ in client.pictures] == [True] + [False] * (len(client.pictures) - 1)
     counts = [each["samples"] for each, _ in client.pictures]
@@ -297,7 +299,7 @@ def test_pictures_come_from_coarse_to_fine_and_are_those_of_render(
     assert unpack(message["plane"], data).tobytes() == expected["color"].tobytes()
 
 
-def test_every_channel_comes_exactly(client: Client, small_world: raycam.World) -> None:
+def test_every_channel_is_sent_exactly(client: Client, small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     client.say("planes", wanted=True)
     client.hear("picture", samples=16)
@@ -315,7 +317,7 @@ def test_every_channel_comes_exactly(client: Client, small_world: raycam.World) 
     assert unpack(message["plane"], data).tobytes() == expected["error"].tobytes()
 
 
-def test_clients_that_follow_look_through_one_camera(server: Server, open_socket: Open) -> None:
+def test_following_clients_share_one_camera(server: Server, open_socket: Open) -> None:
     server._follow = True
     first, second = (Client(open_socket()) for _ in range(2))
     first.say("camera", name="side")
@@ -327,7 +329,7 @@ def test_clients_that_follow_look_through_one_camera(server: Server, open_socket
     assert cameras[0] == cameras[1]
 
 
-def test_probes_tell_the_numbers_of_the_picture(client: Client, small_world: raycam.World) -> None:
+def test_probes_return_the_values_of_the_image(client: Client, small_world: raycam.World) -> None:
     client.hear("picture", samples=16)
     names = [channel["name"] for channel in client.welcome["channels"] if channel["name"] != "error"]
     expected = raycam.render(small_world, small_world.camera("front"), samples=16, channels=names)
@@ -343,7 +345,7 @@ def test_probes_tell_the_numbers_of_the_picture(client: Client, small_world: ray
     assert (values["instance"]["name"], values["category"]["name"]) == ("box", "crate")
 
 
-def test_pictures_never_go_back_to_an_older_view(client: Client) -> None:
+def test_image_versions_never_decrease(client: Client) -> None:
     for step in range(30):
         client.socket.send(json.dumps(orbited(client.welcome["camera"], step + 1)))
     client.hear("picture", samples=16)
@@ -352,7 +354,7 @@ def test_pictures_never_go_back_to_an_older_view(client: Client) -> None:
     assert client.pictures[-1][0]["samples"] == 16
 
 
-def test_two_pictures_are_under_way_at_most(server: Server, open_socket: Open) -> None:
+def test_at_most_two_images_are_unacknowledged(server: Server, open_socket: Open) -> None:
     lazy = Client(open_socket())
     lazy.say = lambda kind, /, **fields: None if kind == "ack" else Client.say(lazy, kind, **fields)  # type: ignore[method-assign]
     for step in range(10):
@@ -371,7 +373,7 @@ def test_each_client_has_its_own_camera(server: Server, client: Client, open_soc
     assert np.allclose(two.C, [-4, -3, 2])
 
 
-def test_a_client_that_comes_back_finds_its_view(server: Server, client: Client, open_socket: Open) -> None:
+def test_reconnected_client_keeps_its_view(server: Server, client: Client, open_socket: Open) -> None:
     client.socket.send(json.dumps(orbited(client.welcome["camera"], 35)))
     client.hear("picture", samples=16)
     moved = server.sessions[client.welcome["session"]].view.camera
@@ -383,7 +385,7 @@ def test_a_client_that_comes_back_finds_its_view(server: Server, client: Client,
     assert back.hear("picture", moving=False)[0]["samples"] == 16
 
 
-def test_a_session_is_not_taken_from_its_client(client: Client, open_socket: Open) -> None:
+def test_session_of_a_connected_client_cannot_be_taken_over(client: Client, open_socket: Open) -> None:
     assert Client(open_socket(), client.welcome["session"]).welcome["session"] != client.welcome["session"]
 
 
@@ -420,10 +422,12 @@ def test_cameras_are_copied_for_opencv_and_colmap(
     np.testing.assert_allclose(back.R, camera.R, atol=1e-12)
     np.testing.assert_allclose(back.location, camera.location, atol=1e-12)
     np.testing.assert_allclose(back.K[:2, :2], camera.K[:2, :2])
-    np.testing.assert_allclose(back.K[:2, 2], camera.K[:2, 2] + 0.5)  # COLMAP counts from the corner
+    np.testing.assert_allclose(
+        back.K[:2, 2], camera.K[:2, 2] + 0.5
+    )  # COLMAP's pixel coordinates start at the corner
 
 
-def test_a_camera_that_a_format_does_not_hold_is_said(client: Client, server: Server) -> None:
+def test_unsupported_camera_of_a_copy_format_sends_an_error(client: Client, server: Server) -> None:
     (session,) = server.sessions.values()
     session.show(
         session.view.with_camera(session.view.camera.replace(distortion=[], model="equirectangular"))
@@ -432,7 +436,7 @@ def test_a_camera_that_a_format_does_not_hold_is_said(client: Client, server: Se
     assert "equirectangular" in client.hear("error")[0]["text"]
 
 
-def test_snapshots_are_the_frame(client: Client, small_world: raycam.World) -> None:
+def test_snapshots_equal_the_frame(client: Client, small_world: raycam.World) -> None:
     client.hear("picture", samples=16)
     client.say("snapshot", format="npz")
     message, (data,) = client.hear("file")
@@ -448,15 +452,15 @@ def test_snapshots_are_the_frame(client: Client, small_world: raycam.World) -> N
     assert data.startswith(b"<!doctype html>")
 
 
-def test_the_end_is_told(server: Server, client: Client) -> None:
+def test_close_sends_a_closing_message(server: Server, client: Client) -> None:
     server.close()
     assert client.hear("closing")
     with pytest.raises(ConnectionClosed):
-        client.hear("nothing")  # passes over a picture that was on its way
+        client.hear("nothing")  # skips an image that was already sent
     assert not server.scheduler.is_alive()
 
 
-def test_a_server_that_cannot_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_server_start_raises_the_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     async def fails(server: Server) -> None:
         raise ModuleNotFoundError("No module named 'websockets'")
 
@@ -465,12 +469,12 @@ def test_a_server_that_cannot_start_says_why(monkeypatch: pytest.MonkeyPatch) ->
         Server(lambda: None)  # type: ignore[arg-type, return-value]
 
 
-def test_a_used_port_is_told(server: Server) -> None:
+def test_used_port_raises_without_a_session(server: Server) -> None:
     with raises(OSError, code="cannot_listen", mentions=["port"]):
         Server(lambda: None, port=server.address[1])  # type: ignore[arg-type, return-value]
 
 
-def test_the_next_free_port_is_taken(
+def test_next_free_port_is_used(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, server: Server
 ) -> None:
     monkeypatch.setattr(serving, "PORTS", [server.address[1], 0])
@@ -494,19 +498,19 @@ def test_the_next_free_port_is_taken(
         ),
     ],
 )
-def test_where_it_cannot_listen_it_says_what_to_do(
+def test_invalid_addresses_raise_with_a_remedy(
     small_world: raycam.World, options: dict[str, Any], told: Fault
 ) -> None:
     with raises((raycam.SettingsError, OSError), **told):
         Server(lambda: Session(small_world, small_world.camera("front")), **options)
 
 
-def test_a_port_that_is_taken_is_told(server: Server, small_world: raycam.World) -> None:
+def test_used_port_raises(server: Server, small_world: raycam.World) -> None:
     with raises(OSError, code="cannot_listen", mentions=["port"]):
         Server(lambda: Session(small_world, small_world.camera("front")), port=server.address[1])
 
 
-def test_a_fault_of_ours_is_told_and_the_view_goes_on(
+def test_internal_error_is_sent_and_the_view_continues(
     client: Client, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (session,) = server.sessions.values()

@@ -1,4 +1,4 @@
-"""Sessions: what a message changes, and the size of pictures."""
+"""Sessions: the effect of messages, and the size of images."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def session(small_world: raycam.World) -> Session:
         (1, 1, 0.1, (1, 1)),
     ],
 )
-def test_pictures_fill_the_space_with_the_sides_of_the_camera(
+def test_images_fill_the_window_with_the_aspect_ratio_of_the_camera(
     session: Session, width: int, height: int, ratio: float, size: tuple[int, int]
 ) -> None:
     receive(session, {"type": "size", "width": width, "height": height, "ratio": ratio})
@@ -60,7 +60,7 @@ def test_move_of_the_pivot_alone_keeps_the_image_and_the_camera(session: Session
     assert session.view.pivot.tolist() == [1, 2, 3]
 
 
-def test_move_that_is_no_rotation_is_refused_and_the_camera_is_sent_back(session: Session) -> None:
+def test_invalid_rotation_is_refused_and_the_camera_sent_again(session: Session) -> None:
     said: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: said.append(message))
     before = session.view.camera
@@ -89,13 +89,13 @@ def test_home_of_a_free_camera_returns_to_its_pose(small_world: raycam.World) ->
     assert session.view.camera == camera
 
 
-def test_home_is_the_camera_that_it_began_with(session: Session) -> None:
+def test_home_returns_to_the_initial_camera(session: Session) -> None:
     receive(session, {"type": "camera", "name": "side"})
     receive(session, {"type": "home", "seq": 1})
     assert session.view.camera_name == "front"
 
 
-def test_another_world_of_a_script_is_told_with_all_its_names(session: Session) -> None:
+def test_new_world_of_a_script_sends_its_names(session: Session) -> None:
     said: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: said.append(message))
     session.welcome()
@@ -115,7 +115,7 @@ def test_another_world_of_a_script_is_told_with_all_its_names(session: Session) 
     assert [each["cameras"] for each in said if each["type"] == "welcome"] == [["front", "side"]]
 
 
-def test_an_animation_begins_with_its_own_pose(tmp_path: Path) -> None:
+def test_animation_starts_with_its_own_pose(tmp_path: Path) -> None:
     document = Document()
     node = document.node(mesh=document.square(pbrMetallicRoughness={}))
     animated(document, "translation", [0, 1], [[5, 0, 0], [6, 0, 0]], node=node)
@@ -128,7 +128,7 @@ def test_an_animation_begins_with_its_own_pose(tmp_path: Path) -> None:
     assert shown != [np.asarray(each.matrix).tolist() for each in world.objects]
 
 
-def test_cameras_of_the_world_are_looked_through(session: Session, small_world: raycam.World) -> None:
+def test_camera_message_selects_a_camera_of_the_world(session: Session, small_world: raycam.World) -> None:
     receive(session, {"type": "camera", "name": "side"})
     assert (session.view.camera, session.view.camera_name) == (small_world.camera("side"), "side")
     receive(session, {"type": "camera", "name": ""})
@@ -137,7 +137,7 @@ def test_cameras_of_the_world_are_looked_through(session: Session, small_world: 
         receive(session, {"type": "camera", "name": "behind"})
 
 
-def test_light_channel_and_display(session: Session) -> None:
+def test_light_channel_and_display_settings_change_the_view(session: Session) -> None:
     version = session.images.version
     receive(session, {"type": "channel", "name": "depth"})
     receive(session, {"type": "display", "exposure": 1.5, "view": "agx"})
@@ -157,7 +157,7 @@ def test_light_channel_and_display(session: Session) -> None:
         receive(session, {"type": "channel", "name": "shadow"})
     for name, anew in (("error", 1), ("error", 1), ("color", 2), ("depth", 2)):
         receive(session, {"type": "channel", "name": name})
-        assert session.images.version == version + 1 + anew  # the error takes samples of its own
+        assert session.images.version == version + 1 + anew  # the channel `error` requires its own samples
 
 
 def test_acknowledgements_count_images_that_were_sent(session: Session) -> None:
@@ -187,7 +187,7 @@ def test_classes_of_a_session_have_few_attributes_and_set_their_own(session: Ses
         assert len(vars(part).keys() - {"bounds", "object_names", "still_camera"}) <= 15, type(part)
 
 
-def test_settings_of_the_world_are_where_it_begins() -> None:
+def test_session_starts_with_the_settings_of_the_world() -> None:
     world = raycam.World.from_dict(
         {"object": [{"box": {"size": 1}}], "render": {"integrator": "path", "exposure": 1, "view": "agx"}}
     )
@@ -237,7 +237,7 @@ def test_time_and_variant_change_the_world_and_the_camera_of_a_video(small_world
             receive(session, kind)
 
 
-def test_the_lens_is_changed_by_numbers(session: Session) -> None:
+def test_lens_message_changes_the_lens(session: Session) -> None:
     lens = lens_of(session.view.camera)
     assert (lens["model"], lens["distortion"], lens["names"]) == ("pinhole", [], [])
     receive(session, {"type": "lens", "fx": 50.0, "fy": 60.0, "cx": 20.0, "cy": 16.0, "distortion": []})
@@ -256,7 +256,7 @@ def test_the_lens_is_changed_by_numbers(session: Session) -> None:
 
 
 @pytest.mark.parametrize("lens", ["pinhole", "fisheye"])
-def test_what_is_copied_is_the_camera(session: Session, lens: str) -> None:
+def test_copied_texts_describe_the_camera(session: Session, lens: str) -> None:
     import tomllib
 
     if lens == "fisheye":
@@ -276,7 +276,7 @@ def test_what_is_copied_is_the_camera(session: Session, lens: str) -> None:
     assert tomllib.loads(text)["camera"] == table
 
 
-def test_what_is_shown_first_is_chosen_and_checked() -> None:
+def test_initial_view_options_are_applied_and_checked() -> None:
     world = raycam.World.from_dict(
         {
             "object": [{"name": "box", "box": {"size": 1}}],
@@ -308,7 +308,9 @@ def test_what_is_shown_first_is_chosen_and_checked() -> None:
             raycam.view(world, block=False, browser=False, start=wrong)
 
 
-def test_clicked_pixels_are_told(small_world: raycam.World, capsys: pytest.CaptureFixture[str]) -> None:
+def test_clicked_pixels_call_the_callback(
+    small_world: raycam.World, capsys: pytest.CaptureFixture[str]
+) -> None:
     told: list[dict[str, Any]] = []
 
     def fail(picked: dict[str, Any]) -> None:
@@ -320,7 +322,7 @@ def test_clicked_pixels_are_told(small_world: raycam.World, capsys: pytest.Captu
         viewer.on_pick(fail)
         session = viewer._session()
         width, height = session.view.size
-        for u, v in ((width // 2, height // 2), (0, 0), (1279, 1000)):  # the last one is not in the picture
+        for u, v in ((width // 2, height // 2), (0, 0), (1279, 1000)):  # the last one is outside of the image
             receive(session, {"type": "pick", "u": u, "v": v})
         until(lambda: len(told) == 2)
     seen = raycam.render(

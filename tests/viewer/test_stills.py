@@ -1,4 +1,4 @@
-"""Still pictures from coarse to fine."""
+"""Progressive refinement of still images."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from raycam.viewer import stills
 from raycam.viewer.stills import COLORS, TRUTH, FromScratch, Slices, refinement, truth
 
 
-def test_every_channel_is_of_samples_or_of_truth() -> None:
+def test_every_channel_is_sampled_or_ground_truth() -> None:
     assert sorted([*COLORS, *TRUTH, "error", "shadow"]) == sorted(CHANNELS)
 
 
 @pytest.mark.parametrize("kind", [Slices, FromScratch])
-def test_each_step_is_the_picture_of_its_samples(
+def test_each_step_equals_a_render_of_its_samples(
     small_world: raycam.World, kind: type[Slices] | type[FromScratch]
 ) -> None:
     camera = small_world.camera("front")
@@ -34,10 +34,10 @@ def test_each_step_is_the_picture_of_its_samples(
 
 
 @pytest.mark.parametrize("kind", [Slices, FromScratch])
-def test_the_change_is_that_since_half_as_many_samples(
+def test_change_compares_with_half_as_many_samples(
     small_world: raycam.World, kind: type[Slices] | type[FromScratch], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(stills, "SLICE", 0.0)  # else all samples are there in one
+    monkeypatch.setattr(stills, "SLICE", 0.0)  # otherwise one step renders all samples
     refinement = kind(small_world, small_world.camera("front"), "path", 64, 1)
     shown: dict[int, np.ndarray] = {}
     while refinement.samples < 64:
@@ -57,7 +57,7 @@ def test_the_change_is_that_since_half_as_many_samples(
 
 
 @pytest.mark.parametrize("kind", [Slices, FromScratch])
-def test_a_stopped_step_is_taken_again(
+def test_cancelled_step_is_repeated(
     small_world: raycam.World, kind: type[Slices] | type[FromScratch]
 ) -> None:
     refinement = kind(small_world, small_world.camera("front"), "path", 16, 1)
@@ -71,7 +71,7 @@ def test_a_stopped_step_is_taken_again(
     assert refinement.samples == 16
 
 
-def test_a_background_is_rendered_with_the_picture(small_world: raycam.World, tmp_path: Path) -> None:
+def test_background_photo_is_part_of_the_image(small_world: raycam.World, tmp_path: Path) -> None:
     raycam.render(small_world, small_world.camera("side")).save(tmp_path / "behind.png")
     camera = small_world.camera("front").with_background(tmp_path / "behind.png")
     made = refinement(small_world, camera, "direct", 4, 1)
@@ -81,7 +81,7 @@ def test_a_background_is_rendered_with_the_picture(small_world: raycam.World, tm
     assert isinstance(refinement(small_world, small_world.camera("front"), "direct", 4, 1), Slices)
 
 
-def test_truth_is_that_of_the_picture(small_world: raycam.World) -> None:
+def test_ground_truth_equals_that_of_render(small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     expected = raycam.render(small_world, camera, samples=9, channels=TRUTH)
     found = truth(small_world, camera)
@@ -91,7 +91,7 @@ def test_truth_is_that_of_the_picture(small_world: raycam.World) -> None:
 
 
 @pytest.mark.parametrize(("showing", "most_frames"), [(0.01, 12), (1.0, 4)])
-def test_showing_takes_a_quarter_of_the_time_at_most(
+def test_showing_intermediate_images_takes_at_most_a_quarter_of_the_time(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, showing: float, most_frames: int
 ) -> None:
     now, added = 0.0, 0
@@ -100,7 +100,7 @@ def test_showing_takes_a_quarter_of_the_time_at_most(
         def add_for(self, seconds: float, cancel: raycam.Cancel) -> int:
             nonlocal now, added
             now, added = now + seconds, added + 1
-            return added // 10  # 190 slices, 5.7 seconds, until all samples are there
+            return added // 10  # 190 slices, 5.7 seconds, until all samples are done
 
         def frame(self) -> str:
             return "frame"

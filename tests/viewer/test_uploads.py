@@ -1,4 +1,4 @@
-"""Files that are dropped on the page."""
+"""Files dropped on the page."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def sent(to: Uploads, name: str, data: bytes, piece: int = 10) -> bool:
     return whole
 
 
-def test_a_world_and_its_mesh_are_opened_and_the_folder_goes() -> None:
+def test_uploaded_world_and_mesh_are_opened_and_the_folder_removed() -> None:
     made = Uploads()
     assert sent(made, "a.obj", MESH)
     assert sent(made, "world.toml", WORLD)
@@ -129,7 +129,7 @@ def test_bad_archives_are_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) 
     made.close()
 
 
-def test_a_world_reads_nothing_outside_of_its_folder(tmp_path: Path) -> None:
+def test_uploaded_world_reads_nothing_outside_of_its_folder(tmp_path: Path) -> None:
     secret = tmp_path / "secret.obj"
     secret.write_bytes(MESH)
     made = Uploads()
@@ -140,7 +140,7 @@ def test_a_world_reads_nothing_outside_of_its_folder(tmp_path: Path) -> None:
     made.close()
 
 
-def test_pieces_follow_each_other_and_sizes_hold() -> None:
+def test_upload_pieces_must_be_consecutive_and_match_the_size() -> None:
     made = Uploads()
     made.add("a.obj", 6, 0, "AAAA")
     with pytest.raises(raycam.SettingsError):
@@ -155,7 +155,7 @@ def test_pieces_follow_each_other_and_sizes_hold() -> None:
     made.close()
 
 
-def test_all_together_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_total_upload_size_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(uploads, "MAX_BYTES", 64)
     made = Uploads()
     sent(made, "a.obj", MESH)
@@ -165,12 +165,12 @@ def test_all_together_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     made.close()
 
 
-def test_what_was_opened_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_opened_uploads_are_deleted_when_space_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(uploads, "MAX_BYTES", 64)
     made = Uploads()
     sent(made, "a.obj", MESH)
     made.open("a.obj")
-    for name in ("b.obj", "c.obj"):  # as large as the first one
+    for name in ("b.obj", "c.obj"):  # of the same size as the first one
         assert sent(made, name, MESH.ljust(40, b"\n"))
         made.open(name)
     assert [path.name for path in made._path().iterdir()] == ["c.obj"]
@@ -185,7 +185,7 @@ def test_what_was_opened_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
         ("[[object]]\nbox = { siz = 1 }\n", 'world.toml:2: object[0].box.siz: unknown key "siz"'),
     ],
 )
-def test_errors_name_files_as_the_client_does(text: str, told: str) -> None:
+def test_errors_use_the_file_names_of_the_client(text: str, told: str) -> None:
     made = Uploads()
     sent(made, "world.toml", text.encode())
     with pytest.raises(raycam.Error) as failed:

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import raycam
 from raycam import cli
-from raycam.viewer import viewer as viewing
+from raycam.viewer import view as viewing
 from raycam.viewer.viewer import Viewer
 from support.patience import PATIENCE
 from support.raises import raises
@@ -23,7 +23,7 @@ from support.session_messages import receive
 
 @pytest.fixture
 def no_browser(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The addresses that would have been opened."""
+    """The addresses that the browser would have opened."""
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) is None)
     return opened
@@ -34,7 +34,7 @@ def page_at(url: str) -> str:
         return answer.read().decode()
 
 
-def test_a_world_is_served_until_it_is_closed(small_world: raycam.World, no_browser: list[str]) -> None:
+def test_world_is_served_until_close(small_world: raycam.World, no_browser: list[str]) -> None:
     viewer = raycam.view(small_world, block=False, browser=True, port=0)
     assert isinstance(viewer, Viewer)
     assert [Path(url.removeprefix("file://")).suffix for url in no_browser] == [".html"]
@@ -46,14 +46,14 @@ def test_a_world_is_served_until_it_is_closed(small_world: raycam.World, no_brow
         page_at(viewer.url)
 
 
-def test_the_path_of_a_world_is_loaded(no_browser: list[str], tmp_path: Path) -> None:
+def test_view_accepts_the_path_of_a_world(no_browser: list[str], tmp_path: Path) -> None:
     (tmp_path / "room.toml").write_text("[[object]]\nbox = { size = 1 }\n")
     with raycam.view(tmp_path / "room.toml", block=False, browser=False, port=0) as viewer:
         assert [each.name for each in viewer.world.objects]
     assert no_browser == []
 
 
-def test_a_frame_is_shown_as_its_page(small_world: raycam.World, no_browser: list[str]) -> None:
+def test_view_shows_a_frame_as_a_page(small_world: raycam.World, no_browser: list[str]) -> None:
     path = raycam.view(raycam.render(small_world, samples=1), title="mine")
     assert no_browser == [path.as_uri()]
     assert "mine" in path.read_text(encoding="utf-8")
@@ -63,7 +63,7 @@ def test_a_frame_is_shown_as_its_page(small_world: raycam.World, no_browser: lis
 @pytest.mark.parametrize(
     "options", [{"integrator": "flat"}, {"integrator": "pth"}, {"samples": 0}, {"samples": 1.5}]
 )
-def test_options_are_checked_before_anything_is_served(
+def test_invalid_view_options_are_refused_before_serving(
     small_world: raycam.World, options: dict[str, Any]
 ) -> None:
     with pytest.raises(raycam.SettingsError):
@@ -79,7 +79,7 @@ def test_options_are_checked_before_anything_is_served(
         ({}, "darwin", True),
     ],
 )
-def test_a_browser_opens_where_the_user_sits(
+def test_browser_opens_only_on_a_local_desktop(
     environment: dict[str, str],
     platform: str,
     found: bool,
@@ -110,7 +110,7 @@ def test_a_browser_opens_where_the_user_sits(
 # The command ----------------------------------------------------------------------------------------------
 
 
-def test_two_saved_frames_become_a_page(
+def test_view_command_compares_two_saved_frames(
     small_world: raycam.World, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for seed in (0, 1):
@@ -134,7 +134,7 @@ def test_two_saved_frames_become_a_page(
         (["w.npz"], "w.npz"),
     ],
 )
-def test_what_cannot_be_viewed_is_told(
+def test_unsupported_files_are_refused_by_the_view_command(
     words: list[str],
     told: str,
     tmp_path: Path,
@@ -148,7 +148,7 @@ def test_what_cannot_be_viewed_is_told(
     assert told in capsys.readouterr().err
 
 
-def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
+def test_view_command_serves_until_interrupted(tmp_path: Path) -> None:
     (tmp_path / "w.toml").write_text("[[object]]\nbox = { size = 1 }\n")
     words = [sys.executable, "-m", "raycam", "view", str(tmp_path / "w.toml"), "--no-browser", "--port", "0"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
@@ -163,7 +163,7 @@ def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
         assert made.wait(PATIENCE) == 130
 
 
-def test_the_size_of_the_picture_is_chosen(small_world: raycam.World) -> None:
+def test_size_argument_sets_the_image_size(small_world: raycam.World) -> None:
     with raycam.view(small_world, size=(30, 20), block=False, browser=False, port=0) as viewer:
         assert viewer.camera == small_world.default_camera().resized((30, 20))
         session = viewer._session()

@@ -1,4 +1,4 @@
-"""The live view in a cell: messages over a channel that is not ours."""
+"""The live view in a notebook cell, with messages over the notebook's channel."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HELLO = {"type": "hello", "width": 48, "height": 32, "ratio": 1, "session": ""}
 
 
 class Channel:
-    """The messages of the kernel's channel, as the cell hears them."""
+    """The kernel's channel, with the messages that the cell receives."""
 
     def __init__(self, world: raycam.World) -> None:
         self.heard: queue.Queue[tuple[dict[str, Any], list[bytes]]] = queue.Queue()
@@ -49,7 +49,7 @@ def channel(small_world: raycam.World) -> Iterator[Channel]:
     made.views.close()
 
 
-def test_a_cell_gets_pictures_and_answers(channel: Channel) -> None:
+def test_cell_receives_images_and_answers(channel: Channel) -> None:
     channel.say("a", HELLO)
     assert channel.hear("a", "welcome")[0]["title"] == "raycam"
     picture, buffers = channel.hear("a", "picture")
@@ -60,7 +60,7 @@ def test_a_cell_gets_pictures_and_answers(channel: Channel) -> None:
     assert channel.hear("a", "copied")[0]["text"].startswith("camera = ")
 
 
-def test_two_places_that_show_it_have_a_camera_each(channel: Channel) -> None:
+def test_two_outputs_of_a_widget_have_their_own_cameras(channel: Channel) -> None:
     for view in ("a", "b"):
         channel.say(view, HELLO)
     channel.say("a", {"type": "camera", "name": "side"})
@@ -70,7 +70,7 @@ def test_two_places_that_show_it_have_a_camera_each(channel: Channel) -> None:
 
 
 @pytest.mark.parametrize("junk", ["{", '{"type": "open"}', '{"type": "ack", "picture": -1}', "[]", 7])
-def test_junk_is_answered_by_an_error(channel: Channel, junk: Any) -> None:
+def test_invalid_messages_are_answered_with_an_error(channel: Channel, junk: Any) -> None:
     channel.say("a", HELLO)
     before = channel.views.sessions["a"].view.camera
     channel.views.hear({"view": "a", "said": junk})
@@ -86,13 +86,13 @@ def test_junk_is_answered_by_an_error(channel: Channel, junk: Any) -> None:
     assert list(channel.views.sessions) == ["a"]
 
 
-def test_cells_that_are_gone_make_place(channel: Channel) -> None:
+def test_sessions_of_closed_cells_are_replaced(channel: Channel) -> None:
     for number in range(MOST_SESSIONS + 2):
         channel.say(str(number), HELLO)
     assert list(channel.views.sessions) == [str(number) for number in range(2, MOST_SESSIONS + 2)]
 
 
-def test_the_page_loads_nothing_and_is_for_a_cell() -> None:
+def test_cell_page_loads_nothing() -> None:
     page = cell_page("<b>")
     assert "&lt;b&gt;" in page
     assert 'id="in-a-cell"' in page
@@ -100,7 +100,7 @@ def test_the_page_loads_nothing_and_is_for_a_cell() -> None:
     assert "default-src 'none'" in page
 
 
-def test_the_widget_passes_messages_on(small_world: raycam.World) -> None:
+def test_widget_forwards_messages(small_world: raycam.World) -> None:
     pytest.importorskip("anywidget")
     widget = make_widget(lambda: Session(small_world, small_world.camera("front")), "small", 400)
     try:
@@ -114,7 +114,7 @@ def test_the_widget_passes_messages_on(small_world: raycam.World) -> None:
 
 
 @pytest.mark.parametrize(("size", "first"), [((48, 32), (480, 320)), ((1, 2000), (1, 480))])
-def test_a_cell_carries_a_picture_for_those_who_read_without_a_kernel(
+def test_cell_contains_an_image_for_readers_without_a_kernel(
     small_world: raycam.World, size: tuple[int, int], first: tuple[int, int]
 ) -> None:
     pytest.importorskip("anywidget")

@@ -1,4 +1,4 @@
-"""Planes packed and unpacked: every bit comes back, by every filter."""
+"""Packing of planes: every filter restores every bit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from support.raises import raises
 @pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("dtype", DTYPES)
 @given(data=st.data())
-def test_every_bit_comes_back(filter: str, dtype: str, data: st.DataObject) -> None:
+def test_packed_planes_are_restored_bit_for_bit(filter: str, dtype: str, data: st.DataObject) -> None:
     height, width, components = (data.draw(st.integers(1, n)) for n in (7, 9, 4))
     bits = arrays.arrays(f"u{np.dtype(dtype).itemsize}", (height, width, components))
     values = data.draw(bits).view(dtype)
@@ -23,18 +23,18 @@ def test_every_bit_comes_back(filter: str, dtype: str, data: st.DataObject) -> N
         assert unpack(header, packed).tobytes() == values.tobytes()
 
 
-def test_planes_without_components_have_one() -> None:
+def test_planes_without_a_component_axis_have_one_component() -> None:
     header, packed = pack("depth", np.full((2, 3), np.inf, np.float32))
     assert (header["components"], header["filter"]) == (1, BEST["depth"])
     assert unpack(header, packed).shape == (2, 3, 1)
 
 
-def test_views_that_are_not_contiguous_are_packed() -> None:
+def test_non_contiguous_arrays_are_packed() -> None:
     values = np.arange(24, dtype=np.int32).reshape(4, 6)[::2, ::3]
     header, packed = pack("x", values)
     assert unpack(header, packed)[..., 0].tolist() == values.tolist()
 
 
-def test_other_types_are_refused() -> None:
+def test_unsupported_dtypes_are_refused() -> None:
     with raises(ValueError, mentions=["int64"]):
         pack("x", np.zeros((1, 1), np.int64))

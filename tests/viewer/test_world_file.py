@@ -1,4 +1,4 @@
-"""World files of a changed view: they load to the same picture."""
+"""World files saved from an edited view: they render the same image."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def room(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("number", range(len(EDITS)))
-def test_it_loads_to_the_same_picture(room: Path, number: int) -> None:
+def test_saved_world_file_renders_the_same_image(room: Path, number: int) -> None:
     opened = raycam.load(room)
     world = opened
     for edit in EDITS[number]:
@@ -80,7 +80,7 @@ def test_it_loads_to_the_same_picture(room: Path, number: int) -> None:
     assert list(again.cameras)[1:] == list(opened.cameras)
 
 
-def test_a_mesh_file_gets_a_world_file(room: Path) -> None:
+def test_edited_mesh_file_is_saved_as_a_world_file(room: Path) -> None:
     source = room.parent / "ball.ply"
     opened = raycam.load(source)
     world = edited(opened, "object", 0, "color", "#ff0000")
@@ -89,7 +89,7 @@ def test_a_mesh_file_gets_a_world_file(room: Path) -> None:
     assert document["object"][0]["mesh"] == "ball.ply"
 
 
-def test_what_it_cannot_say_is_refused(room: Path, small_world: raycam.World) -> None:
+def test_edits_without_a_world_file_equivalent_are_refused(room: Path, small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     with raises(raycam.WorldError, code="cannot_write", mentions=["GLB"]):
         world_file(None, small_world, small_world, camera)
@@ -106,7 +106,7 @@ def test_what_it_cannot_say_is_refused(room: Path, small_world: raycam.World) ->
         world_file(room, opened, moved, camera)
 
 
-def test_toml_is_read_back() -> None:
+def test_written_toml_is_read_back() -> None:
     document = {
         "up": "z",
         "a b": 1,
@@ -126,9 +126,7 @@ def test_toml_is_read_back() -> None:
         ("ball.ply", BALL.replace("\n1 0 0", "\n3 0 0"), fault("changed_file", "room.toml")),
     ],
 )
-def test_a_file_that_is_another_one_by_now_is_told(
-    room: Path, name: str, text: str | None, told: Fault
-) -> None:
+def test_changed_source_file_is_reported(room: Path, name: str, text: str | None, told: Fault) -> None:
     opened = raycam.load(room)
     path = room.parent / name
     path.unlink()

@@ -1,4 +1,4 @@
-"""Closest points, distances and sight against brute force and closed forms."""
+"""Closest points, distances and visibility, compared with brute force and closed forms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def brute_distance(points: Floats, triangles: Floats) -> Floats:
-    """Distances by every triangle: its three segments, and its plane where the foot is inside."""
+    """Distances to all triangles: to the three segments, and to the plane if the foot point is inside."""
     nearest = np.full(len(points), np.inf)
     for i, point in enumerate(points):
         corners = triangles - point
@@ -33,7 +33,7 @@ def brute_distance(points: Floats, triangles: Floats) -> Floats:
 
 
 def checked(world: raycam.World, points: Floats, rtol: float = 1e-12) -> dict[str, npt.NDArray[np.float64]]:
-    """Closest points, whose fields agree with each other and with brute force."""
+    """Closest points, after checking their fields with each other and with brute force."""
     found = world.closest_points(points)
     triangles = world.triangles()
     size = np.abs(triangles).max() + np.abs(points).max()
@@ -56,7 +56,7 @@ def checked(world: raycam.World, points: Floats, rtol: float = 1e-12) -> dict[st
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e9])
-def test_distances_are_those_of_brute_force(scale: float) -> None:
+def test_distances_equal_brute_force(scale: float) -> None:
     random = np.random.default_rng(5)
     world = raycam.World()
     vertices, faces = torus(16, 10)
@@ -72,7 +72,7 @@ def test_distances_are_those_of_brute_force(scale: float) -> None:
 
 
 @pytest.mark.parametrize("thickness", [1e-1, 1e-3, 1e-6])
-def test_distances_to_squeezed_objects_are_those_of_brute_force(thickness: float) -> None:
+def test_distances_to_flattened_objects_equal_brute_force(thickness: float) -> None:
     random = np.random.default_rng(6)
     turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
     for linear in (turn @ np.diag([1, thickness, 1]), np.diag([1, thickness, 1]) @ turn):
@@ -83,7 +83,7 @@ def test_distances_to_squeezed_objects_are_those_of_brute_force(thickness: float
         checked(world, random.normal([3, -2, 1], size=(150, 3)), rtol=1e-11)
 
 
-def test_far_worlds_needles_and_flat_triangles() -> None:
+def test_distances_to_distant_thin_and_flat_triangles_are_exact() -> None:
     random = np.random.default_rng(7)
     away = np.array([5e6, -3e6, 1e6])
     world = raycam.World()
@@ -99,7 +99,7 @@ def test_far_worlds_needles_and_flat_triangles() -> None:
     checked(needles, random.normal(size=(100, 3)), rtol=1e-8)
 
 
-def test_ties_bounds_and_misses() -> None:
+def test_distance_ties_limits_and_misses_are_deterministic() -> None:
     world = raycam.World()
     world.add_mesh(*cube((-1, -1, -1), (1, 1, 1)), name="a")
     world.add_mesh(*cube((-1, -1, -1), (1, 1, 1)), name="b")
@@ -131,7 +131,7 @@ def test_ties_bounds_and_misses() -> None:
         world.distance([0, 0, 0], max_distance=-1)
 
 
-def test_signed_distances_of_closed_forms() -> None:
+def test_signed_distances_equal_closed_forms() -> None:
     random = np.random.default_rng(2)
     half = np.array([1.0, 2.0, 0.5])
     points = random.uniform(-3, 3, (2000, 3))
@@ -156,8 +156,8 @@ def test_signed_distances_of_closed_forms() -> None:
         box.signed_distance(points, sign="windings")
 
 
-def test_sharp_corners_have_the_right_side() -> None:
-    # A thin spike: the nearest point is its tip, and the triangles there face away from each other.
+def test_signed_distance_near_a_sharp_corner_has_the_right_sign() -> None:
+    # A thin spike: the nearest point is its tip, where the triangles face in opposite directions.
     spike = np.array([[0, 0, 10], [1, 0, 0], [-0.5, 0.9, 0], [-0.5, -0.9, 0]], float)
     faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]]
     world = raycam.World()
@@ -169,7 +169,7 @@ def test_sharp_corners_have_the_right_side() -> None:
         np.testing.assert_array_equal(got < 0, world.inside(near_tip))
 
 
-def test_surface_points_see_each_other() -> None:
+def test_mutually_visible_surface_points_are_visible() -> None:
     vertices, faces = torus(40, 24)
     world = raycam.World()
     world.add_mesh(vertices, faces)
@@ -197,7 +197,7 @@ def test_surface_points_see_each_other() -> None:
         world.visible(eye, eye, margin=-1)
 
 
-def test_matrices_of_sight_take_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_visibility_matrix_does_not_depend_on_the_block_size(monkeypatch: pytest.MonkeyPatch) -> None:
     from raycam.world import point_queries
 
     world = raycam.World()

@@ -1,4 +1,4 @@
-"""Copies of worlds are worlds of their own: `copy`, `deepcopy`, pickles, and worlds sent to other processes."""
+"""Independent copies of worlds: `copy`, `deepcopy`, pickles, and worlds sent to other processes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def picture_in_child(world: raycam.World) -> bytes:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_copy_is_equal_and_its_own(way: str) -> None:
+def test_copy_is_equal_and_independent(way: str) -> None:
     world = textured_world()
     seen = picture(world)
     other = WAYS[way](world)
@@ -56,14 +56,14 @@ def test_a_copy_is_equal_and_its_own(way: str) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_copy_finds_files_where_the_world_does(way: str, tmp_path: Path) -> None:
+def test_copy_finds_files_in_the_folder_of_the_world(way: str, tmp_path: Path) -> None:
     (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     other = WAYS[way](textured_world(tmp_path))
     other.add_object(mesh="flat.obj")
     assert other.objects[1].triangles == 1
 
 
-def test_worlds_travel_to_spawned_processes() -> None:
+def test_worlds_are_sent_to_spawned_processes() -> None:
     world = textured_world()
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         assert pool.apply(picture_in_child, [world]) == picture(world)

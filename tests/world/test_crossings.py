@@ -1,4 +1,4 @@
-"""Crossings: every surface once, whatever the ray passes through, against rational arithmetic."""
+"""Crossings: every surface is counted once, also at vertices and edges; compared with rational arithmetic."""
 
 from __future__ import annotations
 
@@ -58,17 +58,17 @@ def test_lines_cross_closed_meshes_an_even_number_of_times(name: str) -> None:
     counts = world.count_intersections(eyes, directions, t_min=-np.inf)
     assert (counts % 2 == 0).all()
     assert counts.max() >= 2
-    # The same from a start on the surface, ahead and behind.
+    # The same for rays that start on the surface, forwards and backwards.
     along = STEPS[:, None] * np.ptp(world.bounds, axis=0).max()
     ahead = world.count_intersections(targets, along)
     behind = world.count_intersections(targets, -along)
     assert (ahead % 2 == behind % 2).all()
-    # Every direction gives the same side.
+    # Every direction gives the same result for inside or outside.
     assert (ahead % 2 == ahead[0] % 2).all()
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_crossings_are_those_of_fractions(name: str) -> None:
+def test_crossings_equal_exact_rational_arithmetic(name: str) -> None:
     world = SURFACES[name]
     targets = aims(world)
     random = np.random.default_rng(8)
@@ -90,7 +90,7 @@ def test_crossings_are_those_of_fractions(name: str) -> None:
         assert (np.diff(found["t"][part]) >= 0).all()
 
 
-def test_lists_counts_and_first_hits_agree() -> None:
+def test_intersections_counts_and_first_hits_agree() -> None:
     world = world_of(torus(), cube((-2, -2, -0.3), (2, 2, 0.3), 3), cube())
     random = np.random.default_rng(2)
     origins = random.normal(size=(4, 300, 3)) * 2
@@ -118,7 +118,7 @@ def test_lists_counts_and_first_hits_agree() -> None:
     np.testing.assert_array_equal(one, counts)
 
 
-def test_ranges_of_crossings_add_up() -> None:
+def test_crossings_in_adjacent_ranges_add_up() -> None:
     world = world_of(*(cube((-r, -r, -r), (r, r, r)) for r in (1, 1.5, 2, 2.5)))
     random = np.random.default_rng(6)
     origins, directions = random.normal(size=(2, 500, 3))
@@ -138,19 +138,19 @@ def test_ranges_of_crossings_add_up() -> None:
     assert world.count_intersections([0, 0, 0], [0, 0.2, 1], t_min=np.nextafter(1.5, 2), t_max=2) == 1
 
 
-def test_walls_that_are_close_are_all_crossed() -> None:
+def test_nearly_coincident_walls_are_all_crossed() -> None:
     world = world_of(cube((0, 0, 0), (5, 5, 5)), cube((5 + 2e-6, 0, 0), (10, 5, 5)))
     hits = world.intersections([-1, 2.5, 2.5], [1.0, 0, 0], fields=["t"])
     np.testing.assert_allclose(hits["t"], [1, 6, 6 + 2e-6, 11], rtol=1e-15)
 
 
-def test_open_duplicated_and_edge_on_surfaces() -> None:
+def test_open_duplicated_and_edge_on_surfaces_are_counted_consistently() -> None:
     sheet = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float), np.array([[0, 1, 2], [0, 2, 3]])
     world = world_of(sheet, sheet)
     x = np.linspace(0, 1, 5)
     grid = np.array([[a, b, 1.0] for a in x for b in x])
     counts = world.count_intersections(grid, [0, 0, -1.0])
-    # A border is half-open; both copies are crossed.
+    # A border is half-open; both duplicates are crossed.
     expected = [2 if a < 1 and b < 1 else 0 for a in x for b in x]
     np.testing.assert_array_equal(counts, expected)
     assert world.count_intersections([-1, 0.3, 0], [1.0, 0, 0]) == 0, "in the plane"
@@ -158,7 +158,7 @@ def test_open_duplicated_and_edge_on_surfaces() -> None:
     assert world.cast_rays(grid, [0, 0, -1.0])["instance"].min() == 0, "closed triangles have their borders"
 
 
-def test_filters_of_crossings() -> None:
+def test_crossings_can_be_filtered_by_object_and_side() -> None:
     world = raycam.World()
     for number, name in enumerate(["a", "b", "c"]):
         world.add_mesh(*cube((0, 0, 2 * number), (1, 1, 2 * number + 1)), name=name)
@@ -174,7 +174,7 @@ def test_filters_of_crossings() -> None:
         world.count_intersections(*ray, objects=[3])
 
 
-def test_odd_rays_cross_nothing() -> None:
+def test_invalid_rays_cross_nothing() -> None:
     world = world_of(cube())
     nan, inf = np.nan, np.inf
     origins = [[nan, 0.5, 0.5], [inf, 0.5, 0.5], [0.5, 0.5, 0.5], [0.5, 0.5, 0.5]]

@@ -1,4 +1,4 @@
-"""Worlds that change: each shows what a world built so at once shows, byte for byte; refusals change nothing."""
+"""Changes of worlds: each equals a world built with the change, byte for byte; refused changes have no effect."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def known(keys: Keys) -> Keys:
 
 @pytest.mark.parametrize("prepared", [False, True])
 @pytest.mark.parametrize("name", CHANGES)
-def test_a_change_is_a_world_built_so(name: str, prepared: bool) -> None:
+def test_changed_world_equals_a_world_built_with_the_change(name: str, prepared: bool) -> None:
     change, objects = CHANGES[name]
     world = built(floor(), cup())
     before = world.copy()
@@ -136,7 +136,7 @@ def test_a_change_is_a_world_built_so(name: str, prepared: bool) -> None:
         assert pictures(before) == seen
 
 
-def test_vertices_move_and_normals_are_asked_for() -> None:
+def test_set_vertices_requires_normals_for_smooth_meshes() -> None:
     world = built(floor(), {**QUAD, "name": "quad", "location": [0, 0, 0.5]})
     raycam.render(world, CAMERA)
     world.set_object("quad", vertices=BENT)
@@ -153,7 +153,7 @@ def test_vertices_move_and_normals_are_asked_for() -> None:
         world.set_object("ball", vertices=corners[: count - 1], normals=None)
 
 
-def test_what_others_share_stays_theirs() -> None:
+def test_changing_an_object_leaves_objects_with_the_same_mesh_unchanged() -> None:
     pair = [floor(), cup(), {"instance_of": "cup", "name": "second", "location": [1, 0, 0.5]}]
     world = built(*pair)
     world.set_object("second", color="blue")
@@ -166,13 +166,13 @@ def test_what_others_share_stays_theirs() -> None:
     assert world.counts["meshes"] == 2
 
 
-def test_hidden_is_as_removed_and_keeps_its_number() -> None:
+def test_hidden_object_renders_as_removed_and_keeps_its_index() -> None:
     for extra in (lamp(), {**cup(), "location": [0.2, 0.1, 0.4], "name": "glass", "type": "glass"}):
         world = built(floor(), cup(), extra)
         raycam.render(world, CAMERA, integrator="path")
         world.set_object(extra["name"], visible=False)
         without = built(floor(), cup())
-        # A material that nothing shows is still counted, and changes no picture.
+        # An unused material is still counted, but does not change the image.
         assert differing(world, without) == []
         assert not world.objects[2].visible
         assert world.bounds is not None
@@ -197,7 +197,7 @@ LIGHTS: list[Keys] = [
 ]
 
 
-def test_lights_change() -> None:
+def test_set_light_and_remove_light_change_the_lights() -> None:
     world = built(floor(), cup(), lights=LIGHTS)
     raycam.render(world, CAMERA)
     world.set_light(0, irradiance=[1, 2, 3])
@@ -220,7 +220,7 @@ def test_lights_change() -> None:
     assert differing(world, built(floor(), cup(), lights=sky)) == []
 
 
-def test_cameras_change() -> None:
+def test_set_camera_and_remove_camera_change_the_cameras() -> None:
     world = built(floor())
     world.add_camera(CAMERA, "one")
     world.add_camera(CAMERA, "two")
@@ -260,7 +260,7 @@ REFUSED: dict[str, Callable[[raycam.World], object]] = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_a_refusal_changes_nothing(name: str) -> None:
+def test_refused_change_leaves_the_world_unchanged(name: str) -> None:
     world = built(floor(), cup())
     before = world.to_bytes(), world.notices
     with pytest.raises((raycam.WorldError, OSError)) as caught:
@@ -270,7 +270,7 @@ def test_a_refusal_changes_nothing(name: str) -> None:
         assert "cup" in str(caught.value)
 
 
-def test_objects_are_read_only_and_errors_name_the_method() -> None:
+def test_object_attributes_are_read_only_with_the_method_to_use() -> None:
     thing = built(floor(), cup()).objects[1]
     for assign in (
         lambda: setattr(thing, "matrix", np.eye(4)),
@@ -293,7 +293,7 @@ KEYFRAMES: list[Keys] = [
 ]
 
 
-def test_videos_follow_and_moments_stand_still() -> None:
+def test_changes_apply_to_videos_and_not_to_existing_moments() -> None:
     world = built(floor(), cup(), lamp())
     world.set_video(keyframe=KEYFRAMES)
     moment = world.at(1)
@@ -307,7 +307,7 @@ def test_videos_follow_and_moments_stand_still() -> None:
     assert world.at(1).objects[1].name == "lamp"
 
 
-def test_matrices_in_keyframes_turn_and_stretch() -> None:
+def test_matrix_keyframes_interpolate_rotation_and_stretch() -> None:
     world = built(floor(), cup())
     turn = np.eye(4)
     turn[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
@@ -334,7 +334,7 @@ def test_matrices_in_keyframes_turn_and_stretch() -> None:
             world.set_video(keyframe=bad)
 
 
-def test_pictures_of_threads_are_of_one_state() -> None:
+def test_concurrent_images_show_a_consistent_state() -> None:
     world = built(floor(), cup())
     places = [[0.1 * i, 0, 0.5] for i in range(8)]
     states = [built(floor(), {**cup(), "location": place}) for place in places]
@@ -358,8 +358,8 @@ def test_pictures_of_threads_are_of_one_state() -> None:
     assert set(seen) <= allowed
 
 
-def test_light_is_made_for_pictures_of_light_alone() -> None:
-    """The first moment of a world never rendered builds a mesh, the second finds it, by the work that is counted."""
+def test_light_structures_are_built_only_for_lit_images() -> None:
+    """`at` of an unrendered world builds the mesh for the first time and reuses it for the second."""
     world = built(floor(), lamp(), cup())
     world.set_video(keyframe=[KEYFRAMES[0], KEYFRAMES[1]])
     first, second = world.at(0.5), world.at(1.5)
@@ -368,7 +368,7 @@ def test_light_is_made_for_pictures_of_light_alone() -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads in /proc")
-def test_small_calls_wake_no_thread() -> None:
+def test_small_queries_start_no_threads() -> None:
     code = """
 import os, raycam
 world = raycam.World()
@@ -406,7 +406,7 @@ PLACES = st.tuples(*[st.integers(-8, 8).map(lambda n: n / 8)] * 3).map(list)
 
 
 class Edits(RuleBasedStateMachine):
-    """Random changes of a world, beside a list of what its objects and lights are."""
+    """Random changes of a world, with a list of the expected objects and lights."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -498,7 +498,7 @@ TestEdits.settings = settings(
 )
 
 
-def test_tables_are_read_only_and_say_how_to_change_the_world() -> None:
+def test_tables_are_read_only_with_the_method_to_use() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="cup")
     world.add_light("sun", direction=[0, 0, -1], irradiance=2)
@@ -527,7 +527,7 @@ def test_tables_are_read_only_and_say_how_to_change_the_world() -> None:
 
 
 @pytest.mark.parametrize("which", [0.5, None, True, ["cup"], np.array([0, 1])])
-def test_what_names_no_object_is_an_error_with_a_type(which: Any) -> None:
+def test_invalid_object_references_raise_world_errors(which: Any) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="cup")
     camera = raycam.Camera.look_at([0, 3, 3], [0, 0, 0], fov=40, size=(4, 4))

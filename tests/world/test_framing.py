@@ -27,14 +27,14 @@ def cloud(up: Literal["z", "y"], scale: float = 1.0) -> tuple[raycam.World, np.n
 @pytest.mark.parametrize("up", ["z", "y"])
 @pytest.mark.parametrize("direction", ["front", "back", "right", "left", "top", "bottom", "iso", "default"])
 @pytest.mark.parametrize(("size", "zoom"), [((640, 480), 1.0), ((50, 200), 1.0), ((300, 100), 0.5)])
-def test_the_world_just_fits(
+def test_view_from_fits_the_world_into_the_image(
     up: Literal["z", "y"], direction: str, size: tuple[int, int], zoom: float
 ) -> None:
     world, corners = cloud(up)
     camera = world.view_from(direction, size=size, zoom=zoom)
     pixels, seen = camera.project(corners)
     assert seen.all()
-    # From the middle of the picture to its sides, in parts of nine tenths of the half side.
+    # Distances from the image centre, relative to 90 % of half the image.
     share = np.abs(pixels - (np.array(size) - 1) / 2) / (np.array(size) / 2 * 0.9 / 1)
     assert share.max() == pytest.approx(zoom, abs=0.02)
     if direction in SIDES[up]:
@@ -43,7 +43,7 @@ def test_the_world_just_fits(
     assert (-camera.R[1] @ upward >= -1e-12) or direction in ("top", "bottom")
 
 
-def test_zoom_and_fov_and_vectors() -> None:
+def test_view_from_accepts_zoom_fov_and_vectors() -> None:
     world, corners = cloud("z")
     near, far = world.view_from("front", fov=60), world.view_from("front", fov=20)
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
@@ -66,7 +66,7 @@ LENSES: dict[str, raycam.Camera] = {
 @pytest.mark.parametrize("direction", ["front", "top", "iso"])
 @pytest.mark.parametrize("zoom", [1.0, 0.5])
 @pytest.mark.parametrize("lens", LENSES)
-def test_the_world_just_fits_through_a_given_lens(
+def test_view_from_with_a_lens_fits_the_world_into_the_image(
     lens: str, up: Literal["z", "y"], direction: str, zoom: float
 ) -> None:
     given = LENSES[lens]
@@ -83,7 +83,7 @@ def test_the_world_just_fits_through_a_given_lens(
     assert share.max() <= zoom + 1e-9
     assert share.max() >= zoom * 0.98 or away == pytest.approx(
         radius
-    )  # never within the sphere around the world
+    )  # never inside the world's bounding sphere
     np.testing.assert_allclose(
         camera.project(middle)[0], camera.corner + np.array(camera.size) / 2, atol=1e-6
     )
@@ -91,7 +91,7 @@ def test_the_world_just_fits_through_a_given_lens(
     np.testing.assert_allclose((middle - camera.C) / away, axis, atol=1e-9)
 
 
-def test_errors() -> None:
+def test_invalid_view_from_arguments_are_refused() -> None:
     with raises(raycam.CameraError, code="invalid_camera", mentions=["[0"]):
         cloud("z")[0].view_from(
             camera=raycam.Camera.orthographic([0, 0, 5], target=[0, 0, 0], height=2, size=(64, 48))
@@ -108,13 +108,13 @@ def test_errors() -> None:
         raycam.World().view_from("front")
 
 
-def test_a_single_point_of_triangles_is_seen_from_somewhere() -> None:
+def test_world_of_a_single_point_has_a_finite_default_camera() -> None:
     world = raycam.World()
     world.add_mesh([[1, 1, 1]] * 3, [[0, 1, 2]])
     assert np.isfinite(world.default_camera().C).all()
 
 
-def test_the_up_axis_of_a_model(tmp_path: Path) -> None:
+def test_up_argument_changes_only_the_up_axis(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n")
     z, y = raycam.load(path), raycam.load(path, up="y")
@@ -140,7 +140,9 @@ def test_the_up_axis_of_a_model(tmp_path: Path) -> None:
         ("nowhere/cat.glb", ["cat.glb"], fault("file_not_found")),
     ],
 )
-def test_a_model_that_is_not_there(asked: str, there: list[str], said: Fault, tmp_path: Path) -> None:
+def test_missing_model_raises_with_similar_file_names(
+    asked: str, there: list[str], said: Fault, tmp_path: Path
+) -> None:
     for name in there:
         (tmp_path / name).touch()
     with raises(FileNotFoundError, **said):
@@ -164,7 +166,7 @@ GROUNDS: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("up", ["z", "y"])
 @pytest.mark.parametrize("kind", GROUNDS)
-def test_cameras_frame_the_objects_and_not_the_ground(kind: str, up: Any, tmp_path: Path) -> None:
+def test_default_cameras_frame_the_objects_without_the_ground(kind: str, up: Any, tmp_path: Path) -> None:
     world = raycam.World(up)
     world.add_object("sphere", radius=1, name="ball")
     expected = world.view_from("iso")
@@ -180,7 +182,7 @@ def test_cameras_frame_the_objects_and_not_the_ground(kind: str, up: Any, tmp_pa
     assert share_of(read, "ball", read.default_camera()) == pytest.approx(share, abs=0.01)
 
 
-def test_studio_floor_is_as_large_as_without_a_ground() -> None:
+def test_ground_does_not_change_the_size_of_the_studio_floor() -> None:
     sides = []
     for ground in (False, True):
         world = raycam.World()

@@ -1,4 +1,4 @@
-"""Inside, winding numbers and topology, against definitions and solid angles."""
+"""Inside tests, winding numbers and topology, compared with definitions and solid angles."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def solid_angles(triangles: Floats, points: Floats) -> Floats:
     return angles
 
 
-def test_boxes_are_half_open() -> None:
+def test_inside_of_a_box_is_half_open() -> None:
     low, high = np.array([0.1, -0.3, 0.7]), np.array([1.1, 0.2, 1.9])
     world = world_of(cube(low, high, 3))
     steps = [0.0, 1 / 3, 0.5, 1.0]
@@ -40,10 +40,10 @@ def test_boxes_are_half_open() -> None:
     eighths = np.array([[x, y, z] for x in (0, 0.5, 1) for y in (0, 0.5, 1) for z in (0, 0.5, 1)])
     cells = world_of(*(cube(corner, np.array(corner) + 0.5) for corner in eighths[(eighths < 1).all(axis=1)]))
     owners = sum(cells.inside(eighths, objects=[number]).astype(int) for number in range(8))
-    np.testing.assert_array_equal(owners, (eighths < 1).all(axis=1))  # bodies side by side fill space
+    np.testing.assert_array_equal(owners, (eighths < 1).all(axis=1))  # adjacent bodies fill space
 
 
-def test_unions_hollows_and_turned_bodies() -> None:
+def test_inside_handles_unions_hollow_and_inside_out_bodies() -> None:
     random = np.random.default_rng(1)
     points = random.uniform(-1, 3, (3000, 3))
     points[:1000] = np.round(points[:1000], 1)
@@ -73,7 +73,7 @@ def test_unions_hollows_and_turned_bodies() -> None:
 
 
 @pytest.mark.parametrize("offset", [0.0, 220e3])
-def test_far_cubes_and_placed_tori(offset: float) -> None:
+def test_inside_of_distant_cubes_and_transformed_tori_is_exact(offset: float) -> None:
     random = np.random.default_rng(3)
     world = world_of(cube((offset, 0, 0), (offset + 1, 1, 1)))
     points = random.uniform(-0.1, 1.1, (2000, 3)) + np.array([offset, 0, 0])
@@ -83,11 +83,13 @@ def test_far_cubes_and_placed_tori(offset: float) -> None:
     ring = world_of(torus(), matrix=matrix)
     around = random.normal(size=(500, 3)) + matrix[:3, 3]
     by_angles = -solid_angles(ring.triangles(), around)
-    np.testing.assert_array_equal(ring.winding_number(around), np.round(by_angles))  # mirrored: outside stays
+    np.testing.assert_array_equal(
+        ring.winding_number(around), np.round(by_angles)
+    )  # a mirrored mesh keeps its outside
     np.testing.assert_array_equal(ring.inside(around), np.abs(by_angles) > 0.5)
 
 
-def test_winding_numbers_of_open_meshes_are_solid_angles() -> None:
+def test_winding_numbers_of_open_meshes_equal_solid_angles() -> None:
     random = np.random.default_rng(9)
     vertices, faces = torus(24, 16)
     for share in (0.02, 0.3, 0.9):
@@ -105,14 +107,14 @@ def test_winding_numbers_of_open_meshes_are_solid_angles() -> None:
     assert open_box.inside(points).all()
     assert not open_box.inside(points + np.array([0, 0, 1.0])).any()
     assert (open_box.winding_number([[np.nan, 0, 0], [np.inf, 0, 0]]) == 0).all()
-    # A boundary edge between the point and infinity along the direction of the cone.
+    # A boundary edge lies between the point and infinity along the cone's direction.
     for point in open_box.triangles()[0] - np.array([[0.36, 0.48, 0.8]]):
         np.testing.assert_allclose(
             open_box.winding_number(point), solid_angles(open_box.triangles(), point[None])[0], atol=1e-9
         )
 
 
-def test_topology() -> None:
+def test_topology_reports_closed_components_and_boundary_edges() -> None:
     world = raycam.World()
     box = cube((0, 0, 0), (2, 3, 4), 2)
     world.add_mesh(*box, name="box", scale=2)
@@ -143,7 +145,7 @@ def test_topology() -> None:
         world.topology("Kleyn")
 
 
-def test_inside_of_nothing() -> None:
+def test_inside_of_an_empty_world_and_nan_points_is_false() -> None:
     assert not raycam.World().inside([0, 0, 0])
     world = world_of(cube())
     assert world.inside([[np.nan, 0.5, 0.5], [0.5, 0.5, 0.5]]).tolist() == [False, True]
@@ -152,7 +154,7 @@ def test_inside_of_nothing() -> None:
         world.inside([0.5, 0.5])
 
 
-def test_hidden_objects_are_nowhere() -> None:
+def test_hidden_objects_are_ignored_by_point_queries() -> None:
     vertices, faces = cube()
     world = raycam.World()
     world.add_mesh(vertices, faces, name="closed")

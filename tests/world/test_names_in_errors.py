@@ -21,7 +21,7 @@ def world() -> raycam.World:
 
 
 @pytest.mark.parametrize("key", [0, "frnt", None])
-def test_unknown_keys_of_cameras_list_the_names(world: raycam.World, key: Any) -> None:
+def test_unknown_camera_name_raises_with_all_names(world: raycam.World, key: Any) -> None:
     with pytest.raises(KeyError) as caught:
         world.cameras[key]
     assert "front" in str(caught.value)
@@ -29,13 +29,13 @@ def test_unknown_keys_of_cameras_list_the_names(world: raycam.World, key: Any) -
     assert world.cameras.get(key) is None
 
 
-def test_a_camera_by_number_lists_the_names(world: raycam.World) -> None:
+def test_camera_by_number_raises_with_all_names(world: raycam.World) -> None:
     with raises(raycam.WorldError, code="wrong_type", mentions=["0"]):
         world.camera(0)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("cameras", ["calib.yaml", Path("calib.yaml"), ["front"], {"a": 3}, 5])
-def test_cameras_of_a_data_set_that_are_no_cameras_are_refused_by_value(
+def test_data_sets_refuse_objects_that_are_not_cameras(
     world: raycam.World, cameras: Any, tmp_path: Path
 ) -> None:
     with raises(raycam.SettingsError, code="wrong_type"):
@@ -43,7 +43,7 @@ def test_cameras_of_a_data_set_that_are_no_cameras_are_refused_by_value(
     assert not (tmp_path / "out").exists()
 
 
-def test_devices_are_refused_with_the_way_to_write_to_the_standard_output(world: raycam.World) -> None:
+def test_saving_to_a_device_raises_with_the_alternative(world: raycam.World) -> None:
     frame = raycam.render(world, "front", samples=1, channels="color")
     with raises(raycam.FormatError, code="unknown_format", mentions=["/dev/stdout", "to_png"]):
         frame.save("/dev/stdout")

@@ -1,4 +1,4 @@
-"""Exact ray queries: rays through vertices and edges, starts beside surfaces, ranges of t, against fractions."""
+"""Exact ray queries: vertices, edges, starts near surfaces and ranges of t, compared with rational arithmetic."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def closest_by_fractions(corners: Floats, origin: Floats, direction: Floats) -> 
 
 
 def agree(world: raycam.World, origins: Floats, directions: Floats) -> int:
-    """Asserts that hits are those of fractions; the number of hits."""
+    """Asserts that hits equal rational arithmetic; returns the number of hits."""
     hits = world.cast_rays(origins, directions)
     corners = world.triangles()
     count = 0
@@ -115,7 +115,7 @@ def test_rays_through_every_vertex_and_edge_hit() -> None:
                 assert np.allclose(hits["t"], 1.0, rtol=1e-12, atol=0)
 
 
-def test_hits_are_those_of_fractions() -> None:
+def test_hits_equal_exact_rational_arithmetic() -> None:
     random = np.random.default_rng(5)
     vertices, triangles = icosphere(1)
     world = ball(1)
@@ -141,7 +141,7 @@ SQUEEZED = {
 
 
 @pytest.mark.parametrize("name", SQUEEZED)
-def test_hits_of_squeezed_objects_are_those_of_fractions(name: str) -> None:
+def test_hits_of_flattened_objects_equal_exact_rational_arithmetic(name: str) -> None:
     random = np.random.default_rng(2)
     matrix = np.eye(4)
     matrix[:3] = np.column_stack([SQUEEZED[name], [0.3, 0.2, 5]])
@@ -149,12 +149,12 @@ def test_hits_of_squeezed_objects_are_those_of_fractions(name: str) -> None:
     aims = random.normal(size=(150, 3)) * 0.5 @ matrix[:3, :3].T + matrix[:3, 3]
     origins = random.normal(size=(150, 3)) * 2 + matrix[:3, 3]
     assert agree(world, origins, aims - origins) > 50
-    # And beside others, whose boxes are no larger for it.
+    # Also next to other objects, whose boxes do not grow.
     world.add_object(sphere={"radius": 0.5}, location=[0, 0, 7])
     assert (world.cast_rays([0, 0, 9], [0, 0, -1])["instance"] == 1).all()
 
 
-def test_hits_of_grids_and_of_coplanar_triangles_are_those_of_fractions() -> None:
+def test_hits_of_grids_and_coplanar_triangles_equal_exact_rational_arithmetic() -> None:
     world = raycam.World()
     for location in ([0, 0, 0], [1, 0, 0], [0.5, 0.5, 1], [0.1, 0.3, 1]):
         world.add_object(box={"size": [1, 1, 1]}, location=location)
@@ -186,7 +186,7 @@ def test_rays_that_start_beyond_a_surface_do_not_hit_it(distance: float) -> None
     assert np.allclose(before["t"], distance, rtol=1e-3 * (1e-10 / distance) + 1e-6, atol=1e-15)
 
 
-def test_a_point_on_a_surface_is_seen_up_to_rounding() -> None:
+def test_surface_point_is_visible_up_to_rounding() -> None:
     world = ball(4)
     random = np.random.default_rng(3)
     eye = np.array([3.0, 2.0, 1.0])
@@ -197,7 +197,7 @@ def test_a_point_on_a_surface_is_seen_up_to_rounding() -> None:
     assert world.occluded(eye, seen - eye, 1 + 1e-9).all()
 
 
-def test_ranges_of_t() -> None:
+def test_t_min_and_t_max_are_inclusive_limits() -> None:
     world = raycam.World()
     for z in (1.0, 2.0, 3.0):
         world.add_object(plane={"size": [2, 2]}, location=[0, 0, z])
@@ -249,7 +249,7 @@ def test_hits_are_the_same_in_any_order_and_batch() -> None:
     assert np.array_equal(world.occluded(origins, directions), hits["instance"] >= 0)
 
 
-def test_fields_are_those_asked_for() -> None:
+def test_cast_rays_returns_the_requested_fields() -> None:
     world = raycam.World()
     world.add_object(
         plane={"size": [2, 2]}, matrix=np.diag([1, 1, -1, 1]), color=[0.2, 0.4, 0.6], category="floor"
@@ -270,7 +270,7 @@ def test_fields_are_those_asked_for() -> None:
         "instance": "int32",
     }
     assert hits["distance"].tolist() == [3, 3, np.inf]
-    # A mirrored plane keeps its outside: below, where the mirror has put it.
+    # A mirrored plane keeps its outside, which is now below.
     assert hits["front"].tolist() == [False, True, False]
     assert hits["shading_normal"].tolist() == [[0, 0, 1], [0, 0, -1], [0, 0, 0]]
     assert hits["material"].tolist() == [0, 0, -1]
@@ -281,7 +281,7 @@ def test_fields_are_those_asked_for() -> None:
         world.cast_rays([0, 0, 1], [0, 0, -1], fields=["t", "instanze"])
 
 
-def test_skip_leaves_out_where_a_ray_starts() -> None:
+def test_skip_ignores_the_triangle_at_the_start_of_a_ray() -> None:
     world = ball(3)
     random = np.random.default_rng(1)
     outer = random.normal(size=(500, 3)) * 5
@@ -304,7 +304,7 @@ def test_skip_leaves_out_where_a_ray_starts() -> None:
         world.cast_rays(outer, -outer, skip=(0, 0.5))
 
 
-def test_choice_of_objects_sides_and_surfaces() -> None:
+def test_rays_can_be_limited_to_objects_sides_and_surfaces() -> None:
     world = raycam.World()
     for z, name, material in ((3, "glass", {"type": "glass"}), (2, "lid", {}), (1, "floor", {})):
         world.add_object(plane={"size": [4, 4]}, location=[0, 0, z], name=name, **material)
@@ -324,7 +324,7 @@ def test_choice_of_objects_sides_and_surfaces() -> None:
     assert (seen(facing="front") == 0).all()
     assert (seen(facing="back") == -1).all()
     assert (seen(objects=[]) == -1).all()
-    # The same after so many rays that all objects share one tree.
+    # The same after so many rays that all objects are merged into one tree.
     world.cast_rays(np.repeat(origins.reshape(-1, 3), 20, axis=0), [0, 0, -1.0])
     assert (seen(exclude="glass") == 1).all()
     assert (seen(skip=(0, -1), objects=[0, 2]) == 2).all()
@@ -334,7 +334,7 @@ def test_choice_of_objects_sides_and_surfaces() -> None:
         world.cast_rays(origins, directions, objects=[0], exact=False)
 
 
-def test_arrays_come_in_any_form() -> None:
+def test_ray_arrays_of_every_layout_are_accepted() -> None:
     world = ball(2)
     random = np.random.default_rng(8)
     eyes, ways = random.normal(size=(4, 1, 3)) * 3, random.normal(size=(5, 3))
@@ -347,7 +347,7 @@ def test_arrays_come_in_any_form() -> None:
     np.testing.assert_array_equal(world.cast_rays(eyes, strided[::2, ::2])["t"], full["t"])
 
     class Produced:
-        """A tensor of another library, which has DLPack alone."""
+        """A tensor of another library that supports only DLPack."""
 
         def __init__(self, array: Floats, device: tuple[int, int] = (1, 0)) -> None:
             self.array, self.place = array, device
@@ -363,7 +363,7 @@ def test_arrays_come_in_any_form() -> None:
         world.cast_rays(Produced(eyes, (2, 0)), ways)
 
     class Tensor:
-        """A tensor of torch, as far as it is looked at."""
+        """The used attributes of a torch tensor."""
 
         def __init__(self, device: str, requires_grad: bool) -> None:
             self.device, self.requires_grad = device, requires_grad
@@ -387,7 +387,7 @@ def test_arrays_come_in_any_form() -> None:
     assert all(values.flags.writeable and values.flags.c_contiguous for values in answers.values())
 
 
-def test_tensors_of_torch_go_in_and_out_without_a_copy() -> None:
+def test_torch_tensors_are_exchanged_without_a_copy() -> None:
     torch = pytest.importorskip("torch")
     world = raycam.World()
     world.add_object(box={"size": 2})
@@ -405,7 +405,7 @@ def test_tensors_of_torch_go_in_and_out_without_a_copy() -> None:
 
 
 @pytest.mark.parametrize("threads", [0, -2, 1.5, "all", True, 10**9])
-def test_numbers_of_threads_are_checked(threads: Any) -> None:
+def test_invalid_thread_counts_are_refused(threads: Any) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     camera = raycam.Camera.look_at([0, 3, 3], [0, 0, 0], fov=40, size=(4, 4))
@@ -425,7 +425,7 @@ def test_numbers_of_threads_are_checked(threads: Any) -> None:
 
 
 @pytest.mark.parametrize("power", [-119, -100, 100, 123])
-def test_sizes_of_float32_are_exact_and_larger_ones_errors(power: int) -> None:
+def test_coordinates_beyond_float32_are_refused(power: int) -> None:
     world = raycam.World()
     world.add_object(box={"size": 2}, matrix=np.diag([2.0**power] * 3 + [1]))
     size = float(np.abs(world.triangles()).max())
@@ -439,7 +439,7 @@ def test_sizes_of_float32_are_exact_and_larger_ones_errors(power: int) -> None:
         huge.cast_rays([0, 0, 1], [0, 0, -1])
 
 
-def test_unknown_limits_of_rays_raise_with_the_valid_names() -> None:
+def test_unknown_ray_limits_raise_with_the_valid_names() -> None:
     world = raycam.World()
     world.add_object("box")
     ray = ([0.0, 0, 5], [0.0, 0, -1])

@@ -39,7 +39,7 @@ def test_scale_of_a_mesh_is_applied_and_may_mirror(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.triangles().reshape(2, 3, 3), TRIANGLE * [1, -2, 0.5], atol=1e-7)
 
 
-def test_colour_of_the_description_is_for_meshes_without_materials(tmp_path: Path) -> None:
+def test_color_of_the_description_applies_to_meshes_without_materials(tmp_path: Path) -> None:
     write_stl(tmp_path / "meshes/a.stl")
     obj = "mtllib b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
     (tmp_path / "meshes/b.obj").write_text(obj, encoding="utf-8")

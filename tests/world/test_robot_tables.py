@@ -77,7 +77,7 @@ def test_joint_keyframes_follow_the_curve_at_frames_and_between(tmp_path: Path) 
     np.testing.assert_array_equal(world.at(0.5).objects[still].matrix, world.objects[still].matrix)
 
 
-def test_continuous_joints_turn_the_short_way(tmp_path: Path) -> None:
+def test_continuous_joints_rotate_along_the_shorter_arc(tmp_path: Path) -> None:
     path = tmp_path / "wheel.urdf"
     path.write_text(
         '<robot name="w"><link name="a"/><link name="b"><visual><geometry><box size="1 1 1"/></geometry></visual>'

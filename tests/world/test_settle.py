@@ -31,7 +31,7 @@ def fcl_penetration(world: raycam.World) -> float:
     return max(depths, default=0.0)
 
 
-def test_box_that_falls_on_a_table_lies_on_it() -> None:
+def test_box_that_falls_on_a_table_rests_on_it() -> None:
     world = raycam.World()
     world.add_object(name="table", box={"size": [1, 1, 0.1]})
     world.add_object(name="box", box={"size": [0.2, 0.1, 0.05]}, location=[0.1, 0, 0.3])
@@ -50,7 +50,7 @@ def test_gravity_points_against_the_up_axis() -> None:
     np.testing.assert_allclose(world.objects[1].matrix[:3, 3], [0, 0.15, 0], atol=1e-3)
 
 
-def test_scaled_and_mirrored_meshes_lie_on_their_own_faces() -> None:
+def test_scaled_and_mirrored_meshes_rest_on_their_own_faces() -> None:
     world = raycam.World()
     world.add_object(name="table", box={"size": [4, 4, 0.1]})
     matrix = np.diag([-0.2, 0.1, 0.3, 1.0])
@@ -80,7 +80,7 @@ def test_fcl_finds_a_penetration_of_a_millimetre() -> None:
 
 
 @pytest.mark.proof
-def test_a_thousand_piles_do_not_penetrate() -> None:
+def test_piles_of_1000_seeds_do_not_penetrate() -> None:
     for seed in range(1000):
         world, things = bin_of_parts(12)
         raycam.settle(world, things, into="bin", seed=seed)
@@ -106,7 +106,7 @@ def test_processes_with_any_number_of_threads_return_the_same_bytes() -> None:
     assert run("1") == run("2")
 
 
-def test_seeds_differ_and_names_decide_the_draw() -> None:
+def test_settled_poses_depend_on_seed_and_object_names() -> None:
     def poses(seed: int) -> list[np.ndarray]:
         world, things = bin_of_parts(3)
         raycam.settle(world, things, into="bin", seed=seed)

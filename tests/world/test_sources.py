@@ -48,7 +48,7 @@ def test_content_determines_the_kind(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_kind_names_the_content(kind: str) -> None:
+def test_kind_argument_specifies_the_content(kind: str) -> None:
     data = exported(kind)
     for name in (kind.split()[0], "." + kind.split()[0].upper()):
         assert sides(raycam.load(data, kind=name)) == pytest.approx([1, 2, 3])

@@ -1,4 +1,4 @@
-"""The studio: its floor without an edge, its soft shadow, its ground truth, and grounds and targets of lights."""
+"""The studio: its seamless floor, soft shadow and ground truth; grounds, and targets of lights."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def bare(up: Literal["z", "y"] = "z", scale: float = 1.0) -> raycam.World:
 
 @pytest.mark.parametrize("up", ["z", "y"])
 @pytest.mark.parametrize("scale", [1.0, 1e-4, 1e5])
-def test_a_world_without_lights_has_a_soft_shadow(up: Literal["z", "y"], scale: float) -> None:
+def test_world_without_lights_has_a_soft_studio_shadow(up: Literal["z", "y"], scale: float) -> None:
     world = bare(up, scale)
     frame = raycam.render(world)
     assert any(notice.code == "studio" for notice in frame.notices)
     assert frame.view == "pbr_neutral"
     color, ground = frame["color"], frame["instance"] < 0
     corner = color[:40, :40].reshape(-1, 3)
-    np.testing.assert_allclose(corner.mean(axis=0), FLOOR, rtol=0.01)  # floor or room: nobody sees which
+    np.testing.assert_allclose(corner.mean(axis=0), FLOOR, rtol=0.01)  # floor or room, which look the same
     shadow = color[ground].mean(axis=1)
     assert shadow.min() < 0.5 * FLOOR
     assert np.isinf(frame["depth"][ground]).all()
@@ -40,7 +40,7 @@ def size_camera(world: raycam.World) -> raycam.Camera:
 
 
 @pytest.mark.parametrize("up", ["z", "y"])
-def test_floor_and_room_are_of_one_radiance(up: Literal["z", "y"]) -> None:
+def test_studio_floor_and_room_have_equal_radiance(up: Literal["z", "y"]) -> None:
     world = bare(up)
     camera = world.view_from("default", size=(160, 120), zoom=0.15)
     world.add_studio(camera)
@@ -54,7 +54,7 @@ def test_floor_and_room_are_of_one_radiance(up: Literal["z", "y"]) -> None:
     np.testing.assert_allclose(frame["color"][far].mean(axis=0), FLOOR, rtol=0.02)
 
 
-def test_metal_reflects_light_and_floor() -> None:
+def test_metal_in_the_studio_reflects_lights_and_floor() -> None:
     world = raycam.World()
     world.add_object(sphere={"level": 5}, type="metal", metal="gold", roughness=0.1)
     frame = raycam.render(world)
@@ -63,7 +63,7 @@ def test_metal_reflects_light_and_floor() -> None:
     assert seen.max() > 4 * np.median(seen)
 
 
-def test_the_studio_is_for_bare_worlds_alone(tmp_path: Any) -> None:
+def test_studio_is_used_only_for_worlds_without_lights_and_cameras(tmp_path: Any) -> None:
     world = bare()
     camera = size_camera(world)
 
@@ -86,7 +86,7 @@ def test_the_studio_is_for_bare_worlds_alone(tmp_path: Any) -> None:
     assert not in_studio(shining)
 
 
-def test_given_settings_stay() -> None:
+def test_given_settings_override_those_of_the_studio() -> None:
     frame = raycam.render(bare(), view="standard", samples=1, max_depth=2, exposure=1)
     assert (frame.view, frame.exposure) == ("standard", 1)
     clear = raycam.render(bare(), transparent_background=True, samples=2)
@@ -99,7 +99,7 @@ def test_given_settings_stay() -> None:
         np.testing.assert_array_equal(raycam.Frame.merge([left, right])[name], whole[name])
 
 
-def test_no_floor_under_a_world_seen_from_below() -> None:
+def test_studio_seen_from_below_has_no_floor() -> None:
     world = bare()
     world.add_studio(world.view_from("bottom"))
     assert len(world.objects) == 1
@@ -107,7 +107,7 @@ def test_no_floor_under_a_world_seen_from_below() -> None:
 
 
 @pytest.mark.parametrize("up", ["z", "y"])
-def test_ground(up: Literal["z", "y"]) -> None:
+def test_add_ground_places_a_plane_below_the_objects(up: Literal["z", "y"]) -> None:
     world = bare(up)
     axis = 2 if up == "z" else 1
     first, second = world.add_ground(), world.add_ground(height=-3, size=4, color="green")
@@ -125,7 +125,7 @@ def test_ground(up: Literal["z", "y"]) -> None:
 
 
 @pytest.mark.parametrize("up", ["z", "y"])
-def test_lights_with_a_target(up: Literal["z", "y"]) -> None:
+def test_lights_accept_a_target(up: Literal["z", "y"]) -> None:
     world = raycam.World(up=up)
     world.add_object(box={"size": 2}, location=[1, 2, 3], name="crate")
     place = np.array([4.0, -2, 7])

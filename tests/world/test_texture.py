@@ -1,4 +1,4 @@
-"""Arrays as images of materials and environments: the same texels as those of the PNG file that Pillow writes."""
+"""Arrays as images of materials and environments: their texels equal those of a PNG file written by Pillow."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def picture(texture: Any, **keys: Any) -> bytes:
 
 @pytest.mark.parametrize("channels", [None, 1, 2, 3, 4])
 @pytest.mark.parametrize("kind", ["plain", "strided", "fortran", "texture"])
-def test_bytes_are_as_in_a_file(channels: int | None, kind: str, tmp_path: Path) -> None:
+def test_byte_arrays_equal_png_files(channels: int | None, kind: str, tmp_path: Path) -> None:
     shape = (13, 9) if channels is None else (13, 9, channels)
     texels = np.random.default_rng(5).integers(0, 256, shape, dtype=np.uint8)
     Image.fromarray(texels if channels != 1 else texels[..., 0]).save(tmp_path / "x.png")
@@ -35,30 +35,30 @@ def test_bytes_are_as_in_a_file(channels: int | None, kind: str, tmp_path: Path)
     assert picture(given) == picture(str(tmp_path / "x.png"))
 
 
-def test_floats_are_linear() -> None:
+def test_float_arrays_are_linear() -> None:
     texels = np.random.default_rng(6).uniform(0, 1, (8, 8, 3))
     assert picture(texels) == picture(texels.astype(np.float32)) == picture(texels.tolist())
 
 
 @pytest.mark.parametrize("shape", [(4,), (4, 4, 5), (0, 4, 3), (2, 2, 2, 3)])
-def test_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
+def test_texture_arrays_of_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(raycam.WorldError):
         raycam.World().add_object(plane={}, texture=np.zeros(shape, np.uint8))
 
 
-def test_data_textures_are_linear_and_worlds_travel() -> None:
+def test_data_textures_are_linear_and_serialized_with_the_world() -> None:
     texels = np.full((4, 4), 128, np.uint8)
     world = raycam.World()
     world.add_object(plane={"size": 2}, type="principled", textures={"roughness": texels}, texture=texels)
     description = {"object": [{"plane": {"size": 2}, "type": "unlit", "texture": {"image": texels}}]}
     other = raycam.World.from_dict(description)
-    assert description["object"][0]["texture"] == {"image": texels}  # as it was
+    assert description["object"][0]["texture"] == {"image": texels}  # unchanged
     for each in (world, other):
         assert raycam.World.from_bytes(each.to_bytes()).to_bytes() == each.to_bytes()
 
 
 @pytest.mark.parametrize("kind", ["float32", "float64", "uint8"])
-def test_an_environment_from_an_array(kind: str, tmp_path: Path) -> None:
+def test_environment_light_accepts_an_array(kind: str, tmp_path: Path) -> None:
     texels = np.random.default_rng(7).uniform(0, 1, (8, 16, 3))
     array = (texels * 255).astype(np.uint8) if kind == "uint8" else texels.astype(kind)
     world = raycam.World()
@@ -83,7 +83,7 @@ def test_an_environment_from_an_array(kind: str, tmp_path: Path) -> None:
     assert world.lights[0]["image"] == "array"
 
 
-def test_an_environment_below_zero_is_told_and_counts_as_black() -> None:
+def test_negative_environment_values_give_a_notice_and_count_as_black() -> None:
     image = np.ones((4, 8, 3), np.float32)
     image[0, :3] = -1
     world, black = raycam.World(), raycam.World()

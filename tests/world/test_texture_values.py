@@ -1,4 +1,4 @@
-"""Texture arrays of every type, and values outside of their range."""
+"""Texture arrays of every dtype, and values outside of the valid range."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ VALUES = np.array([[0, 300], [32768, 65535]], dtype=np.uint16)
 
 
 def shown(texture: Any) -> npt.NDArray[Any]:
-    """Base colours [4, 4, 3] of a plane with a texture."""
+    """Base colours [4, 4, 3] of a textured plane."""
     world = raycam.World()
     world.add_object(plane={"size": 2}, texture=texture)
     color: npt.NDArray[Any] = raycam.render(world, CAMERA, integrator="flat", samples=1)["color"]
@@ -24,7 +24,7 @@ def shown(texture: Any) -> npt.NDArray[Any]:
 
 
 def lit(textures: Any, **keys: Any) -> npt.NDArray[Any]:
-    """A lit sphere with textures of values other than the colour."""
+    """The image of a lit sphere with data textures."""
     world = raycam.World()
     world.add_object(sphere={"radius": 0.8}, type="principled", textures=textures, **keys)
     world.add_light("sky", zenith=[4, 2, 1], horizon=[0, 1, 2])

@@ -1,4 +1,4 @@
-"""Rays with times: the judge is the world placed at each ray's time, and closed forms of moving surfaces."""
+"""Rays with times, compared with the world at each ray's time and with closed forms of moving surfaces."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def random_rays(count: int) -> tuple[Any, Any, Any]:
 @pytest.mark.parametrize(
     "limits", [{}, {"exact": False}, {"facing": "front"}, {"objects": ["wall", "box 2"]}]
 )
-def test_timed_rays_have_the_hits_of_the_world_at_their_times(limits: Any) -> None:
+def test_timed_rays_hit_the_world_at_their_times(limits: Any) -> None:
     world, start = moving_world(), 0.25
     origins, directions, times = random_rays(4000)
     t_max = np.random.default_rng(1).uniform(3, 15, len(times))
@@ -81,7 +81,7 @@ def test_timed_rays_skip_the_triangle_of_each_ray() -> None:
     assert (behind["t"][both] > first["t"][both]).all()
 
 
-def test_approaching_wall_is_hit_where_it_is_at_each_time() -> None:
+def test_approaching_wall_is_hit_at_its_position_at_each_time() -> None:
     world = raycam.World()
     world.add_object(box={"size": 2}, name="box")
     speed = 3.0
@@ -99,7 +99,7 @@ def test_approaching_wall_is_hit_where_it_is_at_each_time() -> None:
     np.testing.assert_allclose(hits["t"], 10 - speed * times, atol=1e-12)
 
 
-def test_times_do_not_depend_on_threads_or_order() -> None:
+def test_timed_hits_do_not_depend_on_threads_or_order() -> None:
     world = moving_world().at(0)
     origins, directions, times = random_rays(3000)
     one = world.cast_rays(origins, directions, times=times, fields=FIELDS, threads=1)
@@ -145,12 +145,12 @@ def test_times_of_another_shape_are_refused() -> None:
         moving_world().at(0).occluded([[0, 0, 0], [1, 0, 0]], [1, 0, 0], times=[1, 2, 3])
 
 
-def test_crossings_take_no_times() -> None:
+def test_intersections_refuse_times() -> None:
     with raises(raycam.SettingsError, code="unknown_key", mentions=["times"]):
         moving_world().intersections([0, 0, 0], [1, 0, 0], times=[1.0])  # type: ignore[call-arg]
 
 
-def test_deforming_mesh_is_hit_as_it_is_at_each_time(tmp_path: Path) -> None:
+def test_deforming_mesh_is_hit_with_its_shape_at_each_time(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
     times = np.linspace(0, 1, 21)
     origins = np.stack([0.4 * times, 1.6 - 0.3 * times, np.full(21, 5.0)], axis=1)

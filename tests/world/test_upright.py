@@ -1,4 +1,4 @@
-"""glTF is y up: as an object of a z-up world it is turned upright, and says so. trimesh is the other reader."""
+"""glTF models in z-up worlds are turned upright with a notice; compared with trimesh."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ trimesh = pytest.importorskip("trimesh")
 
 @pytest.fixture(params=["glb", "gltf"])
 def tower(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    """A box 3 high along y, on the ground, farther in z than in x."""
+    """A box of height 3 along y that stands on the ground and is longer in z than in x."""
     mesh = trimesh.creation.box((0.5, 3.0, 1.0))
     mesh.apply_translation((0, 1.5, 0.25))
     path = tmp_path / f"tower.{request.param}"
@@ -26,10 +26,10 @@ def tower(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return path
 
 
-TURNED = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # x stays, y is up, z comes to the front
+TURNED = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # x is unchanged, y points up, z points to the front
 
 
-def test_it_stands_in_a_z_up_world(tower: Path) -> None:
+def test_gltf_model_stands_upright_in_a_z_up_world(tower: Path) -> None:
     world = raycam.World("z")
     with warns(raycam.Notice, code="converted_up_axis"):
         world.add_object(mesh=tower)
@@ -40,7 +40,9 @@ def test_it_stands_in_a_z_up_world(tower: Path) -> None:
 
 
 @pytest.mark.parametrize(("up", "keys"), [("z", {"upright": False}), ("y", {}), ("y", {"upright": True})])
-def test_it_stays(tower: Path, up: str, keys: dict[str, bool]) -> None:
+def test_model_is_not_turned_in_a_y_up_world_or_without_upright(
+    tower: Path, up: str, keys: dict[str, bool]
+) -> None:
     world = raycam.World(up)  # type: ignore[arg-type]
     world.add_object(mesh=tower, **keys)  # type: ignore[arg-type]
     assert world.notices == []
@@ -49,7 +51,7 @@ def test_it_stays(tower: Path, up: str, keys: dict[str, bool]) -> None:
     )
 
 
-def test_it_is_placed_after_it_is_turned(tower: Path) -> None:
+def test_placement_is_applied_after_turning_upright(tower: Path) -> None:
     world = raycam.World()
     first = world.add_object(mesh=tower, location=[5, 0, 1], yaw=90, scale=2)
     other = world.add_object(instance_of="tower", location=[0, 0, 2])
@@ -58,7 +60,7 @@ def test_it_is_placed_after_it_is_turned(tower: Path) -> None:
     assert np.ptp(world.triangles(other).reshape(-1, 3), axis=0) == pytest.approx([0.5, 1, 3])
 
 
-def test_world_files_turn_it_as_well(tower: Path) -> None:
+def test_world_files_turn_gltf_models_upright(tower: Path) -> None:
     path = tower.with_name("world.toml")
     path.write_text(
         f'[[object]]\nname = "a"\nmesh = "{tower.name}"\n[[object]]\nname = "b"\nmesh = "{tower.name}"\n'
@@ -72,7 +74,7 @@ def test_world_files_turn_it_as_well(tower: Path) -> None:
     assert raycam.load(path).notices == []
 
 
-def test_normals_turn_along(tmp_path: Path) -> None:
+def test_normals_are_turned_with_the_model(tmp_path: Path) -> None:
     mesh = trimesh.creation.icosphere(2)
     _ = mesh.vertex_normals
     mesh.export(tmp_path / "ball.glb", include_normals=True)
@@ -85,7 +87,7 @@ def test_normals_turn_along(tmp_path: Path) -> None:
     assert (unit * frame["shading_normal"][seen]).sum(axis=1).min() > 0.999
 
 
-def test_upright_is_for_files() -> None:
+def test_upright_requires_a_mesh_file() -> None:
     with raises(raycam.WorldError, code="invalid_value"):
         raycam.World().add_object(box={}, upright=True)
 
@@ -106,7 +108,7 @@ def test_matrix_applies_to_the_axes_of_the_file(tower: Path) -> None:
 
 
 @pytest.mark.parametrize("upright", [True, False])
-def test_upright_decides_before_a_matrix_is_applied(tower: Path, upright: bool) -> None:
+def test_upright_is_applied_before_a_matrix(tower: Path, upright: bool) -> None:
     loaded = np.asarray(trimesh.load(tower, force="mesh").triangles)
     turned = loaded @ TURNED.T if upright else loaded
     world = raycam.World("z")
@@ -115,7 +117,7 @@ def test_upright_decides_before_a_matrix_is_applied(tower: Path, upright: bool) 
     assert len(world.notices) == int(upright)
 
 
-def test_matrix_in_a_y_up_world_has_no_notice(tower: Path) -> None:
+def test_matrix_in_a_y_up_world_gives_no_notice(tower: Path) -> None:
     world = raycam.World("y")
     world.add_object(mesh=tower, matrix=TRANSFORM)
     assert world.notices == []

@@ -1,4 +1,4 @@
-"""Worlds: built by hand, from dicts and from files; rays, triangles and time."""
+"""Worlds built in Python, from dicts and from files; rays, triangles and time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def cube(world: raycam.World, **keys: object) -> int:
     return world.add_mesh(CUBE.vertices, CUBE.faces, **keys)  # type: ignore[arg-type]
 
 
-def test_add_mesh_and_instances() -> None:
+def test_add_mesh_and_add_object_create_objects_and_instances() -> None:
     world = raycam.World()
     assert cube(world, name="box", category="furniture") == 0
     assert world.add_object(instance_of="box", location=[3, 0, 0], scale=2) == 1
@@ -38,7 +38,7 @@ def test_add_mesh_and_instances() -> None:
 
 
 @pytest.mark.parametrize("kind", ["list", "big endian", "float32", "strided", "fortran", "uint8 faces"])
-def test_arrays_of_every_kind(kind: str) -> None:
+def test_mesh_arrays_of_every_dtype_and_layout_are_accepted(kind: str) -> None:
     vertices, faces = np.asarray(CUBE.vertices), np.asarray(CUBE.faces)
     variants = {
         "list": (vertices.tolist(), faces.tolist()),
@@ -53,7 +53,7 @@ def test_arrays_of_every_kind(kind: str) -> None:
     np.testing.assert_array_equal(world.triangles(), vertices[faces])
 
 
-def test_triangles_ids_and_colours() -> None:
+def test_triangles_ids_and_colors_of_instances_are_returned() -> None:
     world = raycam.World()
     colors = np.linspace(0, 1, 36).reshape(12, 3)
     cube(world, face_colors=colors)
@@ -69,7 +69,7 @@ def test_triangles_ids_and_colours() -> None:
     np.testing.assert_allclose(world.triangle_colors(), expected, atol=1e-7)
 
 
-def test_a_world_without_objects() -> None:
+def test_world_without_objects_returns_empty_arrays() -> None:
     world = raycam.World()
     assert world.triangles().shape == (0, 3, 3)
     assert world.triangle_ids().shape == (0, 2)
@@ -79,7 +79,7 @@ def test_a_world_without_objects() -> None:
     assert (frame["instance"] == -1).all()
 
 
-def test_uint8_is_srgb_and_float_is_linear() -> None:
+def test_uint8_colors_are_srgb_and_float_colors_linear() -> None:
     world = raycam.World()
     cube(world, face_colors=np.full((12, 3), 188, np.uint8))
     cube(world, face_colors=np.full((12, 3), 0.5))
@@ -91,7 +91,7 @@ def test_uint8_is_srgb_and_float_is_linear() -> None:
     np.testing.assert_allclose(first, [srgb, 0.5, srgb, srgb, srgb], rtol=1e-6)
 
 
-def test_dicts_tuples_scalars_and_paths_of_python() -> None:
+def test_objects_and_lights_accept_dicts_tuples_scalars_and_paths() -> None:
     world = raycam.World()
     world.add_object(MappingProxyType({"box": MappingProxyType({"size": (np.float32(1), 2, np.int64(3))})}))
     np.testing.assert_allclose(world.bounds, [[-0.5, -1, -1.5], [0.5, 1, 1.5]])
@@ -107,7 +107,7 @@ def test_dicts_tuples_scalars_and_paths_of_python() -> None:
         world.add_object(box={"size": loop})
 
 
-def test_from_dict_is_the_world_file(tmp_path: Path) -> None:
+def test_from_dict_equals_the_world_file(tmp_path: Path) -> None:
     text = """
 up = "y"
 [camera]
@@ -153,13 +153,15 @@ orbit = { target = [0, 0, 0] }
 TRIANGLE = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
 
 
-def test_relative_names_start_from_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_relative_file_names_start_at_the_folder_of_the_world(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "a.off").write_text(TRIANGLE)
     world = raycam.World(folder=tmp_path)
     world.add_object(mesh="a.off")
     np.testing.assert_array_equal(world.triangles(), [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     assert raycam.load(tmp_path / "a.off").counts["triangles"] == 1
-    # Those of other worlds, loaded ones too, where one is when asking, as any function of Python does.
+    # Names in other worlds start at the current folder, as in Python, also in loaded worlds.
     loaded = raycam.load(tmp_path / "a.off")
     here = tmp_path / "here"
     here.mkdir()
@@ -174,8 +176,8 @@ def test_relative_names_start_from_the_folder(tmp_path: Path, monkeypatch: pytes
         assert other.counts["objects"] == before + 2
 
 
-def test_what_a_script_names_lies_anywhere(tmp_path: Path) -> None:
-    """A model in one folder, and what is added to it in another."""
+def test_scripts_may_name_files_in_any_folder(tmp_path: Path) -> None:
+    """The model is in one folder, and the added file in another."""
     model, things = tmp_path / "model", tmp_path / "things"
     for folder in (model, things):
         folder.mkdir()
@@ -196,7 +198,7 @@ def test_what_a_script_names_lies_anywhere(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.triangle_colors()[1], [0.25, 0.5, 1.0])
     up = raycam.Camera.look_at([0, 0, 9], [0, 0, 20], up=[0, 1, 0], size=(8, 8))
     down = raycam.Camera.look_at([3, 3, 9], [3, 3, 0], up=[0, 1, 0], size=(8, 8), fov=1)
-    # The light, and all else, is in what workers and other programs get.
+    # The light is also in the package for workers and other programs.
     for each in (world, raycam.World.from_bytes(world.to_bytes())):
         np.testing.assert_allclose(
             raycam.render(each, up, samples=1)["color"], sky[:1, :1] + np.zeros((8, 8, 3))
@@ -205,7 +207,7 @@ def test_what_a_script_names_lies_anywhere(tmp_path: Path) -> None:
     assert world.to_gltf(tmp_path / "world.glb")
     with raises(raycam.FormatError, code="unsupported_feature", mentions=["b.mtl"]):
         world.add_light(type="environment", image=things / "b.mtl")
-    # It may be said again of another world, but not by a file of a stranger.
+    # A script may name the file again for another world, but a world file may not.
     (light,) = world.lights
     assert light["image"] == str(things / "sky.hdr")
     raycam.World().add_light(light)
@@ -213,7 +215,7 @@ def test_what_a_script_names_lies_anywhere(tmp_path: Path) -> None:
         raycam.World.from_dict({"light": [light]})
 
 
-def test_what_files_and_dicts_name_lies_in_their_folder(tmp_path: Path) -> None:
+def test_world_files_and_dicts_may_only_name_files_in_their_folder(tmp_path: Path) -> None:
     (tmp_path / "a.off").write_text(TRIANGLE)
     inside = tmp_path / "world"
     inside.mkdir()
@@ -226,7 +228,7 @@ def test_what_files_and_dicts_name_lies_in_their_folder(tmp_path: Path) -> None:
             raycam.load(inside / "world.toml")
 
 
-def test_cameras_by_name() -> None:
+def test_cameras_are_found_by_name() -> None:
     world = raycam.World()
     cube(world)
     framed = world.default_camera((100, 50))
@@ -267,7 +269,7 @@ def test_cast_rays_agrees_with_a_closed_form() -> None:
     np.testing.assert_allclose(hits["barycentric"][0] @ corners, [0.1, 0.2, 0.5], atol=1e-6)
 
 
-def test_rays_of_any_shape() -> None:
+def test_ray_arrays_of_any_shape_keep_their_shape() -> None:
     world = raycam.World()
     cube(world)
     camera = raycam.Camera.look_at([3, 2, 1], [0, 0, 0], size=(16, 12))
@@ -286,7 +288,7 @@ def test_rays_of_any_shape() -> None:
     assert world.cast_rays(np.zeros((0, 3)), np.zeros((0, 3)))["t"].shape == (0,)
 
 
-def test_occluded() -> None:
+def test_occluded_respects_the_distance_limit() -> None:
     world = raycam.World()
     cube(world)
     origins = np.tile([0.1, 0.2, 5], (4, 1))
@@ -297,7 +299,7 @@ def test_occluded() -> None:
     assert world.occluded([0.1, 0.2, 5], [0, 0, -1]).shape == ()
 
 
-def test_strange_rays_are_misses() -> None:
+def test_invalid_rays_return_misses() -> None:
     world = raycam.World()
     cube(world)
     directions = np.array([[0, 0, 0], [np.nan, 0, -1], [0, 0, -np.inf]])
@@ -307,7 +309,7 @@ def test_strange_rays_are_misses() -> None:
     assert not world.occluded([0, 0, 5], directions).any()
 
 
-def test_a_changed_world_is_prepared_anew() -> None:
+def test_changed_world_is_prepared_again() -> None:
     world = raycam.World()
     cube(world)
     ray = ([0, 0, 5], [0, 0, -1])
@@ -317,7 +319,7 @@ def test_a_changed_world_is_prepared_anew() -> None:
     assert world.cast_rays(*ray)["instance"] == 1
 
 
-def test_time_moves_objects_and_not_the_world_itself() -> None:
+def test_at_returns_a_moved_copy_of_the_world() -> None:
     world = raycam.World()
     cube(world, name="box")
     world.set_video(
@@ -348,7 +350,7 @@ def test_zero_area_triangles_are_kept_counted_and_never_hit() -> None:
     assert hits["triangle"].tolist() == [2, 2]
 
 
-def test_categories_are_names_or_numbers() -> None:
+def test_categories_can_be_names_or_numbers() -> None:
     world = raycam.World()
     for category in ("cow", 7, None, "cow", "tree"):
         cube(world, **({"category": category} if category is not None else {}))
@@ -359,8 +361,8 @@ def test_categories_are_names_or_numbers() -> None:
             cube(world, category=wrong)
 
 
-def test_masked_values_do_not_count_as_if_they_were_not() -> None:
-    """NumPy's `asarray` drops the mask, and a depth or point that is not there became one."""
+def test_masked_arrays_are_refused() -> None:
+    """NumPy's `asarray` drops the mask, so masked depths or points would become valid values."""
     points = np.ma.masked_greater(np.eye(3), 0.5)
     calls: list[Callable[[raycam.World], object]] = [
         lambda world: world.add_mesh(points, [[0, 1, 2]]),
@@ -374,4 +376,4 @@ def test_masked_values_do_not_count_as_if_they_were_not() -> None:
         world.add_object(box={})
         with raises(raycam.Error, code="wrong_type"):
             call(world)
-    world.add_mesh(np.ma.masked_greater(np.eye(3), 5), [[0, 1, 2]])  # a mask of nothing
+    world.add_mesh(np.ma.masked_greater(np.eye(3), 5), [[0, 1, 2]])  # an empty mask

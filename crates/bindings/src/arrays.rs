@@ -1,4 +1,4 @@
-//! Arrays in and out. Python hands in C-contiguous arrays of the right type and shape: it has checked them.
+//! Conversion of arrays. Python passes C-contiguous arrays whose type and shape it has checked.
 
 use glam::{DMat3, DVec3};
 use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -12,12 +12,12 @@ pub(crate) type Floats<'py> = PyReadonlyArrayDyn<'py, f64>;
 
 /// A new array.
 pub(crate) type NewArray<'py, T> = Bound<'py, PyArrayDyn<T>>;
-/// A new array, dict or bytes, or an exception.
+/// A new array, dict or bytes; or an exception.
 pub(crate) type ArrayResult<'py, T> = PyResult<NewArray<'py, T>>;
 pub(crate) type DictResult<'py> = PyResult<Bound<'py, PyDict>>;
 pub(crate) type BytesResult<'py> = PyResult<Bound<'py, PyBytes>>;
 
-/// A copy of `data` as Python's bytes; raises `MemoryError` if there is no memory for it.
+/// Copies `data` to Python bytes; raises `MemoryError` if there is not enough memory.
 pub(crate) fn bytes<'py>(py: Python<'py>, data: &[u8]) -> BytesResult<'py> {
     PyBytes::new_with(py, data.len(), |target| {
         target.copy_from_slice(data);
@@ -25,12 +25,12 @@ pub(crate) fn bytes<'py>(py: Python<'py>, data: &[u8]) -> BytesResult<'py> {
     })
 }
 
-/// An array of this shape, without copying.
+/// Converts a vector to an array of this shape, without copying.
 pub(crate) fn array<'py, T: Element>(py: Python<'py>, data: Vec<T>, shape: &[usize]) -> ArrayResult<'py, T> {
     data.into_pyarray(py).reshape(shape)
 }
 
-/// The rows of an array [..., N], in order.
+/// Rows of an array [..., N], in order.
 pub(crate) fn rows<'a, T: Element, const N: usize>(
     array: &'a PyReadonlyArrayDyn<'_, T>,
     name: &str,
@@ -41,17 +41,17 @@ pub(crate) fn rows<'a, T: Element, const N: usize>(
     rows.ok_or_else(|| settings_error(format!("{name}: expected a C-contiguous array [..., {N}]")))
 }
 
-/// A 3 x 3 matrix.
+/// Returns a 3 x 3 matrix.
 pub(crate) fn matrix3(m: [[f64; 3]; 3]) -> DMat3 {
     DMat3::from_cols_array_2d(&m).transpose()
 }
 
-/// The rows of a 3 x 3 matrix.
+/// Returns the rows of a 3 x 3 matrix.
 pub(crate) fn rows_of(m: DMat3) -> [[f64; 3]; 3] {
     m.transpose().to_cols_array_2d()
 }
 
-/// A point or vector.
+/// Returns a point or vector.
 pub(crate) fn vector(v: [f64; 3]) -> DVec3 {
     DVec3::from_array(v)
 }

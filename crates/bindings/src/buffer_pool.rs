@@ -1,5 +1,5 @@
-//! Pool of frame buffers that Python no longer references. The first touch of new memory costs more
-//! than the pixels written to it.
+//! Pool of frame buffers that Python no longer references. The first access to new memory takes longer than writing the
+//! pixels.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -11,24 +11,24 @@ use raycam_render::{Channel, OutputPlane, PixelType, PlaneData, zeroed_huge};
 
 use crate::arrays::DictResult;
 
-/// The most bytes that are kept.
+/// Maximum number of bytes kept.
 const MAX_BYTES: usize = 256 << 20;
-/// Renders in a row that need not use an array before it is freed.
+/// Number of consecutive renders without using an array after which the array is freed.
 const MAX_IDLE_RENDERS: u64 = 8;
-/// Planes of fewer bytes are not worth it.
+/// Smaller planes, in bytes, are not kept.
 const MIN_BYTES: usize = 1 << 15;
 
-/// Bytes of a line of the cache: planes begin with one, and whole lines are written fastest.
+/// Bytes per cache line: planes start at a cache line, and whole lines are written fastest.
 const CACHE_LINE: usize = 64;
 
-/// The values of a plane, in a row, and a line more. What Python holds is a view of it, which keeps it.
+/// Values of a plane, plus one cache line. Python holds a view of it, which keeps it alive.
 enum PooledArray {
     F32(Py<PyArray1<f32>>),
     F64(Py<PyArray1<f64>>),
     I32(Py<PyArray1<i32>>),
 }
 
-/// An array, and when it was last used.
+/// Array, and when it was last used.
 struct PoolEntry {
     array: PooledArray,
     values: usize,
@@ -41,8 +41,9 @@ struct BufferPool {
     renders: u64,
 }
 
-/// Locked only while the GIL is held, and never for long: a fork finds it free. Nothing is made meanwhile that Python owns:
-/// that may run its code (an import, a garbage collector), which lets other threads run, and these would wait here for ever.
+/// Locked only while the GIL is held, and only briefly, so that a fork finds it unlocked. No Python objects are created
+/// while it is locked: that could run Python code (an import, the garbage collector), which lets other threads run, and
+/// these would deadlock here.
 static POOL: Mutex<Option<BufferPool>> = Mutex::new(None);
 
 impl PooledArray {
@@ -63,7 +64,7 @@ impl PooledArray {
         }
     }
 
-    /// True if nothing else references it, nor a view of it.
+    /// True if nothing else references the array or a view of it.
     #[expect(deprecated, reason = "its replacement is unsafe")]
     fn is_unreferenced(&self, py: Python<'_>) -> bool {
         let holders = match self {
@@ -87,13 +88,13 @@ fn bytes(kind: PixelType, values: usize) -> usize {
     values * if kind == PixelType::F64 { 8 } else { 4 }
 }
 
-/// The range of a plane in its array that begins at a cache line.
+/// Range of a plane in its array, starting at a cache line.
 fn aligned_range<T>(start: *const T, values: usize) -> Range<usize> {
     let first = start.align_offset(CACHE_LINE);
     first..first + values
 }
 
-/// A view of a plane in the shape of its channel.
+/// View of a plane in the shape of its channel.
 fn view<'py, T: Element>(
     py: Python<'py>,
     array: &Py<PyArray1<T>>,
@@ -107,7 +108,7 @@ fn view<'py, T: Element>(
 }
 
 impl BufferPool {
-    /// Begins a picture; returns what is not kept any longer.
+    /// Begins an image; returns the arrays that are no longer kept.
     fn begin_render(&mut self) -> Vec<PoolEntry> {
         self.renders += 1;
         let oldest = self.renders.saturating_sub(MAX_IDLE_RENDERS);
@@ -115,7 +116,7 @@ impl BufferPool {
         self.entries.extract_if(.., old).collect()
     }
 
-    /// An idle array, if there is one.
+    /// Returns an idle array, if there is one.
     fn acquire(&mut self, py: Python<'_>, kind: PixelType, values: usize) -> Option<PooledArray> {
         let fits =
             |entry: &PoolEntry| entry.values == values && entry.array.kind() == kind && entry.array.is_unreferenced(py);
@@ -123,7 +124,7 @@ impl BufferPool {
         Some(self.entries.swap_remove(at).array)
     }
 
-    /// Keeps the arrays of a picture; returns what is too much, the oldest first.
+    /// Keeps the arrays of an image; returns the oldest arrays beyond the limit.
     fn retain(&mut self, py: Python<'_>, planes: &[ImagePlane]) -> Vec<PoolEntry> {
         let render = self.renders;
         self.entries.extend(planes.iter().filter_map(|plane| {
@@ -147,7 +148,7 @@ impl PoolEntry {
     }
 }
 
-/// A plane that is to be written.
+/// Plane to be written.
 struct ImagePlane {
     channel: Channel,
     array: PooledArray,
@@ -155,11 +156,11 @@ struct ImagePlane {
     zero: bool,
 }
 
-/// The planes of a picture that is to be rendered.
+/// Planes of an image to be rendered.
 pub(crate) struct OutputPlanes(Vec<ImagePlane>);
 
 impl OutputPlanes {
-    /// Planes of `pixels` pixels: from the pool, or new ones.
+    /// Returns planes of `pixels` pixels, from the pool or new.
     pub fn new(py: Python<'_>, channels: &[Channel], pixels: usize) -> Self {
         let mut lock = POOL.lock().unwrap_or_else(PoisonError::into_inner);
         let pool = lock.get_or_insert_default();
@@ -180,7 +181,7 @@ impl OutputPlanes {
         Self(planes.collect())
     }
 
-    /// Lets them be written.
+    /// Returns the planes for writing.
     pub fn write<T>(&self, py: Python<'_>, write: impl FnOnce(Vec<OutputPlane<'_>>) -> PyResult<T>) -> PyResult<T> {
         enum PlaneGuard<'py> {
             F32(PyReadwriteArray1<'py, f32>),
@@ -217,8 +218,8 @@ impl OutputPlanes {
         write(targets.collect::<PyResult<_>>()?)
     }
 
-    /// The arrays for Python by name, [height, width] or [height, width, components]. Once Python references them no more,
-    /// others get their memory.
+    /// Returns the arrays for Python by name, [height, width] or [height, width, components]. Their memory is reused
+    /// when Python no longer references them.
     pub fn into_arrays<'py>(self, py: Python<'py>, [height, width]: [usize; 2]) -> DictResult<'py> {
         let dict = PyDict::new(py);
         for plane in &self.0 {

@@ -1,9 +1,9 @@
-//! The switch that ends long work.
+//! Cancellation of long work.
 
 use pyo3::prelude::*;
 use raycam_render::Control;
 
-/// A switch that ends the calls it is given to, from any thread.
+/// Cancellation flag that ends the calls it is passed to, from any thread.
 #[pyclass(frozen, module = "raycam._core")]
 #[derive(Default)]
 pub(crate) struct Cancel {
@@ -17,7 +17,7 @@ impl Cancel {
         Self::default()
     }
 
-    /// Ends all calls that have it, now and later.
+    /// Ends all calls that use it, now and later.
     fn cancel(&self) {
         self.control.cancel();
     }

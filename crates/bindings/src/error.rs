@@ -1,4 +1,4 @@
-//! Errors of the rooms as Python exceptions.
+//! Errors of the Rust crates as Python exceptions.
 
 use std::any::Any;
 use std::io;
@@ -20,7 +20,7 @@ mod python {
     pyo3::import_exception!(raycam.errors, SettingsError);
 }
 
-/// The exception with a code.
+/// Exception with a code.
 fn with_code(error: PyErr, code: ErrorCode) -> PyErr {
     Python::attach(|py| match error.value(py).setattr("code", code.name()) {
         Ok(()) => error,
@@ -39,8 +39,8 @@ pub(crate) fn settings_error(message: impl Into<Message>) -> PyErr {
     with_code(python::SettingsError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidSettings))
 }
 
-/// A `raycam.WorldError` as a `raycam.SettingsError`: the error of a value that is an argument of a call, not a part of a
-/// world.
+/// Converts a `raycam.WorldError` to a `raycam.SettingsError`, for a value that is an argument of a call instead of a
+/// part of a world.
 pub(crate) fn as_settings_error(py: Python<'_>, error: PyErr) -> PyErr {
     match error.is_instance_of::<python::WorldError>(py) {
         true => settings_error(error.value(py).to_string()),
@@ -65,7 +65,7 @@ fn format_error(error: &FormatError) -> PyErr {
     with_code(python::FormatError::new_err(error.to_string()), error.code())
 }
 
-/// A scene error; `place` (a file name and a colon, or nothing) goes in front of its message.
+/// Exception of a scene error, with `place` (a file name and a colon, or nothing) before its message.
 fn scene_error(error: &SceneError, place: &str) -> PyErr {
     let message = error.code().message(format!("{place}{error}"));
     match error {
@@ -77,13 +77,13 @@ fn scene_error(error: &SceneError, place: &str) -> PyErr {
     }
 }
 
-/// The exception that says the same.
+/// Returns the equivalent exception.
 pub(crate) trait IntoPyErr {
     /// Converts.
     fn into_py_err(self) -> PyErr;
 }
 
-/// The value of a result, or the exception of its error.
+/// Returns the value of a result, or raises the exception of its error.
 pub(crate) trait OrRaise<T> {
     /// Raises the error.
     fn or_raise(self) -> PyResult<T>;
@@ -116,7 +116,7 @@ impl IntoPyErr for FormatError {
     }
 }
 
-/// The error of a file that a world file names, of the same class as if the file were loaded by itself.
+/// Exception of a file that a world file refers to, with the same class as if the file were loaded alone.
 fn named_error(error: &FormatError) -> PyErr {
     let message = error.to_string();
     let FormatError::Named { place, key, source } = error else {
@@ -133,7 +133,7 @@ fn named_error(error: &FormatError) -> PyErr {
     }
 }
 
-/// The exception of a temporary file that the operating system refuses.
+/// Exception of a temporary file that the operating system denies.
 fn storage_error(path: &Path, number: Option<i32>, message: &str) -> PyErr {
     match number {
         Some(number) => PyOSError::new_err((number, message.to_owned(), path.display().to_string())),
@@ -141,12 +141,12 @@ fn storage_error(path: &Path, number: Option<i32>, message: &str) -> PyErr {
     }
 }
 
-/// The exception of the operating system's refusal of a file; `where_named` comes after its reason.
+/// Exception of a file that the operating system denies; `where_named` follows the reason.
 fn io_error(path: &Path, error: &io::Error, where_named: &str) -> PyErr {
-    // OSError picks its subclass (FileNotFoundError, ...) by the number.
+    // OSError selects its subclass (FileNotFoundError, ...) by the error number.
     match error.raw_os_error() {
         Some(number) => {
-            // The system's words without Rust's "(os error 2)", which Python's number says already.
+            // The system's message without Rust's "(os error 2)", because the exception already contains the number.
             let text = error.to_string();
             let text = text.split(" (os error").next().unwrap_or(&text);
             let text = format!("{text}{}{where_named}", broken_link(path));
@@ -171,17 +171,17 @@ impl IntoPyErr for RenderError {
     }
 }
 
-/// Checks that there are this many bytes for something: an allocation that fails would end the process.
+/// Checks that this many bytes are available, because a failed allocation would end the process.
 pub(crate) fn check_memory(what: &str, bytes: usize) -> PyResult<()> {
     raycam_render::check_memory(|| what.into(), bytes as u64).or_raise()
 }
 
-/// Runs `f`; a panic in it, which is a bug, becomes an exception that says so.
+/// Runs `f`; a panic, which is a bug, becomes an exception.
 pub(crate) fn catch_panic<T>(f: impl FnOnce() -> T) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(f)).map_err(|payload| from_panic(&*payload))
 }
 
-/// Runs `f` without the GIL; its error, or a panic in it, becomes an exception.
+/// Runs `f` without the GIL; an error or a panic becomes an exception.
 pub(crate) fn detached<T: Send, E: IntoPyErr + Send>(
     py: Python<'_>,
     f: impl FnOnce() -> Result<T, E> + Send,
@@ -189,12 +189,12 @@ pub(crate) fn detached<T: Send, E: IntoPyErr + Send>(
     py.detach(|| catch_panic(f))?.or_raise()
 }
 
-/// The exception of a panic.
+/// Exception of a panic.
 pub(crate) fn from_panic(payload: &(dyn Any + Send)) -> PyErr {
     let text = payload
         .downcast_ref::<&str>()
         .map(|text| (*text).to_owned())
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_default();
-    raycam_error(format!("internal error, a bug in raycam: {text}"))
+    raycam_error(format!("internal error, a bug in raycam; please report it with this text: {text}"))
 }

@@ -1,4 +1,4 @@
-//! Long work: without the GIL, on its own thread, while the calling one listens to signals.
+//! Long work: runs without the GIL on its own thread, while the calling thread listens for signals.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -8,10 +8,10 @@ use raycam_render::{Control, RenderError};
 
 use crate::error::{OrRaise, catch_panic, from_panic, raycam_error};
 
-/// How long Ctrl-C and the progress bar may wait.
+/// Maximum delay of Ctrl-C and the progress bar.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Runs `work` on the calling thread if it `is_brief`, else as [`run_interruptible`] does.
+/// Runs `work` on the calling thread if it `is_brief`, otherwise like [`run_interruptible`].
 pub(crate) fn run_for_work<T: Send>(
     py: Python<'_>,
     is_brief: bool,
@@ -26,12 +26,12 @@ pub(crate) fn run_for_work<T: Send>(
     result.or_raise()
 }
 
-/// The control of a call that `cancel` ends, if it is given.
+/// Control of a call, which `cancel` ends if given.
 fn control_of(cancel: Option<&Control>) -> Control {
     cancel.map_or_else(Control::new, Control::of_call)
 }
 
-/// [`run_cancellable`] without a switch.
+/// Same as [`run_cancellable`] without a cancellation flag.
 pub(crate) fn run_interruptible<T: Send>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
@@ -40,8 +40,8 @@ pub(crate) fn run_interruptible<T: Send>(
     run_cancellable(py, progress, None, work)
 }
 
-/// Runs `work` while looking for signals and telling `progress(done, total)` how far it is. An exception of either
-/// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised; `cancel` stops it as well.
+/// Runs `work` while checking for signals and reporting progress to `progress(done, total)`. An exception of either
+/// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised; `cancel` also stops the work.
 pub(crate) fn run_cancellable<T: Send>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
@@ -65,7 +65,7 @@ pub(crate) fn run_cancellable<T: Send>(
             let (sender, receiver) = channel();
             let control = &control;
             let worker = scope.spawn(move || {
-                // The receiver waits for as long as this thread lives.
+                // The receiver exists as long as this thread.
                 let _ = sender.send(work(control));
             });
             let mut stopped = None;

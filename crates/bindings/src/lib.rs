@@ -1,4 +1,4 @@
-//! The extension module `raycam._core`. It converts arrays and errors and releases the GIL; the public names, their
+//! The extension module `raycam._core`. It converts arrays and errors and releases the GIL. The public names, their
 //! defaults and their documentation are in the Python package.
 
 #![forbid(unsafe_code)]
@@ -17,7 +17,7 @@ mod world;
 
 use pyo3::prelude::*;
 
-/// The Rust core of raycam, private: use the package `raycam`.
+/// The private Rust core of raycam; use the package `raycam`.
 #[pymodule(name = "_core")]
 mod core {
     use super::*;
@@ -63,7 +63,9 @@ mod core {
         world_set_object,
     };
     #[pymodule_export]
-    use crate::world::from_description::{world_add_light, world_add_object, world_from_dict, world_set_video};
+    use crate::world::from_description::{
+        world_add_light, world_add_object, world_from_dict, world_set_fog, world_set_video,
+    };
     #[pymodule_export]
     use crate::world::many::render_many;
     #[pymodule_export]
@@ -81,41 +83,42 @@ mod core {
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 
-    /// The JSON Schema of a world file, as text.
+    /// Returns the JSON Schema of a world file as text.
     #[pyfunction]
     fn json_schema() -> PyResult<String> {
         serde_json::to_string_pretty(&raycam_scene::schema::json_schema())
             .map_err(|e| error::raycam_error(e.to_string()))
     }
 
-    /// The words of other programs in a place ("render", "raycam", "World", "Frame" or "Camera"), each with raycam's
-    /// counterpart.
+    /// Returns the terms of other programs in a place ("render", "raycam", "World", "Frame" or "Camera"), each with
+    /// raycam's counterpart.
     #[pyfunction]
     fn foreign_terms(place: &str) -> Vec<(&'static str, &'static str)> {
         let rows = FOREIGN_TERMS.iter().filter(|row| row.place.name() == place);
         rows.flat_map(|row| row.words.iter().map(|word| (*word, row.ours[0]))).collect()
     }
 
-    /// The names among `expected` that mean the same as a word of other programs.
+    /// Returns the names among `expected` that mean the same as a term of other programs.
     #[pyfunction]
     fn names_for_foreign_term(word: &str, expected: Vec<String>) -> Vec<String> {
         let names: Vec<&str> = expected.iter().map(String::as_str).collect();
         schema_names(word, &names).into_iter().map(str::to_owned).collect()
     }
 
-    /// Extensions without the dot: of the files that `load` reads, and of the files that those name.
+    /// Returns file extensions without the dot: of the files that `load` reads, and of the files that these refer to.
     #[pyfunction]
     fn file_extensions() -> (Vec<&'static str>, Vec<&'static str>) {
         (raycam_formats::extensions().collect(), raycam_formats::COMPANION_EXTENSIONS.to_vec())
     }
 
-    /// The instruction set that rays are traced with.
+    /// Returns the instruction set used to trace rays.
     #[pyfunction]
     fn instruction_set() -> &'static str {
         raycam_render::InstructionSet::detect().name()
     }
 
-    /// How many threads this process may use, as the operating system and its control groups say.
+    /// Returns the number of threads that this process may use, according to the operating system and its control
+    /// groups.
     #[pyfunction]
     fn available_threads() -> usize {
         std::thread::available_parallelism().map_or(1, usize::from)

@@ -9,7 +9,7 @@ mod python {
     pyo3::import_exception!(raycam.errors, Notice);
 }
 
-/// Notices that become a list of `raycam.Notice`, and back.
+/// Conversion of notices to a list of `raycam.Notice`, and back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Notices(pub(crate) Vec<Notice>);
 
@@ -48,7 +48,7 @@ impl<'py> FromPyObject<'_, 'py> for Notices {
     }
 }
 
-/// (name, cause, remedy) of every code of a notice and of an error.
+/// Returns (name, cause, remedy) of every notice code and error code.
 #[pyfunction]
 pub(crate) fn codes() -> (Vec<[&'static str; 3]>, Vec<[&'static str; 3]>) {
     (

@@ -1,4 +1,4 @@
-//! Python's dicts, lists and arrays as the schema's nodes.
+//! Conversion of Python's dicts, lists and arrays to the schema's nodes.
 
 use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
@@ -9,12 +9,12 @@ use raycam_scene::schema::{Entry, SpannedValue, Value};
 
 use crate::error::{check_memory, world_error};
 
-/// Deeper descriptions mean nothing, and a list may contain itself.
+/// Maximum nesting depth, because a list may contain itself.
 const MAX_DEPTH: usize = 16;
-/// Keys whose arrays of uint8 are sRGB.
+/// Keys whose uint8 arrays are in sRGB.
 const SRGB_KEYS: [&str; 3] = ["color", "face_colors", "vertex_colors"];
 
-/// The node of any Python value; `path` names it in errors.
+/// Node of any Python value; `path` names it in errors.
 pub(crate) fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<SpannedValue> {
     convert(value, path, 0).map(SpannedValue::from)
 }
@@ -25,7 +25,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         Err(world_error(format!("{path}{colon}{message}")))
     };
     if depth > MAX_DEPTH {
-        return fail(format!("nested more than {MAX_DEPTH} deep"));
+        return fail(format!("nested more than {MAX_DEPTH} levels deep"));
     }
     if value.is_none() {
         return Ok(Value::Null);
@@ -53,7 +53,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         let mut entries = Vec::with_capacity(dict.len());
         for (key, value) in dict {
             let Ok(key) = key.extract::<String>() else {
-                return fail(format!("the key {key} is no string"));
+                return fail(format!("the key {key} is not a string"));
             };
             let dot = if path.is_empty() { "" } else { "." };
             let node = convert(&value, &format!("{path}{dot}{key}"), depth + 1)?.into();
@@ -70,7 +70,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         let convert = |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(SpannedValue::from);
         return Ok(Value::List(items.into_iter().enumerate().map(convert).collect::<PyResult<_>>()?));
     }
-    // NumPy's scalars, and what else is a number or a path.
+    // NumPy scalars, and other numbers and paths.
     if let Ok(scalar) = value.call_method0("item") {
         return convert(&scalar, path, depth + 1);
     }
@@ -78,14 +78,14 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         return convert(&text, path, depth + 1);
     }
     fail(format!(
-        "{} is not a number, text, list, dict or array",
+        "{} is not a number, string, list, dict or array",
         value.get_type().name().map_err(|_| PyTypeError::new_err("a value of unknown type"))?
     ))
 }
 
 fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
     let shape = array.shape().to_vec();
-    // The array as 64-bit numbers, twice, and as the parts of a mesh.
+    // The array converted to 64-bit numbers, counted twice, and the parts of a mesh.
     check_memory(&format!("{path}, an array of {} numbers,", array.len()), array.len().saturating_mul(40))?;
     let kind = array.dtype().kind();
     let last = path.rsplit('.').next().unwrap_or(path);
@@ -97,7 +97,7 @@ fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value>
         let data = bytes.to_owned_array().iter().map(|&v| table[usize::from(v)]).collect();
         return Ok(Value::Floats { shape, data });
     }
-    // `astype` brings every width and byte order to one; C order, whatever the strides.
+    // `astype` converts any width and byte order; the order is C, whatever the strides.
     let values = |dtype| array.call_method1("astype", (dtype,));
     match kind {
         b'f' => {
@@ -108,6 +108,6 @@ fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value>
             let data = values("int64")?.cast_into::<PyArrayDyn<i64>>()?.to_owned_array();
             Ok(Value::Integers { shape, data: data.iter().copied().collect() })
         }
-        _ => Err(world_error(format!("{path}: an array of dtype {}, expected numbers", array.dtype()))),
+        _ => Err(world_error(format!("{path}: array of dtype {}; expected numbers", array.dtype()))),
     }
 }

@@ -10,7 +10,7 @@ use crate::error::RenderError;
 #[derive(Debug, Default)]
 pub struct Control {
     cancelled: Arc<AtomicBool>,
-    /// Flag of a control whose cancellation ends this work too.
+    /// Flag of a parent control; cancelling the parent also cancels this work.
     outside: Option<Arc<AtomicBool>>,
     done: AtomicUsize,
     total: AtomicUsize,
@@ -22,12 +22,12 @@ impl Control {
         Self::default()
     }
 
-    /// Returns the control of work that ends with `self` too, and whose own cancellation leaves `self` as it is.
+    /// Returns the control of work that is cancelled together with `self`; cancelling that work does not cancel `self`.
     pub fn of_call(&self) -> Self {
         Self { outside: Some(self.cancelled.clone()), ..Self::default() }
     }
 
-    /// Returns the control of a part of the work, which is cancelled with it and counts for itself.
+    /// Returns the control of a part of the work, which is cancelled together with the work and has its own progress.
     pub(crate) fn part(&self) -> Self {
         Self { cancelled: self.cancelled.clone(), outside: self.outside.clone(), ..Self::default() }
     }

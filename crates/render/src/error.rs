@@ -3,8 +3,8 @@
 use raycam_bvh::BuildError;
 use raycam_scene::{ErrorCode, Message, SceneError};
 
-/// Error of preparation or rendering. Programs decide by [`RenderError::code`]; the message states what was given, what was
-/// expected and what to do.
+/// Error of preparation or rendering. Programs should test [`RenderError::code`]; the message states what was given,
+/// what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
     /// Invalid settings, regions or arrays.
@@ -16,7 +16,7 @@ pub enum RenderError {
     /// Texture tiles that cannot be read back from the texture memory's file.
     #[error(transparent)]
     Textures(SceneError),
-    /// Geometry that no BVH can be built over.
+    /// Geometry for which no BVH can be built.
     #[error("mesh {mesh}: {source}")]
     Build {
         /// Index into the world's meshes.
@@ -25,7 +25,7 @@ pub enum RenderError {
         source: BuildError,
     },
     /// The image does not fit into memory.
-    #[error("{what} needs {bytes} bytes, the limit is {limit}; render it in regions or with fewer channels")]
+    #[error("{what} requires {bytes} bytes; the limit is {limit}; render it in regions or with fewer channels")]
     TooLarge {
         /// The object that was requested.
         what: String,
@@ -36,7 +36,8 @@ pub enum RenderError {
     },
     /// The system cannot provide the memory.
     #[error(
-        "{what} needs {bytes} bytes, more than the system provides; render smaller regions or fewer channels at a time"
+        "{what} requires {bytes} bytes, more than the system provides; render smaller regions or fewer channels at a \
+         time"
     )]
     OutOfMemory {
         /// The thing that was requested.
@@ -63,7 +64,7 @@ impl RenderError {
         Self::Settings(message.into())
     }
 
-    /// The error of a world whose parts do not fit together.
+    /// The error of a world whose parts are inconsistent.
     pub fn world(message: impl Into<Message>) -> Self {
         Self::World(message.into())
     }

@@ -1,9 +1,9 @@
-//! The switch of path guiding: the only file outside of the folder `guiding` that names it.
+//! Switch of path guiding: the only file outside the folder `guiding` that names it.
 
 use crate::path_guiding::PathGuiding;
 use crate::prepare::world::PreparedWorld;
 
-/// The path guiding of a world, created if necessary.
+/// Path guiding of a world; created if necessary.
 ///
 /// To build without path guiding, delete the folder `guiding` and its line in `lib.rs`, and return `None` from the
 /// closure.

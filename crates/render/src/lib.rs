@@ -1,4 +1,4 @@
-//! Renderer: what a camera sees of a [`World`](raycam_scene::World).
+//! Renderer: computes a camera's view of a [`World`](raycam_scene::World).
 //!
 //! ```text
 //! World ──prepare──> PreparedWorld = Geometry (BVH, instances, materials, textures) + Lighting + Guiding
@@ -11,7 +11,7 @@
 //!
 //! The stages are named as in pbrt-v4's wavefront integrator (M. Pharr, W. Jakob and G. Humphreys, "Physically Based
 //! Rendering", 4th edition, 2023, chapter 15). The unit of work is a tile: one thread traces, shades and writes a batch
-//! of rays. No result depends on the tile, on the number of threads or on their order.
+//! of rays. Results do not depend on tiles, on the number of threads or on their order.
 //!
 //! | folder | contents |
 //! |---|---|
@@ -30,7 +30,7 @@
 //! | `annotations` | flow, keypoints and amodal masks |
 //! | `queries` | ray and point queries: closest hits, crossings, inside tests, distances |
 //!
-//! A folder uses folders above it in this table alone; `prepare/world.rs`, which composes the prepared world, stands
+//! A folder uses only folders above it in this table. `prepare/world.rs`, which composes the prepared world, is placed
 //! between `light` and `motion`.
 //!
 //! Terms:
@@ -47,7 +47,7 @@
 //! * Caustic: light that a mirror or a lens focuses on another surface.
 
 #![forbid(unsafe_code)]
-// Loops over lanes read several arrays by one index; frames and batches of lanes are converted by reference or in
+// Loops over lanes read several arrays with one index; frames and batches of lanes are converted by reference or in
 // place.
 #![allow(clippy::needless_range_loop, clippy::wrong_self_convention)]
 

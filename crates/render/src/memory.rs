@@ -1,13 +1,13 @@
-//! Checks of available memory before allocations: a failed allocation would end the process.
+//! Checks for available memory before allocations, because a failed allocation would end the process.
 
 use crate::error::RenderError;
 
-/// Checks that the system would give this many bytes, by reserving and releasing them.
+/// Checks that the system provides this many bytes, by reserving and releasing them.
 ///
 /// # Errors
 /// [`RenderError::OutOfMemory`].
 pub fn check_memory(what: impl FnOnce() -> String, bytes: u64) -> Result<(), RenderError> {
-    /// Bytes below which an allocation is not worth asking for.
+    /// Allocations of fewer bytes are not checked.
     const SMALL: u64 = 1 << 20;
     let given =
         bytes < SMALL || usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());

@@ -1,8 +1,8 @@
-//! Interface of path guiding, and the slot that holds it in a prepared world.
+//! Interface of path guiding, and the slot that stores it in a prepared world.
 //!
 //! Path guiding only changes how directions and lights are sampled, never the expected image: directions come from a
 //! [`ConeMixture`] with a known density, and lights are sampled at a known rate. Without guiding, images have more
-//! noise where light arrives through glass, from mirrors or through gaps.
+//! noise if light arrives through glass, from mirrors or through gaps.
 
 use std::fmt::Debug;
 use std::sync::OnceLock;
@@ -16,38 +16,38 @@ use crate::prepare::geometry::Geometry;
 use crate::settings::Settings;
 use crate::soa::{LANES, Vec3xN};
 
-/// Minimum number of segments from a diffuse surface over another surface to a light: shorter paths are not guided.
+/// Minimum number of segments from a diffuse surface via another surface to a light; shorter paths are not guided.
 pub(crate) const MIN_GUIDED_SEGMENTS: u32 = 2;
 
 /// Path guiding of one world.
 pub(crate) trait PathGuiding: Debug + Send + Sync {
-    /// Finds what depends on the geometry alone, in the current thread pool.
+    /// Computes everything that depends only on the geometry, in the current thread pool.
     fn learn_geometry(&self, geometry: &Geometry);
 
-    /// Learns what the samples of an image need before the first one is traced, once per world.
+    /// Learns everything that the samples of an image require before the first sample is traced; once per world.
     fn learn(&self, geometry: &Geometry, lights: &Lights, settings: &Settings);
 
     /// Index of a pixel's first sample that is guided by [`PathGuiding::learn_late`]; `None` if there is no such
     /// sample.
     fn first_late_sample(&self, settings: &Settings, size: [u32; 2]) -> Option<u32>;
 
-    /// Learns what late samples need in addition, once per world.
+    /// Learns the additional data that late samples require; once per world.
     fn learn_late(&self, geometry: &Geometry, lights: &Lights);
 
-    /// Guide of a batch of samples; `None` if nothing is known to guide them to.
+    /// Guide of a batch of samples; `None` if there are no targets to guide them to.
     fn guide<'a>(&'a self, geometry: &Geometry, lights: &Lights, is_late: bool)
     -> Option<Box<dyn DirectionGuide + 'a>>;
 
     /// True if [`PathGuiding::light_sampling_rate`] may be below 1.
     fn has_rare_light_sampling(&self) -> bool;
 
-    /// Probability of sampling a light at a scene-local position. Depends on the world alone.
+    /// Probability of sampling a light at a scene-local position. Depends only on the world.
     fn light_sampling_rate(&self, geometry: &Geometry, lights: &Lights, position: DVec3) -> f32;
 }
 
 /// Guide of the directions of diffuse samples.
 pub(crate) trait DirectionGuide: Debug {
-    /// Sets the mixture of the active lanes, and samples a direction for each.
+    /// Sets the mixture of the active lanes and samples a direction for each.
     fn sample(&self, points: &GuidedPoints, mixture: &mut ConeMixture<LANES>, out: &mut Vec3xN<f32, LANES>);
 }
 
@@ -59,11 +59,11 @@ pub(crate) struct GuidedPoints<'a> {
     pub random: &'a [[f32; LANES]; 2],
 }
 
-/// The path guiding of a prepared world, which the first image installs.
+/// Path guiding of a prepared world, installed by the first image.
 #[derive(Debug, Default)]
 pub(crate) struct GuidingSlot {
     guiding: OnceLock<Option<Box<dyn PathGuiding>>>,
-    /// True for the world at one time within an exposure, where learning would cost too much.
+    /// True for the world at one time within an exposure, for which learning would take too long.
     is_within_exposure: bool,
 }
 

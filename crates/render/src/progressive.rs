@@ -1,4 +1,4 @@
-//! Progressive frame: samples are added in slices, as long as somebody looks.
+//! Progressive frame: samples are added in slices while someone is watching.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,25 +20,27 @@ use crate::settings::{Catchers, Settings};
 use crate::thread_pool::Workers;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// Samples of the first rounds of [`Progressive::add_for`]. From 16 on a texture's filter and the tree may be others:
-/// what was added before then starts from scratch, so it is little.
+/// Samples of the first rounds of [`Progressive::add_for`]. From 16 samples on, the texture filter and the BVH may
+/// differ, and tiles start from scratch; the first rounds are therefore small.
 const FIRST_ROUNDS: [u32; 2] = [2, 16];
-/// Samples that a later round adds, at most; until then it doubles them: rays of small rounds share fewer triangles.
+/// Maximum number of samples that a later round adds. Until then each round doubles the number, because rays of small
+/// rounds share fewer triangles.
 const LARGEST_ROUND: u32 = 64;
 
-/// Frame to which samples are added. Each tile keeps its own number: its pixels are at any time those of
-/// [`render`](crate::render()) with so many samples, to the bit, for any slices, regions, cancellations and threads.
+/// Frame to which samples are added. Each tile has its own number of samples. At any time, its pixels are bit-identical
+/// to those of [`render`](crate::render()) with this number of samples, for any slices, regions, cancellations and
+/// threads.
 pub struct Progressive {
     world: Arc<World>,
     prepared: Arc<PreparedWorld>,
     camera: Camera,
     settings: Settings,
     region: [u32; 4],
-    /// From the middle outwards.
+    /// Tiles from the centre outwards.
     tiles: Vec<Mutex<ProgressiveTile>>,
 }
 
-/// Tile and its samples.
+/// Tile and its number of samples.
 struct ProgressiveTile {
     tile: Tile,
     samples: u32,
@@ -49,8 +51,8 @@ impl Progressive {
     /// Returns a frame without samples. `settings.samples` is the number at which [`Progressive::add_for`] ends.
     ///
     /// # Errors
-    /// [`RenderError::Settings`] for invalid settings, for those that end by themselves, and for ground truth, which
-    /// does not change with samples.
+    /// [`RenderError::Settings`] for invalid settings, for settings that end by themselves, and for ground truth, which
+    /// does not depend on samples.
     pub fn new(
         world: Arc<World>,
         prepared: Arc<PreparedWorld>,
@@ -61,7 +63,8 @@ impl Progressive {
         let region = settings.check(camera.size())?;
         if settings.noise_threshold.is_some() || settings.time_limit.is_some() {
             return fail(
-                "noise_threshold and time_limit are not supported by progressive images, which end when you stop; use render",
+                "noise_threshold and time_limit are not supported by progressive images, which have no end of their \
+                 own; use render",
             );
         }
         if settings.catchers != Catchers::Show {
@@ -99,7 +102,7 @@ impl Progressive {
         &self.settings.channels
     }
 
-    /// Samples of the pixel of a region (default: the whole image) that has the fewest.
+    /// Number of samples of the pixel that has the fewest in a region (default: the whole image).
     pub fn samples(&self, region: Option<[u32; 4]>) -> u32 {
         self.tiles_in(region).map(|one| one.samples).min().unwrap_or(0)
     }
@@ -112,14 +115,14 @@ impl Progressive {
     /// Adds samples to every tile of a region (default: the whole image) that has fewer than `until`.
     ///
     /// # Errors
-    /// [`RenderError::Cancelled`], which leaves each tile with the samples that it has; those of [`crate::render()`].
+    /// [`RenderError::Cancelled`], after which each tile keeps the samples that it has; errors of [`crate::render()`].
     pub fn add(&mut self, until: u32, region: Option<[u32; 4]>, control: &Control) -> Result<(), RenderError> {
         Settings { samples: until.max(1), ..self.settings.clone() }.check(self.camera.size())?;
         self.add_until(until, region, None, control)
     }
 
-    /// Adds samples for about this time, to those tiles first that have the fewest; ends at a tile, and at the
-    /// settings' number. Returns the samples of the tile that has the fewest.
+    /// Adds samples for about this time, first to the tiles that have the fewest. Stops after a complete tile, and at
+    /// the settings' number of samples. Returns the number of samples of the tile that has the fewest.
     ///
     /// # Errors
     /// Errors of [`Progressive::add`].
@@ -161,7 +164,7 @@ impl Progressive {
             self.prepared.prepare_light();
             TileRenderer::new(&self.prepared, shutter.as_ref(), &self.camera, &settings, self.region)
         });
-        // Each thread does one tile at least, so that a short time is progress too.
+        // Each thread completes at least one tile, so that even a short time makes progress.
         let begun = AtomicUsize::new(0);
         workers.for_each_dynamic(&tiles, |scratch: &mut ThreadScratch, one| {
             let is_first = begun.fetch_add(1, Ordering::Relaxed) < workers.count();
@@ -181,7 +184,7 @@ impl Progressive {
     /// Returns the notices.
     ///
     /// # Errors
-    /// [`RenderError::Settings`] if a pixel has no sample, or the planes do not fit.
+    /// [`RenderError::Settings`] if a pixel has no sample, or if the planes do not match.
     pub fn develop(&self, targets: Vec<OutputPlane<'_>>) -> Result<Vec<Notice>, RenderError> {
         let fail = |message: &str| Err(RenderError::settings(message));
         let samples = self.samples(None);
@@ -190,7 +193,10 @@ impl Progressive {
         }
         let film = Film::new(self.region, targets.into_iter());
         let Some(film) = film.filter(|film| film.has_channels(&self.settings.channels)) else {
-            return fail("the output planes do not match the image's region and channels");
+            return fail(
+                "the output planes do not match the image's region and channels; expected one plane of that \
+                size per channel",
+            );
         };
         let settings = Settings { samples, ..self.settings.clone() };
         let shutter = ShutterSlices::new(&self.world, &self.prepared, &self.camera);
@@ -210,9 +216,9 @@ impl Progressive {
 }
 
 impl ProgressiveTile {
-    /// Adds samples up to the renderer's number. A tile whose samples are not those of such a frame starts from
-    /// scratch: a single sample is the centre ray, the texture filter of a few samples is wider, and a larger number
-    /// may pay for another tree. After an error the tile is as before.
+    /// Adds samples up to the renderer's number. A tile starts from scratch if its samples differ from those of a frame
+    /// with that number: a single sample is the centre ray, a few samples have a wider texture filter, and a larger
+    /// number may justify another BVH. After an error the tile is unchanged.
     fn add(
         &mut self,
         renderer: &TileRenderer,

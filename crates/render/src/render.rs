@@ -27,12 +27,12 @@ use crate::tile_renderer::{ThreadScratch, TileRenderer};
 /// Renders a frame.
 ///
 /// Every pixel has the ground truth of the exact ray through its centre, in float64. Its colour is the mean over
-/// `settings.samples` rays distributed by the filter, in float32; a single sample is the centre ray itself. The same
-/// arguments give the same bytes for any number of threads; a region has the bytes that it has in the whole image.
+/// `settings.samples` rays distributed by the filter, in float32; a single sample is the centre ray itself. Equal
+/// arguments give equal bytes for any number of threads, and a region has the same bytes as in the whole image.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for invalid settings, [`RenderError::TooLarge`], [`RenderError::Cancelled`], and those
-/// of [`with_pool`].
+/// [`RenderError::Settings`] for invalid settings, [`RenderError::TooLarge`], [`RenderError::Cancelled`], and errors of
+/// [`with_pool`].
 pub fn render(
     world: &PreparedWorld,
     camera: &Camera,
@@ -42,8 +42,9 @@ pub fn render(
     render_to_frame(world, None, camera, settings, control)
 }
 
-/// [`render`] for a world that moves while the camera's shutter is open. `prepared` is `world` at its time, the
-/// middle of the shutter's time. A world without a time, or a camera without a shutter, renders as with [`render`].
+/// Same as [`render`], for a world that moves while the camera's shutter is open. `prepared` is `world` at its time,
+/// the middle of the shutter's time. A world without a time, or a camera without a shutter, is rendered as by
+/// [`render`].
 ///
 /// # Errors
 /// Errors of [`render`], and [`RenderError::World`] if the world cannot be evaluated at a time.
@@ -58,11 +59,11 @@ pub fn render_moving(
     render_to_frame(prepared, shutter.as_ref(), camera, settings, control)
 }
 
-/// [`render_moving`] into the caller's memory: an output plane per channel, in order, as large as [`checked_region`]
-/// returns. Returns the region and the notices. After an error the planes hold arbitrary values.
+/// Same as [`render_moving`], but writes into the caller's memory: one output plane per channel, in order, as large as
+/// [`checked_region`] returns. Returns the region and the notices. After an error the planes contain arbitrary values.
 ///
 /// # Errors
-/// Errors of [`render_moving`], and [`RenderError::Settings`] if the planes do not fit.
+/// Errors of [`render_moving`], and [`RenderError::Settings`] if the planes do not match.
 pub fn render_into(
     world: &World,
     prepared: &PreparedWorld,
@@ -77,15 +78,15 @@ pub fn render_into(
     Ok((region, request.render(false, control, targets.into_iter())?))
 }
 
-/// A pixel's brightest sample: its part of the light of all the pixel's samples, and the path that brought it, in world
-/// coordinates. `None` where every sample is black.
+/// Brightest sample of a pixel: its fraction of the light of all the pixel's samples, and the path along which the
+/// light arrived, in world coordinates. `None` if every sample is black.
 pub type BrightestSample = Option<(f64, BrightPath)>;
 
-/// The brightest samples of pixels of an image that [`render`] made with the same arguments; none for integrators that
-/// show no light. The world does not move while the shutter is open.
+/// Returns the brightest samples of pixels of an image that [`render`] created with the same arguments; `None` for
+/// integrators that show no light. The world does not move while the shutter is open.
 ///
 /// # Errors
-/// Errors of [`render`], and [`RenderError::Settings`] for pixels outside of the image.
+/// Errors of [`render`], and [`RenderError::Settings`] for pixels outside the image.
 pub fn brightest_samples(
     world: &PreparedWorld,
     camera: &Camera,
@@ -96,7 +97,7 @@ pub fn brightest_samples(
     let region = settings.check(camera.size())?;
     let [width, height] = camera.size();
     if pixels.iter().any(|&[x, y]| x >= width || y >= height) {
-        return Err(RenderError::settings(format!("pixels are outside of the image of {width} x {height}")));
+        return Err(RenderError::settings(format!("pixels are outside the image of {width} x {height}")));
     }
     let camera = &world.geometry.camera_outside(camera);
     let request = RenderRequest { world, shutter: None, camera, settings, region };
@@ -113,7 +114,7 @@ pub fn brightest_samples(
     })?
 }
 
-/// True if the calling thread alone renders a frame, in a fraction of a millisecond: ground truth or unlit colours of
+/// True if the calling thread alone can render a frame in a fraction of a millisecond: ground truth or unlit colours of
 /// few pixels.
 pub fn is_brief(world: &World, prepared: &PreparedWorld, camera: &Camera, settings: &Settings) -> bool {
     let Ok(region) = settings.check(camera.size()) else {
@@ -124,7 +125,7 @@ pub fn is_brief(world: &World, prepared: &PreparedWorld, camera: &Camera, settin
     may_run_here(prepared, moves, settings, needs) && estimated_work(settings, region, needs) <= MAX_WORK_HERE
 }
 
-/// True if nothing that a frame needs uses a pool: it is not lit, waits for no clock and no light, and nothing moves.
+/// True if a frame needs no thread pool: it is not lit, has no time limit, needs no lights, and nothing moves.
 fn may_run_here(world: &PreparedWorld, moves: bool, settings: &Settings, needs: RenderNeeds) -> bool {
     let unlit = !needs.color || (settings.integrator == Integrator::Flat && world.has_lighting());
     unlit && !moves && settings.time_limit.is_none()
@@ -156,7 +157,7 @@ pub(crate) fn estimated_frame_work(
     estimated_work(settings, region, RenderNeeds::new(settings, camera, &world.geometry))
 }
 
-/// Region of a frame and its number of pixels, if the settings are valid and there is memory.
+/// Region of a frame and its number of pixels, if the settings are valid and there is enough memory.
 ///
 /// # Errors
 /// [`RenderError::Settings`] and [`RenderError::TooLarge`].
@@ -165,7 +166,7 @@ pub fn checked_region(camera: &Camera, settings: &Settings) -> Result<([u32; 4],
     Ok((region, output_plane::check_size(region, &settings.channels)?))
 }
 
-/// Steps of the progress bar of a frame that ends by the clock.
+/// Number of progress bar steps of a frame with a time limit.
 const PROGRESS_STEPS: f64 = 1000.0;
 
 fn render_to_frame(
@@ -192,7 +193,7 @@ pub(crate) struct RenderRequest<'a> {
 }
 
 impl RenderRequest<'_> {
-    /// Renders; returns the notices. `alone` takes the calling thread, which may be one of a pool, and no other.
+    /// Renders and returns the notices. `alone` uses only the calling thread, which may belong to a pool.
     pub fn render<'t>(
         &self,
         alone: bool,
@@ -241,7 +242,7 @@ impl RenderRequest<'_> {
         Ok(notices)
     }
 
-    /// The number of samples of every pixel, by a pilot.
+    /// Number of samples of every pixel, determined by a pilot.
     fn plan_samples(
         &self,
         camera: &Camera,
@@ -265,7 +266,7 @@ impl RenderRequest<'_> {
         })
     }
 
-    /// The renderer of a frame of these settings.
+    /// Renderer of a frame with these settings.
     fn renderer<'s>(&'s self, camera: &'s Camera, settings: &'s Settings) -> TileRenderer<'s> {
         if RenderNeeds::new(settings, camera, &self.world.geometry).color {
             install_guiding(self.world);
@@ -274,8 +275,8 @@ impl RenderRequest<'_> {
         TileRenderer::new(self.world, self.shutter, camera, settings, self.region)
     }
 
-    /// Traces and resolves tiles for about this time, and adds a notice of the samples per pixel. The frame is the one
-    /// of exactly so many samples: texture filter, scene and sample positions depend on their number.
+    /// Traces and resolves tiles for about this time, and adds a notice with the number of samples per pixel. The frame
+    /// equals one with exactly this number of samples, on which the texture filter, scene and sample positions depend.
     fn render_for_duration(
         &self,
         camera: &Camera,
@@ -287,12 +288,12 @@ impl RenderRequest<'_> {
     ) -> Result<(), RenderError> {
         let start = Instant::now();
         control.start(PROGRESS_STEPS as usize);
-        // Samples that still fit after so many.
+        // Number of samples that still fit into the time after this many.
         let fit = |taken: u32| {
             let spent = start.elapsed().as_secs_f64();
             (seconds - spent) / (spent / f64::from(taken))
         };
-        // One sample measures how many fit, and is the whole frame if no more do.
+        // One sample measures how many fit into the time. If no further sample fits, it is the whole frame.
         let one = Settings { samples: 1, ..self.settings.clone() };
         let first = self.renderer(camera, &one);
         tiles.par_iter().try_for_each_init(ThreadScratch::default, |scratch, tile| {
@@ -309,7 +310,7 @@ impl RenderRequest<'_> {
             taken = self.add_rounds(&renderer, fit, tiles, film, control)?;
             renderer.notices(self.region, notices);
         }
-        let again = format!("samples = {taken} gives the same picture");
+        let again = format!("samples = {taken} reproduces the image");
         notices.insert(
             0,
             Notice::new(
@@ -320,7 +321,8 @@ impl RenderRequest<'_> {
         Ok(())
     }
 
-    /// Adds samples while they fit, and until the frame is that of their number; returns the number.
+    /// Adds samples while they fit into the time, and continues until the number of samples belongs to the chosen
+    /// frame. Returns the number.
     fn add_rounds(
         &self,
         renderer: &TileRenderer,
@@ -351,7 +353,7 @@ impl RenderRequest<'_> {
                 Ok(())
             })?;
             taken = until;
-            // As many as should fit, at most as many as were measured.
+            // As many as should fit, and at most as many as have been measured.
             let more = fit(taken);
             let done = (PROGRESS_STEPS / (1.0 + more.max(0.0) / f64::from(taken))) as usize;
             control.advance_by(done.saturating_sub(reported));

@@ -14,27 +14,27 @@ use crate::render::{RenderRequest, estimated_frame_work};
 use crate::settings::Settings;
 use crate::thread_pool::Workers;
 
-/// Images of a world, each seen by its camera with its own places of some objects.
+/// Images of a world; each image has its camera and its own poses of some objects.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureSeries<'a> {
-    /// World as written.
+    /// World description.
     pub world: &'a World,
-    /// The same, prepared.
+    /// The same world, prepared.
     pub prepared: &'a PreparedWorld,
     /// Family of the world.
     pub family: &'a Arc<PreparedFamily>,
-    /// Cameras of one size: one for all images, or one for each.
+    /// Cameras of equal size: one for all images, or one per image.
     pub cameras: &'a [Camera],
-    /// Objects that move, and world_from_mesh of each: one for all images, or one for each.
+    /// Objects that move, and their world_from_mesh: one for all images, or one per image.
     pub poses: &'a [(usize, Vec<DAffine3>)],
 }
 
-/// Time of an image in nanoseconds from which all threads share it.
+/// Estimated time per image, in nanoseconds, above which all threads share an image.
 const SHARED_PICTURE: f64 = 20e6;
 
 impl PictureSeries<'_> {
-    /// Renders an image into each list of planes; image i is that of [`crate::render_into`] with the poses i, the
-    /// camera i and the frame `settings.frame` + i. Returns the notices, each once.
+    /// Renders an image into each list of planes. Image i equals that of [`crate::render_into`] with poses i, camera i
+    /// and the frame `settings.frame` + i. Returns the notices, each once.
     ///
     /// # Errors
     /// Errors of [`crate::render_into`], and [`RenderError::World`] for a pose that flattens an object.
@@ -62,7 +62,7 @@ impl PictureSeries<'_> {
             control.advance();
             Ok(())
         };
-        // Many short images take a thread each, few long ones all threads.
+        // Many short images use one thread each; a few long images use all threads.
         if each < SHARED_PICTURE || count >= 4 * workers.count() {
             workers.for_each_dynamic(&jobs, |_: &mut (), job| one(job, true))?;
         } else {
@@ -97,7 +97,7 @@ impl PictureSeries<'_> {
         request.render(alone, &part, planes.into_iter())
     }
 
-    /// The world of an image, if it differs from the world.
+    /// World of an image, if it differs from the common world.
     fn posed(
         &self,
         picture: usize,
@@ -111,7 +111,7 @@ impl PictureSeries<'_> {
         for (object, places) in self.poses {
             let place = places[if places.len() == 1 { 0 } else { picture }];
             let placed = world.place_object(*object, place);
-            placed.map_err(|error| RenderError::world(format!("pose {picture}: {error}")))?;
+            placed.map_err(|error| RenderError::world(format!("image {picture}: {error}")))?;
         }
         let prepared = PreparedWorld::in_family(&world, self.family, Some(self.prepared), settings.threads, control)?;
         Ok(Some((world, prepared)))

@@ -13,13 +13,13 @@ pub enum TruthSurface {
     /// The first triangle hit, whatever its material.
     #[default]
     First,
-    /// The first surface that cannot be seen through. The straight ray skips surfaces of opacity below one half, back
-    /// faces of one-sided surfaces, and refractive surfaces.
+    /// The first surface that is not transparent. The straight ray skips surfaces of opacity below one half, back faces
+    /// of one-sided surfaces, and refractive surfaces.
     Solid,
 }
 
 impl TruthSurface {
-    /// The member with a name: "first" or "solid".
+    /// Returns the variant with this name: "first" or "solid".
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             "first" => Some(Self::First),
@@ -29,20 +29,20 @@ impl TruthSurface {
     }
 }
 
-/// Part that shadow catchers take in a frame ([`raycam_scene::Object::shadow_catcher`]).
+/// Role of shadow catchers in a frame ([`raycam_scene::Object::shadow_catcher`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Catchers {
-    /// Surfaces like all others.
+    /// Shadow catchers are surfaces like all others.
     #[default]
     Show,
-    /// Background, behind which nothing is seen.
+    /// Shadow catchers show the background and hide everything behind it.
     Hide,
-    /// Surfaces; all others are background, behind which nothing is seen.
+    /// Only shadow catchers are surfaces; all other objects show the background and hide everything behind it.
     Only,
 }
 
 impl Catchers {
-    /// The member with a name: "show", "hide" or "only".
+    /// Returns the variant with this name: "show", "hide" or "only".
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             "show" => Some(Self::Show),
@@ -78,12 +78,12 @@ pub struct Settings {
     pub surface: TruthSurface,
     /// Hides the environment from camera rays, so that the frame can be composited: see [`Channel::Alpha`].
     pub transparent_background: bool,
-    /// Part that shadow catchers take, if `transparent_background`.
+    /// Role of shadow catchers, if `transparent_background`.
     pub catchers: Catchers,
-    /// Largest number of path segments in `path`: 1 shows emitters, 2 adds direct lighting, and so on. `None`: no
+    /// Maximum number of path segments in `path`: 1 shows emitters, 2 adds direct lighting, and so on. `None`: no
     /// limit.
     pub max_depth: Option<u32>,
-    /// Largest value of a sample; it darkens the image. `None`: no limit.
+    /// Maximum value of a sample; a limit darkens the image. `None`: no limit.
     pub clamp: Option<f32>,
     /// Distance in metres within which surfaces occlude the ambient light (infinity: any distance). `None`: no
     /// occlusion.
@@ -118,7 +118,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The settings of validated options with their defaults; the other settings are [`Settings::default`].
+    /// Creates settings from validated options with their defaults; the other settings are those of
+    /// [`Settings::default`].
     ///
     /// # Errors
     /// [`RenderError::Settings`]: the errors of [`RenderOptions::validate`].
@@ -140,7 +141,7 @@ impl Settings {
         })
     }
 
-    /// Validates the rest of the settings; returns the region to render of an image of this size.
+    /// Validates the remaining settings. Returns the region to render of an image of this size.
     pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
         let fail = |message: String| Err(RenderError::settings(message));
         if self.channels.is_empty() {
@@ -148,7 +149,10 @@ impl Settings {
         }
         for (i, channel) in self.channels.iter().enumerate() {
             if self.channels[..i].contains(channel) {
-                return fail(format!("channels contains {:?} twice", channel.name()));
+                return fail(format!(
+                    "channels contains {:?} twice; expected each channel at most once",
+                    channel.name()
+                ));
             }
         }
         if self.time_limit.is_some() && cfg!(target_family = "wasm") {

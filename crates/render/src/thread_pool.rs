@@ -1,6 +1,6 @@
-//! Thread pools, built on first use and kept for the process. They survive a fork.
+//! Thread pools, created on first use and kept until the process ends. They survive a fork.
 //!
-//! WebAssembly has no threads: there all work is done by the caller, for whom rayon runs its parts one after the other.
+//! WebAssembly has no threads: the caller does all work, and rayon runs the parts one after the other.
 
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -13,21 +13,21 @@ use raycam_scene::render_options::MAX_THREADS;
 
 use crate::error::RenderError;
 
-/// Thread pools of one process, by number of threads. A forked child inherits none of its parent's threads, which
-/// explains the process id.
+/// Thread pools of one process, by number of threads. A forked child inherits none of its parent's threads, so pools
+/// are stored with their process id.
 struct PoolCache {
     process: u32,
     by_threads: HashMap<usize, Arc<SharedPool>>,
 }
 
-/// Thread pool and the number of calls that it serves.
+/// Thread pool, and the number of calls that use it.
 pub(crate) struct SharedPool {
     threads: rayon::ThreadPool,
     calls: AtomicUsize,
 }
 
 impl SharedPool {
-    /// Counts a call until the result is dropped.
+    /// Counts a call until the returned guard is dropped.
     fn enter(&self) -> CountedCall<'_> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         CALLS.fetch_add(1, Ordering::Relaxed);
@@ -48,7 +48,7 @@ impl Drop for CountedCall<'_> {
 static CALLS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// Calls whose parts stand still below what this thread does.
+    /// Suspended calls below the current one on this thread's stack.
     static WAITING: Cell<u32> = const { Cell::new(0) };
 }
 
@@ -57,7 +57,7 @@ static POOLS: Mutex<Option<PoolCache>> = Mutex::new(None);
 /// Runs `f` on a pool of `threads` threads (`None`: as many as this process may use). The pool is kept for the next
 /// call.
 ///
-/// A forked child builds pools of its own.
+/// A forked child creates its own pools.
 pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
     let threads = checked_threads(threads)?;
     if !HAS_THREADS {
@@ -68,7 +68,7 @@ pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) 
     Ok(pool.threads.install(f))
 }
 
-/// Runs `f` in the current pool, or in one of this crate: rayon's global pool does not survive a fork.
+/// Runs `f` in the current pool, or in one of this crate's pools: rayon's global pool does not survive a fork.
 ///
 /// # Errors
 /// Errors of [`with_pool`].
@@ -78,29 +78,29 @@ pub(crate) fn in_pool<T: Send>(f: impl FnOnce() -> T + Send) -> Result<T, Render
 
 const HAS_THREADS: bool = !cfg!(target_family = "wasm");
 
-/// Threads that a call runs on. Results are the same.
+/// Threads on which a call runs. Results do not depend on them.
 pub(crate) enum Workers {
-    /// The calling thread alone. Nothing that runs here may use rayon, whose own pool would not survive a fork, unless
-    /// there are no threads.
+    /// Only the calling thread. Work that runs here must not use rayon (whose own pool would not survive a fork),
+    /// unless there are no threads.
     Here,
-    /// A pool, of which this many threads take part.
+    /// A pool, of which this many threads are used.
     Pool(Arc<SharedPool>, usize),
 }
 
-/// Work in nanoseconds up to which the calling thread does it alone: waking others would take as long.
+/// Work, in nanoseconds, up to which only the calling thread is used: waking others would take as long.
 pub(crate) const MAX_WORK_HERE: f64 = 0.4e6;
-/// Work in nanoseconds that is worth a thread.
+/// Minimum work per thread, in nanoseconds.
 const WORK_PER_THREAD: f64 = 0.2e6;
-/// Time after which a call yields to others that wait for the same threads, such as a small image during a long one.
+/// Time after which a call yields to other calls waiting for the same threads, such as a small image during a long one.
 const TURN: Duration = Duration::from_millis(10);
-/// Calls that may stand still on one thread, whose stack holds them: a call within a part takes up to 400 KiB.
+/// Maximum number of calls suspended on one thread, whose stack contains them: a nested call takes up to 400 KiB.
 const MOST_WAITING: u32 = 8;
-/// Stack of a thread; pages that are not touched take no memory.
+/// Stack size of a thread; untouched pages take no memory.
 const STACK_BYTES: usize = 8 << 20;
 
 impl Workers {
-    /// Threads for an estimated time of work in nanoseconds: `threads` at most (`None`: all that this process may use),
-    /// and no more than are worth waking. Only work that `may_run_here` runs on the calling thread.
+    /// Chooses threads for an estimated time of work in nanoseconds: at most `threads` (`None`: all that this process
+    /// may use), and no more than are worth waking. Only work that `may_run_here` runs on the calling thread.
     ///
     /// # Errors
     /// Errors of [`with_pool`].
@@ -132,8 +132,8 @@ impl Workers {
         }
     }
 
-    /// Does each part on the next free thread, with a scratch for each thread; rayon's iterators would assign
-    /// consecutive parts to one thread. An error stops the others. Calls that need the same threads take turns.
+    /// Runs each part on the next free thread, with scratch memory for each thread; rayon's iterators would assign
+    /// consecutive parts to one thread. An error stops the other parts. Calls that need the same threads take turns.
     ///
     /// # Errors
     /// The first error of `work`.
@@ -181,8 +181,8 @@ impl Workers {
     }
 }
 
-/// Lets another call that waits for this thread have its turn, in the middle of a part that may take seconds. The
-/// caller holds no lock that the other could need.
+/// Runs another call that waits for this thread, in the middle of a part that may take seconds. The caller must not
+/// hold a lock that the other call could need.
 pub(crate) fn give_turn() {
     let waiting = WAITING.get();
     if HAS_THREADS && CALLS.load(Ordering::Relaxed) > 1 && waiting < MOST_WAITING {
@@ -192,17 +192,17 @@ pub(crate) fn give_turn() {
     }
 }
 
-/// A value that the first thread that needs it computes on a separate pool, while others wait: a thread that waits
-/// within its own pool takes up other work, which may need the value too. A forked child does not wait for its parent.
+/// A value that the first thread to need it computes on a separate pool, while others wait. A thread that waits within
+/// its own pool takes up other work, which may need the value too. A forked child does not wait for its parent.
 #[derive(Debug, Default)]
 pub(crate) struct MadeOnce<T> {
     value: OnceLock<T>,
-    /// The process that makes it, or 0.
+    /// Id of the process that computes the value, or 0.
     maker: AtomicU32,
 }
 
 impl<T: Send + Sync> MadeOnce<T> {
-    /// The value, if it is known.
+    /// The value if it has been computed.
     pub fn get(&self) -> Option<&T> {
         self.value.get()
     }
@@ -224,7 +224,7 @@ impl<T: Send + Sync> MadeOnce<T> {
     }
 }
 
-/// Runs `f` on a new pool of as many threads as the caller's.
+/// Runs `f` on a new pool with as many threads as the caller's.
 fn on_own_pool<T: Send>(f: impl FnOnce() -> T + Send) -> std::thread::Result<T> {
     if !HAS_THREADS {
         return Ok(f());
@@ -238,7 +238,8 @@ fn pool_builder(threads: usize) -> rayon::ThreadPoolBuilder {
     rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES)
 }
 
-/// Threads that this process may use, read once: finding out opens files, which takes longer than a short query.
+/// Number of threads that this process may use, read once: determining it opens files, which takes longer than a short
+/// query.
 fn available_threads() -> usize {
     static AVAILABLE: OnceLock<usize> = OnceLock::new();
     *AVAILABLE.get_or_init(|| std::thread::available_parallelism().map_or(1, usize::from))
@@ -248,7 +249,7 @@ fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
     let threads = threads.unwrap_or_else(|| available_threads().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(RenderError::settings(format!(
-            "threads: {threads}: expected a whole number from 1 to {MAX_THREADS}"
+            "threads: {threads}; expected a whole number from 1 to {MAX_THREADS}"
         )));
     }
     Ok(threads)
@@ -259,7 +260,8 @@ fn pool(threads: usize) -> Result<Arc<SharedPool>, RenderError> {
     {
         let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
         if pools.as_ref().is_some_and(|p| p.process != process) {
-            // Pools of the parent process: their threads do not exist here, and dropping a pool would join them.
+            // Pools of the parent process are leaked: their threads do not exist here, and dropping a pool would join
+            // them.
             std::mem::forget(pools.take());
         }
         let known = pools.as_ref().and_then(|p| p.by_threads.get(&threads));
@@ -267,7 +269,7 @@ fn pool(threads: usize) -> Result<Arc<SharedPool>, RenderError> {
             return Ok(pool.clone());
         }
     }
-    // Built outside the lock, which is therefore held briefly: a fork finds it free.
+    // Created outside the lock, so that it is held only briefly and a fork finds it unlocked.
     let built = pool_builder(threads)
         .thread_name(|i| format!("raycam {i}"))
         .build()
@@ -288,7 +290,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stacks_are_large_enough_for_waiting_calls() {
+    fn stacks_are_large_enough_for_suspended_calls() {
         fn wait(calls: u32) -> u8 {
             let frame = std::hint::black_box([1_u8; 400 << 10]);
             if calls == 0 { frame[0] } else { wait(calls - 1) + frame[1] }
@@ -308,7 +310,8 @@ mod tests {
                     let parts: Vec<usize> = (0..parts).collect();
                     let work = |_: &mut (), _: &usize| {
                         started.store(true, Ordering::Relaxed);
-                        // Much is as long as little takes, on a busy machine too; 10 s if little waits for it.
+                        // The long call takes as long as it takes, on a busy machine too; if the short call waited for
+                        // it, that would be 10 s.
                         if !is_over.load(Ordering::Relaxed) {
                             std::thread::sleep(Duration::from_millis(2));
                         }

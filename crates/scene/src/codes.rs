@@ -1,7 +1,7 @@
-//! Tables of codes: an enum whose variants have a name, a cause and a remedy.
+//! Tables of codes: enums whose variants have a name, a cause and a remedy.
 
-/// Declares an enum of codes. Each variant has its name in messages, the cause, and what to do about it; all three are
-/// its documentation and appear in the reference.
+/// Declares an enum of codes. Each variant has its name in messages, the cause and the remedy; all three form its
+/// documentation and appear in the reference.
 macro_rules! codes {
     ($(#[$meta:meta])* $name:ident { $($variant:ident $text:literal: $cause:literal, $remedy:literal;)* }) => {
         $(#[$meta])*
@@ -14,7 +14,7 @@ macro_rules! codes {
             /// All codes, in the order of the reference.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// The code as Python and the reference write it.
+            /// The code as written in Python and the reference.
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }
@@ -24,7 +24,7 @@ macro_rules! codes {
                 match self { $(Self::$variant => $cause,)* }
             }
 
-            /// What to do, as a sentence.
+            /// The remedy, as a sentence.
             pub const fn remedy(self) -> &'static str {
                 match self { $(Self::$variant => $remedy,)* }
             }

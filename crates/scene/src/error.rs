@@ -5,34 +5,34 @@ use std::path::PathBuf;
 
 use crate::error_code::{ErrorCode, Message};
 
-/// Error of a world, a camera or a texture file. Programs decide by [`SceneError::code`]; the message states what was given,
-/// what was expected and what to do.
+/// Error of a world, a camera or a texture file. Programs should test [`SceneError::code`]; the message states what was
+/// given, what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// An invalid camera.
     #[error("{0}")]
     Camera(Message),
-    /// Geometry, colours or materials that do not fit together.
+    /// Inconsistent geometry, colours or materials.
     #[error("{0}")]
     World(Message),
     /// A description (world file or dict) that the schema does not allow.
     #[error("{}{message}", path_prefix(path))]
     Schema {
-        /// The key, as `object[2].diffuse`; empty at the top.
+        /// The key, such as `object[2].diffuse`; empty for the whole description.
         path: String,
         /// The expectation, with the nearest valid name.
         message: Message,
-        /// Byte range in the text that it came from.
+        /// Byte range in the source text.
         span: Option<Range<usize>>,
     },
     /// The temporary texture file cannot be created, written or read.
     #[error("{}: {message}", path.display())]
     Storage {
-        /// The folder that it is in.
+        /// Its folder.
         path: PathBuf,
-        /// The system's number of the error.
+        /// The system's error number.
         number: Option<i32>,
-        /// The message of the system, and what to do.
+        /// The system's message, and a remedy.
         message: String,
     },
 }
@@ -50,7 +50,7 @@ impl SceneError {
         Self::Camera(message.into())
     }
 
-    /// The error of parts of a world that do not fit together.
+    /// The error of inconsistent parts of a world.
     pub fn world(message: impl Into<Message>) -> Self {
         Self::World(message.into())
     }
@@ -100,7 +100,7 @@ impl SceneError {
     pub fn in_context(self, parent: &str) -> Self {
         match self {
             Self::Camera(_) | Self::World(_) => Self::schema(parent, Message::from(self)),
-            // Not the description's fault, whatever part of it came next.
+            // Not a fault in the description, whichever part was read last.
             storage @ Self::Storage { .. } => storage,
             Self::Schema { path, message, span } => {
                 let joint = if path.is_empty() || path.starts_with('[') { "" } else { "." };
@@ -117,12 +117,13 @@ impl From<SceneError> for Message {
     }
 }
 
-/// `; did you mean "name"?` with the candidate nearest to a misspelt name, or the valid ones where none is near.
+/// Returns `; did you mean "name"?` with the candidate closest to a misspelt name, or the list of valid names if none
+/// is close.
 pub fn suggestion<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let given = given.to_lowercase();
     let likeness = |candidate: &str| strsim::jaro_winkler(&given, &candidate.to_lowercase());
-    // One slip in a short word is a misspelling as well, though it makes a large difference.
+    // A single edit in a short word also counts as a misspelling, although it is a large relative difference.
     let is_near = |candidate: &str| {
         let slips = strsim::damerau_levenshtein(&given, &candidate.to_lowercase());
         likeness(candidate) >= 0.8 || slips == 1 && given.len() > 1

@@ -27,7 +27,7 @@ codes! {
             "A key or an argument does not exist.",
             "Correct its spelling; the message lists the valid names.";
         UnknownName "unknown_name":
-            "A name does not exist among the choices, objects, cameras or other parts.",
+            "A name does not belong to any of the options, objects, cameras or other parts.",
             "Correct its spelling; the message lists the valid names.";
         IndexOutOfRange "index_out_of_range":
             "An index refers to a part that does not exist.",
@@ -51,10 +51,10 @@ codes! {
             "The coefficients of a lens model are invalid, or the lens cannot be inverted within the image.",
             "Check the order and number of the coefficients, and the image size.";
         InvalidWorld "invalid_world":
-            "The parts of a world do not fit together.",
+            "The parts of a world are inconsistent.",
             "Correct the part that the message names.";
         InvalidMesh "invalid_mesh":
-            "The arrays of a mesh do not fit together.",
+            "The arrays of a mesh are inconsistent.",
             "Give each array as many entries as the mesh has vertices, corners or faces.";
         InvalidMaterial "invalid_material":
             "The values of a material do not describe a physical surface.",
@@ -72,28 +72,28 @@ codes! {
             "A file ends before its declared content.",
             "Copy or download the file again.";
         BudgetExceeded "budget_exceeded":
-            "A file would need more memory or more elements than the budget allows.",
+            "A file would require more memory or more elements than the budget allows.",
             "Raise the budget if you trust the file.";
         UnsupportedFeature "unsupported_feature":
             "A valid file uses a feature that is not supported.",
-            "Export the file without the feature.";
+            "Export the file without this feature.";
         UnknownFormat "unknown_format":
-            "A file is in no known format.",
+            "The format of a file is unknown.",
             "Convert it to one of the formats that the message lists.";
         OutsideRoot "outside_root":
-            "A file name inside a file points outside of its folder.",
+            "A file name inside a file points outside its folder.",
             "Move the file into the folder of the file that names it.";
         FileNotFound "file_not_found":
             "A file does not exist.",
             "Check the path.";
         FileUnreadable "file_unreadable":
-            "The operating system refuses to read or write a file.",
+            "The operating system denies reading or writing a file.",
             "Check permissions, free space, and that the path is a file.";
         Storage "storage":
             "The temporary file of textures cannot be created, written or read.",
             "Set TMPDIR to a folder with enough space, or raise texture_memory.";
         CannotWrite "cannot_write":
-            "Values do not fit the file format in which they should be written.",
+            "The file format to be written cannot store some of the values.",
             "Use another format, or change the values.";
         InvalidSettings "invalid_settings":
             "Render settings or arguments are invalid.",
@@ -102,13 +102,13 @@ codes! {
             "A result would be larger than the limit.",
             "Render it in regions, or request fewer channels.";
         OutOfMemory "out_of_memory":
-            "The operating system does not provide the memory.",
-            "Request less at a time.";
+            "The operating system does not provide the required memory.",
+            "Request less data at a time.";
         Cancelled "cancelled":
             "A call was cancelled.",
             "Call it again for the complete result.";
         NoThreads "no_threads":
-            "The operating system refuses to start threads.",
+            "The operating system denies starting threads.",
             "Use fewer threads.";
         Internal "internal":
             "A bug in raycam.",
@@ -116,7 +116,7 @@ codes! {
     }
 }
 
-/// Text of an error, with its code if that is more specific than the kind of error.
+/// Text of an error, with its code if the code is more specific than the error's kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
     text: String,
@@ -124,12 +124,12 @@ pub struct Message {
 }
 
 impl Message {
-    /// The code, or else this one.
+    /// The code, or this default.
     pub fn code_or(&self, code: ErrorCode) -> ErrorCode {
         self.code.unwrap_or(code)
     }
 
-    /// The same code with another text.
+    /// Returns the same code with another text.
     #[must_use]
     pub fn with_text(self, text: impl Into<String>) -> Self {
         Self { text: text.into(), ..self }
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_have_unique_names_and_whole_sentences() {
+    fn error_codes_have_unique_names_and_complete_sentences() {
         let all = ErrorCode::ALL;
         assert!(all.iter().all(|code| code.cause().ends_with('.') && code.remedy().ends_with('.')));
         let mut names: Vec<_> = all.iter().map(|code| code.name()).collect();

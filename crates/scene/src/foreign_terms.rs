@@ -1,10 +1,11 @@
-//! Terms of other programs and raycam's terms for the same things: hints for error messages. None is accepted as a synonym.
+//! Terms of other programs and raycam's equivalents, used as hints in error messages. They are not accepted as
+//! synonyms.
 
-/// Place where a term was found.
+/// Where a term was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TermPlace {
-    /// A key, or the name of a closed set, of a world file or a dict. [`ForeignTerm::ours`] are schema names; a row applies
-    /// if one of them is expected.
+    /// A key, or a name from a fixed set, of a world file or a dict. [`ForeignTerm::ours`] contains schema names; a row
+    /// applies if one of them is expected.
     Schema,
     /// An option of `raycam.render`.
     Render,
@@ -32,14 +33,15 @@ impl TermPlace {
     }
 }
 
-/// A row of [`FOREIGN_TERMS`].
+/// Row of [`FOREIGN_TERMS`].
 #[derive(Clone, Copy, Debug)]
 pub struct ForeignTerm {
-    /// Place where the words mean this.
+    /// Place where the words have this meaning.
     pub place: TermPlace,
-    /// The words of other programs: in lower case with underscores for [`TermPlace::Schema`], as written otherwise.
+    /// Words of other programs: in lower case with underscores for [`TermPlace::Schema`], otherwise in their original
+    /// spelling.
     pub words: &'static [&'static str],
-    /// The names or expressions to use in raycam. Names that are spelt almost like the word need no row.
+    /// Names or expressions to use in raycam. Names that are spelt almost like the word need no row.
     pub ours: &'static [&'static str],
 }
 
@@ -54,7 +56,7 @@ const CAST_RAYS: &str = "world.cast_rays(origins, directions)";
 const CAMERA_SIZE: &str =
     "the camera determines the size: world.default_camera((640, 480)), world.view_from(size=...), camera.resized(...)";
 
-/// The table.
+/// All rows.
 #[rustfmt::skip]
 pub const FOREIGN_TERMS: &[ForeignTerm] = &[
     // Types of lights.
@@ -147,7 +149,8 @@ pub const FOREIGN_TERMS: &[ForeignTerm] = &[
     term(World, &["save", "export", "write", "to_glb"], &["world.to_gltf(path)"]),
     term(World, &["render", "snapshot"], &["raycam.render(world, camera)"]),
     term(World, &["show", "view", "plot"], &["raycam.view(world)"]),
-    term(World, &["size", "resolution"], &["the camera's: world.view_from(side, size=(width, height))"]),
+    term(World, &["size", "resolution"], &["the size belongs to the camera: world.view_from(side, size=(width, \
+        height))"]),
     term(World, &["animate", "add_keyframe", "keyframes"], &["world.set_video(keyframe=[...])"]),
     // Attributes of frames.
     term(Frame, &["image", "rgb", "img", "pixels"], &[r#"frame["color"], linear; frame.to_srgb8() as bytes"#]),

@@ -1,8 +1,8 @@
 //! The scene as data: worlds of meshes, materials, lights and cameras, and their mathematics.
 //!
-//! Parts are joined by index. [`schema`] is what people write (world files and Python dicts); [`World`] is its meaning,
-//! with files read and names resolved. Nothing here reads a user's file or traces a ray; the one file is the temporary
-//! one of a [`TextureCache`].
+//! Parts refer to each other by index. [`schema`] describes world files and Python dicts; [`World`] is the result, with
+//! files read and names resolved. This crate reads no user files and traces no rays; the only file it uses is the
+//! temporary file of a [`TextureCache`].
 //!
 //! ```text
 //! codes               macro for tables of codes
@@ -13,6 +13,7 @@
 //! named_enum          closed sets with names
 //! math color          rotations, Hermite curves; colour spaces, view transforms
 //! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
+//! medium              fog, and coefficients of absorption and scattering
 //! material light      reflection models; emitters
 //! camera              projection, lens models, aperture, shutter, rigs
 //! animation           node hierarchies, skins, morph targets (glTF)
@@ -23,7 +24,7 @@
 //! schema              world files: deserialisation, specs, building a world
 //! ```
 //!
-//! A folder imports only those above it.
+//! A folder imports only from folders above it in this list.
 
 #![forbid(unsafe_code)]
 
@@ -37,6 +38,7 @@ pub mod foreign_terms;
 pub mod light;
 pub mod material;
 pub mod math;
+pub mod medium;
 pub mod mesh;
 pub mod model;
 mod named_enum;
@@ -60,6 +62,7 @@ pub use error::{Result, SceneError, suggestion};
 pub use error_code::{ErrorCode, Message};
 pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
+pub use medium::fog::Fog;
 pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
 pub use notice::{Notice, NoticeCode};

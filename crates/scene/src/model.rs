@@ -1,4 +1,4 @@
-//! The contents of a mesh file, and the loader of a description's files.
+//! Contents of a mesh file, and the loader of a description's files.
 
 use std::sync::Arc;
 
@@ -10,26 +10,26 @@ use crate::notice::Notice;
 use crate::texture::{ColorUse, Image, Texture, Wrap};
 use crate::up::Up;
 
-/// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
+/// Named part of a mesh file (an OBJ `o`), in the file's coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshPart {
-    /// Empty if absent.
+    /// Name; empty if absent.
     pub name: String,
-    /// Its triangles.
+    /// Triangles.
     pub mesh: Mesh,
     /// Indices into [`MeshFile::materials`], one per material slot of the mesh; never empty.
     pub materials: Vec<usize>,
 }
 
-/// The contents of a mesh file. As an object of a world file its parts become one object; loaded as a world of its own,
-/// each part becomes an object.
+/// Contents of a mesh file. In an object of a world file, its parts become one object; loaded as a separate world, each
+/// part becomes an object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshFile {
-    /// In file order.
+    /// Parts in file order.
     pub parts: Vec<MeshPart>,
-    /// `texture` is an index into [`MeshFile::textures`].
+    /// Materials; `texture` is an index into [`MeshFile::textures`].
     pub materials: Vec<Material>,
-    /// The images that the materials use.
+    /// Images that the materials use.
     pub textures: Vec<Texture>,
     /// Notices of the reader.
     pub notices: Vec<Notice>,
@@ -37,24 +37,24 @@ pub struct MeshFile {
     pub up: Option<Up>,
 }
 
-/// Loader of the files that a description names: of a folder, and nothing outside it.
+/// Loader of the files that a description names; it reads only files inside one folder.
 pub trait AssetLoader {
-    /// The error of a file.
+    /// Error of a file.
     type Error: From<SceneError>;
 
-    /// The mesh file of this name.
+    /// Reads the mesh file with this name.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
     fn mesh(&mut self, file: &str) -> Result<MeshFile, Self::Error>;
 
-    /// The image file of this name. Integers in images of colours are in sRGB, all others are linear.
+    /// Reads the image file with this name. Integers in colour images are in sRGB, all others are linear.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
     fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture, Self::Error>;
 
-    /// The image file of this name as an environment: it repeats around the horizon, and ends at the poles.
+    /// Reads the image file with this name as an environment: it repeats around the horizon and ends at the poles.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
@@ -62,21 +62,22 @@ pub trait AssetLoader {
         Ok(self.texture(file, [Wrap::Repeat, Wrap::Clamp], ColorUse::Color)?.image)
     }
 
-    /// The IES file of this name.
+    /// Reads the IES file with this name.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
     fn profile(&mut self, file: &str) -> Result<IesProfile, Self::Error>;
 
-    /// An image of a material as the world keeps it, which may bound the memory of them.
+    /// Returns an image of a material in the form in which the world stores it; the world may limit the memory of its
+    /// images.
     ///
     /// # Errors
-    /// An image that does not fit and cannot be put elsewhere.
+    /// An image that does not fit into memory and cannot be stored elsewhere.
     fn store_texture(&mut self, image: Arc<Image>) -> Result<Arc<Image>, Self::Error> {
         Ok(image)
     }
 
-    /// The full path of the background image of this name; the caller reads it.
+    /// Returns the full path of the background image with this name; the caller reads the image.
     ///
     /// # Errors
     /// A file that is missing or unreadable.
@@ -84,11 +85,11 @@ pub trait AssetLoader {
         Ok(file.into())
     }
 
-    /// The error of a file, prefixed with the key that refers to it, such as `object[2].mesh`.
+    /// Error of a file, prefixed with the key that refers to the file, such as `object[2].mesh`.
     fn in_context(error: Self::Error, key: &str) -> Self::Error;
 }
 
-/// For descriptions that may name no files.
+/// Loader for descriptions that must not name files.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoAssets;
 
@@ -96,15 +97,15 @@ impl AssetLoader for NoAssets {
     type Error = SceneError;
 
     fn mesh(&mut self, file: &str) -> Result<MeshFile> {
-        Err(SceneError::world(format!("mesh {file:?}: files cannot be read here")))
+        Err(SceneError::world(format!("mesh {file:?}: this description cannot refer to files")))
     }
 
     fn texture(&mut self, file: &str, _wrap: [Wrap; 2], _color_use: ColorUse) -> Result<Texture> {
-        Err(SceneError::world(format!("texture {file:?}: files cannot be read here")))
+        Err(SceneError::world(format!("texture {file:?}: this description cannot refer to files")))
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile> {
-        Err(SceneError::world(format!("profile {file:?}: files cannot be read here")))
+        Err(SceneError::world(format!("profile {file:?}: this description cannot refer to files")))
     }
 
     fn in_context(error: SceneError, key: &str) -> SceneError {
@@ -113,7 +114,7 @@ impl AssetLoader for NoAssets {
 }
 
 impl MeshFile {
-    /// The contents of a file with one mesh and no materials.
+    /// Contents of a file with one mesh and no materials.
     pub fn from_mesh(mesh: Mesh, notices: Vec<Notice>) -> Self {
         Self {
             materials: vec![Material::for_mesh(&mesh)],
@@ -124,20 +125,22 @@ impl MeshFile {
         }
     }
 
-    /// All parts as one mesh, with the materials of its slots as indices into [`MeshFile::materials`].
+    /// Joins all parts into one mesh, with the materials of its slots as indices into [`MeshFile::materials`].
     ///
-    /// A part that lacks a per-vertex or per-triangle array which another has gets the value that changes nothing:
-    /// white colours, texture coordinates (0, 0), and no normals.
+    /// A part that lacks an array which another part has gets neutral values: white colours, texture coordinates (0,
+    /// 0), and no normals.
     ///
     /// # Errors
-    /// [`SceneError::World`] where no part has triangles, a part is invalid or lacks a material, or there are more
-    /// vertices or materials than indices can count.
+    /// [`SceneError::World`] if no part has triangles, if a part is invalid or lacks a material, or if there are too
+    /// many vertices or materials.
     pub fn as_single_mesh(&self) -> Result<(Mesh, Vec<usize>)> {
         let parts = || self.parts.iter().filter(|part| !part.mesh.triangles.is_empty());
         let vertices: usize = parts().map(|part| part.mesh.vertices.len()).sum();
         let slots: usize = parts().map(|part| part.materials.len()).sum();
         if vertices > u32::MAX as usize || slots > usize::from(u16::MAX) {
-            return Err(SceneError::world(format!("{vertices} vertices with {slots} materials: too many for a mesh")));
+            return Err(SceneError::world(format!(
+                "{vertices} vertices and {slots} materials are too many for one mesh"
+            )));
         }
         for MeshPart { name, mesh, materials } in parts() {
             mesh.validate()?;
@@ -174,10 +177,10 @@ impl MeshFile {
 }
 
 impl Light {
-    /// Reads the file that it names, unless that was done.
+    /// Reads the file that it refers to, unless it has been read.
     ///
     /// # Errors
-    /// The errors of `files`.
+    /// Errors of `files`.
     pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
         match self {
             Light::Environment { image, .. } => image.load(|file| files.environment(file)),

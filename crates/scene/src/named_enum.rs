@@ -1,4 +1,4 @@
-//! Closed sets whose members have names in world files, in Python and on the command line.
+//! Enums whose variants have names in world files, in Python and on the command line.
 
 /// Defines an enum whose variants are written as the given names: for serde, the JSON Schema, and as `NAMES`, `name` and
 /// `from_name`.
@@ -16,17 +16,17 @@ macro_rules! named_enum {
         }
 
         impl $type {
-            /// The names of all members.
+            /// The names of all variants.
             pub const NAMES: &'static [&'static str] = &[$($name),+];
 
-            /// The member's name.
+            /// The variant's name.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)+
                 }
             }
 
-            /// The member with a name.
+            /// Returns the variant with this name.
             pub fn from_name(name: &str) -> Option<Self> {
                 match name {
                     $($name => Some(Self::$variant),)+

@@ -1,4 +1,4 @@
-//! Notices: what was assumed, changed or left out without stopping.
+//! Notices: assumptions, changes and omissions that did not stop the work.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -6,34 +6,34 @@ use std::fmt;
 
 use crate::codes::codes;
 
-/// Subjects that a notice lists; further ones are counted.
+/// Maximum number of subjects that a notice lists; further ones are counted.
 const MAX_SUBJECTS: usize = 3;
 
-/// A notice. Programs decide by its code; the message is for people.
+/// A notice. Programs should test its code; the message is for people.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Notice {
-    /// The kind of notice.
+    /// Kind of the notice.
     pub code: NoticeCode,
-    /// What was assumed, changed or left out.
+    /// The assumption, change or omission.
     pub message: String,
-    /// The first parts that it is about, as `camera "left"`; empty if the message names them.
+    /// The first parts that the notice concerns, such as `camera "left"`; empty if the message names them.
     pub subjects: Vec<String>,
-    /// Number of these parts, including those that are not listed.
+    /// Number of these parts, including unlisted ones.
     pub count: usize,
 }
 
 impl Notice {
-    /// A notice of this kind.
+    /// Creates a notice of this kind.
     pub fn new(code: NoticeCode, message: impl Into<String>) -> Self {
         Self { code, message: message.into(), subjects: Vec::new(), count: 0 }
     }
 
-    /// A notice about a part, such as a camera, a key or a line.
+    /// Creates a notice about a part, such as a camera, a key or a line.
     pub fn about(code: NoticeCode, subject: impl Into<String>, message: impl Into<String>) -> Self {
         Self { code, message: message.into(), subjects: vec![subject.into()], count: 1 }
     }
 
-    /// A notice about several parts, of which it lists the first three.
+    /// Creates a notice about several parts, of which it lists the first three.
     pub fn about_all<S: Into<String>>(
         code: NoticeCode,
         subjects: impl ExactSizeIterator<Item = S>,
@@ -43,7 +43,7 @@ impl Notice {
         Self { code, message: message.into(), subjects: subjects.take(MAX_SUBJECTS).map(Into::into).collect(), count }
     }
 
-    /// The same notice with `place` and a colon in front of its subjects, or else of its message.
+    /// Returns the notice with `place` and a colon before its subjects, or otherwise before its message.
     #[must_use]
     pub fn in_context(mut self, place: impl fmt::Display) -> Self {
         match self.subjects.first_mut() {
@@ -53,8 +53,8 @@ impl Notice {
         self
     }
 
-    /// Merges notices with the same code whose messages differ at most in counts. The first message is kept, with the first
-    /// three subjects and the number of the others.
+    /// Merges notices with the same code whose messages differ at most in counts. The first message is kept, with the
+    /// first three subjects and the number of the remaining ones.
     pub fn group(notices: impl IntoIterator<Item = Self>) -> Vec<Self> {
         let mut groups: Vec<Self> = Vec::new();
         let mut known = HashMap::new();
@@ -76,7 +76,7 @@ impl Notice {
     }
 }
 
-/// The message with `#` for numbers that are words of their own.
+/// The message with `#` in place of numbers that are separate words.
 fn cause(message: &str) -> String {
     let masked = |word: &str| {
         let number = word.trim_matches(|c: char| c.is_ascii_punctuation() && c != '-');
@@ -106,13 +106,13 @@ codes! {
     NoticeCode {
         DefaultLights "default_lights":
             "The world has no lights, so a white sky and a sun light it.",
-            "Add a light to the world, or use the integrator \"flat\", which needs none.";
+            "Add a light to the world, or use the integrator \"flat\", which requires none.";
         GlassBlocksLight "glass_blocks_light":
             "The light of lamps and suns without a size does not pass through solid glass.",
             "Give the lamp a radius or the sun an angular_diameter.";
         SamplesUsed "samples_used":
-            "A render with a noise threshold or a time limit reports its samples per pixel.",
-            "After a time limit, set samples to this number to get the same image again.";
+            "A render with a noise threshold or a time limit used this number of samples per pixel.",
+            "To reproduce an image after a time limit, set samples to this number.";
         NoiseLeft "noise_left":
             "Some pixels have not reached the noise threshold within the allowed samples.",
             "Raise samples or noise_threshold.";
@@ -123,7 +123,7 @@ codes! {
             "Some samples were brighter than clamp and were reduced, so the image is too dark.",
             "Raise clamp, or remove it for an unbiased image.";
         ExceededTextureMemory "exceeded_texture_memory":
-            "The textures need more than texture_memory and are in a temporary file.",
+            "The textures require more than texture_memory and are in a temporary file.",
             "Raise texture_memory if rendering is slow.";
         TexturesPaged "textures_paged":
             "Texture tiles were read back from the temporary file during rendering.",
@@ -132,16 +132,16 @@ codes! {
             "A material reflects more light than arrives.",
             "Reduce its diffuse or specular reflectance, or its color.";
         IgnoredKey "ignored_key":
-            "A key, statement, property or option is not used.",
+            "A key, statement, property or option is ignored.",
             "Remove it, or check its spelling if it should have an effect.";
         IgnoredFeature "ignored_feature":
             "A feature of a file is not supported, and the file is read without it.",
             "Export the file without the feature, or accept the difference.";
         IgnoredElement "ignored_element":
-            "A part of a file, such as a mesh, light or camera, is left out because it is invalid or not supported.",
-            "Repair the part in the program that wrote the file if it matters.";
+            "A part of a file, such as a mesh, light or camera, is omitted because it is invalid or not supported.",
+            "If the part matters, repair it in the program that wrote the file.";
         IgnoredColors "ignored_colors":
-            "Some of an object's colours are not used because another source of colour has priority.",
+            "Some of an object's colours are ignored because another source of colour has priority.",
             "Remove the source of colour that should not be shown.";
         IgnoredColorProfile "ignored_color_profile":
             "An image's colour profile, primaries, gamma or exposure is not applied.",
@@ -153,32 +153,32 @@ codes! {
             "Transparency that a file stores is not shown.",
             "Set alpha for the object, or accept that it is opaque.";
         UnusedAlpha "unused_alpha":
-            "A texture has an alpha channel that its material does not use.",
+            "A texture has an alpha channel that its material ignores.",
             "Set alpha = \"blend\" for the object, or map_d in an MTL file.";
         IgnoredAnimation "ignored_animation":
-            "A part of an animation moves nothing, or its target is not animated.",
+            "A part of an animation has no effect, or its target cannot be animated.",
             "Animate another property, or accept that it does not move.";
         FirstOnly "first_only":
             "A file contains several images, frames, scenes or sets of values, and only one is used.",
-            "Save the part that you need to a file of its own.";
+            "Save the required part to a separate file.";
         EmptyFile "empty_file":
             "A file contains nothing that can be shown.",
-            "Check that the program that wrote it exports meshes, and as which types.";
+            "Check which types of objects the program that wrote it exports.";
         HiddenPart "hidden_part":
             "A file marks a part as hidden, and it is not shown.",
             "Make it visible in the program that wrote the file.";
         MultipliedColors "multiplied_colors":
             "Two sources of colour are multiplied.",
-            "Set one of them to white to show the other alone.";
+            "To show only one of them, set the other to white.";
         MissingFile "missing_file":
-            "A file that another file names is missing, or is not allowed to be read, and is skipped.",
-            "Put the file in place, inside the folder of the file that names it.";
+            "A file that another file refers to is missing, or must not be read, and is skipped.",
+            "Put the file inside the folder of the file that refers to it.";
         UnreadableFile "unreadable_file":
-            "A file that another file names is damaged or in an unknown format, and is skipped.",
+            "A file that another file refers to is damaged or has an unknown format, and is skipped.",
             "Repair or convert the file.";
         SubstitutedFile "substituted_file":
-            "A file was found under a different name or folder than the one stated.",
-            "Correct the name in the file that names it.";
+            "A file was found under a different name or folder than specified.",
+            "Correct the name in the file that refers to it.";
         ClampedValue "clamped_value":
             "A value was outside its range and was replaced by the nearest limit.",
             "Correct the value.";
@@ -186,68 +186,68 @@ codes! {
             "A value was invalid and was replaced by a default.",
             "Correct the value.";
         DroppedGeometry "dropped_geometry":
-            "Faces, points or lines were left out because they have no area or invalid vertices.",
+            "Faces, points or lines were omitted because they have no area or invalid vertices.",
             "Repair the mesh if the faces matter.";
         RepairedRotation "repaired_rotation":
             "A matrix that is almost a rotation was replaced by the nearest rotation.",
-            "Write poses with more digits.";
+            "Write poses with more digits to keep their exact values.";
         RepairedPose "repaired_pose":
             "Scale, shear or mirroring was removed from a camera's or light's pose.",
             "Apply the scale to the meshes instead.";
         TrailingData "trailing_data":
-            "Data after the declared end of the file is not used.",
+            "Data after the declared end of the file is ignored.",
             "Check the counts that the file declares.";
         TruncatedData "truncated_data":
-            "A file ends early, and the part that exists is used.",
+            "A file is truncated, and only the existing part is used.",
             "Copy or download the file again.";
         InvalidFile "invalid_file":
-            "A file violates its format in a way that does not prevent reading it.",
-            "Report the fault to the program that wrote the file.";
+            "A file violates its format, but can still be read.",
+            "Report the violation to the developers of the program that wrote the file.";
         DuplicateName "duplicate_name":
-            "A name is used twice; only one of its uses counts.",
+            "A name is used twice, and only one use counts.",
             "Rename one of them.";
         MissingColors "missing_colors":
             "Parts without a colour are shown in a default colour.",
-            "Give each part a colour.";
+            "Assign a colour to each part.";
         MissingValue "missing_value":
             "A value is missing and its default is used.",
-            "State the value.";
+            "Specify the value if the default is wrong.";
         ConvertedUpAxis "converted_up_axis":
-            "A model's up axis differs from that of the world, and the model is turned.",
+            "A model's up axis differs from the world's, and the model is rotated.",
             "Set upright = false to keep the model's axes.";
         AssumedConvention "assumed_convention":
-            "A file does not state a unit, an axis, a scale or a convention, and one was assumed.",
-            "State the convention with an argument if the assumption is wrong.";
+            "A file does not specify a unit, an axis, a scale or a convention, and one was assumed.",
+            "If the assumption is wrong, specify the convention with an argument.";
         PlacedCameras "placed_cameras":
-            "The axes, the origin or the unit of the cameras' world follow from the file, as the message states.",
+            "The axes, the origin or the unit of the cameras' world were determined from the file.",
             "Move the cameras, or load the world in the same axes and unit.";
         RectifiedValues "rectified_values":
             "A file describes both the raw and the rectified cameras, and one of them is used.",
             "Use rig.rectified() for the rectified cameras of a raw pair.";
         UsedOtherFile "used_other_file":
             "Values that a file does not contain, such as K or an image size, were read from another file.",
-            "Name the other file or the values as an argument if these are wrong.";
+            "If the values are wrong, pass the other file or the values as an argument.";
         ApproximatedValue "approximated_value":
             "A value is represented by a similar one because the original has no exact equivalent.",
             "Compare the result with the original if the difference matters.";
         NotWritten "not_written":
-            "A file format cannot hold a value, which is not written.",
-            "Use another format, or keep the value elsewhere.";
+            "A file format cannot store a value, which is not written.",
+            "Use another format, or store the value elsewhere.";
         Renamed "renamed":
-            "A name differs in the written file because the format prescribes names.",
+            "A name was changed in the written file because the format prescribes names.",
             "Use the new name to find the part in the written file.";
         DetachedPart "detached_part":
-            "A change removes a part from the animation of its file.",
-            "Make the change after choosing a time with world.at(time) if the animation should continue.";
+            "A change detached a part from the animation of its file.",
+            "To keep the animation, choose a time with world.at(time) before making the change.";
         Implausible "implausible":
-            "A value is valid but is probably a mistake, such as a principal point outside the image.",
+            "A value is valid but probably a mistake, such as a principal point outside the image.",
             "Check the value, and its unit or resolution.";
         UnusedOption "unused_option":
-            "An option has no effect here.",
+            "An option has no effect in this call.",
             "Remove the option.";
         MoreNotices "more_notices":
-            "A file causes so many different notices that not all of them are kept.",
-            "Solve the listed ones first.";
+            "A file causes so many different notices that only some of them are kept.",
+            "Resolve the listed ones first.";
     }
 }
 

@@ -1,4 +1,4 @@
-//! Options of a render: one table, from which world files, Python, pages, the command line and the reference take names,
+//! Render options: one table, from which world files, Python, pages, the command line and the reference take names,
 //! types, defaults, ranges and descriptions.
 
 use schemars::JsonSchema;
@@ -10,13 +10,13 @@ use crate::error::{Result, SceneError};
 use crate::named_enum::named_enum;
 use crate::written::written;
 
-/// Largest number of samples per pixel.
+/// Maximum number of samples per pixel.
 pub const MAX_SAMPLES: u32 = 1 << 24;
-/// Largest number of threads.
+/// Maximum number of threads.
 pub const MAX_THREADS: usize = 1024;
 /// Maximum samples per pixel if `noise_threshold` or `time_limit` is given, but not `samples`.
 pub const ADAPTIVE_SAMPLES: u32 = 1 << 14;
-/// Largest exposure in stops, up and down.
+/// Maximum exposure in stops, up and down.
 const MAX_STOPS: f64 = 100.0;
 
 /// Defines [`RenderOptions`] and [`RENDER_OPTIONS`]. A row is an option's description, name, type, default and range.
@@ -29,7 +29,7 @@ macro_rules! render_options {
             $($(#[doc = $help])+ pub $name: Option<$type>,)+
         }
 
-        /// The table of options, in the order in which people read them.
+        /// The table of options, in the order in which they are documented.
         pub const RENDER_OPTIONS: &[RenderOption] = &[
             $(RenderOption { name: stringify!($name), help: concat!($($help),+), range: $range },)+
         ];
@@ -40,12 +40,12 @@ macro_rules! render_options {
                 Self { $($name: $default,)+ }
             }
 
-            /// These options, and those of `others` that are not given here.
+            /// Returns these options, completed by those of `others` that are not given here.
             pub fn or(&self, others: &Self) -> Self {
                 Self { $($name: self.$name.or(others.$name),)+ }
             }
 
-            /// The options that are given, with their rows of the table.
+            /// Returns the given options with their rows of the table.
             pub fn values(&self) -> impl Iterator<Item = (&'static RenderOption, OptionValue)> {
                 let values = [$(self.$name.map(OptionValue::from),)+];
                 RENDER_OPTIONS.iter().zip(values).filter_map(|(row, value)| Some((row, value?)))
@@ -88,7 +88,7 @@ render_options! {
 }
 
 named_enum! {
-    /// The integrators.
+    /// Integrators.
     #[schemars(rename = "IntegratorName")]
     pub enum Integrator {
         /// Base colour of the first triangle, unlit (glTF `KHR_materials_unlit`).
@@ -103,7 +103,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// The pixel filters.
+    /// Pixel filters.
     #[schemars(rename = "FilterName")]
     pub enum Filter {
         /// The mean over the pixel's square.
@@ -138,14 +138,14 @@ impl RenderOption {
         if self.range.contains(value) {
             return Ok(());
         }
-        Err(SceneError::schema(self.name, format!("{value}: expected {}", self.range)))
+        Err(SceneError::schema(self.name, format!("{value}; expected {}", self.range)))
     }
 }
 
 /// The type of an option and its valid values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OptionRange {
-    /// One of some names.
+    /// One of several names.
     Names(&'static [&'static str]),
     /// A whole number from `min` to `max`, both included.
     Whole {
@@ -193,10 +193,10 @@ impl std::fmt::Display for OptionRange {
     }
 }
 
-/// The value of an option.
+/// Value of an option.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OptionValue {
-    /// The name of a member of a closed set.
+    /// The name of an enum variant.
     Name(&'static str),
     /// A whole number.
     Whole(u64),
@@ -217,7 +217,7 @@ impl std::fmt::Display for OptionValue {
     }
 }
 
-/// Converts each type of an option.
+/// Converts each option type.
 macro_rules! option_value {
     ($($type:ty: |$value:ident| $converted:expr),+ $(,)?) => {
         $(impl From<$type> for OptionValue {
@@ -284,13 +284,17 @@ impl RenderOptions {
     /// Checks the values.
     ///
     /// # Errors
-    /// [`SceneError::Schema`]: a value outside of its option's range, or both `noise_threshold` and `time_limit`.
+    /// [`SceneError::Schema`] for a value outside its option's range, or for both `noise_threshold` and `time_limit`.
     pub fn validate(&self) -> Result<()> {
         for (option, value) in self.values() {
             option.check(value)?;
         }
         if self.noise_threshold.is_some() && self.time_limit.is_some() {
-            return Err(SceneError::schema("", "noise_threshold and time_limit cannot be combined; give one of them"));
+            return Err(SceneError::schema(
+                "",
+                "noise_threshold and time_limit cannot be combined; use only one of \
+                them",
+            ));
         }
         Ok(())
     }

@@ -1,10 +1,10 @@
-//! A world as a plain list of triangles in the order of (instance, triangle), for those who trace by themselves.
+//! A world as a plain list of triangles in the order of (instance, triangle), for callers that trace rays themselves.
 
 use crate::color::Rgb;
 use crate::mesh::Mesh;
 use crate::world::{Object, World};
 
-/// The number of triangles of one object, or of all that are visible.
+/// Number of triangles of one object, or of all visible objects.
 pub fn count(world: &World, object: Option<usize>) -> usize {
     let of_object = |object: &Object| world.meshes[object.mesh].triangles.len();
     match object {
@@ -13,7 +13,7 @@ pub fn count(world: &World, object: Option<usize>) -> usize {
     }
 }
 
-/// Corners in the world, of one object or of all that are visible.
+/// Corners in the world, of one object or of all visible objects.
 pub fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     let of_object = |object: &Object, mesh: &Mesh| {
         let placed: Vec<_> =
@@ -27,7 +27,7 @@ pub fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     }
 }
 
-/// Instance and triangle.
+/// Indices of instance and triangle.
 pub fn ids(world: &World) -> Vec<[i32; 2]> {
     let count = |object: &Object| world.meshes[object.mesh].triangles.len();
     let ids = world
@@ -39,8 +39,8 @@ pub fn ids(world: &World) -> Vec<[i32; 2]> {
     ids.collect()
 }
 
-/// One linear base colour each: the material's, times the face's, times the mean of the corners', times the texture in
-/// the middle.
+/// One linear base colour per triangle: the product of the material's colour, the face's colour, the mean of the
+/// corners' colours, and the texture at the triangle's centre.
 pub fn colors(world: &World) -> Vec<Rgb> {
     let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
     flat_map_objects(world, visible(world), |object, mesh| {

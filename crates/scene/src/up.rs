@@ -1,10 +1,10 @@
-//! The axis that points up.
+//! Axis that points up.
 
 use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The axis of the world that points up. Roll, pitch, yaw, orbits and skies refer to it; vertices are never turned.
+/// Axis of the world that points up. Roll, pitch, yaw, orbits and skies refer to it; vertices are never rotated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Up {
@@ -16,7 +16,7 @@ pub enum Up {
 }
 
 impl Up {
-    /// The unit vector that points up.
+    /// Unit vector that points up.
     pub fn axis(self) -> DVec3 {
         match self {
             Up::Z => DVec3::Z,
@@ -24,7 +24,7 @@ impl Up {
         }
     }
 
-    /// The rotation about the x axis that brings the axis `from` here; exact.
+    /// Rotation about the x axis that maps the axis `from` to this axis; exact.
     pub fn rotation_from(self, from: Up) -> DMat3 {
         match (from, self) {
             (Up::Y, Up::Z) => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
@@ -33,7 +33,7 @@ impl Up {
         }
     }
 
-    /// Its name, as people write it.
+    /// Its name in descriptions.
     pub fn name(self) -> &'static str {
         match self {
             Up::Z => "z",

@@ -1,4 +1,4 @@
-//! Values that people may write in more than one way, for serde and for the JSON Schema.
+//! Values with several notations, for serde and for the JSON Schema.
 
 /// Deserialises a type from any of its notations, given the expected notation and the methods of serde's visitor.
 macro_rules! written {
@@ -22,7 +22,7 @@ macro_rules! written {
     };
 }
 
-/// The JSON Schema of such a type, under a name.
+/// JSON Schema of such a type, under a name.
 macro_rules! written_schema {
     ($type:ident, $name:literal, |$generator:pat_param| $schema:expr) => {
         impl schemars::JsonSchema for $type {

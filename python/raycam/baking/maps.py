@@ -61,7 +61,7 @@ def bake(
                              OpenGL, or down as in DirectX with `green="down"`
     ao             float32   the cosine-weighted share of the hemisphere around the normal that is free within
                              `distance` metres, from `samples` rays: 1 is open, 0 closed
-    bent_normal    float32   the mean free direction, unit; the normal where none is free
+    bent_normal    float32   the mean free direction, unit; the normal if none is free
     thickness      float32   the mean distance to the next surface inside, cosine-weighted within `cone` degrees around
                              the reversed normal: 180 is the hemisphere, 120 the shape diameter function (Shapira et
                              al. 2008); rays that leave count as `distance`, or not if that is infinite

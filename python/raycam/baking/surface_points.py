@@ -43,8 +43,6 @@ class SurfacePoints:
     """True [n] for points without a source, which are those of the baked object."""
     materials: dict[str, npt.NDArray[np.float32]] = field(default_factory=dict)
     """Properties [n, ...] of the materials by name: those of `MATERIAL_MAPS`."""
-    material: npt.NDArray[np.int32] | None = None
-    """Numbers of the materials [n]; None for points of the baked object."""
 
 
 def transfer(points: SurfacePoints, source: World, cage: float, threads: int | None) -> SurfacePoints:
@@ -54,7 +52,7 @@ def transfer(points: SurfacePoints, source: World, cage: float, threads: int | N
     """
     normal, skip = points.shading_normal, OVERLAP * cage
     fields = (
-        *("t", "instance", "triangle", "barycentric", "position", "normal", "shading_normal", "material"),
+        *("t", "instance", "triangle", "barycentric", "position", "normal", "shading_normal"),
         *MATERIAL_MAPS,
     )
     hits: list[dict[str, npt.NDArray[Any]]] = []
@@ -85,7 +83,6 @@ def transfer(points: SurfacePoints, source: World, cage: float, threads: int | N
         chosen("barycentric", points.barycentric),
         missed,
         {name: chosen(name, np.zeros(hits[0][name].shape, np.float32)) for name in MATERIAL_MAPS},
-        chosen("material", np.full_like(points.instance, -1)),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import ipaddress
 import signal
+import tempfile
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,11 +17,12 @@ from .options.cameras import WORLD_ENDINGS, add_camera, load_calibration
 from .options.command import Command
 from .options.framing import find_camera, is_framed
 from .options.look import add_look
-from .options.messages import print_notice
-from .options.worlds import add_texture_memory, load_world
+from .options.messages import print_notice, print_notices
+from .options.worlds import add_texture_memory, find_file, load_world
 
 if TYPE_CHECKING:
     from ..camera import Camera
+    from ..viewer.files.sources import Opening
     from ..world import World
 
 FRAME_OPTIONS = ("channel", "exposure", "view")
@@ -28,9 +30,16 @@ FRAME_OPTIONS = ("channel", "exposure", "view")
 
 
 def _add(command: argparse.ArgumentParser) -> None:
-    command.add_argument("world", metavar="WORLD|FRAME", help="world, or a frame saved as .npz or .exr")
     command.add_argument(
-        "compare", metavar="FRAME", nargs="?", help="second frame, to compare with the first"
+        "world",
+        metavar="WORLD|FRAME",
+        help="world, or a folder or .zip archive with one; or a frame saved as .npz or .exr",
+    )
+    command.add_argument(
+        "more",
+        metavar="MODEL|FRAME",
+        nargs="*",
+        help="further models, shown in the same world; or a second frame, to compare with the first",
     )
     add_texture_memory(command)
     add_camera(command)
@@ -39,6 +48,11 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--cameras",
         metavar="FILE",
         help="calibration, trajectory or world file whose cameras are listed in addition to the world's",
+    )
+    command.add_argument(
+        "--photos",
+        metavar="DIR",
+        help="folder with the photographs of --cameras, which are shown behind their cameras",
     )
     command.add_argument("--integrator", metavar="NAME", help="integrator of still images: direct or path")
     command.add_argument("--samples", metavar="N", type=int, help="samples per pixel of still images")
@@ -55,6 +69,12 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--view", metavar="NAME", help="initial view transform: standard, agx or pbr_neutral"
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    _add_server(command)
+    command.set_defaults(run=_run)
+
+
+def _add_server(command: argparse.ArgumentParser) -> None:
+    """Adds the options of the server and its clients."""
     command.add_argument("--port", metavar="N", type=int, help="port (default: 7421, or the next free one)")
     command.add_argument(
         "--host", metavar="ADDRESS", default="127.0.0.1", help="address to listen on (default: 127.0.0.1)"
@@ -79,6 +99,11 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--no-browser", action="store_true", help="print the address instead of opening a browser"
     )
+    command.add_argument(
+        "--watch",
+        action="store_true",
+        help="load the world again when its file or a file that it uses changes",
+    )
     command.add_argument("--no-edit", action="store_true", help="disable editing of objects and lights")
     command.add_argument("--allow-open", action="store_true", help="open files that are dropped on the page")
     command.add_argument(
@@ -87,7 +112,6 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--exit-when-closed", action="store_true", help="stop the server when the page is closed"
     )
-    command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -95,13 +119,14 @@ def _run(options: argparse.Namespace) -> None:
 
     if is_frame(options.world):
         _show_frames(options)
-    elif options.compare is not None:
-        raise SettingsError(
-            f"{options.compare}: cannot be compared with {options.world}, which is a world; expected two frames saved "
-            "as .npz or .exr",
-            code="conflicting_values",
-        )
     else:
+        for other in options.more:
+            if is_frame(other):
+                raise SettingsError(
+                    f"{other}: cannot be compared with {options.world}, which is a world; expected two frames saved "
+                    "as .npz or .exr",
+                    code="conflicting_values",
+                )
         _view_world(options)
 
 
@@ -110,23 +135,26 @@ def _show_frames(options: argparse.Namespace) -> None:
     from ..viewer.page import page, write_page
     from ..viewer.saved_frames import load_frame
 
+    if len(options.more) > 1:
+        raise SettingsError(
+            f"{options.more[1]}: two frames can be compared, not {1 + len(options.more)}",
+            code="conflicting_values",
+        )
     frame = load_frame(options.world)
     _refuse_others(options)
-    more: dict[str, Any] = (
-        {}
-        if options.compare is None
-        else {"compare": load_frame(options.compare), "compare_title": Path(options.compare).name}
-    )
+    more: dict[str, Any] = {}
+    for other in options.more:
+        more = {"compare": load_frame(other), "compare_title": Path(other).name}
     shown = {name: getattr(options, name) for name in FRAME_OPTIONS}
     made = page(frame, title=Path(options.world).name, **shown, **more)
     print(write_page(made, browser=not options.no_browser))
 
 
 def _refuse_others(options: argparse.Namespace) -> None:
-    """Refuses options of worlds, which a saved frame does not have."""
+    """Raises an error for options that do not apply to a saved frame."""
     command = argparse.ArgumentParser(add_help=False)
     _add(command)
-    defaults = vars(command.parse_args([options.world, *filter(None, [options.compare])]))
+    defaults = vars(command.parse_args([options.world, *options.more]))
     given = [name for name, value in defaults.items() if getattr(options, name) != value]
     others = [name for name in given if name not in (*FRAME_OPTIONS, "no_browser")]
     if others:
@@ -139,33 +167,47 @@ def _refuse_others(options: argparse.Namespace) -> None:
 
 
 def _view_world(options: argparse.Namespace) -> None:
-    """The live view, until Ctrl-C."""
-    from ..viewer.viewer import Viewer, open_browser
+    """Runs the live view until Ctrl-C."""
+    with tempfile.TemporaryDirectory(prefix="raycam-archive-") as unpacked:
+        _view_files(options, Path(unpacked))
+
+
+def _view_files(options: argparse.Namespace, unpacked: Path) -> None:
+    """Runs the live view of files; archives are unpacked to a folder."""
+    from ..viewer.files.photographs import Photographs
+    from ..viewer.files.sources import Opening
+    from ..viewer.view import open_browser
+    from ..viewer.viewer import Viewer
 
     _check_host(options)
     _end_on_signals()
     give_memory_back()
-    world = load_world(options)
+    opening = Opening.find([find_file(each) for each in (options.world, *options.more)], unpacked)
+    if options.watch:
+        opening.check_watch()
+    world = _load(opening, options)
     own = set(world.cameras)
     framed = options.camera is None and is_framed(world, options)
     camera = None if framed else find_camera(world, options)
-    _add_cameras(world, options)
-    look = {
-        name: getattr(options, name)
-        for name in ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
-    }
-    if options.background_camera is not None:
-        raise SettingsError("--background-camera is not supported by the view; use raycam render")
+    added = _add_cameras(world, options)
+    photographs = None
+    if options.photos is not None:
+        photographs = Photographs(options.photos, _photographed(added, options))
+        if options.camera is None and options.view_from is None and options.zoom is None:
+            framed, camera = False, world.camera(photographs.cameras[0])
+    framing = {"view_from": options.view_from or "default", "zoom": options.zoom, "fov": options.fov}
+
+    def reload() -> World:
+        changed = _load(opening, options)
+        _add_cameras(changed, options)
+        return changed
+
     with Viewer(
         world,
         camera,
-        **look,
-        **(
-            {"view_from": options.view_from or "default", "zoom": options.zoom, "fov": options.fov}
-            if framed
-            else {}
-        ),
-        title=Path(options.world).name,
+        **(framing if framed else {}),
+        **_start(options),
+        title=opening.title,
         integrator=options.integrator,
         samples=options.samples,
         size=options.size,
@@ -177,16 +219,10 @@ def _view_world(options: argparse.Namespace) -> None:
         edit=not options.no_edit,
         follow=options.follow,
         allow_open=options.allow_open,
-        source=options.world,
+        source=opening.source,
         added=set(world.cameras) - own,
-        start={
-            "time": options.at,
-            "animation": options.animation,
-            "variant": options.first_variant,
-            "channel": options.channel,
-            "exposure": options.exposure,
-            "view": options.view,
-        },
+        reload=reload if options.watch else None,
+        photographs=photographs,
     ) as viewer:
         print(f"raycam view: {viewer.url}        (Ctrl-C stops it)", flush=True)
         for url in viewer.urls[1:]:
@@ -197,6 +233,35 @@ def _view_world(options: argparse.Namespace) -> None:
                 f"from another machine: run ssh -L {port}:127.0.0.1:{port} HOST, then open the same address"
             )
         viewer.wait(exit_when_closed=options.exit_when_closed)
+
+
+def _load(opening: Opening, options: argparse.Namespace) -> World:
+    """Loads the world, and prints its notices."""
+
+    def load(path: Path, folder: Path | None) -> World:
+        named = {"world": str(path), "folder": None if folder is None else str(folder)}
+        return load_world(argparse.Namespace(**{**vars(options), **named}))
+
+    world = opening.load(load)
+    if len(opening.paths) > 1:
+        print_notices(world.notices)
+    return world
+
+
+def _start(options: argparse.Namespace) -> dict[str, Any]:
+    """The initial values of the view, and its look."""
+    if options.background_camera is not None:
+        raise SettingsError("--background-camera is not supported by the view; use raycam render")
+    look = ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
+    start = {
+        "time": options.at,
+        "animation": options.animation,
+        "variant": options.first_variant,
+        "channel": options.channel,
+        "exposure": options.exposure,
+        "view": options.view,
+    }
+    return {"start": start, **{name: getattr(options, name) for name in look}}
 
 
 def _end_on_signals() -> None:
@@ -211,13 +276,24 @@ def _end_on_signals() -> None:
                 signal.signal(getattr(signal, name), stop)
 
 
-def _add_cameras(world: World, options: argparse.Namespace) -> None:
-    """Adds the cameras of `--cameras` to the world."""
+def _photographed(cameras: Mapping[str, Camera], options: argparse.Namespace) -> dict[str, str]:
+    """The photographs' names by the names of `--cameras`. Raises `SettingsError` without cameras."""
+    if not cameras:
+        raise SettingsError(
+            f"--photos {options.photos}: requires --cameras with the cameras of the photographs",
+            code="conflicting_values",
+        )
+    images = getattr(cameras, "images", {})
+    return {name: images.get(name, name) for name in cameras}
+
+
+def _add_cameras(world: World, options: argparse.Namespace) -> Mapping[str, Camera]:
+    """Adds the cameras of `--cameras` to the world, and returns them."""
     from ..render.arguments import UNPOSED, is_unposed_within
     from ..world.load import load
 
     if options.cameras is None:
-        return
+        return {}
     found: Mapping[str, Camera] = (
         load(options.cameras).cameras
         if options.cameras.endswith(WORLD_ENDINGS)
@@ -227,6 +303,7 @@ def _add_cameras(world: World, options: argparse.Namespace) -> None:
         print_notice(UNPOSED)
     for name, camera in found.items():
         world.add_camera(camera, name)
+    return found
 
 
 def _check_host(options: argparse.Namespace) -> None:
@@ -252,6 +329,10 @@ COMMAND = Command(
     [
         "raycam view room.toml",
         "raycam view fox.glb --animation Run --at 0.5 --channel depth",
+        "raycam view room.toml --watch                      load it again after each change",
+        "raycam view wheel.stl hub.stl axle.stl             several models in one world",
+        "raycam view scan.ply --cameras sparse/0 --photos images   photographs behind their cameras",
+        "raycam view model.zip                              an archive, or a folder",
         "raycam view before.npz after.exr",
     ],
 )

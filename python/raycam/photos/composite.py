@@ -43,7 +43,7 @@ class Composite:
 
 
 class _Lookups:
-    """Points [m] of the surface, each to be looked up in one photograph; -1 is none."""
+    """Points [m] of the surface, each looked up in one photograph; -1 means no photograph."""
 
     def __init__(self, view: Ids, part: Callable[[Ints], SurfacePart]) -> None:
         self.colors = np.full((len(view), 3), np.nan, np.float32)
@@ -207,7 +207,7 @@ def _part_of(photos: PhotoSet, face: Ints, points: Floats) -> Callable[[Ints], S
 def _wanted_steps(
     photos: PhotoSet, links: TexelLinks, view: Ids, own: Single, blended: BlendedTexels
 ) -> Floats:
-    """The steps [m, 3] of colour between linked texels, as the photographs of both show them; 0 if neither does."""
+    """The steps [m, 3] of colour between linked texels, measured in both photographs; 0 if not visible in both."""
     wanted = np.zeros((len(links.first), 3))
     seam = np.flatnonzero(view[links.first] != view[links.second])
     total, count = np.zeros((len(seam), 3)), np.zeros((len(seam), 1))

@@ -98,11 +98,12 @@ def neighbor_faces(vertices: Ints) -> Ints:
 
 
 def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
-    """The photograph of each face of `candidates`, with few seams between neighbours `pairs` [m, 2] (places in them).
+    """The photograph of each face of `candidates`, with few seams between neighbours `pairs` [m, 2] (indices).
 
-    The sum of lost quality and of seams is made small by loopy belief propagation: min-sum messages between neighbours
-    under the Potts model; the best of all rounds is returned. Sources: Lempitsky and Ivanov, Seamless mosaicing of
-    image-based texture maps, 2007; Felzenszwalb and Huttenlocher, Efficient belief propagation for early vision, 2006.
+    Loopy belief propagation minimises the sum of lost quality and seams approximately: min-sum messages between
+    neighbours under the Potts model; the best of all rounds is returned. Sources: Lempitsky and Ivanov, Seamless
+    mosaicing of image-based texture maps, 2007; Felzenszwalb and Huttenlocher, Efficient belief propagation for early
+    vision, 2006.
     """
     views = candidates.views
     best = candidates.weights.max(axis=1, keepdims=True, initial=0)
@@ -118,7 +119,7 @@ def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
     reverse = place[(order + len(pairs)) % len(order)]
-    # Which of the source's photographs is each of the target's.
+    # The source's photograph that corresponds to each of the target's.
     equal = (views[source][:, :, None] == views[target][:, None, :]) & (views[target] >= 0)[:, None, :]
     same, known = equal.argmax(axis=1).T, equal.any(axis=1).T
     flat = same * len(source) + np.arange(len(source))

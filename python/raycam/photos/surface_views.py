@@ -1,4 +1,4 @@
-"""Colours and weights with which a photograph shows points of a textured surface."""
+"""Colours and weights of points of a textured surface in a photograph."""
 
 from __future__ import annotations
 
@@ -129,8 +129,8 @@ def view_part(
 def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
     """Colours [n, 4] averaged over the parallelogram `footprint` [n, 2, 2] in pixels for each texel.
 
-    Up to four lookups lie along the longer axis, each with the width of the shorter one. Source: McCormack, Perry,
-    Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
+    Up to four lookups are placed along the longer axis, each with the width of the shorter one. Source: McCormack,
+    Perry, Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
     """
     footprint = np.nan_to_num(footprint)
     a, b, c, d = (footprint[:, i, j] for i in (0, 1) for j in (0, 1))

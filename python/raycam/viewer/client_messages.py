@@ -1,7 +1,7 @@
 """The messages that a client sends: one dataclass each, whose annotations give the types and ranges of its fields.
 
-`client/messages.d.ts` holds the same messages as TypeScript types; `python -m raycam.viewer.message_types` writes it.
-To add a message, add a dataclass here and a method to `Session.ACTIONS`; CONTRIBUTING.md describes the steps.
+`client/messages.d.ts` contains the same messages as TypeScript types; `python -m raycam.viewer.message_types` writes
+it. To add a message, add a dataclass here and a method to `Session.ACTIONS`; CONTRIBUTING.md describes the steps.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ MAX_IMAGE_SIZE = (2560, 1600)
 """The largest image that a client may request, in pixels."""
 MAX_CHUNK_LENGTH = 60_000
 """The longest piece of an upload, in characters of base64."""
+MAX_MODELS = 100
+"""Models that are opened together."""
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 BASE64 = re.compile(r"(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?")
 
@@ -51,7 +53,7 @@ class Length:
 
 @dataclass(frozen=True)
 class OneOf:
-    """The words that a text may be."""
+    """The allowed values of a text."""
 
     words: tuple[str, ...]
 
@@ -144,7 +146,7 @@ class Home(Message):
 
 @dataclass(frozen=True)
 class Locate(Message):
-    """Requests the ray of a place in the image, the surface point that it hits, and the bounds of that object."""
+    """Requests the ray of an image position, the surface point that it hits, and the bounds of that object."""
 
     KIND = "locate"
     id: Number
@@ -154,7 +156,7 @@ class Locate(Message):
 
 @dataclass(frozen=True)
 class Ground(Message):
-    """Requests the height of two places above the ground, as a walk needs it."""
+    """Requests the heights of two positions above the ground, for walking."""
 
     KIND = "ground"
     id: Number
@@ -168,6 +170,14 @@ class LookThrough(Message):
     """Looks through a camera of the world, or keeps the pose as a free camera if the name is empty."""
 
     KIND = "camera"
+    name: Name
+
+
+@dataclass(frozen=True)
+class Photograph(Message):
+    """Requests the photograph of a camera of the world."""
+
+    KIND = "photograph"
     name: Name
 
 
@@ -286,7 +296,7 @@ class Select(Message):
 
 @dataclass(frozen=True)
 class Gizmo(Message):
-    """A drag of a handle between two places of the image; a stroke's messages are one undo step."""
+    """A drag of a handle between two image positions; the messages of one drag are one undo step."""
 
     KIND = "gizmo"
     handle: Annotated[str, OneOf(HANDLES)]
@@ -304,7 +314,7 @@ class Undo(Message):
 
 @dataclass(frozen=True)
 class Redo(Message):
-    """Repeats the edit that was undone last."""
+    """Repeats the last undone edit."""
 
     KIND = "redo"
 
@@ -407,10 +417,11 @@ class Upload(Message):
 
 @dataclass(frozen=True)
 class Open(Message):
-    """Opens an uploaded file as the world."""
+    """Opens an uploaded file as the world; `others` are models that are shown in the same world."""
 
     KIND = "open"
     name: FileName
+    others: Annotated[list[FileName], Length(MAX_MODELS)]
 
 
 @dataclass(frozen=True)

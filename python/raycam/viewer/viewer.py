@@ -1,10 +1,9 @@
-"""`raycam.view`: a live view of a world in the browser, or a page with frames."""
+"""The viewer: a live view of a world, in a server or a notebook widget."""
 
 from __future__ import annotations
 
 import base64
 import os
-import sys
 import tempfile
 import threading
 import time
@@ -17,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import one_of, size_of, thread_count, whole
 from ..camera import Camera, check_camera
-from ..errors import SettingsError
+from ..errors import Error, SettingsError
 from ..notices import collected
 from ..render import render
-from ..render.arguments import world_of
 from ..render.frame import Frame
 from ..world import World
 from .controls import Control, Controls, Folder
-from .saved_frames import is_frame, load_frame
+from .files.photographs import Photographs
+from .files.watch import Watcher
 from .scene.edits import Edits
 from .scene.look import Look
 from .server import Server
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-__all__ = ["Viewer", "open_browser", "view"]
+__all__ = ["Viewer"]
 
 QUEUED_PICKS = 16
 """Maximum number of clicked pixels that wait for callbacks; further ones are dropped."""
@@ -68,6 +67,8 @@ class Viewer:
         allow_open: bool = False,
         source: str | os.PathLike[str] | None = None,
         added: Collection[str] = (),
+        reload: Callable[[], World] | None = None,
+        photographs: Photographs | None = None,
         start: Mapping[str, Any] | None = None,
         cell: bool = False,
         height: int = 560,
@@ -78,18 +79,16 @@ class Viewer:
     ) -> None:
         """Starts the view; use `raycam.view`, which describes the arguments.
 
-        `added` lists the cameras that are not in the file `source`. `size` limits the image size, at most 2560 x
-        1600; by default, images have the size of the client's window. `start` contains the initial `time`,
-        `animation`, `variant`, `channel`, `exposure` and `view`. `cell` creates a widget `height` pixels high instead
-        of a server; it requires raycam[notebook].
+        `added` lists the cameras that are not in the file `source`. If `reload` is given, it loads the world again
+        after each change of the file `source` and of the files that it uses. `photographs` are shown behind their
+        cameras. `size` limits the image size, at most 2560 x 1600; by default, images have the size of the client's
+        window. `start` contains the initial `time`, `animation`, `variant`, `channel`, `exposure` and `view`. `cell`
+        creates a widget `height` pixels high instead of a server; it requires raycam[notebook].
 
         `view_from`, `zoom` and `fov` place the first camera as in `World.view_from`. `look` contains the options of
         `Look.choose`: `hdri`, `hdri_rotation`, `sun`, `studio`, `ground` and `background`.
         """
-        if integrator is not None:
-            one_of("integrator", integrator, list(DEFAULT_SAMPLES))
-        if samples is not None:
-            samples = whole("samples", samples, 1, 1 << 16)
+        _check(integrator, samples)
         threads = thread_count(threads)
         camera, framing = _framed(world, camera, {"direction": view_from, "zoom": zoom, "fov": fov})
         self.controls = Controls()
@@ -105,6 +104,7 @@ class Viewer:
             "source": None if source is None else Path(source).absolute(),
             "added": frozenset(added),
             "allows_open": allow_open,
+            "photographs": photographs,
             "start": None if start is None else dict(start),
             "framing": framing,
             "look": _chosen_look(Opened(self._edits, camera=camera, framing=framing), look),
@@ -114,19 +114,27 @@ class Viewer:
         self._listeners: list[Callable[[dict[str, Any]], object]] = []
         self._telling = ThreadPoolExecutor(1, "raycam picks")
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
-        self._first = Session(Edits(world), self._camera, **self._options)  # raises for unknown values
+        self._first = Session(self._edits, self._camera, **self._options)  # raises for unknown values
         self._redirects: tempfile.TemporaryDirectory[str] | None = None
         self._server: Server | None = None
         self._widget: Any = None
+        self._load = reload
+        self._watcher = None if reload is None or source is None else Watcher(source, _weakly(self._reload))
         if cell:
-            from .widget import make_widget
-
-            self._widget = make_widget(_weakly(self._session), title, height)
-            weakref.finalize(self, self._widget.close)
+            self._show_in_cell(title, height)
         else:
-            self._server = Server(
-                self._session, host=host, port=port, allow_hosts=allow_hosts, proxies=proxies, follow=follow
-            )
+            names = {"allow_hosts": allow_hosts, "proxies": proxies}
+            self._server = Server(self._session, host=host, port=port, follow=follow, **names)
+        if self._watcher is not None:
+            self._watcher.start()
+
+    def _show_in_cell(self, title: str, height: int) -> None:
+        from .widget import make_widget
+
+        self._widget = make_widget(_weakly(self._session), title, height)
+        weakref.finalize(self, self._widget.close)
+        if self._watcher is not None:
+            weakref.finalize(self, self._watcher.end)
 
     def _session(self) -> Session:
         return Session(self._edits, self._camera, **self._options)
@@ -139,6 +147,25 @@ class Viewer:
     @world.setter
     def world(self, world: World) -> None:
         self._edits.replace(world)
+
+    def _reload(self) -> None:
+        """Shows the world of the changed file, or its error."""
+        assert self._load is not None
+        name, texts = self._options["source"].name, []
+        try:
+            with collected() as notices:
+                world = self._load()
+            texts += [str(each) for each in notices]
+            discarded = self._edits.reload(world)
+            texts.append(f"{name} has changed and was loaded again.")
+            if discarded:
+                texts.append(f"Edits were discarded ({discarded}); undo restores them.")
+        except (Error, OSError, MemoryError) as error:
+            for session in self._sessions():
+                session.complain(f"{name} has changed, but cannot be loaded: {error}")
+            return
+        for session in self._sessions():
+            session.notify("\n".join(texts))
 
     @property
     def url(self) -> str:
@@ -164,7 +191,8 @@ class Viewer:
         if self._server is None:
             return Path(self.url)
         if self._redirects is None:
-            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-")  # mode 700
+            # Its mode is 700, so only this user can read it.
+            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-")
         path = Path(self._redirects.name) / f"view{len(list(Path(self._redirects.name).iterdir()))}.html"
         text = f"<!doctype html><title>raycam</title><script>location.replace({self._server.invitation()!r})</script>"
         path.touch(mode=0o600)
@@ -295,27 +323,29 @@ class Viewer:
 
     def close(self) -> None:
         """Disconnects the clients and stops the server or the widget."""
+        if self._watcher is not None:
+            self._watcher.end()
         (self._widget if self._server is None else self._server).close()
         self._telling.shutdown(wait=False)
         if self._redirects is not None:
             self._redirects.cleanup()
 
     def __enter__(self) -> Viewer:
-        """The viewer, which is closed when the block ends."""
+        """Returns the viewer, which is closed when the block ends."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Closes it."""
+        """Closes the viewer."""
         self.close()
 
     def __repr__(self) -> str:
-        """The address, for people."""
+        """The address as text."""
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell, and an image for those who read without a kernel; else the address."""
+        """The widget at the end of a cell, and an image for readers without a kernel; else the address."""
         if self._server is not None:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()
@@ -341,6 +371,14 @@ class Viewer:
                 **quick,
                 **view.look.behind,
             )
+
+
+def _check(integrator: str | None, samples: int | None) -> None:
+    """Raises `SettingsError` for an unknown integrator and an invalid number of samples."""
+    if integrator is not None:
+        one_of("integrator", integrator, list(DEFAULT_SAMPLES))
+    if samples is not None:
+        whole("samples", samples, 1, 1 << 16)
 
 
 def _framed(
@@ -372,109 +410,3 @@ def _weakly(method: Callable[..., Any]) -> Callable[..., Any]:
         return None if bound is None else bound(*values)
 
     return call
-
-
-def view(
-    what: World | Frame | str | os.PathLike[str],
-    camera: Camera | None = None,
-    *,
-    size: tuple[int, int] | None = None,
-    browser: bool | None = None,
-    block: bool | None = None,
-    cell: bool | None = None,
-    **options: Any,
-) -> Any:
-    """Shows a world in the browser or in a notebook cell, where it can be moved with the mouse; returns a `Viewer`.
-
-    `what` is a world or a frame, or the path of one. A frame (.npz, .exr) is shown as by `Frame.show`, with its
-    options. `camera` is the initial camera (default: the world's first), `size` (width, height) the size of the
-    images (default: that of the client's window). `integrator` ("direct" or "path") and `samples` apply to the still
-    image. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next free one) and `allow_hosts` are
-    the server's addresses; `threads` is the number of threads. With `edit=False`, the world cannot be changed; with
-    `follow=True`, all clients share one camera, for example in teaching. With `allow_open=True`, worlds that are
-    dropped on the page are opened, from a private folder. `source` is the world's file, next to which a changed world
-    file can be saved. `start` contains initial values, for example {"time": 1.5, "animation": "Run", "variant":
-    "red", "channel": "depth", "exposure": 1, "view": "agx"}.
-
-    In a notebook, the view is a widget of `height` (560) pixels if anywidget is installed
-    (`pip install raycam[notebook]`); `cell` selects or suppresses the widget. It uses the kernel's own connection and
-    opens no port.
-
-    A model without lights and cameras is shown in the studio, as in `raycam.render`. `hdri` (with `hdri_rotation`),
-    `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` select another look, and `view_from`, `zoom`
-    and `fov` another initial camera, as the options of `raycam render`.
-
-    `browser` opens a browser (default: if one is available and this is not an SSH session). `block` waits until the
-    view is closed (default: only in a script). Raises `SettingsError` for invalid arguments and `NetworkError` if the
-    port cannot be used.
-    """
-    if isinstance(what, str | os.PathLike) and is_frame(what):
-        options = {"title": Path(what).name, **options}
-        what = load_frame(what)
-    if isinstance(what, Frame):
-        of_worlds = {"camera": camera, "size": size, "browser": browser, "block": block, "cell": cell}
-        for name in (name for name, value in of_worlds.items() if value is not None):
-            raise SettingsError(
-                f"{name} is an option for worlds, but this is a frame; Frame.show lists the options of frames",
-                code="conflicting_values",
-            )
-        return what.show(**options)
-    if isinstance(what, str | os.PathLike):
-        options = {"title": Path(what).name, "source": what, **options}
-    what = world_of(what)
-    if size is not None:
-        options["size"] = size_of(size)
-        if camera is None and what.cameras:
-            camera = what.default_camera()
-        camera = None if camera is None else camera.resized(options["size"])
-    if _in_notebook() if cell is None else cell:
-        return Viewer(what, camera, cell=True, **options)
-    viewer = Viewer(what, camera, **options)
-    print(f"raycam view: {viewer.url}", file=sys.stderr, flush=True)
-    open_browser(viewer, browser)
-    interactive = hasattr(sys, "ps1") or bool(sys.flags.interactive) or "ipykernel" in sys.modules
-    if not interactive if block is None else block:
-        try:
-            viewer.wait()
-        finally:
-            viewer.close()
-    return viewer
-
-
-def _in_notebook() -> bool:
-    """True if a cell can show a widget."""
-    import importlib.util
-
-    is_there = "ipykernel" in sys.modules or "marimo" in sys.modules
-    return is_there and importlib.util.find_spec("anywidget") is not None
-
-
-def open_browser(viewer: Viewer, wanted: bool | None = None) -> bool:
-    """Opens a viewer in the browser if `wanted` (default: if this machine has a browser); returns True if it was
-    opened.
-
-    The browser opens a private file that redirects to the view with a token that is valid once. The list of processes
-    therefore contains only the file's name, and the browser's history no valid token.
-    """
-    if not (_has_browser() if wanted is None else wanted):
-        return False
-    import webbrowser
-
-    return webbrowser.open(viewer.redirect_file().as_uri())
-
-
-def _has_browser() -> bool:
-    """True if a browser can be opened where the user sits."""
-    if "SSH_CONNECTION" in os.environ:
-        return False
-    if sys.platform.startswith("linux") and not (
-        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    ):
-        return False
-    import webbrowser
-
-    try:
-        webbrowser.get()
-    except webbrowser.Error:
-        return False
-    return True

@@ -42,7 +42,7 @@ THIRD_PARTY_PYTHON = {
     "traitlets",
     "websockets",
 }
-# Imported late as a whole, so that they may import at the top what is slow to import.
+# These packages are imported only when needed, so they may import slow packages at the top of a file.
 IMPORTED_LATE = ("usd/", "robots/xacro_worker.py", "cluster/dask_worker.py")
 
 
@@ -60,13 +60,13 @@ def dependencies(table: dict[str, object]) -> set[str]:
 
 
 def unlisted_crates(root: Path) -> list[str]:
-    """Crates that `CRATES` does not list, and listed crates that are missing."""
+    """Crates that are missing in `CRATES`, and listed crates that do not exist."""
     found = {path.parent.name for path in (root / "crates").glob("*/Cargo.toml")}
     return sorted(f"crates/{name}: the folders and the list of crates differ" for name in found ^ set(CRATES))
 
 
 def forbidden_dependencies(root: Path) -> list[str]:
-    """Manifests that depend on a crate which theirs must not use, for tests too."""
+    """Manifests with a forbidden dependency on another crate, including dependencies of tests."""
     return [
         f"crates/{crate}/Cargo.toml depends on {name}"
         for crate, allowed in MAY_USE.items()
@@ -76,7 +76,7 @@ def forbidden_dependencies(root: Path) -> list[str]:
 
 
 def forbidden_uses(root: Path) -> list[str]:
-    """Rust files that use a crate which theirs must not use, or include a file from outside their crate."""
+    """Rust files that use a forbidden crate, or include a file from outside their crate."""
     offences = []
     for crate, allowed in MAY_USE.items():
         others = {f"raycam_{name}" for name in set(CRATES) - allowed - {crate}}
@@ -90,7 +90,7 @@ def forbidden_uses(root: Path) -> list[str]:
 
 
 def unsafe_outside_bvh(root: Path) -> list[str]:
-    """Uses of `unsafe` outside bvh, and other crates that do not forbid it."""
+    """Uses of `unsafe` outside bvh, and other crates without `forbid(unsafe_code)`."""
     offences = []
     for crate in sorted(set(CRATES) - {"bvh"}):
         if "#![forbid(unsafe_code)]" not in text_of(root / "crates" / crate / "src" / "lib.rs"):
@@ -110,7 +110,7 @@ def python_outside_bindings(root: Path) -> list[str]:
 
 
 def shared_code_of_reference(root: Path) -> list[str]:
-    """Imports of `raycam.reference`, which checks the rest independently: only NumPy and the standard library."""
+    """Forbidden imports of `raycam.reference`, which may use only NumPy and the standard library."""
     allowed = {"numpy", ".units", ".procedure", ".picture"} | set(sys.stdlib_module_names)
     return [
         f"{path.relative_to(root)} imports {found}"
@@ -120,7 +120,7 @@ def shared_code_of_reference(root: Path) -> list[str]:
 
 
 def unknown_python_packages(root: Path) -> list[str]:
-    """Imports of what pyproject.toml does not install, and early imports of what is slow to import."""
+    """Imports of packages missing in pyproject.toml, and imports of slow packages at the top of a file."""
     offences = []
     for path in python_files(root):
         own = {name for name in imported_packages(path) if name.startswith(".") or name == "raycam"}
@@ -137,9 +137,9 @@ def unknown_python_packages(root: Path) -> list[str]:
 
 
 def compat_that_reaches_in(root: Path) -> list[str]:
-    """Stand-ins for other libraries that import more than the public names, and uses of them by the package.
+    """Private imports by the stand-ins for other libraries, and imports of these stand-ins by the package.
 
-    The transfer function of sRGB is a formula without state, which they share.
+    The stand-ins may also import the sRGB transfer function, which is a formula without state.
     """
     package = root / "python" / "raycam"
     offences = []
@@ -157,7 +157,7 @@ def compat_that_reaches_in(root: Path) -> list[str]:
 
 
 def undeclared_python_packages(root: Path) -> list[str]:
-    """Imports by the tests of what no line of pyproject.toml installs: another package may stop bringing it."""
+    """Packages that tests import although pyproject.toml does not list them."""
     manifest = tomllib.loads(text_of(root / "pyproject.toml"))
     project = manifest["project"]
     lines = [*project["dependencies"], *manifest["dependency-groups"]["test"]]

@@ -1,4 +1,4 @@
-"""Arrows between files: circles, and folders that reach upwards."""
+"""Import graphs: cycles of files, and folders that import later folders."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Arrows = Mapping[str, Set[str]]
 
 
 def circles(arrows: Arrows) -> list[list[str]]:
-    """Groups of files that reach each other (Tarjan's strongly connected components), the largest first."""
+    """Cycles: groups of files that import each other (Tarjan's strongly connected components), largest first."""
     index: dict[str, int] = {}
     low: dict[str, int] = {}
     stack: list[str] = []
@@ -47,9 +47,9 @@ def circles(arrows: Arrows) -> list[list[str]]:
 
 
 def place_of(name: str, order: Sequence[str]) -> int | None:
-    """Index of the longest entry of `order` that is the file `name` (without its ending) or a folder above it.
+    """Index of the longest entry of `order` that equals the file `name` (without extension) or a parent folder.
 
-    `scene` stands for a folder with its `mod.rs`; `scene/mod` gives that file a place of its own.
+    An entry `scene` means a folder with its `mod.rs`; an entry `scene/mod` means that file alone.
     """
     path = PurePosixPath(name).with_suffix("")
     for candidate in (path, *path.parents):
@@ -59,7 +59,7 @@ def place_of(name: str, order: Sequence[str]) -> int | None:
 
 
 def upward_arrows(arrows: Arrows, order: Sequence[str]) -> list[str]:
-    """Offences against `order`: a file without a place, or one that imports from a place after its own."""
+    """Violations of `order`: files without an entry, and files that import from a later entry."""
     offences = [
         f"{name} has no place in the order of folders"
         for name in sorted(arrows)

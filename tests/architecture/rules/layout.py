@@ -1,7 +1,7 @@
-"""The order of folders in each crate and in the package: a place may import from those before it.
+"""The order of folders in each crate and in the package: each entry may import from earlier ones.
 
-A place is a folder, or a file without its ending. A file belongs to the longest place that holds it, so `scene/query`
-stands above `traverse`, and all else of `scene` below.
+An entry is a folder, or a file without its extension. A file belongs to the longest entry that contains it, so
+`scene/query` may be above `traverse` while the rest of `scene` is below.
 """
 
 ORDER = {
@@ -13,7 +13,8 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        codes notice error_code error written named_enum up foreign_terms math color mesh texture material light camera
+        codes notice error_code error written named_enum up foreign_terms math color medium mesh texture material light
+        camera
         animation render_options video model world schema
         triangles lib
     """,
@@ -65,5 +66,5 @@ Such a method imports its function when it is called, and types of later places 
 
 
 def order_of(house: str) -> list[str]:
-    """Places of a crate, or of the Python package, from the bottom up."""
+    """The entries of a crate or of the Python package, from the lowest to the highest."""
     return ORDER[house].split()

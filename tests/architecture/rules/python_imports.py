@@ -1,6 +1,6 @@
-"""Arrows between the files of a Python package.
+"""Imports between the files of a Python package.
 
-A name leads to the file that defines it: a re-export in a package's `__init__.py` makes no arrow of its own. Imports
+An imported name counts as an import of the file that defines it, also if an `__init__.py` re-exports it. Imports
 inside functions and under `TYPE_CHECKING` count, except the `DELEGATIONS` of the layout.
 """
 
@@ -20,12 +20,12 @@ def tree_of(path: Path) -> ast.Module:
 
 
 def is_for_types(node: ast.AST) -> bool:
-    """True of an `if TYPE_CHECKING:`, whose imports never happen."""
+    """True for an `if TYPE_CHECKING:` statement, whose imports are not executed."""
     return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
 def import_nodes(path: Path, *, top_level_only: bool = False) -> list[ast.Import | ast.ImportFrom]:
-    """The import statements of a file that happen when it runs."""
+    """The import statements that are executed when the file is imported."""
     body = [node for node in tree_of(path).body if not is_for_types(node)]
     nodes = body if top_level_only else [inner for node in body for inner in ast.walk(node)]
     return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
@@ -37,7 +37,7 @@ def all_imports(path: Path) -> list[ast.Import | ast.ImportFrom]:
 
 
 def imported_packages(path: Path, *, top_level_only: bool = False) -> set[str]:
-    """Packages that a file imports; those of its own package are named with their leading dots."""
+    """Packages that a file imports; relative imports keep their leading dots."""
     found = set()
     for node in import_nodes(path, top_level_only=top_level_only):
         if isinstance(node, ast.Import):
@@ -60,7 +60,7 @@ def arrows(package: Path) -> dict[str, set[str]]:
 
 
 def files_of(package: Path, path: Path, nodes: list[ast.Import | ast.ImportFrom]) -> set[str]:
-    """The other files of the package that import statements of a file lead to."""
+    """The files of the package that the import statements of a file refer to."""
     targets = {target for node in nodes for target in _targets(package, path, node)}
     return {target.relative_to(package).as_posix() for target in targets if target != path}
 
@@ -80,7 +80,7 @@ def _targets(package: Path, path: Path, node: ast.Import | ast.ImportFrom) -> se
 
 
 def _base(package: Path, path: Path, node: ast.ImportFrom) -> Path | None:
-    """The folder or file (without ending) that an `from … import` names; None outside the package."""
+    """The folder or file (without extension) named by a `from … import`; None outside the package."""
     parts = node.module.split(".") if node.module else []
     if node.level:
         folder = path.parent
@@ -91,7 +91,7 @@ def _base(package: Path, path: Path, node: ast.ImportFrom) -> Path | None:
 
 
 def _only_hands_on(path: Path, node: ast.ImportFrom) -> bool:
-    """True where an `__init__.py` never uses the names itself."""
+    """True if an `__init__.py` only re-exports these names."""
     used = {inner.id for inner in ast.walk(tree_of(path)) if isinstance(inner, ast.Name)}
     return not used & {name.asname or name.name for name in node.names}
 

@@ -1,4 +1,4 @@
-"""The recipes of CONTRIBUTING.md, read as data: their steps, and what they name in backticks."""
+"""The recipes of CONTRIBUTING.md as data: their steps, and the words in backticks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .source import CRATES, text_of
 
 PATH = re.compile(r"[\w.*-]+(/[\w.*-]+)+/?$|\w+\.(rs|py|pyi|md|toml|yaml)$")
 NAME = re.compile(r"[A-Za-z_]\w*((::|\.)\w+)*(\(\))?$")
-# A file or a name that the reader is to write.
+# A file or a name that the reader chooses.
 NEW = re.compile(r"foo|Foo|FOO")
 
 
@@ -29,24 +29,24 @@ class Recipe:
 
     @property
     def paths(self) -> list[str]:
-        """Files and folders that it names."""
+        """Files and folders named in the section."""
         return [word for word in self.ticked if PATH.match(word)]
 
     @property
     def names(self) -> list[str]:
-        """Types, functions, constants and variants that it names, to be found in its files."""
+        """Types, functions, constants and variants named in the section."""
         return [
             word for word in self.ticked if NAME.match(word) and not PATH.match(word) and not NEW.search(word)
         ]
 
     @property
     def commands(self) -> list[str]:
-        """The commands that it types."""
+        """The commands in the section."""
         return [word for word in self.ticked if word.split()[0] in ("make", "cargo") or "pytest" in word]
 
     @property
     def steps(self) -> list[int]:
-        """The numbers in front of its steps."""
+        """The numbers of the section's steps."""
         return [int(number) for number in re.findall(r"^(\d+)\. ", self.text, re.M)]
 
 
@@ -58,7 +58,7 @@ def recipes(root: Path) -> dict[str, Recipe]:
 
 
 def missing_paths(root: Path, recipe: Recipe) -> list[str]:
-    """Paths that are not there; of a file to be written, its folder must be."""
+    """Named paths that do not exist; for a new file, its folder must exist."""
     offences = []
     for word in recipe.paths:
         if NEW.search(word):
@@ -71,7 +71,7 @@ def missing_paths(root: Path, recipe: Recipe) -> list[str]:
 
 
 def missing_names(root: Path, recipe: Recipe) -> list[str]:
-    """Names that none of the recipe's files has."""
+    """Named identifiers that occur in none of the recipe's files."""
     files = [root / word for word in recipe.paths if (root / word).is_file()]
     words = {word for file in files for word in re.findall(r"\w+", text_of(file))}
     return [
@@ -82,7 +82,7 @@ def missing_names(root: Path, recipe: Recipe) -> list[str]:
 
 
 def missing_commands(root: Path, recipe: Recipe) -> list[str]:
-    """Commands whose target, package or file is not there."""
+    """Commands whose target, package or file does not exist."""
     targets = set(re.findall(r"^([\w-]+):", text_of(root / "Makefile"), re.M))
     offences = []
     for command in recipe.commands:

@@ -1,4 +1,4 @@
-"""Calibrations of units, and what is refused."""
+"""Calibrations of individual devices, and invalid files."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_tables_are_read_with_zenith_or_elevation_and_as_arrays(tmp_path: Path) 
         )
 
 
-def test_table_takes_the_other_numbers_of_a_device(tmp_path: Path) -> None:
+def test_calibration_table_keeps_the_other_settings_of_the_device(tmp_path: Path) -> None:
     (tmp_path / "mid.csv").write_text(TABLE, encoding="utf-8")
     lidar = raycam.load_lidar(tmp_path / "mid.csv", "livox-mid40")
     assert lidar.max_range == 260
@@ -214,7 +214,7 @@ def test_arrays_with_nan_or_objects_are_refused(tmp_path: Path) -> None:
         assert name in str(caught.value)
 
 
-def test_declared_sizes_are_checked_before_memory_is_taken(tmp_path: Path) -> None:
+def test_declared_sizes_are_checked_before_allocation(tmp_path: Path) -> None:
     header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (9000000000000, 3), }"
     header = header.ljust(117) + b"\n"
     (tmp_path / "big.npy").write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)

@@ -31,9 +31,7 @@ def decode(path: Path, model: str) -> np.ndarray:
 
 @pytest.mark.parametrize("name", list(MODELS))
 @pytest.mark.parametrize("rate", [10.0, 20.0])
-def test_decoded_points_are_those_of_the_scan(
-    name: str, rate: float, hall: raycam.World, tmp_path: Path
-) -> None:
+def test_decoded_points_equal_the_scan(name: str, rate: float, hall: raycam.World, tmp_path: Path) -> None:
     """Within the steps of the packets: 2 or 4 mm, 0.01 degrees twice (rotor and correction), and 1 microsecond."""
     lidar = raycam.Lidar(name, rate=rate, range_noise=0.02).placed([3, 2, 1], yaw=10)
     scan = raycam.scan(hall, lidar)

@@ -1,4 +1,4 @@
-"""raycam for pages: the bytes of raycam itself."""
+"""raycam compiled for pages returns the same bytes as raycam itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = [needs_node, needs_core]
 
 
 def run_in_browser(script: str, worlds: Mapping[str, bytes], folder: Path) -> Any:
-    """What `run_core` gives, by Chromium."""
+    """The result of `run_core`, computed in Chromium."""
     built = Path(core.__file__).parent / core.FOLDER
     packed = {name: base64.b64encode(data).decode() for name, data in worlds.items()}
     wasm = base64.b64encode(core.core_bytes()).decode()
@@ -47,7 +47,7 @@ def run_by_node(script: str, worlds: Mapping[str, bytes], folder: Path) -> Any:
 
 
 @pytest.mark.parametrize("run_pictures", [run_by_node, pytest.param(run_in_browser, marks=pytest.mark.proof)])
-def test_pictures_are_the_same_in_all_channels_to_the_bit(
+def test_webassembly_images_equal_native_images(
     tmp_path: Path, run_pictures: Callable[[str, Mapping[str, bytes], Path], Any]
 ) -> None:
     worlds, jobs, frames = {}, [], []
@@ -81,7 +81,7 @@ def test_pictures_are_the_same_in_all_channels_to_the_bit(
                 assert digest(there) == hashes[label(number)][name], f"{text}, other bytes than kept"
 
 
-def test_files_are_read_from_memory_with_what_they_name() -> None:
+def test_files_are_read_from_memory_with_their_references() -> None:
     obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
     files = {
         "a.toml": "[[object]]\nmesh = 'models/a.obj'\n",
@@ -110,7 +110,7 @@ def test_files_are_read_from_memory_with_what_they_name() -> None:
         ("[camera]\nsize = [2000000000, 2000000000]\nfov = 45\n", None, ""),
     ],
 )
-def test_errors_have_their_line(text: str, line: int | None, word: str) -> None:
+def test_errors_contain_their_line(text: str, line: int | None, word: str) -> None:
     found = run_core(
         f"const files = new core.Files(); files.add('w.toml', new TextEncoder().encode({json.dumps(text)}));"
         "try { core.World.load('w.toml', files); } catch (error) { return JSON.parse(error); } return {};"

@@ -109,7 +109,7 @@ def run_cell(tab: Tab, cell: str, code: str) -> list[str]:
     return found
 
 
-def test_every_figure_is_drawn_and_its_labels_are_apart(tab: Tab) -> None:
+def test_every_figure_is_drawn_without_overlapping_labels(tab: Tab) -> None:
     names = figures(tab)
     assert len(names) >= 31
     for name in names:
@@ -204,7 +204,7 @@ def test_reduced_motion_jumps_to_the_end(tab: Tab) -> None:
     tab.wait(f"Number(document.querySelector('{selector} input').value) < 600")
 
 
-def test_pointing_at_an_arrow_highlights_its_symbol_everywhere(tab: Tab) -> None:
+def test_pointing_at_an_arrow_highlights_all_occurrences_of_its_symbol(tab: Tab) -> None:
     selector = show(tab, "project")
     x, y = tab.evaluate(
         f"""(() => {{
@@ -221,7 +221,7 @@ def test_pointing_at_an_arrow_highlights_its_symbol_everywhere(tab: Tab) -> None
     tab.wait("document.querySelectorAll('.lit').length === 0")
 
 
-def test_pointing_at_a_symbol_highlights_it_everywhere(tab: Tab) -> None:
+def test_pointing_at_a_symbol_highlights_all_its_occurrences(tab: Tab) -> None:
     show(tab, "matrix")
     tab.evaluate(
         "document.querySelector('var[data-symbol=K]').dispatchEvent(new Event('pointerover', { bubbles: true }))"

@@ -1,4 +1,4 @@
-"""The exercises of the lecture's page: right answers are accepted, and each mistake that is named gets its hint."""
+"""The exercises of the lecture's page: correct answers are accepted, and each named mistake gets its hint."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("facts.ray.X.slice(0, 3)", "divide them by the fourth"),
         ("facts.ray.C", "a second point is needed"),
         ("rayOfPixel(facts.P, facts.pixel[1], facts.pixel[0]).XPrime", "column first"),
-        ("[0.3, -0.1, 0.2]", "Your point is seen at"),
+        ("[0.3, -0.1, 0.2]", "Your point is visible at"),
     ],
     "forward": [
         ("[...negated(v), along]", "points backward"),
@@ -63,7 +63,7 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[...v, 99]", "sum of the products"),
     ],
     "normal": [
-        ("negated(n)", "the order turns the sign"),
+        ("negated(n)", "the other order changes the sign"),
         ("n.map((value) => value / lengthOf(n))", "the length is not"),
         ("facts.found.edges[0]", "perpendicular to both edges"),
         ("cross(facts.found.edges[0], [1, 2, 3])", "n·(c - a) is not 0"),
@@ -98,10 +98,13 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[18]", "E = I cos"),
         ("[3]", "not by the distance"),
     ],
-    "cosine": [
-        ("[Math.cos(60)]", "radians"),
-        ("[Math.sin(Math.PI / 3)]", "This is sin 60°"),
-        ("[2]", "share is cos"),
+    "radiance": [
+        ("[1]", "light of one direction"),
+        ("[Math.PI]", "Divide by π"),
+        ("[2 / Math.PI]", "cos θ is missing"),
+        ("[(2 * Math.cos(60)) / Math.PI]", "radians"),
+        ("[(2 * Math.sin(Math.PI / 3)) / Math.PI]", "contains sin 60°"),
+        ("[2]", "First E = S cos θ"),
     ],
     "blocker": [
         ("[-0.4]", "behind the point"),
@@ -150,7 +153,7 @@ FIXED = {
     "refined": 14 * 4**3,
     "halving": math.log2(1024),
     "bulb": 18 * math.cos(math.pi / 3) / 3**2,
-    "cosine": math.cos(math.radians(60)),
+    "radiance": 0.5 / math.pi * 4 * math.cos(math.radians(60)),
     "blocker": 0.6,
     "noise": 16 * (0.08 / 0.02) ** 2,
     "throughput": 0.9 * 0.5 * 0.2,
@@ -183,7 +186,7 @@ def verdicts(exercise: str) -> list[str]:
     return found
 
 
-def test_every_exercise_has_its_mistakes_here() -> None:
+def test_every_exercise_has_tested_mistakes() -> None:
     hints = in_page("return Object.fromEntries(EXERCISES.map(({ id, hint }) => [id, hint.toString()]));")
     assert set(hints) == set(MISTAKES)
     page = re.findall(r'data-exercise="(\w+)"', in_page_text())
@@ -222,7 +225,7 @@ def test_parallel_edges_get_their_hint() -> None:
     assert "parallel to u" in found
 
 
-def test_fixed_answers_are_right() -> None:
+def test_fixed_answers_are_correct() -> None:
     found = in_page(
         f"const answerOf = (id) => EXERCISES.find((each) => each.id === id).answer(factsOf({{}}));"
         f"return {json.dumps(list(FIXED))}.map((id) => [id, answerOf(id)]);"
@@ -231,7 +234,7 @@ def test_fixed_answers_are_right() -> None:
         assert answer == [pytest.approx(FIXED[exercise], rel=1e-12)], exercise
 
 
-def test_right_answers_are_accepted_in_random_states() -> None:
+def test_correct_answers_are_accepted_in_random_states() -> None:
     rng = np.random.default_rng(5)
     states = [
         {"yaw": yaw, "pitch": pitch, "roll": roll, "pixel": [int(u), int(v)]}
@@ -279,7 +282,7 @@ CODE_MISTAKES = {
         ("return X;", "The result must be"),
     ],
     "normal": [
-        ("return cross(sub(b, a), sub(c, a));", "order turns the sign"),
+        ("return cross(sub(b, a), sub(c, a));", "other order changes the sign"),
         (
             "const n = cross(sub(c, a), sub(b, a)); return scale(1 / Math.sqrt(dot(n, n)), n);",
             "Do not divide",

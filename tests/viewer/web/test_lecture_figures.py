@@ -37,7 +37,7 @@ ANSWERS = """{ refine: ({ onWorld }, { text }) =>
 
 
 def in_page(script: str) -> Any:
-    """Runs a script in the scope of the page's modules, with elements that only remember."""
+    """Runs a script in the scope of the page's modules, with stand-in elements that record their texts."""
     return run_module("lecture/main.js", f"delete globalThis.onmessage; {SCRIPT} {script}")
 
 

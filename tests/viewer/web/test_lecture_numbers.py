@@ -204,7 +204,7 @@ def test_disparity_gives_the_depth_along_the_axis(states: list[dict[str, object]
     np.testing.assert_allclose(depths[:, 1], depths[:, 0], rtol=1e-6)
 
 
-def test_exact_rule_leaks_nowhere_and_float32_does() -> None:
+def test_exact_edge_rule_has_no_leaks_and_float32_has_some() -> None:
     page = in_page(
         "return Array.from({ length: 36 }, (_, i) => edgeLeaks(10 * i + 2, 200)).flat()"
         ".map(({ single, exact }) => [single, exact]);"

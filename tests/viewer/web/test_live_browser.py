@@ -1,4 +1,4 @@
-"""A page that carries raycam, in a browser: it renders, answers and loads nothing. Needs Chromium: `make proof`."""
+"""A live page in a browser: it renders, answers and loads nothing. Requires Chromium: `make proof`."""
 
 from __future__ import annotations
 
@@ -13,8 +13,18 @@ from support.viewer_page import place_of, text_of
 
 pytestmark = [pytest.mark.proof, needs_core]
 
+SPY = """
+window.drawn = [];
+const draw = CanvasRenderingContext2D.prototype.drawImage;
+CanvasRenderingContext2D.prototype.drawImage = function (image, ...places) {
+  if (this.canvas.closest("#explained-drawing")) window.drawn.push(`${image.width} ${image.height}`);
+  draw.call(this, image, ...places);
+};
+null"""
+"""Remembers the sizes of the images that figures draw."""
 
-def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Path) -> None:
+
+def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, location=[0, 0, 1], color="red", name="ball")
     world.add_object(plane={"size": [8, 8]}, name="floor")
@@ -26,14 +36,15 @@ def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Pat
         tab.show(1280, 800)
         tab.open((tmp_path / "live.html").as_uri())
         tab.wait("document.body.innerText.includes('samples')")
-        tab.click(460, 406)  # the middle of the picture
+        tab.click(460, 406)  # the image centre
         tab.wait("document.body.innerText.includes('ball')")
         text = tab.evaluate("document.body.innerText")
-        # The picture is four times as large, its middle the same to less than a pixel of the frame.
+        # The image is four times as large; its centre differs by less than one pixel of the frame.
         depth = float(text.split("(held)")[1].split("depth")[1].split()[0])
         assert abs(depth - frame["depth"][59:61, 79:81].mean()) < 0.01
-        # The explanation is drawn, as far as its numbers say.
+        # The explanation's figure is drawn, according to its numbers.
         column, row = map(int, re.findall(r"column (\d+), row (\d+)", text)[0])
+        tab.evaluate(SPY)
         tab.press("Enter")
         tab.wait("document.getElementById('explained').open")
         explained = raycam.explain(world, camera.resized((640, 480)), (column, row))
@@ -49,12 +60,13 @@ def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Pat
         )
         assert {"C", "x", "a", "b", "c", "f(t)", "r", "v"} <= set(labels[0])
         assert {"u", "g = a + v₃", f"f(t): {inside}"} <= set(labels[1])
-        assert tab.evaluate("document.getElementById('explained-figure').hidden")
+        # The image plane shows the picture itself, without what the window shows around and over it.
+        assert tab.evaluate("[...new Set(window.drawn)]") == ["640 480"]
         assert tab.said == []
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests
 
 
-def test_what_moves_before_a_rolling_shutter_is_explained_as_raycam_does(tmp_path: Path) -> None:
+def test_live_page_explains_a_rolling_shutter_as_raycam_does(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box")
     world.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5], name="floor")

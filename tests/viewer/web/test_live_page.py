@@ -1,4 +1,4 @@
-"""Pages that render by themselves: what is in them, and what is refused."""
+"""Live pages, which render in the browser: their contents, and invalid arguments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GLUE = "let wasm_bindgen = null;"
 
 @pytest.fixture
 def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
-    """A stand-in for the core that was built."""
+    """A stand-in for the built core."""
     data = bytes(range(256)) * 20
     (tmp_path / core.GLUE).write_text(GLUE)
     (tmp_path / core.CORE).write_bytes(core.deflated(data))
@@ -30,7 +30,7 @@ def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
 
 
 def element(page: str, name: str) -> str:
-    """The text of the element of an id."""
+    """The text of the element with this id."""
     (found,) = re.findall(rf'<script [^>]*id="{name}">(.*?)</script>', page, re.S)
     return str(found)
 
@@ -39,7 +39,7 @@ def unpacked(text: str) -> bytes:
     return zlib.decompress(base64.b64decode(text), -15)
 
 
-def test_a_page_carries_the_core_the_world_and_the_camera(
+def test_live_page_contains_the_core_the_world_and_the_camera(
     built: bytes, small_world: raycam.World, tmp_path: Path
 ) -> None:
     camera = raycam.Camera.look_at([3, 3, 2], [0, 0, 0], size=(40, 30), fov=50)
@@ -62,14 +62,16 @@ def test_a_page_carries_the_core_the_world_and_the_camera(
     assert not re.search(r"(?:src|href)=\"?https?:", page)
 
 
-def test_a_camera_of_the_world_is_not_added(built: bytes, small_world: raycam.World, tmp_path: Path) -> None:
+def test_live_page_does_not_duplicate_a_camera_of_the_world(
+    built: bytes, small_world: raycam.World, tmp_path: Path
+) -> None:
     frame = raycam.render(small_world, "side", integrator="flat", samples=1)
     frame.save(tmp_path / "x.html", world=small_world, live=True)
     options = json.loads(element((tmp_path / "x.html").read_text(encoding="utf-8"), "core-options"))
     assert options["camera"] == "side"
 
 
-def test_what_does_not_fit_is_refused(built: bytes, small_world: raycam.World, tmp_path: Path) -> None:
+def test_unsupported_live_pages_are_refused(built: bytes, small_world: raycam.World, tmp_path: Path) -> None:
     frame = raycam.render(small_world, "side", integrator="flat", samples=1)
     for options, word in [
         ({}, fault("missing_value", "world=world")),
@@ -82,7 +84,7 @@ def test_what_does_not_fit_is_refused(built: bytes, small_world: raycam.World, t
     assert not (tmp_path / "x.html").exists()
 
 
-def test_without_the_core_the_error_names_the_command(
+def test_missing_core_raises_with_the_build_command(
     small_world: raycam.World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(core, "FOLDER", str(tmp_path / "nothing"))
@@ -91,7 +93,7 @@ def test_without_the_core_the_error_names_the_command(
         frame.save(tmp_path / "x.html", world=small_world, live=True)
 
 
-def test_the_playground_carries_its_examples(built: bytes) -> None:
+def test_playground_contains_its_examples(built: bytes) -> None:
     page = playground_page({"a": "[[object]]\nbox = { size = 1 }  # </script>\n"})
     assert json.loads(element(page, "core-options"))["playground"][0]["name"] == "a"
     assert "</script>" in json.loads(element(page, "core-options"))["playground"][0]["text"]

@@ -1,4 +1,4 @@
-"""The playground in a browser: worlds, errors, files of one's own, copies and links. Needs Chromium: `make proof`."""
+"""The playground in a browser: worlds, errors, dropped files, copies and links. Requires Chromium: `make proof`."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
 
 @pytest.fixture
 def tab(browser: Tab, page: Path) -> Iterator[Tab]:
-    """The playground, just opened from its file; no test may make it ask for anything else."""
+    """The playground, opened from its file; it must not request anything else in any test."""
     browser.call("Page.navigate", url="about:blank")
     browser.said.clear()
     browser.requests.clear()
@@ -53,7 +53,7 @@ def tab(browser: Tab, page: Path) -> Iterator[Tab]:
 
 
 def type_world(tab: Tab, text: str) -> None:
-    """Puts a world into the editor, and waits until it was read."""
+    """Puts a world into the editor, and waits until it is read."""
     tab.evaluate(
         "document.getElementById('status').textContent = ''; ((area) => {"
         f"area.value = {json.dumps(text)}; area.dispatchEvent(new Event('input'));"
@@ -80,7 +80,7 @@ def about(tab: Tab) -> str:
     return str(tab.evaluate("document.getElementById('about').textContent"))
 
 
-def test_an_error_stands_at_its_line_and_goes_with_it(tab: Tab) -> None:
+def test_error_is_shown_at_its_line_until_it_is_fixed(tab: Tab) -> None:
     type_world(tab, BALL + "\n[[object]]\nbox = { size = 1 }\ncolour = 'red'\n")
     tab.wait("document.querySelector('#world-lines .wrong') !== null")
     assert tab.evaluate("document.querySelector('#world-lines .wrong').textContent") == "7\n"
@@ -93,7 +93,7 @@ def test_an_error_stands_at_its_line_and_goes_with_it(tab: Tab) -> None:
     assert tab.said == []
 
 
-def test_examples_are_chosen(tab: Tab) -> None:
+def test_example_list_replaces_the_text(tab: Tab) -> None:
     tab.evaluate(
         "((list) => { list.value = 'crate'; list.dispatchEvent(new Event('change')); })"
         "(document.getElementById('example'))"
@@ -102,7 +102,7 @@ def test_examples_are_chosen(tab: Tab) -> None:
     assert tab.evaluate("document.getElementById('world-text').value") == BOX
 
 
-def test_undo_brings_back_the_text_that_an_example_replaced(tab: Tab) -> None:
+def test_undo_restores_the_text_before_an_example(tab: Tab) -> None:
     own = BOX + "# my own world\n"
     type_world(tab, own)
     tab.evaluate(
@@ -173,7 +173,7 @@ PLY = (
         ),
     ],
 )
-def test_a_model_that_is_dropped_is_shown(tab: Tab, files: dict[str, bytes], triangles: int) -> None:
+def test_dropped_model_is_shown(tab: Tab, files: dict[str, bytes], triangles: int) -> None:
     drop(tab, files)
     tab.wait(f"document.getElementById('about').textContent.includes(', {triangles} triangle')")
     assert next(iter(files)) in tab.evaluate("document.getElementById('world-text').value")
@@ -198,7 +198,7 @@ def test_a_model_that_is_dropped_is_shown(tab: Tab, files: dict[str, bytes], tri
         ({"notes.txt": b"x"}, "1 of 1 files"),
     ],
 )
-def test_hostile_files_leave_the_page_alive(tab: Tab, files: dict[str, bytes], word: str) -> None:
+def test_hostile_files_do_not_break_the_page(tab: Tab, files: dict[str, bytes], word: str) -> None:
     drop(tab, files)
     tab.wait(f"document.getElementById('world-problem').textContent.includes({json.dumps(word)})")
     type_world(tab, BOX)
@@ -206,7 +206,7 @@ def test_hostile_files_leave_the_page_alive(tab: Tab, files: dict[str, bytes], w
     tab.wait(STILL)
 
 
-def test_a_link_carries_the_world_and_only_as_much_as_fits(tab: Tab, page: Path) -> None:
+def test_link_contains_the_world_up_to_a_limit(tab: Tab, page: Path) -> None:
     text = BOX + "# ü </script> \\ ''' 'end'\n"
     type_world(tab, text)
     tab.evaluate("document.getElementById('share').click()")
@@ -228,7 +228,7 @@ def test_a_link_carries_the_world_and_only_as_much_as_fits(tab: Tab, page: Path)
 
 
 @pytest.mark.parametrize("more", ["", "# it's \"quoted\" \\ and ''' ended\nEND\n".replace("END", "# END")])
-def test_copies_make_the_same_world_elsewhere(tab: Tab, tmp_path: Path, more: str) -> None:
+def test_copied_text_and_code_render_the_same_world(tab: Tab, tmp_path: Path, more: str) -> None:
     type_world(tab, BOX + more)
     tab.evaluate(
         "globalThis.copied = [], navigator.clipboard.writeText = async (text) => { copied.push(text); }, "
@@ -245,7 +245,7 @@ def test_copies_make_the_same_world_elsewhere(tab: Tab, tmp_path: Path, more: st
     assert (tmp_path / "picture.png").read_bytes() == first
 
 
-def test_no_request_leaves_a_page_of_a_server(browser: Tab, page: Path) -> None:
+def test_playground_sends_no_requests(browser: Tab, page: Path) -> None:
     handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(page.parent))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -262,7 +262,7 @@ def test_no_request_leaves_a_page_of_a_server(browser: Tab, page: Path) -> None:
         server.shutdown()
 
 
-def test_numbers_of_the_page_are_raycams(tab: Tab) -> None:
+def test_numbers_of_the_page_equal_raycam(tab: Tab) -> None:
     type_world(tab, BOX)
     tab.wait("document.getElementById('about').textContent.includes('camera of 80 x 60')")
     told = about(tab).split("C = ")[1].split("\n")[0]

@@ -1,6 +1,6 @@
-"""Bytes that every machine gives: x86-64, ARM and WebAssembly against one file of hashes.
+"""Image bytes that are equal on every machine: x86-64, ARM and WebAssembly are compared with recorded hashes.
 
-`PYTHONPATH=python:tests python tests/viewer/web/test_same_bytes.py` writes the file anew, where a change is meant.
+`PYTHONPATH=python:tests python tests/viewer/web/test_same_bytes.py` writes the file again after an intended change.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ COMPLETE = [number for number in range(len(PICTURES)) if not may_differ(number, 
 
 
 def found(folder: Path) -> dict[str, dict[str, str]]:
-    """The hashes of this machine."""
+    """The hashes computed on this machine."""
     return {label(number): digests(number, render(number, folder)[1]) for number in range(len(PICTURES))}
 
 
-def test_pictures_have_the_bytes_of_every_machine(tmp_path: Path) -> None:
+def test_images_have_the_recorded_hashes(tmp_path: Path) -> None:
     assert len(COMPLETE) >= 20
     expected = kept()
     for name, channels in found(tmp_path).items():
@@ -31,7 +31,7 @@ def test_pictures_have_the_bytes_of_every_machine(tmp_path: Path) -> None:
     assert all(len(channels) >= 17 for channels in expected.values())
 
 
-def test_the_portable_instruction_set_has_them_too(tmp_path: Path) -> None:
+def test_portable_instruction_set_has_the_recorded_hashes(tmp_path: Path) -> None:
     script = "import json, sys; from viewer.web import test_same_bytes as t; from pathlib import Path;"
     script += "print(json.dumps(t.found(Path(sys.argv[1]))))"
     tests = str(Path(__file__).parents[2])
@@ -45,7 +45,7 @@ def test_the_portable_instruction_set_has_them_too(tmp_path: Path) -> None:
     assert json.loads(done.stdout.splitlines()[-1]) == kept()
 
 
-def test_a_changed_pixel_is_another_hash(tmp_path: Path) -> None:
+def test_changed_pixel_changes_the_hash(tmp_path: Path) -> None:
     _, frame = render(0, tmp_path)
     before = digests(0, frame)
     depth = frame["depth"].copy()

@@ -1,4 +1,4 @@
-"""The steps of the lecture in the page: the numbers of `raycam.explain`."""
+"""The steps of the lecture in the page, compared with `raycam.explain`."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ LENSES = {
 
 @pytest.mark.parametrize("pixel", [(24, 16), (20, 20), (5, 28), (40, 1), (47, 31)])
 @pytest.mark.parametrize("name", LENSES)
-def test_text_is_that_of_raycam(small_world: raycam.World, name: str, pixel: tuple[int, int]) -> None:
+def test_explanation_text_equals_raycam(small_world: raycam.World, name: str, pixel: tuple[int, int]) -> None:
     camera = LENSES[name]
     found = run(f"return explanationOf({asked(small_world, camera, pixel)}).text;").splitlines()
     expected = str(raycam.explain(small_world, camera, pixel)).splitlines()
@@ -78,7 +78,7 @@ def test_text_is_that_of_raycam(small_world: raycam.World, name: str, pixel: tup
 
 
 @needs_core
-def test_the_core_tells_the_ray_of_any_lens(small_world: raycam.World) -> None:
+def test_core_returns_the_ray_of_every_lens(small_world: raycam.World) -> None:
     world = raycam.World()
     for name, camera in LENSES.items():
         world.add_camera(camera, name)
@@ -102,7 +102,7 @@ def test_the_core_tells_the_ray_of_any_lens(small_world: raycam.World) -> None:
             np.testing.assert_allclose(ray[key], values, rtol=1e-12, atol=1e-12, err_msg=f"{name} {key}")
 
 
-def test_a_pixel_outside_of_the_image_of_a_lens_says_so(small_world: raycam.World) -> None:
+def test_pixel_without_a_ray_is_refused(small_world: raycam.World) -> None:
     camera = FRONT.replace(distortion=[-0.8, 0, 0, 0], model="opencv")
     with raises(raycam.CameraError, code="out_of_range"):
         raycam.explain(small_world, camera, (0, 0))
@@ -111,7 +111,7 @@ def test_a_pixel_outside_of_the_image_of_a_lens_says_so(small_world: raycam.Worl
     assert "outside of the image of the lens (opencv)" in said
 
 
-def test_numbers_are_as_c_prints_them() -> None:
+def test_numbers_are_formatted_as_in_c() -> None:
     random = np.random.default_rng(2)
     values = [0.0, 1.0, -2.5, 1e-5, 123456.0, 1234567.0, 999999.5, 0.1, 1 / 3, 1e300, -1e-300]
     values += [1.015625, -1.015625, 1.046875, 12345.25, 123456.5, 123457.5, 5e-324]  # between two decimals
@@ -121,7 +121,7 @@ def test_numbers_are_as_c_prints_them() -> None:
 
 
 @pytest.mark.parametrize("up", ["z", "y"])
-def test_the_ground_below_is_that_of_the_servers_rays(up: str) -> None:
+def test_ground_height_equals_that_of_the_server(up: str) -> None:
     random = np.random.default_rng(7)
     world = raycam.World(up=up)
     world.add_object(vertices=random.uniform(-2, 2, (60, 3)), triangles=random.integers(0, 60, (80, 3)))

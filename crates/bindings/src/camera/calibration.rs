@@ -1,4 +1,4 @@
-//! Files of cameras.
+//! Calibration files.
 
 use std::path::PathBuf;
 
@@ -13,10 +13,10 @@ use crate::camera::rig::Rig;
 use crate::error::{IntoPyErr, OrRaise, camera_error, catch_panic, detached};
 use crate::notice::Notices;
 
-/// A rotation and a centre.
+/// Rotation and centre.
 type RotationCenter = ([[f64; 3]; 3], [f64; 3]);
 
-/// A camera as its file has it: what is read is written back to the last bit.
+/// Camera with the exact values of its file, so that it is written back bit for bit.
 #[pyclass(frozen, module = "raycam._core", name = "Record")]
 pub(crate) struct PyCameraRecord {
     inner: CameraRecord,
@@ -24,7 +24,7 @@ pub(crate) struct PyCameraRecord {
 
 #[pymethods]
 impl PyCameraRecord {
-    /// The record of a camera; one of a rig with its frame and its name there.
+    /// Record of a camera. The record of a rig's camera contains its frame and its name in the rig.
     #[staticmethod]
     #[pyo3(name = "of", signature = (name, camera, image, time, on=None))]
     fn from_camera(
@@ -39,7 +39,7 @@ impl PyCameraRecord {
         if let Some((rig, frame, name)) = on {
             let rig = &rig.inner;
             let mount = rig.mounts().iter().find(|mount| mount.name == name);
-            let mount = mount.ok_or_else(|| camera_error(format!("the rig has no camera {name:?}")))?;
+            let mount = mount.ok_or_else(|| camera_error(format!("the rig has no camera named {name:?}")))?;
             let body = rig.body();
             inner.mount = Some(RigMount {
                 rig: rig.name().into(),
@@ -52,13 +52,13 @@ impl PyCameraRecord {
         Ok(Self { inner })
     }
 
-    /// The same record with another image and time.
+    /// Returns the record with another image and time.
     fn replaced(&self, image: Option<String>, time: Option<f64>) -> Self {
         Self { inner: CameraRecord { image, time, ..self.inner.clone() } }
     }
 
-    /// The mount of a camera on a rig: the rig, the frame, its name there; camera_from_body and the centre there; body_from_world
-    /// and the place of the body.
+    /// Returns the mount of a camera on a rig: the rig, the frame, its name in the rig; camera_from_body and the centre
+    /// in the body's axes; body_from_world and the body's position.
     #[getter]
     #[allow(clippy::type_complexity, reason = "a mount taken apart")]
     fn mount(&self) -> Option<(&str, &str, &str, RotationCenter, RotationCenter)> {
@@ -70,7 +70,7 @@ impl PyCameraRecord {
         Some((&mount.rig, &mount.frame, &mount.name, placed(&mount.camera), placed(&mount.body)))
     }
 
-    /// The camera, where size and intrinsics are known.
+    /// Returns the camera if its size and intrinsics are known.
     fn camera(&self) -> PyResult<Camera> {
         let inner = self.inner.camera().map_err(|error| match error {
             FormatError::Encode(message) => camera_error(message),
@@ -95,7 +95,7 @@ impl PyCameraRecord {
     }
 }
 
-/// The records of a file, and notices.
+/// Returns the records of a file, and notices.
 #[pyfunction]
 #[pyo3(signature = (path, format, size, intrinsics, lens=None, convention=None))]
 pub(crate) fn read_cameras(
@@ -118,7 +118,7 @@ pub(crate) fn read_cameras(
     Ok((records.collect(), found.notices.into()))
 }
 
-/// Names, relative to `path`, and bytes of the files that hold the records, and notices.
+/// Returns the names (relative to `path`) and bytes of the files that store the records, and notices.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "two lists")]
 pub(crate) fn write_cameras(
@@ -131,7 +131,7 @@ pub(crate) fn write_cameras(
     Ok((written.files, written.notices.into()))
 }
 
-/// The names of the formats that are read, and of those that are written.
+/// Returns the names of the formats that can be read, and of those that can be written.
 #[pyfunction]
 pub(crate) fn calibration_formats() -> (Vec<&'static str>, Vec<&'static str>) {
     (raycam_calibration::formats().collect(), raycam_calibration::written_formats().collect())

@@ -13,7 +13,7 @@ use crate::arrays::{ArrayResult, Floats, NewArray, array, matrix3, rows, rows_of
 use crate::error::{OrRaise, camera_error};
 use crate::py_value::to_value;
 
-/// "z" or "y".
+/// Parses "z" or "y".
 pub(crate) fn up(name: &str) -> PyResult<Up> {
     match name {
         "z" => Ok(Up::Z),
@@ -22,7 +22,7 @@ pub(crate) fn up(name: &str) -> PyResult<Up> {
     }
 }
 
-/// "integer" or "half".
+/// Parses "integer" or "half".
 pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
     match name {
         "integer" => Ok(PixelCenter::Integer),
@@ -34,7 +34,7 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
     }
 }
 
-/// Wraps the result of a constructor.
+/// Converts the result of a constructor.
 fn wrap(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
     camera.map(|inner| Camera { inner }).or_raise()
 }
@@ -42,7 +42,7 @@ fn wrap(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
 type Matrix3 = [[f64; 3]; 3];
 type Vector = [f64; 3];
 
-/// A camera.
+/// Camera for Python.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Camera {
     /// The camera of `raycam-scene`.
@@ -102,14 +102,14 @@ impl Camera {
         wrap(camera::Camera::from_opengl(matrix3(k), pose, size, center))
     }
 
-    /// The same camera with a lens.
+    /// Returns a copy with a lens.
     fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
         let model = LensModel::from_name(model).or_raise()?;
         let lens = Lens::new(model, &distortion).or_raise()?;
         wrap(self.inner.clone().with_lens(lens))
     }
 
-    /// A camera of one of COLMAP's models, at a pose.
+    /// Returns the camera of one of COLMAP's models, at a pose.
     #[staticmethod]
     fn from_colmap(
         model: &str,
@@ -127,14 +127,14 @@ impl Camera {
         wrap(pinhole.and_then(|camera| camera.with_lens(lens)))
     }
 
-    /// The name and the parameters of the COLMAP model that it is.
+    /// Returns the name and the parameters of the equivalent COLMAP model.
     fn colmap(&self) -> PyResult<(&'static str, Vec<f64>)> {
         let mut k = self.inner.k();
         k.z_axis += DVec2::splat(0.5 - self.inner.pixel_center().offset()).extend(0.0);
         camera::colmap_from_lens(k, self.inner.lens()).or_raise()
     }
 
-    /// The model and the coefficients of the lens; None for a pinhole.
+    /// Returns the model and the coefficients of the lens; None for a pinhole.
     #[getter]
     fn lens(&self) -> Option<(&'static str, Vec<f64>)> {
         let (model, coefficients) = self.inner.lens().coefficients()?;
@@ -183,7 +183,7 @@ impl Camera {
         Ok(self.inner.roll_pitch_yaw(self::up(up)?))
     }
 
-    /// Pixels [n, 2] and in_front [n] of points [n, 3].
+    /// Returns the pixels [n, 2] and in_front [n] of points [n, 3].
     fn project<'py>(
         &self,
         py: Python<'py>,
@@ -198,7 +198,7 @@ impl Camera {
         Ok((array(py, pixels.into_flattened(), &[n, 2])?, array(py, in_front, &[n])?))
     }
 
-    /// Origins and unit directions [n, 3] of pixels [n, 2]; NaN where there are none.
+    /// Returns the origins and unit directions [n, 3] of pixels [n, 2]; NaN for pixels without a ray.
     fn rays<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<(NewArray<'py, f64>, NewArray<'py, f64>)> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let (origins, directions): (Vec<_>, Vec<_>) = py.detach(|| {
@@ -212,24 +212,24 @@ impl Camera {
         Ok((array(py, origins.into_flattened(), &shape)?, array(py, directions.into_flattened(), &shape)?))
     }
 
-    /// The camera of a description as in a world file.
+    /// Returns the camera for a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
         let spec: CameraSpec = from_value(&to_value(description, "")?).or_raise()?;
         wrap(spec.build(self::up(up)?))
     }
 
-    /// Its description, to the last digit, as JSON.
+    /// Returns its exact description as JSON.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&CameraSpec::from_camera(&self.inner)).map_err(|error| camera_error(error.to_string()))
     }
 
-    /// The same camera elsewhere.
+    /// Returns a copy with another pose.
     fn at_pose(&self, r: Matrix3, c: Vector) -> PyResult<Self> {
         wrap(self.inner.at_pose(matrix3(r), vector(c)))
     }
 
-    /// The picture behind what it sees: file, fit and the camera that took it.
+    /// Returns the background image: file, fit and the camera that took it.
     #[getter]
     fn background(&self) -> Option<(&str, &'static str, Option<Self>)> {
         let background = self.inner.background()?;
@@ -241,7 +241,7 @@ impl Camera {
         Some((&background.image, fit, taker))
     }
 
-    /// The same camera with a picture behind what it sees, which covers the frame or was taken by a camera; or without.
+    /// Returns a copy with a background image, which covers the frame or was taken by a camera; or without one.
     fn with_background(&self, image: Option<String>, covers: bool, camera: Option<&Self>) -> Self {
         let fit = if covers { BackgroundFit::Cover } else { BackgroundFit::Exact };
         let camera = camera.map(|camera| camera.inner.clone().with_background(None).into());
@@ -249,12 +249,12 @@ impl Camera {
         Self { inner: self.inner.clone().with_background(background) }
     }
 
-    /// The same camera with other intrinsics.
+    /// Returns a copy with other intrinsics.
     fn with_intrinsics(&self, k: Matrix3, size: [u32; 2]) -> PyResult<Self> {
         wrap(self.inner.with_intrinsics(matrix3(k), size))
     }
 
-    /// The origin of rays: "point", "plane" or "infinity".
+    /// Returns the origin of its rays: "point", "plane" or "infinity".
     #[getter]
     fn center(&self) -> &'static str {
         match self.inner.center() {
@@ -264,7 +264,7 @@ impl Camera {
         }
     }
 
-    /// camera_from_world [n, 3, 3] of the middles of the exposures of pixels [n, 2].
+    /// Returns camera_from_world [n, 3, 3] in the middle of the exposures of pixels [n, 2].
     fn rotations<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> ArrayResult<'py, f64> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let rotations: Vec<_> =
@@ -273,25 +273,25 @@ impl Camera {
     }
 }
 
-/// The names of the lens models, and which of them are panoramas.
+/// Returns the names of the lens models, with True for panoramas.
 #[pyfunction]
 pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
     LensModel::ALL.iter().map(|model| (model.name(), model.is_panorama())).collect()
 }
 
-/// The names of each lens model's coefficients.
+/// Returns the names of each lens model's coefficients.
 #[pyfunction]
 pub(crate) fn lens_coefficients() -> Vec<(&'static str, Vec<&'static str>)> {
     LensModel::ALL.iter().map(|model| (model.name(), model.coefficient_names().to_vec())).collect()
 }
 
-/// K of a vertical field of view in degrees.
+/// Returns K for a vertical field of view in degrees.
 #[pyfunction]
 pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
     camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?).map(rows_of).or_raise()
 }
 
-/// K of a focal length in pixels.
+/// Returns K for a focal length in pixels.
 #[pyfunction]
 pub(crate) fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
     Ok(rows_of(camera::intrinsics_from_focal(focal, size, self::pixel_center(pixel_center)?)))

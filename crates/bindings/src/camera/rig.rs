@@ -22,21 +22,21 @@ type NamedCameras = Vec<(String, Camera)>;
 
 #[pymethods]
 impl Rig {
-    /// A rig of cameras in the axes of the body, with body_from_world and the place of the body.
+    /// Returns a rig of cameras in the axes of the body, with body_from_world and the body's position.
     #[new]
     fn new(name: &str, r: [[f64; 3]; 3], c: [f64; 3], cameras: Vec<(String, PyRef<'_, Camera>)>) -> PyResult<Self> {
         let mounts = cameras.into_iter().map(|(name, camera)| NamedCamera { name, camera: camera.inner.clone() });
         wrap(camera::Rig::new(name, pose(r, c), mounts.collect()))
     }
 
-    /// The rig of a description as in a world file.
+    /// Returns the rig for a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
         let spec: RigSpec = from_value(&to_value(description, "")?).or_raise()?;
         wrap(spec.build(self::up(up)?))
     }
 
-    /// Its description, to the last digit, as JSON.
+    /// Returns its exact description as JSON.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&RigSpec::from_rig(&self.inner)).map_err(|error| camera_error(error.to_string()))
     }
@@ -56,18 +56,18 @@ impl Rig {
         self.inner.body().c.to_array()
     }
 
-    /// The cameras in the world.
+    /// Returns the cameras in the world.
     fn cameras(&self) -> PyResult<NamedCameras> {
         let cameras = self.inner.cameras().or_raise()?;
         Ok(named_cameras(cameras))
     }
 
-    /// The cameras in the axes of the body.
+    /// Returns the cameras in the axes of the body.
     fn mounts(&self) -> NamedCameras {
         named_cameras(self.inner.mounts().to_vec())
     }
 
-    /// The same rig elsewhere.
+    /// Returns a copy with another pose.
     fn at_pose(&self, r: [[f64; 3]; 3], c: [f64; 3]) -> PyResult<Self> {
         wrap(self.inner.at_pose(pose(r, c)))
     }

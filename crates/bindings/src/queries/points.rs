@@ -1,4 +1,4 @@
-//! Queries of points and of pairs of points. Python has made the arrays C-contiguous and broadcast them.
+//! Queries of points and of pairs of points. Python has already made the arrays C-contiguous and broadcast them.
 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
@@ -16,10 +16,10 @@ use crate::queries::rays::{mask, surface};
 use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
-/// The chosen objects, a flag for each of the world's.
+/// Selected objects, one flag per object of the world.
 type Mask<'py> = PyReadonlyArrayDyn<'py, bool>;
 
-/// A dict of points [n, 3], their largest distances [1] or [n], and the objects that count.
+/// Points from a dict: points [n, 3], their maximum distances [1] or [n], and the selected objects.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PointArguments<'py> {
@@ -40,7 +40,7 @@ impl PointArguments<'_> {
     }
 }
 
-/// The closest point of each point, by the names of `World.closest_points`.
+/// Returns the closest point of each point, with the names of `World.closest_points`.
 #[pyfunction]
 pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> DictResult<'py> {
     let (arrays, threads) = (query.arrays()?, query.threads);
@@ -58,7 +58,7 @@ pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointA
     Ok(dict)
 }
 
-/// The distance of each point.
+/// Returns the distance of each point.
 #[pyfunction]
 pub(crate) fn world_distance<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> ArrayResult<'py, f64> {
     let (arrays, threads) = (query.arrays()?, query.threads);
@@ -67,7 +67,7 @@ pub(crate) fn world_distance<'py>(world: &Bound<'py, World>, query: PointArgumen
     })
 }
 
-/// The distance of each point, negative inside.
+/// Returns the distance of each point, negative inside.
 #[pyfunction]
 pub(crate) fn world_signed_distance<'py>(
     world: &Bound<'py, World>,
@@ -86,7 +86,7 @@ pub(crate) fn world_signed_distance<'py>(
     })
 }
 
-/// For each point [n, 3], true if it is inside of any of the chosen objects.
+/// Returns for each point [n, 3] true if it is inside any of the selected objects.
 #[pyfunction]
 pub(crate) fn world_inside<'py>(
     world: &Bound<'py, World>,
@@ -100,7 +100,7 @@ pub(crate) fn world_inside<'py>(
     })
 }
 
-/// The winding number of the chosen objects around each point [n, 3].
+/// Returns the winding number of the selected objects around each point [n, 3].
 #[pyfunction]
 pub(crate) fn world_winding_number<'py>(
     world: &Bound<'py, World>,
@@ -114,7 +114,7 @@ pub(crate) fn world_winding_number<'py>(
     })
 }
 
-/// For each pair of points [n, 3], true if no triangle is between them.
+/// Returns for each pair of points [n, 3] true if no triangle is between them.
 #[pyfunction]
 pub(crate) fn world_visible<'py>(
     world: &Bound<'py, World>,
@@ -136,14 +136,13 @@ pub(crate) fn world_visible<'py>(
 /// (closed, oriented, boundary edges [k, 2], volume, components).
 type TopologyParts<'py> = (bool, bool, NewArray<'py, i32>, f64, usize);
 
-/// The topology of an object's mesh; the volume is that of the placed object.
+/// Returns the topology of an object's mesh; the volume is that of the placed object.
 #[pyfunction]
 pub(crate) fn world_topology<'py>(py: Python<'py>, world: &World, object: usize) -> PyResult<TopologyParts<'py>> {
     let world = world.snapshot();
-    let placed = world
-        .objects
-        .get(object)
-        .ok_or_else(|| settings_error(format!("object {object} of a world with {} objects", world.objects.len())))?;
+    let placed = world.objects.get(object).ok_or_else(|| {
+        settings_error(format!("object {object} does not exist; the world has {} objects", world.objects.len()))
+    })?;
     let surface = py.detach(|| SurfaceTopology::new(&world.meshes[placed.mesh]));
     let edges: Vec<i32> = surface.boundary_edges.iter().flatten().map(|&vertex| vertex as i32).collect();
     let count = surface.boundary_edges.len();

@@ -1,4 +1,4 @@
-//! Queries of rays. Python has made the arrays C-contiguous and broadcast them.
+//! Queries of rays. Python has already made the arrays C-contiguous and broadcast them.
 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
@@ -17,12 +17,12 @@ use crate::interruptible::run_for_work;
 use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
-/// An array of one dimension.
+/// Converts to a one-dimensional array.
 fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
 }
 
-/// A dict of rays [n, 3], their limits [1] or [n], and the surfaces that count.
+/// Rays from a dict: rays [n, 3], their limits [1] or [n], and the surfaces that count.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct RayArguments<'py> {
@@ -30,7 +30,7 @@ pub(crate) struct RayArguments<'py> {
     directions: Floats<'py>,
     t_min: Floats<'py>,
     t_max: Floats<'py>,
-    /// True if exact signs decide, false if float32 does.
+    /// True if exact arithmetic decides, false for float32.
     exact: bool,
     coherent: Option<bool>,
     objects: Option<PyReadonlyArrayDyn<'py, bool>>,
@@ -38,7 +38,7 @@ pub(crate) struct RayArguments<'py> {
     skip: Option<(PyReadonlyArrayDyn<'py, i32>, PyReadonlyArrayDyn<'py, i32>)>,
     facing: String,
     surface: String,
-    /// One time for each ray, in seconds after the world's time.
+    /// One time per ray, in seconds after the world's time.
     times: Option<Floats<'py>>,
     threads: Option<usize>,
 }
@@ -71,18 +71,18 @@ impl RayArguments<'_> {
         })
     }
 
-    /// The time of each ray.
+    /// Time of each ray.
     fn times(&self) -> PyResult<Option<&[f64]>> {
         self.times.as_ref().map(|times| flat(times, "times")).transpose()
     }
 }
 
-/// The chosen objects.
+/// Selected objects.
 pub(crate) fn mask<'a>(objects: Option<&'a PyReadonlyArrayDyn<'_, bool>>) -> PyResult<Option<&'a [bool]>> {
     objects.map(|objects| flat(objects, "objects")).transpose()
 }
 
-/// The surface of a name.
+/// Surface with this name.
 pub(crate) fn surface(name: &str) -> PyResult<TruthSurface> {
     match name {
         "first" => Ok(TruthSurface::First),
@@ -91,7 +91,7 @@ pub(crate) fn surface(name: &str) -> PyResult<TruthSurface> {
     }
 }
 
-/// The names of the fields of hits.
+/// Returns the names of the fields of hits.
 #[pyfunction]
 pub(crate) fn ray_fields() -> Vec<&'static str> {
     FIELDS.iter().map(|(name, _)| *name).collect()
@@ -105,7 +105,7 @@ fn fields(names: &[String]) -> PyResult<Vec<Field>> {
     names.iter().map(field).collect()
 }
 
-/// Columns as arrays [n] or [n, width] by name.
+/// Columns by name, as arrays [n] or [n, width].
 fn columns_to_dict(py: Python<'_>, columns: Columns) -> DictResult<'_> {
     let dict = PyDict::new(py);
     for (field, column) in columns.0 {
@@ -124,7 +124,7 @@ fn columns_to_dict(py: Python<'_>, columns: Columns) -> DictResult<'_> {
     Ok(dict)
 }
 
-/// Fields of the first hit of each ray, by name.
+/// Returns fields of the first hit of each ray, by name.
 #[pyfunction]
 pub(crate) fn world_cast_rays<'py>(
     world: &Bound<'py, World>,
@@ -147,7 +147,7 @@ pub(crate) fn world_cast_rays<'py>(
     columns_to_dict(py, found)
 }
 
-/// For each ray, true if anything lies in its range of t.
+/// Returns for each ray true if any surface is within its range of t.
 #[pyfunction]
 pub(crate) fn world_occluded<'py>(world: &Bound<'py, World>, query: RayArguments<'py>) -> ArrayResult<'py, bool> {
     let (py, threads) = (world.py(), query.threads);
@@ -165,7 +165,7 @@ pub(crate) fn world_occluded<'py>(world: &Bound<'py, World>, query: RayArguments
     array(py, found, &[count])
 }
 
-/// Crossings of each ray: `offsets`, `ray`, and fields by name.
+/// Returns the crossings of each ray: `offsets`, `ray`, and fields by name.
 #[pyfunction]
 pub(crate) fn world_intersections<'py>(
     world: &Bound<'py, World>,
@@ -186,7 +186,7 @@ pub(crate) fn world_intersections<'py>(
     Ok(dict)
 }
 
-/// The number of crossings of each ray; `signed`: those that leave less those that enter.
+/// Returns the number of crossings of each ray. `signed`: the number of exits minus the number of entries.
 #[pyfunction]
 pub(crate) fn world_count_intersections<'py>(
     world: &Bound<'py, World>,

@@ -1,4 +1,4 @@
-//! Ground truth beyond a frame's channels: flow, silhouettes, boxes.
+//! Ground truth in addition to a frame's channels: flow, silhouettes, boxes.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ use crate::error::settings_error;
 use crate::interruptible::run_interruptible;
 use crate::world::state::World;
 
-/// The viewpoint of a camera in a world.
+/// Viewpoint of a camera in a world.
 fn viewpoint<'a>(world: &'a (Arc<raycam_scene::World>, Arc<PreparedWorld>), camera: &'a Camera) -> Viewpoint<'a> {
     Viewpoint { world: &world.1, animated_world: Some(&world.0), camera: &camera.inner }
 }
 
-/// Optical and scene flow from the first camera and world to the second: arrays [height, width] or
-/// [height, width, components] by name.
+/// Returns optical and scene flow from the first camera and world to the second: arrays [height, width] or [height,
+/// width, components] by name.
 #[pyfunction]
 pub(crate) fn flow<'py>(
     py: Python<'py>,
@@ -44,10 +44,10 @@ pub(crate) fn flow<'py>(
     Ok(dict)
 }
 
-/// (object, (x, y, width, height), mask [height, width]) of each object that covers anything.
+/// (object, (x, y, width, height), mask [height, width]) of each object that covers any pixel.
 type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), NewArray<'py, bool>)>;
 
-/// Amodal masks: the pixels that each object alone covers of a picture with its margin.
+/// Returns amodal masks: the pixels of an image with a margin that each object would cover alone.
 #[pyfunction(name = "silhouettes")]
 pub(crate) fn amodal_masks<'py>(
     py: Python<'py>,
@@ -70,8 +70,8 @@ pub(crate) fn amodal_masks<'py>(
         .collect()
 }
 
-/// The images of points [n, 3]: arrays by the names of `raycam.Keypoints`. `objects` and `triangles` have one entry for
-/// each point, where they are given; the points of triangles are weights of their corners.
+/// Returns the images of points [n, 3], as arrays with the names of `raycam.Keypoints`. `objects` and `triangles`, if
+/// given, have one entry per point; points on triangles are weights of the triangle's corners.
 #[pyfunction]
 pub(crate) fn keypoints<'py>(
     py: Python<'py>,
@@ -109,17 +109,17 @@ pub(crate) fn keypoints<'py>(
     Ok(dict)
 }
 
-/// The rotation world_from_box, the centre and the size of a box.
+/// Rotation world_from_box, centre and size of a box.
 type OrientedBox = ([[f64; 3]; 3], [f64; 3], [f64; 3]);
 
-/// The box around an object along its own axes.
+/// Returns the box around an object along the object's own axes.
 #[pyfunction]
 pub(crate) fn oriented_box(py: Python<'_>, world: &World, object: usize) -> PyResult<OrientedBox> {
     let inner = world.snapshot();
     let found = py.detach(|| inner.oriented_box(object));
     let found = found.ok_or_else(|| {
         let count = inner.objects.len();
-        settings_error(format!("object {object} of a world with {count} objects"))
+        settings_error(format!("object {object} does not exist; the world has {count} objects"))
     })?;
     Ok((rows_of(found.rotation), found.center.to_array(), found.size.to_array()))
 }

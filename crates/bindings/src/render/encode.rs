@@ -1,4 +1,4 @@
-//! Pictures as bytes: colours, PNG, EXR and HDR.
+//! Images as bytes: colours, PNG, EXR and HDR.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ use crate::camera::Camera;
 use crate::error::{OrRaise, catch_panic, check_memory, detached, settings_error};
 use crate::notice::Notices;
 
-/// Any array of plain numbers.
+/// Any array of numbers.
 #[derive(FromPyObject)]
 pub(crate) enum ArrayView<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),
@@ -24,7 +24,7 @@ pub(crate) enum ArrayView<'py> {
     I32(PyReadonlyArrayDyn<'py, i32>),
 }
 
-/// Linear float32 of 8-bit sRGB, of the same shape.
+/// Converts 8-bit sRGB to linear float32 of the same shape.
 #[pyfunction]
 pub(crate) fn linear_from_srgb8<'py>(py: Python<'py>, bytes: PyReadonlyArrayDyn<'py, u8>) -> ArrayResult<'py, f32> {
     let table: Vec<f32> = (0..=255).map(|v| color::linear_from_srgb8([v; 3])[0]).collect();
@@ -32,8 +32,8 @@ pub(crate) fn linear_from_srgb8<'py>(py: Python<'py>, bytes: PyReadonlyArrayDyn<
     array(py, linear, bytes.shape())
 }
 
-/// float32 [height, width, 4] of an image file, and the notices of its reader: linear colours, or with `data` its
-/// numbers, those of integers in 0..1, without any decoding.
+/// Decodes an image file to float32 [height, width, 4], with the notices of its reader. The values are linear colours.
+/// With `data`, they are the file's numbers without any colour conversion, and integers are scaled to 0..1.
 #[pyfunction]
 pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResult<(NewArray<'_, f32>, Notices)> {
     let color_use = if data { ColorUse::Data } else { ColorUse::Color };
@@ -42,7 +42,8 @@ pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResul
     Ok((array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])?, notices.into()))
 }
 
-/// float32 [height, width, 4] of a photograph's linear colours as its pixels lie, its EXIF orientation (1 to 8), and notices.
+/// Decodes a photo to linear colours, float32 [height, width, 4], in the stored orientation. Also returns the EXIF
+/// orientation (1 to 8) and notices.
 #[pyfunction]
 pub(crate) fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, u8, Notices)> {
     let (image, orientation, notices) = detached(py, || raycam_formats::read_photo(&path, &Budget::default()))?;
@@ -51,7 +52,8 @@ pub(crate) fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_
     Ok((array(py, pixels, &shape)?, orientation, notices.into()))
 }
 
-/// Name and array of each channel of an EXR file of one part: uint32 [height, width] with True, or the bits of float32.
+/// Returns name and array of each channel of a single-part EXR file: uint32 [height, width] with True for integer
+/// channels, otherwise the bits of float32.
 #[pyfunction]
 pub(crate) fn read_exr(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, bool, NewArray<'_, u32>)>> {
     let ([columns, rows], channels) = detached(py, || raycam_formats::read_exr(&path, &Budget::default()))?;
@@ -59,13 +61,13 @@ pub(crate) fn read_exr(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, b
     channels.into_iter().map(|(name, is_whole, bits)| Ok((name, is_whole, array(py, bits, &shape)?))).collect()
 }
 
-/// Refuses bytes that stand for the file at a path: a Git LFS pointer, a page of HTML, none.
+/// Rejects bytes that only stand in for the file at a path: a Git LFS pointer, an HTML page, or no bytes at all.
 #[pyfunction]
 pub(crate) fn check_stand_in(path: PathBuf, data: &[u8]) -> PyResult<()> {
     raycam_formats::check_stand_in(&path, data).or_raise()
 }
 
-/// Linear float32 of linear float32 [..., 3] times `scale` as a view shows them, of the same shape.
+/// Applies a view transform to linear float32 [..., 3] times `scale`; returns linear float32 of the same shape.
 #[pyfunction]
 pub(crate) fn shown_from_linear<'py>(
     py: Python<'py>,
@@ -78,8 +80,8 @@ pub(crate) fn shown_from_linear<'py>(
     array(py, shown, linear.shape())
 }
 
-/// sRGB integers of `bits` 8 or 16 of linear float32 [..., 3] times `scale`, as a view shows them, of the same shape.
-/// NaN becomes 0.
+/// Applies a view transform to linear float32 [..., 3] times `scale`; returns sRGB integers of 8 or 16 `bits`, of the
+/// same shape. NaN becomes 0.
 #[pyfunction]
 pub(crate) fn srgb_from_linear<'py>(
     py: Python<'py>,
@@ -97,7 +99,7 @@ pub(crate) fn srgb_from_linear<'py>(
     Ok(array(py, data, linear.shape())?.into_any())
 }
 
-/// A Radiance HDR file of linear float32 [height, width, 3].
+/// Encodes linear float32 [height, width, 3] as a Radiance HDR file.
 #[pyfunction]
 pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>) -> BytesResult<'py> {
     let (size, _) = size_of(rgb.shape())?;
@@ -106,20 +108,20 @@ pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>
     arrays::bytes(py, &detached(py, || hdr::encode(size, rgb))?)
 }
 
-/// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.
+/// Encodes an array [height, width] or [height, width, channels] of uint8 or uint16 as a PNG file.
 #[pyfunction]
 pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesResult<'py> {
     let (shape, samples) = match &pixels {
         ArrayView::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
         ArrayView::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
-        _ => return Err(settings_error("a PNG holds uint8 or uint16")),
+        _ => return Err(settings_error("invalid array type for PNG; expected uint8 or uint16")),
     };
     let (size, channels) = size_of(shape)?;
     check_memory("a PNG file", 2 * shape.iter().product::<usize>() * 2)?;
     arrays::bytes(py, &detached(py, || png::encode(size, channels, samples))?)
 }
 
-/// A JPEG file of an array [height, width, 3] of uint8 in sRGB.
+/// Encodes an array [height, width, 3] of uint8 in sRGB as a JPEG file.
 #[pyfunction]
 pub(crate) fn encode_jpeg<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, u8>, quality: u8) -> BytesResult<'py> {
     let ([columns, rows], pixels) = (size_of(rgb.shape())?.0, contiguous(&rgb)?);
@@ -127,8 +129,8 @@ pub(crate) fn encode_jpeg<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, u8>
     arrays::bytes(py, &detached(py, || jpeg::encode([columns, rows], pixels, quality))?)
 }
 
-/// An EXR file of (name, array [height, width] or [height, width, components]) in float32, float64 (stored as float32)
-/// or int32; with `half`, floats become float16.
+/// Encodes (name, array [height, width] or [height, width, components]) as an EXR file. Arrays are float32, float64
+/// (stored as float32) or int32; with `half`, floats become float16.
 #[pyfunction]
 pub(crate) fn encode_exr<'py>(
     py: Python<'py>,
@@ -163,7 +165,7 @@ pub(crate) fn encode_exr<'py>(
             ArrayView::F32(a) => (a.shape(), floats(contiguous(a)?)),
             ArrayView::F64(a) => (a.shape(), floats(&narrowed[..])),
             ArrayView::I32(a) => (a.shape(), exr::LayerSamples::Id(contiguous(a)?)),
-            _ => return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32"))),
+            _ => return Err(settings_error(format!("EXR: {name} has an unsupported type; expected floats or int32"))),
         };
         let components;
         (size, components) = size_of(shape)?;
@@ -174,7 +176,7 @@ pub(crate) fn encode_exr<'py>(
     arrays::bytes(py, &detached(py, || exr::encode(size, &list, camera, &notes))?)
 }
 
-/// COCO's packed run lengths of a mask [height, width].
+/// Returns COCO's compressed run lengths of a mask [height, width].
 #[pyfunction]
 pub(crate) fn mask_runs(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) -> PyResult<String> {
     let ([width, height], _) = size_of(pixels.shape())?;
@@ -182,7 +184,7 @@ pub(crate) fn mask_runs(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) ->
     py.detach(|| catch_panic(|| mask::coco_rle(values, width as usize, height as usize)))
 }
 
-/// Polygons [n, 2] along the pixels' edges that fill a mask [height, width].
+/// Returns polygons [n, 2] along pixel edges that fill a mask [height, width].
 #[pyfunction]
 pub(crate) fn mask_polygons(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) -> PyResult<Vec<Vec<[u32; 2]>>> {
     let ([width, height], _) = size_of(pixels.shape())?;
@@ -190,12 +192,12 @@ pub(crate) fn mask_polygons(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>
     py.detach(|| catch_panic(|| mask::polygons(values, width as usize, height as usize)))
 }
 
-/// The values of an array in C order.
+/// Values of an array in C order.
 fn contiguous<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| settings_error("expected a C-contiguous array"))
 }
 
-/// The colours of an array [..., 3].
+/// Colours of an array [..., 3].
 fn colors<'a>(array: &'a PyReadonlyArrayDyn<'_, f32>) -> PyResult<&'a [[f32; 3]]> {
     match contiguous(array)?.as_chunks::<3>() {
         (colors, []) => Ok(colors),
@@ -204,15 +206,22 @@ fn colors<'a>(array: &'a PyReadonlyArrayDyn<'_, f32>) -> PyResult<&'a [[f32; 3]]
 }
 
 fn view_named(name: &str) -> PyResult<ViewTransform> {
-    ViewTransform::from_name(name).ok_or_else(|| settings_error(format!("no view {name:?}")))
+    ViewTransform::from_name(name).ok_or_else(|| settings_error(format!("unknown view {name:?}")))
 }
 
-/// Columns, rows and components of [height, width] or [height, width, components].
+/// Number of columns, rows and components of [height, width] or [height, width, components].
 fn size_of(shape: &[usize]) -> PyResult<([u32; 2], usize)> {
-    let side = |side: usize| u32::try_from(side).map_err(|_| settings_error(format!("{side} pixels are too many")));
+    let side = |side: usize| {
+        u32::try_from(side).map_err(|_| {
+            settings_error(format!(
+                "image too large: {side} pixels \
+        per side"
+            ))
+        })
+    };
     match *shape {
         [height, width] => Ok(([side(width)?, side(height)?], 1)),
         [height, width, components] => Ok(([side(width)?, side(height)?], components)),
-        _ => Err(settings_error(format!("expected an array [height, width, ...], not {shape:?}"))),
+        _ => Err(settings_error(format!("expected an array [height, width, ...], got shape {shape:?}"))),
     }
 }

@@ -9,7 +9,7 @@ use crate::arrays::array;
 use crate::error::{detached, settings_error};
 use crate::notice::Notices;
 
-/// (name, dtype, components) of every channel.
+/// Returns (name, dtype, components) of every channel.
 #[pyfunction]
 pub(crate) fn channels() -> Vec<(&'static str, &'static str, usize)> {
     let dtype = |kind| match kind {
@@ -20,15 +20,15 @@ pub(crate) fn channels() -> Vec<(&'static str, &'static str, usize)> {
     Channel::all().map(|c| (c.name(), dtype(c.pixel_type()), c.components())).collect()
 }
 
-/// The channel of a name.
+/// Channel with this name.
 pub(crate) fn channel(name: &str) -> PyResult<Channel> {
     Channel::from_name(name).ok_or_else(|| settings_error(format!("unknown channel {name:?}")))
 }
 
-/// The planes of a frame by name: [height, width] or [height, width, components]; its region; its notices.
+/// Planes of a frame by name ([height, width] or [height, width, components]), its region, and its notices.
 pub(crate) type FrameParts<'py> = (Bound<'py, PyDict>, (u32, u32, u32, u32), Notices);
 
-/// A frame as Python has it.
+/// Converts a frame for Python.
 pub(crate) fn to_python(py: Python<'_>, frame: Frame) -> PyResult<FrameParts<'_>> {
     let planes = PyDict::new(py);
     let [_, _, width, height] = frame.region.map(|side| side as usize);
@@ -45,7 +45,7 @@ pub(crate) fn to_python(py: Python<'_>, frame: Frame) -> PyResult<FrameParts<'_>
     Ok((planes, frame.region.into(), frame.notices.into()))
 }
 
-/// Joins disjoint parts (size, region, planes) of one picture.
+/// Merges disjoint parts (size, region, planes) of one image.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a list of frames taken apart")]
 pub(crate) fn merge<'py>(

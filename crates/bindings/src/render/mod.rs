@@ -1,4 +1,4 @@
-//! Renders and annotations of worlds, and pictures as bytes.
+//! Renders and annotations of worlds, and images as bytes.
 
 pub(crate) mod annotations;
 pub(crate) mod encode;
@@ -17,11 +17,11 @@ use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
 
-/// The part of a pixel's light that its brightest sample has, the instances on its way, and the ray to the light: origin,
-/// direction, distance.
+/// Fraction of a pixel's light that its brightest sample contributes, the instances on its path, and the ray to the
+/// light: origin, direction, distance.
 pub(crate) type BrightestSample = (f64, Vec<u32>, [f64; 3], [f32; 3], f64);
 
-/// The brightest sample of each of some pixels of a picture; none of a world that moves while the shutter is open.
+/// Returns the brightest sample of some pixels of an image; None for a world that moves while the shutter is open.
 pub(crate) fn brightest(
     py: Python<'_>,
     world: &World,
@@ -44,7 +44,7 @@ pub(crate) fn brightest(
     Ok(found.into_iter().map(|sample| sample.map(parts)).collect())
 }
 
-/// Renders a picture into arrays.
+/// Renders an image into arrays.
 pub(crate) fn render<'py>(
     py: Python<'py>,
     world: &World,

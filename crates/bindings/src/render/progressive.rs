@@ -1,4 +1,4 @@
-//! Progressive pictures.
+//! Progressive images.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -15,7 +15,7 @@ use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
 
-/// A picture to which samples are added.
+/// Image to which samples are added.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Progressive {
     /// Locked without the GIL.
@@ -57,18 +57,18 @@ impl Progressive {
         self.run(py, cancel.as_deref(), |inner, control| inner.add(until, region, control))
     }
 
-    /// Adds samples for this many seconds; returns those of the pixel that has the fewest.
+    /// Adds samples for this many seconds; returns the number of samples of the pixel that has the fewest.
     fn add_for(&self, py: Python<'_>, seconds: f64, cancel: Option<PyRef<'_, Cancel>>) -> PyResult<u32> {
         let time = Duration::try_from_secs_f64(seconds).map_err(|error| settings_error(format!("seconds: {error}")))?;
         self.run(py, cancel.as_deref(), |inner, control| inner.add_for(time, control))
     }
 
-    /// The samples of the pixel of a region that has the fewest.
+    /// Returns the number of samples of the pixel of a region that has the fewest.
     fn samples(&self, py: Python<'_>, region: Option<[u32; 4]>) -> u32 {
         py.detach(|| self.inner.lock().unwrap_or_else(PoisonError::into_inner).samples(region))
     }
 
-    /// The picture as it is.
+    /// Returns the current image.
     fn develop<'py>(&self, py: Python<'py>) -> PyResult<FrameParts<'py>> {
         let (channels, region) = py.detach(|| {
             let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! The arguments of a render.
+//! Arguments of a render.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,7 +13,7 @@ use crate::py_value::to_value;
 use crate::render::frame::channel;
 use crate::world::state::World;
 
-/// The arguments of one call besides the options of [`RenderOptions`], from a dict.
+/// Arguments of one call from a dict, in addition to the options of [`RenderOptions`].
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct CallArguments {
@@ -25,12 +25,12 @@ struct CallArguments {
     #[pyo3(default)]
     catchers: Option<String>,
     region: Option<[u32; 4]>,
-    /// The switch that ends the render.
+    /// Flag that cancels the render.
     #[pyo3(default)]
     cancel: Option<Py<Cancel>>,
 }
 
-/// The arguments of a render, from a dict of the keys of [`RenderOptions`] and [`CallArguments`].
+/// Arguments of a render, from a dict with the keys of [`RenderOptions`] and [`CallArguments`].
 pub(crate) struct RenderArguments {
     options: RenderOptions,
     call: CallArguments,
@@ -53,7 +53,7 @@ impl<'py> FromPyObject<'_, 'py> for RenderArguments {
 }
 
 impl RenderArguments {
-    /// The settings of the render.
+    /// Settings of the render.
     pub(crate) fn settings(&self) -> PyResult<Settings> {
         let call = &self.call;
         let unknown = |what, name: &str| settings_error(format!("unknown {what} {name:?}"));
@@ -69,7 +69,7 @@ impl RenderArguments {
         })
     }
 
-    /// The switch that ends the render.
+    /// Flag that cancels the render.
     pub(crate) fn cancel(&self) -> Option<&Py<Cancel>> {
         self.call.cancel.as_ref()
     }
@@ -81,7 +81,7 @@ fn options_from_dict(options: &Bound<'_, PyDict>) -> PyResult<RenderOptions> {
     from_value(&values).map_err(|error| settings_error(error.to_string()))
 }
 
-/// The options that are given, as a dict.
+/// Returns the given options as a dict.
 pub(crate) fn options_dict<'py>(py: Python<'py>, options: &RenderOptions) -> DictResult<'py> {
     let dict = PyDict::new(py);
     for (row, value) in options.values() {
@@ -95,7 +95,7 @@ pub(crate) fn options_dict<'py>(py: Python<'py>, options: &RenderOptions) -> Dic
     Ok(dict)
 }
 
-/// The options of a call, those of the world's `[render]` if the call does not give them, and the defaults.
+/// Options of a call. Options that the call does not give are those of the world's `[render]`, or the defaults.
 #[pyfunction]
 #[pyo3(signature = (world, options))]
 pub(crate) fn complete_render_options<'py>(
@@ -110,8 +110,8 @@ pub(crate) fn complete_render_options<'py>(
     options_dict(py, &options.complete().map_err(|error| settings_error(error.to_string()))?)
 }
 
-/// The table of render options: a dict with `name`, `kind`, `help`, `expected`, `default` (None: off), and `choices`, or
-/// `minimum` and `maximum`, for each option.
+/// Returns the table of render options: a dict for each option with `name`, `kind`, `help`, `expected`, `default`
+/// (None: off), and `choices`, or `minimum` and `maximum`.
 #[pyfunction]
 pub(crate) fn render_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let defaults = options_dict(py, &RenderOptions::defaults())?;

@@ -1,4 +1,4 @@
-//! Images that Python hands over as arrays: they are converted at once, and the description names them like files.
+//! Images that Python passes as arrays. They are converted immediately, and the description refers to them like files.
 
 use std::sync::Arc;
 
@@ -11,18 +11,18 @@ use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Texels, T
 use crate::arrays::NewArray;
 use crate::error::{check_memory, world_error};
 
-/// Before the number of an array in its name: no file is called like that.
+/// Prefix of an array's number in its name; no file has such a name.
 const MARK: &str = "\0array ";
-/// The name that the image of a light has instead.
+/// Name that replaces the image of a light.
 pub(crate) const NAME: &str = "array";
 
-/// The images of a description by their numbers.
+/// Images of a description by number.
 #[derive(Default)]
 pub(crate) struct ArrayImages(Vec<Arc<Image>>);
 
 impl ArrayImages {
-    /// Takes the image arrays out of a description: of `texture`, `textures` and `image`, at any depth. Python's dicts are
-    /// left as they are; the copy that is returned has names in the place of arrays.
+    /// Extracts the image arrays of `texture`, `textures` and `image` from a description, at any depth. Python's dicts
+    /// are unchanged; the returned copy contains names in place of arrays.
     pub(crate) fn take_arrays<'py>(
         &mut self,
         description: &Bound<'py, PyAny>,
@@ -69,21 +69,22 @@ impl ArrayImages {
     }
 }
 
-/// True for the name of an array.
+/// True if the name refers to an array.
 pub(crate) fn is_array(name: &str) -> bool {
     name.starts_with(MARK)
 }
 
-/// The image of an array [h, w] or [h, w, 1..4] of integers or booleans (sRGB in colours, linear elsewhere) or floats (linear).
+/// Converts an array [h, w] or [h, w, 1..4] to an image. Integers and booleans are sRGB in colours and linear
+/// elsewhere; floats are linear.
 fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     let shape = array.shape().to_vec();
     let (height, width, channels) = match shape[..] {
         [height, width] => (height, width, 1),
         [height, width, channels @ 1..=4] => (height, width, channels),
-        _ => return Err(world_error(format!("an image of shape {shape:?}: expected [h, w] or [h, w, 1..4]"))),
+        _ => return Err(world_error(format!("image of shape {shape:?}; expected [h, w] or [h, w, 1..4]"))),
     };
     if height == 0 || width == 0 || height > 65_536 || width > 65_536 {
-        return Err(world_error(format!("an image of {width} x {height} texels: expected 1 to 65536 each way")));
+        return Err(world_error(format!("image of {width} x {height} texels; expected 1 to 65536 columns and rows")));
     }
     // RGBA, and copies in another order or of another width.
     let texel_bytes = if array.dtype().kind() == b'f' { 48 } else { 8 };
@@ -95,7 +96,7 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
         let texels = texels_of(&bytes, channels, 1)?;
         Texels::Srgb8(texels.into_iter().map(|texel| texel.map(|value| value * 255)).collect())
     } else if array.dtype().kind() == b'u' && array.dtype().itemsize() == 2 {
-        // Converted to colours when used as such: the name of the key decides.
+        // Converted to colours if used as such, which depends on the key's name.
         let values = array.call_method1("astype", ("uint16",))?.cast_into::<PyArrayDyn<u16>>()?;
         Texels::Linear16(texels_of(&values, channels, u16::MAX)?)
     } else if array.dtype().kind() == b'f' {
@@ -103,24 +104,24 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
         let texels = texels_of(&floats, channels, 1.0)?;
         let odd = texels.as_flattened().iter().filter(|value| !value.is_finite()).count();
         if odd > 0 {
-            let message = format!("{odd} values are infinite or not numbers; numpy.nan_to_num replaces them");
-            return Err(world_error(format!("an image of {width} x {height} texels: {message}")));
+            let message = format!(
+                "{odd} values are infinite or not numbers; replace them, for example with \
+                numpy.nan_to_num"
+            );
+            return Err(world_error(format!("image of {width} x {height} texels: {message}")));
         }
         Texels::Float(texels)
     } else {
-        return Err(world_error(format!(
-            "an image of dtype {}: expected uint8, uint16, bool or floats",
-            array.dtype()
-        )));
+        return Err(world_error(format!("image of dtype {}; expected uint8, uint16, bool or floats", array.dtype())));
     };
     Ok(Image::new("", [width as u32, height as u32], texels))
 }
 
-/// Grey, grey and alpha, RGB or RGBA as RGBA.
+/// Converts grey, grey and alpha, RGB or RGBA to RGBA.
 fn texels_of<T: numpy::Element + Copy>(array: &NewArray<'_, T>, channels: usize, opaque: T) -> PyResult<Vec<[T; 4]>> {
     let view = array.readonly();
     let copied: Vec<T>;
-    // `as_slice` takes Fortran's order as well.
+    // `as_slice` also accepts Fortran order.
     let data = match view.as_slice().ok().filter(|_| view.is_c_contiguous()) {
         Some(data) => data,
         None => {
@@ -136,7 +137,7 @@ fn texels_of<T: numpy::Element + Copy>(array: &NewArray<'_, T>, channels: usize,
     })
 }
 
-/// The files of a description, and its arrays.
+/// Files of a description, and its arrays.
 pub(crate) struct FilesAndArrays<'a> {
     pub(crate) files: &'a mut AssetRoot,
     pub(crate) arrays: &'a ArrayImages,

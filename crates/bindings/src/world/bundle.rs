@@ -13,7 +13,7 @@ use crate::error::detached;
 use crate::notice::Notices;
 use crate::world::state::{World, budget};
 
-/// The world with more cameras at the end, a copy that shares what is built.
+/// Returns a copy of the world with more cameras at the end, which shares everything that has been built.
 #[pyfunction]
 pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, Camera>)>) -> PyResult<World> {
     let copy = World { state: Mutex::new(world.state().clone()), folder: world.folder.clone() };
@@ -26,14 +26,14 @@ pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, 
     Ok(copy)
 }
 
-/// The world as bytes.
+/// Returns the world as bytes.
 #[pyfunction]
 pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> BytesResult<'py> {
     let inner = world.snapshot();
     arrays::bytes(py, &detached(py, || bundle::write(&inner))?)
 }
 
-/// The world in such bytes; relative names of files that are added refer to `folder`.
+/// Reads a world from such bytes; relative names of files that are added later refer to `folder`.
 #[pyfunction]
 pub(crate) fn world_from_bytes(
     py: Python<'_>,
@@ -46,7 +46,7 @@ pub(crate) fn world_from_bytes(
     Ok(World::from_inner(detached(py, read)?, folder))
 }
 
-/// The world as a GLB file, and what that does not say of it.
+/// Returns the world as a GLB file, with notices about everything that GLB cannot represent.
 #[pyfunction]
 pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bound<'py, PyBytes>, Notices)> {
     let inner = world.snapshot();
@@ -54,7 +54,7 @@ pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bo
     Ok((arrays::bytes(py, &bytes)?, notices.into()))
 }
 
-/// The world of a GLB file's bytes, with another axis up and more to say of it.
+/// Reads a world from a GLB file's bytes, with another up axis and further notices.
 #[pyfunction]
 pub(crate) fn world_from_gltf(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Changes of worlds: objects, lights and cameras, each atomic.
+//! Changes of worlds: objects, lights and cameras. Each change is atomic.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use crate::world::array_images::FilesAndArrays;
 use crate::world::from_description::{described, name_array};
 use crate::world::state::World;
 
-/// An object by its number or its name.
+/// Object by index or name.
 #[derive(Clone, FromPyObject)]
 pub(crate) enum Which {
     Number(i64),
@@ -24,7 +24,7 @@ pub(crate) enum Which {
 }
 
 impl Which {
-    /// The number of the object in a world.
+    /// Index of the object in a world.
     pub(crate) fn number_in(&self, world: &Inner) -> PyResult<usize> {
         let id = match self {
             Self::Name(name) => return world.find_object(name).or_raise(),
@@ -33,28 +33,28 @@ impl Which {
         match (self, world.check_object(id)) {
             (_, Ok(())) => Ok(id),
             (Self::Number(number), _) if *number < 0 => {
-                Err(world_error(format!("object {number}: expected a number from 0, or a name")))
+                Err(world_error(format!("object {number}; expected an index of at least 0, or a name")))
             }
             (_, Err(error)) => Err(error.into_py_err()),
         }
     }
 }
 
-/// The affine transform in a row of numbers, 4 x 4 or 3 x 4.
+/// Affine transform from consecutive numbers, 4 x 4 or 3 x 4.
 pub(crate) fn affine(rows: &[f64]) -> PyResult<DAffine3> {
     let (&[a, b, c, d, e, f, g, h, i, j, k, l], rest) = rows
         .split_first_chunk::<12>()
-        .ok_or_else(|| world_error(format!("matrix: {} numbers: expected a matrix of 4 x 4 or 3 x 4", rows.len())))?;
+        .ok_or_else(|| world_error(format!("matrix: {} numbers; expected a matrix of 4 x 4 or 3 x 4", rows.len())))?;
     if !rest.is_empty() && rest != [0.0, 0.0, 0.0, 1.0] {
         return Err(world_error(format!(
-            "matrix: the last row is {rest:?}, expected 0 0 0 1: is the matrix transposed?"
+            "matrix: the last row is {rest:?}; expected 0 0 0 1 (is the matrix transposed?)"
         )));
     }
     let linear = DMat3::from_cols_array_2d(&[[a, e, i], [b, f, j], [c, g, k]]);
     Ok(DAffine3::from_mat3_translation(linear, DVec3::new(d, h, l)))
 }
 
-/// Changes what a description says of an object. Its files lie anywhere.
+/// Changes an object by a description, whose files may be anywhere.
 #[pyfunction]
 pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<'_, PyDict>) -> PyResult<()> {
     let py = description.py();
@@ -88,8 +88,8 @@ pub(crate) fn world_remove_object(world: &World, which: Which) -> PyResult<()> {
     world.modify_or_restore(|inner| inner.remove_object(which.number_in(inner)?).or_raise())
 }
 
-/// Replaces a light by a description, whose files lie anywhere. A light of the same kind keeps its image or profile if
-/// `keeps_file`.
+/// Replaces a light by a description, whose files may be anywhere. A light of the same type keeps its image or profile
+/// if `keeps_file`.
 #[pyfunction]
 pub(crate) fn world_set_light(
     world: &World,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use raycam_formats::{AssetRoot, FormatError};
-use raycam_scene::schema::{ObjectSpec, SpannedValue, VideoSpec, WorldFile, from_value};
+use raycam_scene::schema::{FogSpec, ObjectSpec, SpannedValue, VideoSpec, WorldFile, from_value};
 use raycam_scene::{Light, World as Inner};
 
 use crate::error::{OrRaise, detached};
@@ -12,14 +12,14 @@ use crate::py_value::to_value;
 use crate::world::array_images::{ArrayImages, FilesAndArrays, NAME, is_array};
 use crate::world::state::{World, budget};
 
-/// A description, and the images in it that are arrays.
+/// Description, and the images in it that are arrays.
 pub(crate) fn described(description: &Bound<'_, PyAny>) -> PyResult<(ArrayImages, SpannedValue)> {
     let mut arrays = ArrayImages::default();
     let value = to_value(&arrays.take_arrays(description, "")?, "")?;
     Ok((arrays, value))
 }
 
-/// The world of a description, whose files lie in `folder` and nowhere else.
+/// Builds the world of a description, whose files must be in `folder`.
 #[pyfunction]
 pub(crate) fn world_from_dict(
     description: &Bound<'_, PyAny>,
@@ -38,7 +38,7 @@ pub(crate) fn world_from_dict(
     Ok(World::from_inner(detached(description.py(), build)?, PathBuf::new()))
 }
 
-/// Adds an object. Its files lie anywhere, or nowhere else than in `within`.
+/// Adds an object. Its files may be anywhere or, with `within`, only in that folder.
 #[pyfunction]
 pub(crate) fn world_add_object(
     world: &World,
@@ -52,7 +52,7 @@ pub(crate) fn world_add_object(
     })
 }
 
-/// Adds a light, whose files are those of [`world_add_object`].
+/// Adds a light, with files as for [`world_add_object`].
 #[pyfunction]
 pub(crate) fn world_add_light(
     world: &World,
@@ -77,7 +77,23 @@ pub(crate) fn name_array(light: &mut Light) {
     }
 }
 
-/// Gives the world a `[video]`, or another one.
+/// Gives the world a `[fog]`, another one, or none.
+#[pyfunction]
+pub(crate) fn world_set_fog(world: &World, description: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    let fog = match description {
+        Some(description) => {
+            let spec: FogSpec = from_value(&to_value(description, "")?).or_raise()?;
+            Some(spec.build().or_raise()?)
+        }
+        None => None,
+    };
+    world.modify(|inner| {
+        inner.fog = fog;
+        Ok(())
+    })
+}
+
+/// Sets or replaces the `[video]` of the world.
 #[pyfunction]
 pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> PyResult<()> {
     let spec: VideoSpec = from_value(&to_value(description, "")?).or_raise()?;
@@ -88,7 +104,7 @@ pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> 
 }
 
 impl World {
-    /// Adds what a description says, while other threads of Python run.
+    /// Adds the described part while other Python threads run.
     pub(crate) fn add_description<T: Send>(
         &self,
         py: Python<'_>,
@@ -98,7 +114,7 @@ impl World {
         py.detach(|| self.modify(self.with_files(within, add)))
     }
 
-    /// Changes what a description says, while other threads of Python run; when that fails, all is as before.
+    /// Applies a described change while other Python threads run; if that fails, nothing has changed.
     pub(crate) fn change_by_files<T: Send>(
         &self,
         py: Python<'_>,
@@ -108,7 +124,7 @@ impl World {
         py.detach(|| self.modify_or_restore(self.with_files(within, change)))
     }
 
-    /// A change of the world with the files that it names.
+    /// Change of the world, with the files to which it refers.
     fn with_files<T>(
         &self,
         within: Option<PathBuf>,

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::arrays::DictResult;
 
-/// A light as it is written: its `type`, then its keys.
+/// Description of a light: its `type`, then its other keys.
 pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light) -> DictResult<'py> {
     let value = serde_json::to_value(light).map_err(|e| PyValueError::new_err(e.to_string()))?;
     let dict = PyDict::new(py);
@@ -23,7 +23,7 @@ pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light) -> DictResult<'py>
     Ok(dict)
 }
 
-/// A value of a light as Python has it.
+/// Value of a light for Python.
 fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),
@@ -34,6 +34,6 @@ fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
             let items: PyResult<Vec<_>> = items.iter().map(|item| to_python(py, item)).collect();
             items?.into_pyobject(py)?
         }
-        Value::Object(_) => return Err(PyValueError::new_err("a light holds no tables")),
+        Value::Object(_) => return Err(PyValueError::new_err("tables are not supported as values of a light")),
     })
 }

@@ -1,4 +1,4 @@
-//! Pictures of many poses and cameras, into arrays of Python.
+//! Images of many poses and cameras, rendered into Python's arrays.
 
 use numpy::{Element, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -14,7 +14,7 @@ use crate::render::settings::RenderArguments;
 use crate::world::edit::{Which, affine};
 use crate::world::state::World;
 
-/// An array [n, height, width] or [n, height, width, components] that is written.
+/// Array [n, height, width] or [n, height, width, components] that is written.
 enum SeriesArray<'py> {
     F32(PyReadwriteArrayDyn<'py, f32>),
     F64(PyReadwriteArrayDyn<'py, f64>),
@@ -30,7 +30,7 @@ impl<'py> SeriesArray<'py> {
         })
     }
 
-    /// The planes of `count` pictures of this many values.
+    /// Planes of `count` images with this many values.
     fn planes(&mut self, count: usize, values: usize) -> PyResult<Vec<PlaneData<'_>>> {
         fn chunks<'a, T: Element>(
             array: &'a mut PyReadwriteArrayDyn<'_, T>,
@@ -39,7 +39,7 @@ impl<'py> SeriesArray<'py> {
         ) -> PyResult<std::slice::ChunksMut<'a, T>> {
             let whole = array.len() == count * values;
             let slice = array.as_slice_mut().ok().filter(|_| whole);
-            let slice = slice.ok_or_else(|| settings_error("out: expected C-contiguous arrays of the pictures"))?;
+            let slice = slice.ok_or_else(|| settings_error("out: expected C-contiguous arrays of the images"))?;
             Ok(slice.chunks_mut(values))
         }
         Ok(match self {
@@ -50,7 +50,7 @@ impl<'py> SeriesArray<'py> {
     }
 }
 
-/// Renders `count` pictures into the arrays of their channels; returns the notices.
+/// Renders `count` images into the arrays of their channels; returns the notices.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn render_many(
@@ -69,7 +69,7 @@ pub(crate) fn render_many(
     let (inner, prepared) = world.prepared_world(py, settings.threads)?;
     let cameras: Vec<_> = cameras.iter().map(|camera| camera.inner.clone()).collect();
     let Some(first) = cameras.first() else {
-        return Err(settings_error("no cameras: expected one, or one for each picture"));
+        return Err(settings_error("no cameras; expected one camera, or one per image"));
     };
     let poses = poses.iter().map(|(which, matrices)| {
         let values = matrices.as_slice().map_err(|_| world_error("poses: expected C-contiguous arrays"))?;

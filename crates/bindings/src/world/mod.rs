@@ -1,4 +1,4 @@
-//! Worlds: built, asked, prepared once and rendered.
+//! Worlds: building, queries, preparation and rendering.
 
 mod array_images;
 pub(crate) mod bundle;
@@ -20,7 +20,7 @@ use pyo3::types::PyDict;
 use raycam_formats::MemoryFiles;
 use raycam_render::RenderError;
 use raycam_scene::world::WorldTime;
-use raycam_scene::{TextureCache, World as Inner, triangles};
+use raycam_scene::{Fog, TextureCache, World as Inner, triangles};
 
 use crate::arrays::{ArrayResult, DictResult, array};
 use crate::camera::{Camera, up};
@@ -32,7 +32,7 @@ use crate::render::settings::RenderArguments;
 use crate::world::light::light_dict;
 use crate::world::state::{World, budget};
 
-/// An object, for `objects`: name, category, mesh, triangles, world_from_mesh, visible, shadow catcher.
+/// Object for `objects`: name, category, mesh, triangles, world_from_mesh, visible, shadow catcher.
 type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4], bool, bool);
 
 #[pymethods]
@@ -49,7 +49,7 @@ impl World {
         ))
     }
 
-    /// The world in a file, whose files lie in `folder`, or else in the folder of the file.
+    /// Reads the world in a file, whose files are in `folder` or, by default, in the folder of the file.
     #[staticmethod]
     #[pyo3(signature = (path, folder, texture_memory))]
     fn load(py: Python<'_>, path: PathBuf, folder: Option<PathBuf>, texture_memory: Option<u64>) -> PyResult<Self> {
@@ -58,7 +58,7 @@ impl World {
         Ok(Self::from_inner(detached(py, read)?, PathBuf::new()))
     }
 
-    /// The world in the bytes of a file of this name; names in it lead to no file.
+    /// Reads the world in the bytes of a file with this name; it must not refer to other files.
     #[staticmethod]
     #[pyo3(signature = (bytes, name, texture_memory))]
     fn load_bytes(py: Python<'_>, bytes: Vec<u8>, name: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
@@ -103,13 +103,13 @@ impl World {
         })
     }
 
-    /// The bytes that textures may take in memory, if something bounds them.
+    /// Returns the maximum memory of textures in bytes, if it is limited.
     #[getter]
     fn texture_memory(&self) -> Option<u64> {
         self.snapshot().texture_cache.as_ref().map(|memory| memory.limit())
     }
 
-    /// The names of the image files.
+    /// Returns the names of the image files.
     #[getter]
     fn textures(&self) -> Vec<String> {
         self.snapshot().textures.iter().map(|texture| texture.image.name.clone()).collect()
@@ -149,7 +149,7 @@ impl World {
         parts.collect()
     }
 
-    /// The number of objects.
+    /// Returns the number of objects.
     #[getter]
     fn object_count(&self) -> usize {
         self.state().world.objects.len()
@@ -161,14 +161,14 @@ impl World {
         self.state().world.objects.iter().any(|object| object.shadow_catcher && object.visible)
     }
 
-    /// True if the world has no lights, so that the default sky and sun light it.
+    /// True if the world has no lights, so that the default sky and sun illuminate it.
     #[getter]
     fn lit_by_default_lights(&self, py: Python<'_>) -> PyResult<bool> {
         let (_, prepared) = self.prepared_world(py, None)?;
         detached(py, || Ok::<_, RenderError>(prepared.lit_by_default_lights()))
     }
 
-    /// The same world with its shadow catchers alone.
+    /// Returns the world with only its shadow catchers.
     fn only_catchers(&self) -> PyResult<Self> {
         self.derive(|world| {
             let mut alone = world.clone();
@@ -177,7 +177,7 @@ impl World {
         })
     }
 
-    /// The names of categories by number.
+    /// Returns the names of categories by number.
     #[getter]
     fn categories(&self) -> BTreeMap<i32, String> {
         self.snapshot().categories().names
@@ -193,7 +193,7 @@ impl World {
         self.snapshot().cameras.iter().map(|c| (c.name.clone(), Camera { inner: c.camera.clone() })).collect()
     }
 
-    /// The camera of a name, with the nearest name in the error.
+    /// Returns the camera with this name; errors suggest the nearest name.
     fn camera(&self, name: &str) -> PyResult<Camera> {
         let world = self.snapshot();
         let found = world.find_camera(name).or_raise()?;
@@ -205,50 +205,70 @@ impl World {
         Ok(Camera { inner })
     }
 
-    /// `[render]` by the names of `raycam.render`.
+    /// The fog with the keys of `[fog]`, if any.
+    #[getter]
+    fn fog<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(Fog { extinction, albedo, g, height }) = self.snapshot().fog else { return Ok(None) };
+        let dict = PyDict::new(py);
+        dict.set_item("extinction", extinction)?;
+        dict.set_item("albedo", albedo)?;
+        dict.set_item("g", g)?;
+        if let Some(height) = height {
+            dict.set_item("height", height)?;
+        }
+        Ok(Some(dict))
+    }
+
+    /// Returns `[render]` with the names of `raycam.render`.
     #[getter]
     fn render_settings<'py>(&self, py: Python<'py>) -> DictResult<'py> {
         crate::render::settings::options_dict(py, &self.snapshot().render)
     }
 
-    /// (fps, seconds, frames) of `[video]`.
+    /// Returns (fps, seconds, frames) of `[video]`.
     #[getter]
     fn video(&self) -> Option<(f64, f64, usize)> {
         self.snapshot().video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
-    /// `base` as `[video]` moves it.
+    /// Returns `base` as moved by `[video]`.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
-        let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]"))?;
+        let video = world.video.as_ref().ok_or_else(|| {
+            world_error(
+                "the world has no [video]; add one with an orbit \
+            or keyframes",
+            )
+        })?;
         let inner = video.camera_at(&base.inner, time).or_raise()?;
         Ok(Camera { inner })
     }
 
-    /// The world at a time of an animation (the first) and of its video; it shares what is built.
+    /// Returns the world at a time of an animation (default: the first) and of its video; it shares everything that has
+    /// been built.
     #[pyo3(name = "at", signature = (time, animation))]
     fn at_time(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
         self.derive(|world| world.at_time(WorldTime { time, animation }))
     }
 
-    /// The world at the middle of the exposure of a pixel's line; as it is, if it is at no time.
+    /// Returns the world at the middle of the exposure of a pixel's line; unchanged if the world has no time.
     fn at_line(&self, camera: &Camera, pixel: [f64; 2]) -> PyResult<Self> {
         self.derive(|world| world.at_line(&camera.inner, pixel.into()))
     }
 
-    /// The time in seconds that the world is at, if any.
+    /// Returns the world's time in seconds, if it has one.
     #[getter]
     fn time(&self) -> Option<f64> {
         self.state().world.time.map(|clock| clock.time)
     }
 
-    /// True if anything moves.
+    /// True if any part moves.
     #[getter]
     fn is_animated(&self) -> bool {
         self.state().world.is_animated()
     }
 
-    /// (name, seconds) of each animation.
+    /// Returns (name, seconds) of each animation.
     #[getter]
     fn animations(&self) -> Vec<(String, f64)> {
         let world = self.snapshot();
@@ -256,7 +276,7 @@ impl World {
         animations.map(|a| (a.name.clone(), a.duration())).collect()
     }
 
-    /// The number of an animation, with the nearest name in the error.
+    /// Returns the index of an animation; errors suggest the nearest name.
     fn find_animation(&self, name: &str) -> PyResult<usize> {
         self.snapshot().find_animation(name).or_raise()
     }
@@ -266,12 +286,13 @@ impl World {
         self.snapshot().variants.iter().map(|v| v.name.clone()).collect()
     }
 
-    /// The world in the materials of a variant; it shares what is built.
+    /// Returns the world in the materials of a variant; it shares everything that has been built.
     fn with_variant(&self, name: &str) -> PyResult<Self> {
         self.derive(|world| world.with_variant(name))
     }
 
-    /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all that are visible.
+    /// Returns corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all visible
+    /// objects.
     #[pyo3(signature = (object))]
     fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> ArrayResult<'py, f64> {
         let world = self.snapshot();
@@ -282,14 +303,14 @@ impl World {
         array(py, corners.into_flattened().into_flattened(), &[n, 3, 3])
     }
 
-    /// (instance, triangle) [n, 2].
+    /// Returns (instance, triangle) [n, 2].
     fn triangle_ids<'py>(&self, py: Python<'py>) -> ArrayResult<'py, i32> {
         let ids = triangles::ids(&self.snapshot());
         let n = ids.len();
         array(py, ids.into_flattened(), &[n, 2])
     }
 
-    /// One linear colour [n, 3] a triangle.
+    /// Returns one linear colour per triangle, [n, 3].
     fn triangle_colors<'py>(&self, py: Python<'py>) -> ArrayResult<'py, f32> {
         let world = self.snapshot();
         let colors = py.detach(|| catch_panic(|| triangles::colors(&world)))?;
@@ -297,7 +318,7 @@ impl World {
         array(py, colors.into_flattened(), &[n, 3])
     }
 
-    /// The material of a triangle of an object as JSON, with the names of `raycam_scene::Material`.
+    /// Returns the material of a triangle of an object as JSON, with the names of `raycam_scene::Material`.
     fn material(&self, object: usize, triangle: usize) -> PyResult<String> {
         let world = self.snapshot();
         let material = world.objects.get(object).and_then(|placed| {
@@ -308,12 +329,12 @@ impl World {
         serde_json::to_string(&material).map_err(|error| world_error(error.to_string()))
     }
 
-    /// Builds what rendering needs, which it does by itself when it is first asked.
+    /// Builds everything that rendering requires; otherwise, the first render builds it.
     fn prepare(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<()> {
         self.prepared(py, threads).map(drop)
     }
 
-    /// How many objects of this world are built together with those of another, so that they were built once.
+    /// Returns the number of objects whose prepared parts are shared with another world.
     fn objects_shared_with(&self, py: Python<'_>, other: &World) -> PyResult<usize> {
         let [mine, theirs] = [self, other].map(|world| world.prepared(py, None));
         Ok(mine?.objects_shared_with(&*theirs?))

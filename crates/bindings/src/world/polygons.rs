@@ -15,7 +15,7 @@ use crate::world::array_images::FilesAndArrays;
 use crate::world::from_description::described;
 use crate::world::state::{World, budget};
 
-/// The arrays of [`PolygonArrays`], by name.
+/// Arrays of [`PolygonArrays`], by name.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PolygonInput<'py> {
@@ -54,12 +54,12 @@ impl PolygonInput<'_> {
     }
 }
 
-/// The elements of an array [n].
+/// Elements of an array [n].
 fn flat<'a, T: Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
     Ok(rows::<T, 1>(array, name)?.as_flattened())
 }
 
-/// The world of a description without objects and of polygon meshes, whose materials and images are in `folder`.
+/// Builds the world of a description without objects and of polygon meshes, whose materials and images are in `folder`.
 #[pyfunction]
 pub(crate) fn world_from_polygons(
     description: &Bound<'_, PyAny>,
@@ -79,7 +79,7 @@ pub(crate) fn world_from_polygons(
     Ok(World::from_inner(detached(description.py(), build)?, PathBuf::new()))
 }
 
-/// Adds polygon meshes as one object, whose description contains a name in place of the mesh file.
+/// Adds polygon meshes as one object; the description contains a name in place of the mesh file.
 #[pyfunction]
 pub(crate) fn world_add_polygons(
     world: &World,
@@ -98,7 +98,7 @@ pub(crate) fn world_add_polygons(
     })
 }
 
-/// The files and arrays of a description, and a model that has been read.
+/// Files and arrays of a description, and a model that has been read.
 struct FilesAndModel<'a> {
     files: FilesAndArrays<'a>,
     model: Option<MeshFile>,

@@ -12,7 +12,7 @@ pub(crate) fn world_add_rig(world: &World, rig: &Rig) -> PyResult<()> {
     world.modify_unseen(|world| world.add_rig(rig.inner.clone()).map(drop).or_raise())
 }
 
-/// The rigs of a world.
+/// Returns the rigs of a world.
 #[pyfunction]
 pub(crate) fn world_rigs(world: &World) -> Vec<Rig> {
     let world = world.snapshot();
@@ -20,11 +20,16 @@ pub(crate) fn world_rigs(world: &World) -> Vec<Rig> {
     rigs.map(|inner| Rig { inner }).collect()
 }
 
-/// A rig as the video of a world moves it: the world's of that name, where `named_cameras`.
+/// Returns a rig as moved by the video of a world: the world's rig with that name, if `named_cameras`.
 #[pyfunction]
 pub(crate) fn world_rig_at(world: &World, rig: &Rig, time: f64) -> PyResult<Rig> {
     let world = world.snapshot();
-    let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]"))?;
+    let video = world.video.as_ref().ok_or_else(|| {
+        world_error(
+            "the world has no [video]; add one with an orbit or \
+        keyframes",
+        )
+    })?;
     let name = rig.inner.name();
     let index = world.rigs.iter().position(|known| known.name() == name);
     wrap(video.rig_at(&rig.inner, index, time))

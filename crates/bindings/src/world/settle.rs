@@ -20,11 +20,11 @@ fn properties((density, friction, restitution, parts): PhysicsParts) -> Physics 
 
 /// Attempts, steps, penetration and motion of objects at rest, and their world_from_mesh.
 type SettledParts = (ReportParts, Vec<[[f64; 4]; 4]>);
-/// The code and the message of an error.
+/// Code and message of an error.
 type Fault = (&'static str, String);
 
-/// The moving objects at rest, or else the code and the message of the error. `target` are objects, and true if bodies must
-/// lie within their sides.
+/// Returns the moving objects at rest, or the code and the message of the error. `target` contains objects, and true if
+/// bodies must stay within their sides.
 #[pyfunction]
 #[pyo3(signature = (world, moving, physics, target, seed, seconds, gravity))]
 pub(crate) fn world_settle(
@@ -64,7 +64,7 @@ pub(crate) fn world_settle(
     })
 }
 
-/// Pairs of visible objects of different groups that overlap by more than `limit` metres, and the depth.
+/// Returns pairs of visible objects of different groups that overlap by more than `limit` metres, with the depth.
 #[pyfunction]
 pub(crate) fn world_overlaps(
     world: &Bound<'_, World>,

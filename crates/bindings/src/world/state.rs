@@ -1,4 +1,4 @@
-//! The state of a world of Python: the world as written, and what has been built of it.
+//! State of a Python world: its description, and the parts that have been built.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,27 +11,27 @@ use raycam_scene::{SceneError, World as Inner};
 use crate::error::{OrRaise, catch_panic};
 use crate::interruptible::run_for_work;
 
-/// A world as written, and as it was last prepared.
+/// World description, and its most recent prepared form.
 #[derive(Clone, Default)]
 pub(crate) struct WorldState {
     pub(crate) world: Arc<Inner>,
     pub(crate) prepared: Option<Arc<PreparedWorld>>,
-    /// True if `prepared` is of `world` as it is now.
+    /// True if `prepared` belongs to the current `world`.
     pub(crate) is_current: bool,
-    /// The parts shared with the worlds that came of it, and with those that it came of.
+    /// Parts shared with the worlds derived from this one, and with those that it was derived from.
     pub(crate) family: Arc<PreparedFamily>,
 }
 
-/// A world.
+/// World for Python.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct World {
-    /// Locked only while the GIL is held, and never for long: a fork finds it free.
+    /// Locked only while the GIL is held, and only briefly, so that a fork finds it unlocked.
     pub(crate) state: Mutex<WorldState>,
-    /// The folder that relative file names refer to; empty for the current one.
+    /// Folder to which relative file names refer; empty for the current folder.
     pub(crate) folder: PathBuf,
 }
 
-/// The budget of a world whose textures may take `texture_memory` bytes.
+/// Budget of a world whose textures may take `texture_memory` bytes.
 pub(crate) fn budget(texture_memory: Option<u64>) -> Budget {
     texture_memory.map_or_else(Budget::default, Budget::with_texture_memory)
 }
@@ -46,13 +46,13 @@ impl World {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The world as it is now.
+    /// Returns the current world.
     pub(crate) fn snapshot(&self) -> Arc<Inner> {
         self.state().world.clone()
     }
 
-    /// Changes the world; when that fails, it is as before. `change` must not need the GIL, which others may hold while they
-    /// wait for it to end.
+    /// Changes the world; if that fails, the world is unchanged. `change` must not require the GIL, because other
+    /// threads may hold it while waiting for the change to end.
     pub(crate) fn modify<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         Self::modify_state(&mut self.state(), change)
     }
@@ -86,7 +86,8 @@ impl World {
         changed
     }
 
-    /// [`World::modify`] for changes of which some cannot be taken back: the whole world is kept meanwhile.
+    /// Same as [`World::modify`], for changes that cannot be undone in part: a copy of the whole world is kept
+    /// meanwhile.
     pub(crate) fn modify_or_restore<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         self.modify(|world| {
             let before = world.clone();
@@ -98,7 +99,7 @@ impl World {
         })
     }
 
-    /// [`World::modify`] for changes that no ray sees: what is built stays.
+    /// Same as [`World::modify`], for changes that do not affect rays: built parts are kept.
     pub(crate) fn modify_unseen<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         let mut state = self.state();
         let is_current = state.is_current;
@@ -107,7 +108,7 @@ impl World {
         changed
     }
 
-    /// A world made of this one, which shares what is built.
+    /// Returns a world derived from this one, which shares everything that has been built.
     pub(crate) fn derive(&self, change: impl FnOnce(&Inner) -> Result<Inner, SceneError>) -> PyResult<Self> {
         let WorldState { world, prepared, family, .. } = self.state().clone();
         let changed = catch_panic(|| change(&world))?.or_raise()?;
@@ -115,12 +116,12 @@ impl World {
         Ok(Self { state: Mutex::new(state), folder: self.folder.clone() })
     }
 
-    /// The world ready to be traced; builds only what is not built yet.
+    /// Returns the world ready to be traced; builds only the missing parts.
     pub(crate) fn prepared(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<PreparedWorld>> {
         Ok(self.prepared_world(py, threads)?.1)
     }
 
-    /// The world as written, and ready to be traced.
+    /// Returns the world's description and its prepared form.
     pub(crate) fn prepared_world(
         &self,
         py: Python<'_>,
@@ -136,7 +137,7 @@ impl World {
         })?;
         let built = Arc::new(built);
         let mut state = self.state();
-        // Another thread may have changed the world meanwhile.
+        // Another thread may have changed the world in the meantime.
         if Arc::ptr_eq(&state.world, &world) {
             state.prepared = Some(built.clone());
             state.is_current = true;

@@ -61,7 +61,7 @@ impl LayerSamples<'_> {
 pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
     let name = layer.name;
     let letters: &[&str] = match (name, layer.components, &layer.samples) {
-        ("color" | "albedo" | "shadow", 1..=4, _) => &["R", "G", "B", "A"],
+        ("color" | "albedo" | "shadow" | "transmittance", 1..=4, _) => &["R", "G", "B", "A"],
         ("depth" | "distance", 1, _) => &["Z"],
         (_, 1, LayerSamples::Id(_)) => &["id"],
         (_, 1, _) => &["V"],

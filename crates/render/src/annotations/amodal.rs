@@ -14,10 +14,10 @@ use crate::ground_truth::convert::exact_ray;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// Pixels that one object alone covers.
+/// Amodal masks: all pixels that an object would cover if nothing occluded it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AmodalMask {
-    /// Index of the object.
+    /// Amodal mask of one object.
     pub object: usize,
     /// First column and row (negative within the margin), width and height of the bounding box.
     pub region: [i32; 4],
@@ -25,11 +25,11 @@ pub struct AmodalMask {
     pub mask: Vec<bool>,
 }
 
-/// Amodal masks of those `objects` that cover any pixel centre, in their order. `margin` columns on either side and
-/// rows above and below extend the image, so that objects cut off by its edge are whole. With a rolling shutter, each
-/// row shows the world at its own time.
+/// True if the exact centre ray hits the object: `height * width` values, row by row.
 ///
-/// # Errors
+/// Amodal masks of those `objects` that cover any pixel centre, in the given order. `margin` columns on either side and
+/// rows above and below extend the image, so that objects cut off by its edge are complete. With a rolling shutter,
+/// each row shows the world at its own time.
 /// [`RenderError::Settings`] for a missing object, [`RenderError::TooLarge`] for a margin beyond memory,
 /// [`RenderError::Cancelled`], and errors of [`with_pool`].
 pub fn amodal_masks(
@@ -105,7 +105,7 @@ fn too_large([width, height]: [u64; 2]) -> RenderError {
 /// Pixels of a tile: bit x of row y.
 type TileBits = [u32; TILE_SIZE as usize];
 
-/// Scene of one object alone.
+/// Scene that contains only one object.
 struct IsolatedObject<'a> {
     world: &'a PreparedWorld,
     object: u32,
@@ -169,7 +169,7 @@ impl<'a> IsolatedObject<'a> {
         let to_lower = (self.lower - slack - origin) / direction;
         let to_upper = (self.upper + slack - origin) / direction;
         let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
-        // Comparisons with NaN are false: unknown rays are traced.
+        // Comparisons with NaN are false, so rays with unknown directions are traced.
         !(enter.max_element() > leave.min_element() || leave.min_element() < 0.0)
     }
 }
@@ -218,11 +218,11 @@ struct TileCone {
 
 /// Padding of boxes relative to size and distance, for rounding.
 const BOX_PADDING: f64 = 1e-6;
-/// Factor on the spread of rays at a tile's edge that bounds rays inside: lenses bend rays.
+/// Factor on the spread of the rays at a tile's edge. It bounds the rays inside, because lenses bend rays.
 const LENS_MARGIN: f64 = 1.5;
 
 impl TileCone {
-    /// Cone of a tile's rays, from nine of them.
+    /// Computes the cone of a tile's rays from nine of them.
     fn enclosing(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> TileCone {
         let thirds = |start: u32, length: u32| {
             let (start, end) = (f64::from(start), f64::from(start + length - 1));
@@ -234,7 +234,7 @@ impl TileCone {
         let count = rays.len() as f64;
         let origin = rays.iter().map(|ray| ray.0).sum::<DVec3>() / count;
         let axis = rays.iter().map(|ray| ray.1).sum::<DVec3>().normalize_or_zero();
-        // NaN of a missing ray is kept: nothing is culled then.
+        // The NaN of a missing ray is kept; such tiles are not culled.
         let widest = |a: f64, b: f64| if a >= b { a } else { b };
         let angle = rays.iter().map(|ray| ray.1.angle_between(axis)).fold(0.0, widest);
         let width = rays.iter().map(|ray| ray.0.distance(origin)).fold(0.0, widest);

@@ -109,13 +109,14 @@ fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderErro
     let fail = |message| Err(RenderError::world(message));
     let (a, b) = (first.geometry.instances.len(), second.geometry.instances.len());
     if a != b {
-        return fail(format!("flow needs the same objects in both worlds; the first has {a}, the second {b}"));
+        return fail(format!("flow requires the same objects in both worlds; the first has {a}, the second {b}"));
     }
     for (i, (a, b)) in first.geometry.instances.iter().zip(&second.geometry.instances).enumerate() {
         let [a, b] = [a, b].map(|object| object.mesh.mesh.triangles.len());
         if a != b {
             return fail(format!(
-                "flow needs the same triangles in both worlds; object {i} has {a} in the first and {b} in the second"
+                "flow requires the same triangles in both worlds; object {i} has {a} in the first and {b} in the \
+                 second"
             ));
         }
     }
@@ -154,7 +155,8 @@ impl<'a> SecondView<'a> {
         Ok(Self { view, row_worlds: lines })
     }
 
-    /// Position of a triangle's point when the second camera sees it, its image, and true if it has an image.
+    /// World-space position, in the world that the second camera sees, of a point on a triangle; its image; and true if
+    /// it has an image.
     fn project(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
         let camera = self.view.camera;
         let Some(last) = self.row_worlds.len().checked_sub(1) else {
@@ -162,7 +164,7 @@ impl<'a> SecondView<'a> {
             let (pixel, sees) = camera.project(point);
             return (point, pixel, sees);
         };
-        // Between the middles of two rows, positions are interpolated linearly.
+        // Positions are interpolated linearly between the middles of two rows.
         let at = |line: f64| {
             let line = line * self.row_worlds.len() as f64 - 0.5;
             let before = (line.max(0.0) as usize).min(last.saturating_sub(1));
@@ -198,7 +200,7 @@ struct OcclusionRay<'a> {
     hit: ExactHit,
 }
 
-/// Flow of a tile's pixels that show a surface.
+/// Optical flow of those pixels of a tile that show a surface.
 fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], FlowSample)> {
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
@@ -226,7 +228,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
         if inside {
             let world = second.world(pixel);
             let (origin, direction) = camera.ray(pixel);
-            // Between the middles of two rows a point deviates slightly from both worlds.
+            // Between the middles of two rows, a point deviates slightly from both worlds.
             let way = point_in(world, &hit) - origin;
             let direction = match second.row_worlds.is_empty() || camera.center() != Center::Point {
                 true => direction,

@@ -24,20 +24,20 @@ const POINTS_PER_TASK: usize = 4096;
 pub enum KeypointSource {
     /// World-space point at rest.
     World(DVec3),
-    /// Point in mesh coordinates: moves with the object.
+    /// Point in mesh coordinates; it moves with the object.
     Mesh {
         /// Index of the object.
         object: usize,
         /// Mesh coordinates.
         point: DVec3,
     },
-    /// Point on a triangle: moves with the vertices, also of deforming meshes.
+    /// Point on a triangle; it moves with the vertices, including those of deforming meshes.
     Triangle {
         /// Index of the object.
         object: usize,
         /// Index of the triangle in its mesh.
         triangle: usize,
-        /// Barycentric coordinates, of sum 1.
+        /// Barycentric coordinates; their sum is 1.
         weights: DVec3,
     },
 }
@@ -50,7 +50,7 @@ impl KeypointSource {
         }
     }
 
-    /// Position for given transforms and meshes; `None` if the object shows another mesh, as hidden objects do.
+    /// Position for given transforms and meshes. `None` if the object shows a different mesh, as hidden objects do.
     fn position_with<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
         match *self {
             Self::World(point) => Some(point),
@@ -84,7 +84,7 @@ impl KeypointSource {
 /// Projected point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keypoint {
-    /// World-space position at the time of the image; without an image, the position in the world at rest.
+    /// World-space position at the time of the image. Without an image: the position in the world at rest.
     pub point: DVec3,
     /// Image of the point in pixels; NaN if the camera cannot project it.
     pub pixel: DVec2,
@@ -97,15 +97,15 @@ pub struct Keypoint {
 }
 
 /// Projects points and tests their visibility. An occluder is nearer to the camera than the point by more than
-/// `tolerance` times the distance; a surface within that range is at the point.
+/// `tolerance` times the distance; a surface within that range counts as the point's own surface.
 ///
-/// With a rolling shutter, a point's row and position are solved for together, in the world at exactly that time.
-/// Occluders are searched in the world of the row's middle, which the image shows.
+/// With a rolling shutter, the solver finds a point's row together with its position in the world at exactly that row's
+/// time. Occluders are searched for in the world at the middle of the row's exposure, which the image shows.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for missing objects and triangles, weights whose sum is not 1, and mesh coordinates of a
-/// skinned mesh; [`RenderError::World`] if the world cannot be evaluated at a time; [`RenderError::Cancelled`], and
-/// those of [`with_pool`].
+/// skinned mesh; [`RenderError::World`] if the world cannot be evaluated at a time; [`RenderError::Cancelled`]; and
+/// errors of [`with_pool`].
 pub fn keypoints(
     view: Viewpoint,
     anchors: &[KeypointSource],
@@ -124,7 +124,7 @@ pub fn keypoints(
             project_keypoint(&view, shutter.as_ref(), anchor)
         };
         let mut found = anchors.par_iter().map(find).collect::<Result<Vec<_>, RenderError>>()?;
-        // Points of a row together: they share its world.
+        // Points of one row are processed together because they share its world.
         let center = |pixel: DVec2| {
             let [x, y] = camera.offset_from_corner(pixel).to_array();
             camera.pixel_center_of(x as u32, y as u32)
@@ -178,15 +178,15 @@ fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), Rend
                 return fail(format!("triangle {triangle} does not exist; object {number} has {count} triangles"));
             }
             let sum = weights.element_sum();
-            // Weights rounded to float32 count as 1.
+            // Weights rounded to float32 are accepted as a sum of 1.
             if (sum - 1.0).abs() <= 1e-5 {
                 return Ok(());
             }
-            fail(format!("the weights {weights} of the triangle's corners have the sum {sum}; expected 1"))
+            fail(format!("the weights {weights} of the triangle's corners add up to {sum}; expected 1"))
         }
         _ if is_skinned(view.animated_world, number) => fail(format!(
             "the mesh of object {number} is deformed by a skin, so a point in mesh coordinates does not follow it; \
-             give a triangle and the weights of its corners instead"
+             use a triangle and the weights of its corners instead"
         )),
         _ => Ok(()),
     }

@@ -1,4 +1,4 @@
-//! Camera in a prepared world, for annotations.
+//! Away from the middle of its row, a point deviates slightly from the row's world.
 
 use raycam_scene::{Camera, World};
 
@@ -8,7 +8,7 @@ use crate::prepare::world::PreparedWorld;
 /// Camera in a world.
 #[derive(Clone, Copy)]
 pub struct Viewpoint<'a> {
-    /// Prepared world; for a moving world, its state in the middle of the shutter's time.
+    /// Prepared world. For a moving world: its state in the middle of the shutter's time.
     pub world: &'a PreparedWorld,
     /// Description of a moving world; `None` for a static world.
     pub animated_world: Option<&'a World>,

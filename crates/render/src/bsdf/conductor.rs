@@ -7,12 +7,12 @@ use crate::bsdf::layer_stack::LayerStack;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 
-/// The reflectance of a metal, multiplied by a base colour.
+/// Reflectance of a metal, multiplied by a base colour.
 pub(crate) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
     Fresnel::Conductor { ior: metal.ior.into(), extinction: metal.extinction.into(), tint: base }
 }
 
-/// The layers of a metal: an interface alone.
+/// Layers of a metal: only an interface.
 pub(crate) fn layer_stack(metal: &Metal, base: Vec3) -> LayerStack<'static> {
     let fresnel = fresnel(metal, base);
     LayerStack {

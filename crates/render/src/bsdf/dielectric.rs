@@ -10,12 +10,12 @@ use crate::lobes::classify::ior_of_channel;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 
-/// The index of the far side relative to the viewer's side; a pane's own index.
+/// Index of the far side relative to the viewer's side; for a pane, the pane's own index.
 pub(crate) fn eta(glass: &Glass, hit: &MaterialHit) -> f32 {
     eta_of_side(glass, hit.is_front, hit.channel, hit.outside_ior)
 }
 
-/// [`eta`] of a side, for a colour channel and an index outside.
+/// [`eta`] of one side, for a colour channel and an outside index.
 pub(crate) fn eta_of_side(glass: &Glass, is_front: bool, channel: Option<usize>, outside_ior: f32) -> f32 {
     let ior = ior_of_channel(glass.ior, glass.dispersion, channel);
     match (glass.thin, is_front) {
@@ -25,17 +25,17 @@ pub(crate) fn eta_of_side(glass: &Glass, is_front: bool, channel: Option<usize>,
     }
 }
 
-/// The reflectance of an interface, or of a whole pane.
+/// Reflectance of an interface, or of a whole pane.
 pub(crate) fn fresnel(glass: &Glass, eta: f32) -> Fresnel {
     if glass.thin { Fresnel::ThinDielectric(eta) } else { Fresnel::Dielectric(eta) }
 }
 
-/// The index by which light is refracted: 1 for a pane.
+/// Index by which light is refracted; 1 for a pane.
 pub(crate) fn relative_ior(glass: &Glass, eta: f32) -> f32 {
     if glass.thin { 1.0 } else { eta }
 }
 
-/// The layers of glass: an interface alone, whose base colour tints transmitted light.
+/// Layers of glass: only an interface, whose base colour tints transmitted light.
 pub(crate) fn layer_stack<'a>(
     glass: &Glass,
     eta: f32,

@@ -1,4 +1,4 @@
-//! Lambertian reflection, which most surfaces are: one point, and many.
+//! Lambertian reflection, the most frequent kind: for one point, and for many.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -14,17 +14,17 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
 
-/// A diffuse point, and the direction that its sampling returns.
+/// Diffuse point, and the direction that its sampling returns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Diffuse<'a> {
     pub albedo: Vec3,
-    /// Drawn by [`SampleCosineHemisphere`], or by guiding.
+    /// Sampled by [`SampleCosineHemisphere`] or by path guiding.
     pub sampled_direction: Vec3,
-    /// The cones that guide a lane's samples.
+    /// Cones that guide a lane's samples.
     pub guiding: Option<(&'a ConeMixture<LANES>, usize)>,
 }
 
-/// The albedo of a hit whose material is diffuse but for emission, without a normal map.
+/// Albedo of a hit whose material is diffuse except for emission and has no normal map.
 #[inline]
 pub(crate) fn diffuse_albedo(
     geometry: &Geometry,
@@ -39,7 +39,7 @@ pub(crate) fn diffuse_albedo(
         .then(|| geometry.base_color_with(prepared, hit, footprint) * diffuse)
 }
 
-/// The value of Lambertian reflection, times the cosine.
+/// Value of Lambertian reflection times the cosine.
 #[inline(always)]
 pub(crate) fn lambert(albedo: Vec3, cosine: f32) -> Vec3 {
     albedo * FRAC_1_PI * cosine
@@ -56,7 +56,7 @@ impl Diffuse<'_> {
 }
 
 impl BsdfModel for Diffuse<'_> {
-    /// The triangle reflects on the viewer's side alone, whatever its shading normal.
+    /// The triangle reflects only on the viewer's side, whatever its shading normal.
     #[inline]
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
         let cosine = frame.normal.dot(wi);
@@ -76,7 +76,7 @@ impl BsdfModel for Diffuse<'_> {
         let pdf = self.pdf(wi, cosine);
         let weight = match self.guiding {
             Some(_) => self.albedo * mixture_weight(cosine, pdf),
-            // Exact: value and density differ by the albedo alone.
+            // This is exact: value and density differ only by the factor albedo.
             None => self.albedo,
         };
         Some(BsdfSample { wi, weight, pdf, is_specular: false, eta_scale: 1.0 })

@@ -1,4 +1,4 @@
-//! The layers of a hit, by its material model.
+//! Layers of a hit, by its material model.
 
 use raycam_scene::MaterialModel;
 
@@ -7,7 +7,7 @@ use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::{conductor, dielectric, principled};
 
 impl<'a> MaterialHit<'a> {
-    /// The layers of the material, for a model that has layers.
+    /// Layers of the material, if its model has layers.
     #[inline]
     pub fn layer_stack(&self) -> Option<LayerStack<'a>> {
         let base = self.base_color();

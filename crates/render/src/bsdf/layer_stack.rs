@@ -1,4 +1,4 @@
-//! The layers of a point, without a viewing direction.
+//! Layers of a point, without a viewing direction.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 use crate::lobes::sheen::Sheen;
 
-/// The layers of a point.
+/// Layers of a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayerStack<'a> {
     /// Reflectance of the interface.

@@ -1,4 +1,4 @@
-//! A BSDF of layers: metal, glass and glTF's principled material are layers with other numbers.
+//! BSDF of layers. Metal, glass and glTF's principled material are layers with different parameters.
 //!
 //! From above: a clear coat, a sheen, a rough interface, and below the interface either a diffuse base that reflects
 //! and transmits, or refraction. The interface and the base share energy by their albedos (C. Kelemen and L.
@@ -18,9 +18,9 @@ use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
 
-/// The number of lobes, and their indices in `lobe_probabilities`.
+/// Number of lobes, and their indices in `lobe_probabilities`.
 pub(crate) const LOBE_COUNT: usize = 5;
-/// The interface; a rough one that refracts is both reflection and refraction.
+/// The interface. For a rough interface that refracts, this is both reflection and refraction.
 pub(crate) const SPECULAR: usize = 0;
 pub(crate) const DIFFUSE_REFLECTION: usize = 1;
 pub(crate) const DIFFUSE_TRANSMISSION: usize = 2;
@@ -37,7 +37,7 @@ pub(crate) struct LayeredBsdf<'a> {
     /// Transmittance of a rough interface that is seen from inside, for the share of the base below it.
     internal_transmittance: Option<InternalTransmittance<'a>>,
     pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
-    /// Fraction of light that the interface passes to the base: from `wo`, and in the cosine-weighted mean.
+    /// Fraction of light that the interface passes to the base: from `wo`, and the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
     mean_base_transmittance: f32,
     /// Albedo of the coat from `wo`.
@@ -45,8 +45,8 @@ pub(crate) struct LayeredBsdf<'a> {
     pub(crate) lobe_probabilities: [f32; LOBE_COUNT],
 }
 
-/// The coupled diffuse base of albedo 1, times the cosine of `wi`: by the interface's transmittance from `wo` and `wi`,
-/// and by the mean transmittance.
+/// Coupled diffuse base of albedo 1, times the cosine of `wi`: from the interface's transmittance for `wo` and `wi`,
+/// and its mean transmittance.
 #[inline(always)]
 pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
     wo * wi / mean * (cosine * FRAC_1_PI)
@@ -61,7 +61,7 @@ const GAUSS_LEGENDRE: [(f32, f32); 5] = [
     (0.953_089_95, 0.118_463_44),
 ];
 
-/// The transmittance of a rough isotropic interface that is seen from inside.
+/// Transmittance of a rough isotropic interface seen from inside.
 fn internal_transmittance<'a>(stack: &LayerStack<'a>) -> Option<InternalTransmittance<'a>> {
     let is_inside = matches!(stack.base_fresnel, Fresnel::Schlick { eta: Some(_), .. });
     let is_rough = stack.ggx.is_isotropic() && !stack.ggx.effectively_smooth();
@@ -69,7 +69,7 @@ fn internal_transmittance<'a>(stack: &LayerStack<'a>) -> Option<InternalTransmit
     table.map(|table| table.internal_transmittance(&stack.ggx))
 }
 
-/// The probability of reflection at a microfacet that reflects and refracts, by the colours of both.
+/// Probability of reflection at a microfacet that reflects and refracts, from the colours of both.
 #[inline(always)]
 pub(crate) fn reflect_probability(reflected: Vec3, refracted: Vec3) -> f32 {
     let reflected = reflected.element_sum();
@@ -106,7 +106,7 @@ impl<'a> LayeredBsdf<'a> {
         self.stack.diffuse != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
-    /// The albedo of the interface with one of its reflectances.
+    /// Albedo of the interface for one of its reflectances.
     pub(crate) fn interface_albedo(&self, fresnel: &Fresnel, w: Vec3) -> Albedo {
         if self.stack.ggx.effectively_smooth() {
             return Albedo { single_scatter: fresnel.reflectance(w.z), multi_scatter: Vec3::ZERO };
@@ -121,7 +121,7 @@ impl<'a> LayeredBsdf<'a> {
         }
     }
 
-    /// The fraction of light that the interface passes to the base.
+    /// Fraction of light that the interface passes to the base.
     fn base_transmittance(&self, w: Vec3) -> f32 {
         if let Some(internal) = &self.internal_transmittance {
             let f0_f90 = self.stack.base_fresnel.f0_f90();
@@ -130,14 +130,15 @@ impl<'a> LayeredBsdf<'a> {
         self.interface_albedo(&self.stack.base_fresnel, w).base_transmittance().max(0.0)
     }
 
-    /// The same from inside: from the loss of a perfect mirror, and the light that it would reflect but that passes.
+    /// The same fraction from inside: the energy loss of a perfect mirror plus the light that such a mirror would
+    /// reflect and this interface passes.
     fn base_share(&self, loss: f32, passed: Vec3) -> f32 {
         let f0_f90 = self.stack.base_fresnel.f0_f90();
         let multi_scatter = self.directional_albedo.multi_scatter_color(f0_f90) * loss;
         Albedo { single_scatter: Vec3::splat(1.0 - loss) - passed, multi_scatter }.base_transmittance()
     }
 
-    /// The cosine-weighted mean of [`LayeredBsdf::base_transmittance`] over the hemisphere.
+    /// Cosine-weighted mean of [`LayeredBsdf::base_transmittance`] over the hemisphere.
     fn mean_base_transmittance(&self) -> f32 {
         let fresnel = &self.stack.base_fresnel;
         if let Fresnel::Schlick { eta: None, .. } = fresnel {
@@ -148,7 +149,8 @@ impl<'a> LayeredBsdf<'a> {
                 .base_share(self.directional_albedo.mean_energy_loss(), internal.mean(fresnel.f0_f90()))
                 .max(1e-6);
         }
-        // Beyond the critical angle all light is reflected, and the transmittance has a kink: both parts are integrated apart.
+        // Beyond the critical angle all light is reflected, and the transmittance has a kink. Both parts are integrated
+        // separately.
         let critical_cos2 = match fresnel {
             Fresnel::Schlick { eta: Some(eta), .. } => 1.0 - eta * eta,
             _ => 0.0,
@@ -159,8 +161,8 @@ impl<'a> LayeredBsdf<'a> {
         };
         let (mut beyond, mut within) = (0.0, 0.0);
         for (point, weight) in GAUSS_LEGENDRE {
-            // Squared, since the transmittance is a polynomial in the cosine, and within the critical angle in that of the
-            // refracted ray.
+            // The cosine is squared because the transmittance is a polynomial in the cosine or, within the critical
+            // angle, in the cosine of the refracted ray.
             let (square, weight) = (point * point, 2.0 * weight * point);
             within += weight * at(critical_cos2 + (1.0 - critical_cos2) * square);
             if critical_cos2 > 0.0 {
@@ -170,7 +172,7 @@ impl<'a> LayeredBsdf<'a> {
         (critical_cos2 * beyond + (1.0 - critical_cos2) * within).max(1e-6)
     }
 
-    /// The fractions of light that the coat and the sheen pass on the way in and out.
+    /// Fractions of light that the coat and the sheen pass on the way in and out.
     pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, wi_world: Vec3) -> (f32, f32) {
         let coat = self.stack.coat.map_or(1.0, |coat| coat.transmittance(albedo_tables(), self.coat_albedo, wi_world));
         let sheen = self.stack.sheen.map_or(1.0, |sheen| {
@@ -227,7 +229,7 @@ impl<'a> LayeredBsdf<'a> {
         BsdfEval { value, pdf }
     }
 
-    /// The diffuse base of albedo 1, times the cosine of `wi`, which lies above the surface.
+    /// Diffuse base of albedo 1, times the cosine of `wi`, which must lie above the surface.
     fn eval_base(&self, wi: Vec3) -> f32 {
         let from_wi = self.base_transmittance(wi);
         base_lobe(self.base_transmittance, from_wi, self.mean_base_transmittance, wi.z)
@@ -242,8 +244,8 @@ impl<'a> LayeredBsdf<'a> {
     fn eval_transmission(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
-        // Radiance scales with the squared index, as for refraction: light that enters one way and leaves the other keeps its
-        // energy.
+        // Radiance scales with the squared index, as for refraction, so that light keeps its energy if it enters by one
+        // lobe and leaves by another.
         let scale = 1.0 / (stack.eta * stack.eta);
         let mut eval = BsdfEval {
             value: stack.diffuse_transmission * (self.eval_base(mirrored) * scale) + self.eval_multiscatter(wi),
@@ -264,7 +266,7 @@ impl<'a> LayeredBsdf<'a> {
         eval
     }
 
-    /// The directional albedo, at most 1.
+    /// Directional albedo, at most 1.
     pub fn albedo(&self) -> Vec3 {
         let stack = &self.stack;
         let interface = self.interface_albedo(&stack.fresnel, self.wo);
@@ -285,7 +287,7 @@ impl<'a> LayeredBsdf<'a> {
         self.stack.transmission != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
-    /// True if the layers are more than mirrors and smooth refraction, so that light sampling is worth it.
+    /// True if the layers contain more than mirrors and smooth refraction, so that light sampling is useful.
     pub fn is_non_specular(&self) -> bool {
         let is_rough = |ggx: &Ggx| !ggx.effectively_smooth();
         is_rough(&self.stack.ggx)
@@ -295,8 +297,8 @@ impl<'a> LayeredBsdf<'a> {
     }
 }
 
-/// Microfacets of a thin wall: reflection, seen from behind. `mirrored` is the direction of the light above the
-/// surface.
+/// Microfacets of a thin wall: the reflection as seen from behind. `mirrored` is the light's direction mirrored to the
+/// upper side.
 fn thin_wall_facets(ggx: &Ggx, wo: Vec3, mirrored: Vec3) -> MicrofacetEval {
     let wm = (wo + mirrored).normalize();
     let cosine = wo.dot(wm);

@@ -11,7 +11,7 @@ use crate::lobes::fresnel::{reflect, refract};
 use crate::lobes::shading_frame::{ShadingFrame, sample_cosine_hemisphere};
 
 impl LayeredBsdf<'_> {
-    /// The probability of sampling each lobe.
+    /// Probability of sampling each lobe.
     pub(crate) fn compute_lobe_probabilities(&self) -> [f32; LOBE_COUNT] {
         let mean = |color: Vec3| color.element_sum() / 3.0;
         let stack = &self.stack;
@@ -50,13 +50,13 @@ impl LayeredBsdf<'_> {
         probabilities
     }
 
-    /// True if microfacets reflect a part and refract a part: [`SPECULAR`] covers both then.
+    /// True if microfacets reflect a part of the light and refract another; [`SPECULAR`] then covers both.
     fn has_microfacet_transmission(&self) -> bool {
         self.stack.transmission != Vec3::ZERO && !self.stack.ggx.effectively_smooth()
     }
 
-    /// The probability that a microfacet reflects, by the cosine between its normal and `wo`. Near the critical angle
-    /// some microfacets reflect all light and others next to none.
+    /// Probability that a microfacet reflects, by the cosine between its normal and `wo`. Near the critical angle, some
+    /// microfacets reflect all light and others almost none.
     pub(crate) fn reflect_probability(&self, cosine: f32) -> f32 {
         if !self.has_microfacet_transmission() {
             return 1.0;
@@ -74,7 +74,7 @@ impl LayeredBsdf<'_> {
             lobe += 1;
         }
         while self.lobe_probabilities[lobe] == 0.0 {
-            // After rounding errors; `None` if no lobe has a probability.
+            // After rounding errors the last lobe is used; `None` if no lobe has a probability.
             lobe = lobe.checked_sub(1)?;
         }
         let probability = self.lobe_probabilities[lobe];
@@ -115,7 +115,8 @@ impl LayeredBsdf<'_> {
         })
     }
 
-    /// A local direction by one microfacet, which reflects if `choice` is below that part of the lobe's probability.
+    /// Samples a local direction by one microfacet, which reflects if `choice` is below the reflection's part of the
+    /// lobe's probability.
     fn sample_microfacet(&self, choice: f32, random: [f32; 2]) -> Option<Vec3> {
         let wo = self.wo;
         let wm = self.stack.ggx.sample_wm(wo, random);
@@ -123,14 +124,14 @@ impl LayeredBsdf<'_> {
         if choice < reflect_probability * self.lobe_probabilities[SPECULAR] {
             reflect(wo, wm)
         } else if self.stack.eta == 1.0 {
-            // Thin walls: reflection, seen from behind.
+            // Thin walls: the reflection as seen from behind.
             reflect(wo, wm).map(|wi| Vec3::new(wi.x, wi.y, -wi.z))
         } else {
             refract(wo, wm, self.stack.eta)
         }
     }
 
-    /// A sample of a smooth interface, in a local direction.
+    /// Sample of a smooth interface in a local direction.
     fn specular_sample(&self, frame: &ShadingFrame, wi: Vec3, weight: Vec3) -> Option<BsdfSample> {
         let wi_world = frame.to_world(wi);
         if (frame.geometric.dot(wi_world) > 0.0) != (wi.z > 0.0) {

@@ -15,7 +15,7 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
-/// A hit, its material and the path that arrives there.
+/// Hit, its material and the path that arrives there.
 pub(crate) struct MaterialHit<'a> {
     pub geometry: &'a Geometry,
     pub material: &'a PreparedMaterial,
@@ -24,16 +24,16 @@ pub(crate) struct MaterialHit<'a> {
     /// The shading frame without any normal map.
     pub unmapped_frame: ShadingFrame,
     pub is_front: bool,
-    /// The colour channel that the path carries; all where `None`.
+    /// Colour channel that the path carries; `None` for all channels.
     pub channel: Option<usize>,
     /// Index of refraction outside of the material's own interior.
     pub outside_ior: f32,
-    /// The last texture that was read: several values often are channels of the same one.
+    /// Last texture that was read; several values are often channels of the same texture.
     cached: Cell<Option<(TextureSlot, [f32; 4])>>,
 }
 
 impl<'a> MaterialHit<'a> {
-    /// The hit of a ray in `direction`, for all colours and in empty space.
+    /// Hit of a ray in `direction`, for all colours and in empty space.
     #[inline]
     pub fn new(geometry: &'a Geometry, hit: &'a Hit, interaction: &'a SurfaceInteraction, direction: Vec3) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl<'a> MaterialHit<'a> {
         }
     }
 
-    /// The hit of a lane, for all colours and in empty space.
+    /// Hit of a lane, for all colours and in empty space.
     #[inline]
     pub fn at_lane(
         geometry: &'a Geometry,
@@ -76,13 +76,13 @@ impl<'a> MaterialHit<'a> {
         Self { channel, outside_ior, ..self }
     }
 
-    /// The linear base colour.
+    /// Linear base colour.
     #[inline]
     pub fn base_color(&self) -> Vec3 {
         self.geometry.base_color_with(self.material, self.hit, self.footprint)
     }
 
-    /// The normal of the material's normal map, if it has one.
+    /// Normal of the material's normal map, if it has one.
     #[inline]
     pub fn mapped_normal(&self) -> Option<Vec3> {
         let map = self.material.material.normal_map?;
@@ -90,19 +90,19 @@ impl<'a> MaterialHit<'a> {
         self.geometry.mapped_normal(&map, self.hit, self.footprint, normal, self.is_front)
     }
 
-    /// The mapped normal of layers that mirror: the mirror direction stays above the surface.
+    /// Mapped normal for layers that mirror: it keeps the mirror direction above the surface.
     #[inline]
     pub fn mapped_mirror_normal(&self) -> Option<Vec3> {
         self.mapped_normal().map(|normal| self.unmapped_frame.keep_mirror_above(normal))
     }
 
-    /// The albedo table of the rough interface, for the path's colour channel.
+    /// Albedo table of the rough interface, for the path's colour channel.
     pub fn dielectric_albedo(&self) -> Option<&'a DielectricAlbedo> {
         let tables = &self.material.dielectric_tables;
         tables.get(self.channel.unwrap_or(1)).or(tables.first())
     }
 
-    /// A texture's value; ones where there is no texture or the mesh lacks its coordinates.
+    /// Returns a texture's value, or ones if there is no texture or the mesh lacks its coordinates.
     pub fn texel(&self, slot: Option<TextureSlot>) -> [f32; 4] {
         let Some(slot) = slot else { return [1.0; 4] };
         if let Some((cached, texel)) = self.cached.get()
@@ -115,7 +115,7 @@ impl<'a> MaterialHit<'a> {
         texel
     }
 
-    /// A number times a channel of its texture.
+    /// Returns a number times a channel of its texture.
     pub fn value(&self, value: &Textured<f32>, channel: usize) -> f32 {
         match value.texture {
             None => value.value,
@@ -123,7 +123,7 @@ impl<'a> MaterialHit<'a> {
         }
     }
 
-    /// A colour times its texture.
+    /// Returns a colour times its texture.
     pub fn color(&self, value: &Textured<[f32; 3]>) -> Vec3 {
         let color = Vec3::from(value.value);
         match value.texture {

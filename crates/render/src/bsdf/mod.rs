@@ -1,11 +1,11 @@
-//! Bidirectional scattering distribution functions: the closed set of [`raycam_scene::MaterialModel`] at a point.
+//! Bidirectional scattering distribution functions (BSDFs) of every [`raycam_scene::MaterialModel`] at a point.
 //!
 //! `wo` points towards the viewer and `wi` towards the light; both point away from the surface and have unit length.
 //! `eval` and `sample` agree: a sample's weight is its value divided by its density, and a direction that `sample`
 //! never returns has density zero.
 //!
 //! [`diffuse`], [`specular`], [`phong`] and [`layered`] are the BSDFs of one point; [`conductor`], [`dielectric`] and
-//! [`principled`] are layers; [`batch`] has the frequent ones for many points. This folder uses `lobes`,
+//! [`principled`] are layers; [`batch`] evaluates the frequent BSDFs for many points at once. This folder uses `lobes`,
 //! `interaction` and `prepare`.
 
 pub(crate) mod batch;
@@ -38,22 +38,22 @@ pub(crate) struct BsdfSample {
     pub weight: Vec3,
     /// Density by solid angle; 0 for specular samples.
     pub pdf: f32,
-    /// True for a direction out of a discrete set, which light sampling never finds.
+    /// True for a direction from a discrete set, which light sampling never finds.
     pub is_specular: bool,
-    /// Square of the relative index of refraction for a refracted sample, else 1: the divisor of the weight that the
-    /// way out of the medium multiplies again.
+    /// Square of the relative index of refraction for a refracted sample, otherwise 1. The weight is divided by it, and
+    /// multiplied by it again when the path leaves the medium.
     pub eta_scale: f32,
 }
 
 impl BsdfSample {
-    /// A specular sample that is not refracted.
+    /// Creates a specular sample that is not refracted.
     #[inline(always)]
     pub fn specular(wi: Vec3, weight: Vec3) -> Self {
         Self { wi, weight, pdf: 0.0, is_specular: true, eta_scale: 1.0 }
     }
 }
 
-/// The value of a direction, and the density of sampling that direction.
+/// Value of a direction, and the density of sampling that direction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BsdfEval {
     /// Reflectance or transmittance in 1/sr times the cosine.
@@ -62,13 +62,13 @@ pub(crate) struct BsdfEval {
     pub pdf: f32,
 }
 
-/// A BSDF at a point, seen from one direction.
+/// BSDF at a point, seen from one direction.
 pub(crate) trait BsdfModel {
-    /// The value of light from a world direction.
+    /// Value for light from a world direction.
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval;
-    /// Samples a world direction; `None` for absorbed light. The first random number chooses a lobe.
+    /// Samples a world direction; `None` if the light is absorbed. The first random number selects a lobe.
     fn sample(&self, frame: &ShadingFrame, random: [f32; 3]) -> Option<BsdfSample>;
-    /// The directional albedo.
+    /// Directional albedo.
     fn albedo(&self, frame: &ShadingFrame) -> Vec3;
     /// True if light sampling may contribute.
     fn is_non_specular(&self) -> bool;

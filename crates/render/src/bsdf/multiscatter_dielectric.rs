@@ -1,9 +1,9 @@
-//! Light that leaves a rough refracting interface after several of its microfacets.
+//! Light that leaves a rough refracting interface after several reflections or refractions at its microfacets.
 //!
 //! One lobe on each side returns the energy that one microfacet loses (C. Kulla and A. Conty, "Revisiting Physically
 //! Based Shading at Imageworks", 2017). Detailed balance divides it between the sides: with the loss a by direction,
-//! its mean A and the index n of a side, light from v to l is a(v) a(l) n(l)^2 / sum(n^2 A), whatever the sides of v
-//! and l. That is reciprocal and lossless.
+//! its mean A and the index n of a side, light from v to l is a(v) a(l) n(l)^2 / sum(n^2 A), on whichever sides v and l
+//! are. This is reciprocal and lossless.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -14,22 +14,22 @@ use crate::lobes::albedo_dielectric::EnergyLoss;
 use crate::lobes::albedo_tables::DirectionalAlbedo;
 use crate::lobes::fresnel::Fresnel;
 
-/// The energy that single scattering loses of light from `wo`, and the sides on which it returns.
+/// Energy that single scattering loses for light from `wo`, and the sides on which it returns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MultiscatterTerms {
     /// Loss from `wo`.
     pub view_loss: Vec3,
     /// Mean loss over both sides, each times its squared index relative to the viewer's side. At least 1e-9.
     pub mean_loss: Vec3,
-    /// Fraction that leaves on the viewer's side.
+    /// Fraction of this energy that leaves on the viewer's side.
     pub reflected_fraction: f32,
-    /// False where next to nothing is lost.
+    /// False if almost nothing is lost.
     pub is_significant: bool,
 }
 
 impl MultiscatterTerms {
-    /// From the loss of light from `wo`, the mean losses on the viewer's side and on the far side, and the index of the
-    /// far side relative to the viewer's side.
+    /// Creates the lobes from the loss of light from `wo`, the mean losses on the viewer's side and on the far side,
+    /// and the index of the far side relative to the viewer's side.
     #[inline(always)]
     pub fn new(view_loss: Vec3, [near, far]: [Vec3; 2], eta: f32) -> Self {
         let mean_loss = near + far * (eta * eta);
@@ -38,13 +38,13 @@ impl MultiscatterTerms {
         Self { view_loss, mean_loss, reflected_fraction: (near / mean_loss).element_sum() / 3.0, is_significant }
     }
 
-    /// The value at a loss from `wi`, times the absolute cosine of `wi`, without absorption.
+    /// Value for a loss from `wi`, times the absolute cosine of `wi`, without absorption.
     #[inline(always)]
     pub fn eval(&self, loss: Vec3, cosine: f32) -> Vec3 {
         self.view_loss * loss / self.mean_loss * (cosine * FRAC_1_PI)
     }
 
-    /// The energy returned on the viewer's side and on the far side.
+    /// Energy returned on the viewer's side and on the far side.
     #[inline(always)]
     pub fn lobe_probabilities(&self) -> [f32; 2] {
         let view = self.view_loss.element_sum() / 3.0;
@@ -60,13 +60,13 @@ pub(crate) struct MultiscatterDielectric<'a> {
     loss_tables: Option<EnergyLoss<'a>>,
     starts_inside: bool,
     f0_f90: (Vec3, Vec3),
-    /// Fraction of the loss of reflection alone that the interface's own multi-scatter lobe returns.
+    /// Part of the energy lost by reflection that the interface's own multi-scatter lobe returns.
     compensation: Vec3,
     terms: MultiscatterTerms,
 }
 
 impl<'a> MultiscatterDielectric<'a> {
-    /// `None` where next to nothing is lost, or no table has the loss.
+    /// `None` if almost nothing is lost, or if no table contains the loss.
     pub fn new(stack: &LayerStack<'a>, directional_albedo: DirectionalAlbedo, wo: Vec3) -> Option<Self> {
         let is_thin = stack.eta == 1.0;
         if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {
@@ -95,7 +95,7 @@ impl<'a> MultiscatterDielectric<'a> {
         this.terms.is_significant.then_some(this)
     }
 
-    /// The loss of light from a direction above its own side.
+    /// Energy loss of light from a direction above its own side.
     fn energy_loss(&self, w: Vec3, is_far_side: bool) -> Vec3 {
         let reflected = self.directional_albedo.energy_loss(w);
         let loss = match &self.loss_tables {
@@ -117,7 +117,7 @@ impl<'a> MultiscatterDielectric<'a> {
         (loss - self.compensation * reflected).max(Vec3::ZERO)
     }
 
-    /// The value times the absolute cosine of `wi`, without absorption.
+    /// Value times the absolute cosine of `wi`, without absorption.
     pub fn eval(&self, wi: Vec3) -> Vec3 {
         let cosine = wi.z.abs();
         let loss = self.energy_loss(Vec3::new(wi.x, wi.y, cosine), wi.z < 0.0);

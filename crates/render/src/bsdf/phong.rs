@@ -16,7 +16,7 @@ pub(crate) struct ModifiedPhong<'a> {
     pub diffuse: Vec3,
     /// Albedo of the specular part at normal incidence.
     pub specular: Vec3,
-    /// `None` where `specular` is 0.
+    /// `None` if `specular` is 0.
     pub lobe: Option<&'a PhongLobe>,
 }
 
@@ -30,7 +30,7 @@ impl ModifiedPhong<'_> {
         if specular == 0.0 { 0.0 } else { specular / (specular + diffuse) }
     }
 
-    /// The value of light from the viewer's side.
+    /// Value for light from the viewer's side.
     #[inline]
     fn eval_reflection(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
         let cosine = frame.normal.dot(wi);
@@ -49,7 +49,7 @@ impl ModifiedPhong<'_> {
 }
 
 impl BsdfModel for ModifiedPhong<'_> {
-    /// The triangle reflects on the viewer's side alone, whatever its shading normal.
+    /// The triangle reflects only on the viewer's side, whatever its shading normal.
     #[inline]
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
         if frame.geometric.dot(wi) > 0.0 { self.eval_reflection(frame, wi) } else { BsdfEval::default() }

@@ -1,6 +1,6 @@
 //! glTF's principled material: glTF 2.0, appendix B, and the `KHR_materials_*` extensions.
 //!
-//! The interface shares energy with the base by albedo instead of by the half vector, so that no energy is lost or
+//! Unlike a half-vector coupling, the interface shares energy with the base by albedo, so that no energy is lost or
 //! gained.
 
 use glam::Vec3;
@@ -15,8 +15,8 @@ use crate::lobes::ggx::Ggx;
 use crate::lobes::sheen::Sheen;
 use crate::lobes::thin_film::ThinFilm;
 
-/// The tangent along which highlights are wider, for an anisotropic material: the mesh tangent, rotated by the material
-/// and its texture.
+/// Tangent along which highlights are wider, for an anisotropic material: the mesh tangent, rotated by the material and
+/// its texture.
 pub(crate) fn anisotropy_tangent(p: &Principled, hit: &MaterialHit) -> Option<Vec3> {
     if p.anisotropy.value == 0.0 {
         return None;
@@ -111,7 +111,7 @@ fn ggx(p: &Principled, hit: &MaterialHit, roughness: f32) -> Ggx {
     let strength = hit.value(&p.anisotropy, 2);
     Ggx {
         alpha_x: alpha + (1.0 - alpha) * strength * strength,
-        // A mirror across and rough along: float32 needs some width.
+        // A mirror in one direction and rough in the other: float32 requires a minimum width.
         alpha_y: if strength > 0.0 { alpha.max(1e-3) } else { alpha },
     }
 }

@@ -1,4 +1,4 @@
-//! A point of a surface with its BSDF.
+//! Surface point with its BSDF.
 
 use glam::Vec3;
 use raycam_scene::MaterialModel;
@@ -14,9 +14,9 @@ use crate::lobes::shading_frame::ShadingFrame;
 
 /// The BSDF of any material.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "made at every hit: a box would be an allocation there")]
+#[expect(clippy::large_enum_variant, reason = "created at every hit: boxing would allocate memory there")]
 pub(crate) enum Bsdf<'a> {
-    /// Absorbs everything, or emits alone.
+    /// Absorbs everything, or only emits.
     Black,
     Phong(ModifiedPhong<'a>),
     Layered(LayeredBsdf<'a>),
@@ -118,7 +118,7 @@ impl<'a> ShadingPoint<'a, Bsdf<'a>> {
 }
 
 impl<B: BsdfModel> ShadingPoint<'_, B> {
-    /// The point as light sampling needs it.
+    /// The point in the form that light sampling requires.
     #[inline]
     pub fn light_sample_context(&self) -> LightSampleContext {
         LightSampleContext {

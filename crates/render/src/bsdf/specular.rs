@@ -9,7 +9,7 @@ use crate::lobes::classify::is_smooth;
 use crate::lobes::fresnel::{Fresnel, refract};
 use crate::lobes::shading_frame::ShadingFrame;
 
-/// A smooth interface without other layers. Its samples equal those of [`crate::bsdf::layered::LayeredBsdf`].
+/// A smooth interface without other layers. Its samples are equal to those of [`crate::bsdf::layered::LayeredBsdf`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularBsdf {
     wo: Vec3,
@@ -17,7 +17,7 @@ pub(crate) struct SpecularBsdf {
     reflected: Vec3,
     refracted: Vec3,
     is_transmissive: bool,
-    /// Probabilities of following the reflection and the refraction; their sum exceeds 1 where a path may follow both.
+    /// Probabilities of following the reflection and the refraction; their sum exceeds 1 if a path may follow both.
     probabilities: [f32; 2],
     /// Index of the far side relative to the viewer's side; 1 for thin walls.
     eta: f32,
@@ -26,7 +26,7 @@ pub(crate) struct SpecularBsdf {
 /// The random number that chooses refraction, if any light is refracted.
 pub(crate) const FORCE_TRANSMISSION: f32 = f32::INFINITY;
 
-/// A sample, or none, without branches.
+/// Returns a sample without following both branches, or `None`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularSample {
     pub is_valid: bool,
@@ -41,8 +41,8 @@ impl SpecularBsdf {
         Self::new(wo, fresnel.reflectance(wo.z), transmission, eta, 1.0)
     }
 
-    /// From the local direction towards the viewer and the reflectance there. Each branch is followed `oversampling`
-    /// times as often as its fraction of the light, and at most always.
+    /// Created from the local direction towards the viewer and the reflectance there. Each branch is followed
+    /// `oversampling` times as often as its fraction of the light, and at most always.
     #[inline(always)]
     pub fn new(wo: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, oversampling: f32) -> Self {
         let mean = |color: Vec3| color.element_sum() / 3.0;
@@ -61,15 +61,15 @@ impl SpecularBsdf {
         }
     }
 
-    /// True if a random number follows both branches: `choice` itself the reflection, [`FORCE_TRANSMISSION`] the
-    /// refraction.
+    /// True if both branches are followed: the random number `choice` itself selects the reflection, and
+    /// [`FORCE_TRANSMISSION`] the refraction.
     #[inline(always)]
     pub(crate) fn is_split(&self, choice: f32) -> bool {
         let [up, down] = self.probabilities;
         (choice < up) & (choice >= 1.0 - down)
     }
 
-    /// Samples the branch that a random number chooses.
+    /// Samples the branch that a random number selects.
     #[inline(always)]
     pub(crate) fn sample_branch(&self, frame: &ShadingFrame, choice: f32) -> SpecularSample {
         let (wo, [up, down]) = (self.wo, self.probabilities);
@@ -97,7 +97,7 @@ impl SpecularSample {
 }
 
 impl SpecularBsdf {
-    /// The BSDF of a smooth metal or of clear glass without a normal map, and its frame.
+    /// BSDF of a smooth metal or of clear glass without a normal map, and its frame.
     #[inline]
     pub fn at_hit(hit: &MaterialHit) -> Option<(Self, ShadingFrame)> {
         let material = &hit.material.material;
@@ -116,8 +116,8 @@ impl SpecularBsdf {
     }
 }
 
-/// The transmittance of a wall that light passes straight on: see [`crate::lobes::classify::is_straight`]. Zero where
-/// the hit has other layers or is rough.
+/// Transmittance of a wall that light passes straight through: see [`crate::lobes::classify::is_straight`]. Zero if the
+/// hit has other layers or is rough.
 pub(crate) fn straight_transmittance(hit: &MaterialHit) -> Vec3 {
     let stack = hit.layer_stack().filter(|stack| stack.is_interface_only() && stack.ggx.effectively_smooth());
     stack.map_or(Vec3::ZERO, |stack| {
@@ -162,7 +162,7 @@ mod tests {
     use crate::bsdf::{conductor, dielectric};
 
     #[test]
-    fn samples_equal_those_of_layers() {
+    fn smooth_interfaces_and_layers_return_equal_samples() {
         let gold = Metal::named("gold").unwrap();
         let base = Vec3::new(0.9, 0.8, 0.5);
         let mut refracted = 0;
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn oversampled_branches_keep_their_energy() {
+    fn oversampled_branches_conserve_energy() {
         const CHOICES: u32 = 4000;
         let base = Vec3::new(0.9, 0.8, 0.5);
         let mut both = 0;

@@ -11,8 +11,8 @@ pub enum PixelType {
     I32,
 }
 
-/// Output channel of a frame. All but `Color`, `Coverage`, `Alpha`, `Shadow` and `Error` describe the exact ray through
-/// the pixel centre.
+/// Output channel of a frame. All channels except `Color`, `Coverage`, `Alpha`, `Shadow` and `Error` describe the exact
+/// ray through the pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: radiance of the environment, or
@@ -28,11 +28,11 @@ pub enum Channel {
     Position,
     /// Unit geometric normal in world coordinates, on the side that faces the camera. Background: 0.
     Normal,
-    /// Unit geometric normal in camera axes (x right, y down, z forward): towards the camera z is negative.
-    /// Background: 0.
+    /// Unit geometric normal in camera axes (x right, y down, z forward). On surfaces that face the camera z is
+    /// negative. Background: 0.
     NormalCamera,
-    /// Unit shading normal, interpolated from vertex normals, in world coordinates, on the side that faces the
-    /// camera; the geometric normal where the mesh has no vertex normals. Background: 0.
+    /// Unit shading normal, interpolated from vertex normals, in world coordinates, on the side that faces the camera;
+    /// the geometric normal if the mesh has no vertex normals. Background: 0.
     ShadingNormal,
     /// Unit shading normal in camera axes. Background: 0.
     ShadingNormalCamera,
@@ -53,13 +53,16 @@ pub enum Channel {
     /// Fraction of the pixel's samples that see the same object as the centre ray; the background counts as an
     /// object. 1 is a pure pixel. The setting `surface` chooses first or solid surfaces.
     Coverage,
-    /// Fraction of the pixel's samples, as the filter weighs them, that hit anything. With
-    /// [`crate::Settings::transparent`] the colour is premultiplied by alpha. Partly opaque surfaces count in part,
-    /// mirrors and glass in full.
+    /// Fraction of the pixel's samples, weighted by the filter, that hit a surface. With
+    /// [`crate::Settings::transparent`] the colour is premultiplied by alpha. Partly opaque surfaces count in
+    /// proportion to their opacity, mirrors and glass fully.
     Alpha,
-    /// Light of each colour that shadow catchers leave to the background that the objects show, 1 without a shadow. A
-    /// frame alone has 1: it is a ratio of two.
+    /// Fraction of each colour's light that shadow catchers leave to the background; 1 without a shadow. A single frame
+    /// always has 1, because the channel is a ratio of two frames.
     Shadow,
+    /// Fraction of light of each colour that fog and other media let pass between the camera and the surface.
+    /// Background: the fraction along a ray without end, 1 without fog.
+    Transmittance,
     /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
     /// Requesting this channel changes the samples drawn. With one sample per pixel: +inf.
     Error,
@@ -77,7 +80,7 @@ const fn info(channel: Channel, name: &'static str, kind: PixelType, components:
     ChannelInfo { channel, name, pixel_type: kind, components }
 }
 
-const CHANNELS: [ChannelInfo; 19] = [
+const CHANNELS: [ChannelInfo; 20] = [
     info(Channel::Color, "color", PixelType::F32, 3),
     info(Channel::Albedo, "albedo", PixelType::F32, 3),
     info(Channel::Depth, "depth", PixelType::F32, 1),
@@ -96,6 +99,7 @@ const CHANNELS: [ChannelInfo; 19] = [
     info(Channel::Coverage, "coverage", PixelType::F32, 1),
     info(Channel::Alpha, "alpha", PixelType::F32, 1),
     info(Channel::Shadow, "shadow", PixelType::F32, 3),
+    info(Channel::Transmittance, "transmittance", PixelType::F32, 3),
     info(Channel::Error, "error", PixelType::F32, 1),
 ];
 

@@ -1,6 +1,6 @@
 //! Per-pixel estimators of mean radiance and of its error.
 //!
-//! Points of one low-discrepancy sequence are dependent, so that their variance does not estimate the error of their
+//! Points of one low-discrepancy sequence depend on each other, so their variance does not estimate the error of their
 //! mean. With an error estimate, a pixel's samples therefore come from several independently scrambled replications.
 //! The means of the replications are independent, and their variance estimates the error (A. Owen, "Quasi-Monte Carlo
 //! Sampling", 2003).
@@ -50,7 +50,7 @@ impl PixelEstimator {
         }
     }
 
-    /// Keeps the instances that the centre rays hit.
+    /// Stores the instances that the centre rays hit.
     pub fn set_centers(&mut self, instances: impl Iterator<Item = u32>) {
         self.centers.clear();
         self.centers.extend(instances);
@@ -84,7 +84,7 @@ impl PixelEstimator {
     /// Mean radiance.
     pub fn color(&self, pixel: usize) -> Vec3 {
         let (sum, count) = (self.color[pixel], self.count[pixel]);
-        // A division costs more than the rest of this function: single samples skip it.
+        // A division takes longer than the rest of this function, so single samples skip it.
         let mean = if count > 1 { sum / f64::from(count) } else { sum };
         mean.as_vec3()
     }

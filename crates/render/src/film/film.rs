@@ -1,4 +1,4 @@
-//! Film: the planes of a frame while many threads write them, a tile at a time.
+//! Film: the planes of a frame, which many threads write tile by tile.
 
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,21 +9,21 @@ use crate::film::output_plane::OutputPlane;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter, StripCursor};
 
-/// Block of a tile and the tile's index of its first pixel; `None` if the block shows the background.
+/// Block of a tile, and the index within the tile of its first pixel; `None` if the block shows the background.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelBlock {
     pub block: Tile,
     pub first_pixel: Option<usize>,
 }
 
-/// Planes of a region, cut into rows of tiles; one thread at a time writes a row.
+/// Planes of a region, divided into rows of tiles; only one thread at a time writes a row.
 pub(crate) struct Film<'a> {
     region: [u32; 4],
     tile_rows: Vec<Mutex<Vec<ChannelStrip<'a>>>>,
 }
 
 impl<'a> Film<'a> {
-    /// Returns the film of a region; `None` if a target does not fit the region.
+    /// Returns the film of a region; `None` if the size of a target does not match the region.
     pub fn new(region: [u32; 4], targets: impl Iterator<Item = OutputPlane<'a>>) -> Option<Self> {
         let mut tile_rows: Vec<Vec<_>> = (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
@@ -39,7 +39,7 @@ impl<'a> Film<'a> {
         Some(Self { region, tile_rows: tile_rows.into_iter().map(Mutex::new).collect() })
     }
 
-    /// True if the film has these channels, in this order.
+    /// True if the film has exactly these channels, in this order.
     pub fn has_channels(&self, channels: &[Channel]) -> bool {
         self.tile_rows.iter().all(|tile_row| {
             let tile_row = tile_row.lock().unwrap_or_else(PoisonError::into_inner);
@@ -63,7 +63,7 @@ impl<'a> Film<'a> {
             .map(|(i, strip)| StripCursor::new(strip, background.get(i).map(|(_, plane)| plane)))
             .collect();
         let mut runs = vec![];
-        // A few rows of all channels before the next rows.
+        // Writes a few rows of all channels before the next rows.
         for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
             let height = blocks.first().map_or(0, |one| one.block.height);
             let blank = blocks.iter().all(|one| one.first_pixel.is_none());
@@ -84,7 +84,7 @@ impl<'a> Film<'a> {
         }
     }
 
-    /// Fills a tile, which may be wide, with the background: whole rows of a channel before the next channel.
+    /// Fills a tile, which may be wide, with the background: all rows of one channel before the next channel.
     pub fn fill(&self, tile: &Tile, background: &[(Channel, ImagePlane)]) {
         let (first, mut strips) = self.tile_row(tile);
         let mut runs = vec![];
@@ -98,10 +98,10 @@ impl<'a> Film<'a> {
         }
     }
 
-    /// Strips of the row of tiles that holds a tile, and their first image row.
+    /// Strips of the row of tiles that contains a tile, and their first image row.
     fn tile_row(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
         let tile_row = (tile.y - self.region[1]) / TILE_SIZE;
-        // A thread that panicked left only its own pixels unwritten.
+        // If a thread panicked, only its own pixels are unwritten.
         let strips = self.tile_rows[tile_row as usize].lock().unwrap_or_else(PoisonError::into_inner);
         (self.region[1] + tile_row * TILE_SIZE, strips)
     }
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn wide_tiles_fill_their_pixels_only() {
+    fn wide_tiles_write_only_their_own_pixels() {
         let channels = [Channel::Position, Channel::Instance];
         for (region, tile) in [
             ([3, 5, 100, 70], [35, 37, 60, 32]),

@@ -13,11 +13,11 @@ use crate::thread_pool::with_pool;
 pub struct Frame {
     /// Width and height of the whole image.
     pub size: [u32; 2],
-    /// x, y, width and height of the part that the planes hold.
+    /// x, y, width and height of the part stored in the planes.
     pub region: [u32; 4],
     /// Channels in the requested order.
     pub planes: Vec<(Channel, ImagePlane)>,
-    /// Remarks for the user about this frame.
+    /// Notices for the user about this frame.
     pub notices: Vec<Notice>,
 }
 
@@ -27,27 +27,29 @@ impl Frame {
         self.planes.iter().find(|(c, _)| *c == channel).map(|(_, plane)| plane)
     }
 
-    /// Merges disjoint parts of one image to their bounding rectangle, which they must fill. The result equals, bit
-    /// for bit, one render of the rectangle.
+    /// Merges disjoint parts of one image into their bounding rectangle, which they must fill. The result is
+    /// bit-identical to a single render of the rectangle.
     ///
     /// # Errors
-    /// [`RenderError::Settings`] if there are no parts, or parts of different images or channels, or parts that
-    /// overlap or leave gaps.
+    /// [`RenderError::Settings`] if there are no parts, if they belong to different images or have different channels,
+    /// or if they overlap or leave gaps.
     pub fn merge(parts: Vec<Frame>) -> Result<Frame, RenderError> {
         let fail = |message: &str| Err(RenderError::settings(message));
         let Some(first) = parts.first() else {
-            return fail("no frames to merge");
+            return fail("no frames to merge; expected at least one");
         };
         let size = first.size;
         let channels: Vec<Channel> = first.planes.iter().map(|(channel, _)| *channel).collect();
         if parts.iter().any(|part| part.size != size) {
-            return fail("frames to merge belong to images of different sizes");
+            return fail("frames to merge belong to images of different sizes; expected parts of one image");
         }
         if parts.iter().any(|part| !part.planes.iter().map(|(channel, _)| channel).eq(&channels)) {
-            return fail("frames to merge have different channels");
+            return fail("frames to merge have different channels; expected the same channels in the same order");
         }
         let Some(region) = covering_rectangle(&parts) else {
-            return fail("regions of the frames to merge overlap or leave gaps");
+            return fail(
+                "regions of the frames to merge overlap or leave gaps; expected regions that fill a rectangle",
+            );
         };
         let mut planes = with_pool(None, || allocate_planes(region, &channels))??;
         let mut notices: Vec<Notice> = vec![];
@@ -67,7 +69,7 @@ impl Frame {
     }
 }
 
-/// Rectangle that the regions fill without overlap, if there is one.
+/// Rectangle that the regions fill without overlap; `None` if there is none.
 fn covering_rectangle(parts: &[Frame]) -> Option<[u32; 4]> {
     let edges = |part: &Frame| {
         let [x, y, width, height] = part.region.map(u64::from);

@@ -36,7 +36,7 @@ impl ImagePlane {
         }
     }
 
-    /// Copies the pixels of a region into this plane; false if `part` does not hold the region's values.
+    /// Copies the pixels of a region into this plane; false if `part` does not have the region's size and type.
     pub fn paste(&mut self, whole: [u32; 4], part: &ImagePlane, region: [u32; 4]) -> bool {
         match (self, part) {
             (ImagePlane::F32 { data, components }, ImagePlane::F32 { data: part, .. }) => {

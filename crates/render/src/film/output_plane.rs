@@ -11,12 +11,12 @@ use crate::memory::check_memory;
 /// Largest memory of a frame's planes.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
-/// Number of pixels of a region, if there is memory for its planes.
+/// Number of pixels of a region; an error if there is not enough memory for its planes.
 pub(crate) fn check_size([_, _, width, height]: [u32; 4], channels: &[Channel]) -> Result<usize, RenderError> {
     let pixels = u64::from(width) * u64::from(height);
-    // Saturating: the largest sides alone exceed 64 bits.
+    // Saturating arithmetic: the product of the maximum sides alone exceeds 64 bits.
     let bytes = pixels.saturating_mul(channels.iter().map(|channel| channel.bytes()).sum());
-    let what = || format!("a frame of {width} x {height} pixels and {} channels", channels.len());
+    let what = || format!("a frame of {width} x {height} pixels with {} channels", channels.len());
     let too_large = || RenderError::TooLarge { what: what(), bytes, limit: MAX_FRAME_BYTES };
     let pixels = usize::try_from(pixels).ok().filter(|_| bytes <= MAX_FRAME_BYTES).ok_or_else(too_large)?;
     check_memory(what, bytes)?;
@@ -28,7 +28,7 @@ pub(crate) fn allocate_planes(
     region: [u32; 4],
     channels: &[Channel],
 ) -> Result<Vec<(Channel, ImagePlane)>, RenderError> {
-    /// Pixels from which zeroing is worth other threads.
+    /// Minimum number of pixels for which zeroing uses several threads.
     const MANY_PIXELS: usize = 1 << 16;
     let pixels = check_size(region, channels)?;
     let plane = |&channel: &Channel| {
@@ -64,7 +64,7 @@ pub struct OutputPlane<'a> {
     pub channel: Channel,
     /// Memory to write to.
     pub values: PlaneData<'a>,
-    /// True if all values are 0 already; otherwise they are arbitrary.
+    /// True if all values are already 0; otherwise they are arbitrary.
     pub zero: bool,
 }
 
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_beyond_the_limit_is_refused_before_it_is_allocated() {
+    fn frames_above_the_memory_limit_are_refused_before_allocation() {
         let channels = [Channel::Color, Channel::Depth];
         assert_eq!(check_size([3, 4, 5, 6], &channels).unwrap(), 30);
         let error = check_size([0, 0, u32::MAX, u32::MAX], &channels).unwrap_err();

@@ -1,10 +1,10 @@
 //! Tiles: rectangles of pixels that one thread renders at a time.
 
-/// Width and height of a tile in pixels, if there are many tiles per thread.
+/// Width and height of a tile in pixels, if each thread has many tiles.
 pub(crate) const TILE_SIZE: u32 = 32;
-/// Tiles per thread for load balance.
+/// Tiles per thread for load balancing.
 const TILES_PER_THREAD: usize = 8;
-/// Side in pixels of the squares whose rays are consecutive in a batch.
+/// Side length in pixels of the squares whose rays are consecutive in a batch.
 pub(crate) const RAY_BLOCK: u32 = 8;
 
 /// Rectangle of the image.
@@ -22,8 +22,8 @@ impl Tile {
         Self::tiles_of_size(region, TILE_SIZE)
     }
 
-    /// Tiles of a region, halved in size while there would be few per thread. Consecutive tiles lie in different rows
-    /// of large tiles, so that two threads rarely write to one row.
+    /// Tiles of a region. Tiles are halved in size if there would otherwise be few per thread. Consecutive tiles are in
+    /// different rows of large tiles, so that two threads rarely write to one row.
     pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
         let mut size = TILE_SIZE;
         loop {
@@ -36,7 +36,7 @@ impl Tile {
         }
     }
 
-    /// Merges neighbouring tiles of a row; returns each merged tile with the number of tiles in it.
+    /// Merges neighbouring tiles of a row; returns each merged tile with the number of tiles that it contains.
     pub fn merge_rows(mut tiles: Vec<Tile>) -> Vec<(Tile, usize)> {
         tiles.sort_by_key(|tile| (tile.y, tile.x));
         let beside = |a: &Tile, b: &Tile| (a.y, a.height, a.x + a.width) == (b.y, b.height, b.x);
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_adjacent_tiles_are_joined() {
+    fn only_adjacent_tiles_are_merged() {
         let mut tiles = Tile::tiles_of([5, 7, 100, 70]);
         tiles.remove(5); // in the middle of the second row
         tiles.reverse();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn tiles_cover_every_pixel_once_and_suffice_for_all_threads() {
+    fn tiles_cover_every_pixel_once_and_occupy_all_threads() {
         for (region, threads) in [([3, 5, 64, 48], 2), ([0, 0, 640, 480], 64), ([7, 0, 9, 100], 3)] {
             let tiles = Tile::for_threads(region, threads);
             let largest = tiles.iter().map(|tile| tile.width.max(tile.height)).max();

@@ -5,11 +5,13 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::PlaneData;
 use crate::film::tile::TILE_SIZE;
 
-/// Rows of a tile written together: their source data fits the L1 cache. A block's height is a multiple.
+/// Rows of a tile that are written together: their source data fits the L1 cache. A block's height is a multiple of
+/// this number.
 pub(crate) const ROWS_PER_WRITE: u32 = 4;
 const PIXELS_PER_WRITE: usize = (TILE_SIZE * ROWS_PER_WRITE) as usize;
 
-/// Consecutive pixels of a row: position in the strip, and first pixel of the tile unless they are background.
+/// Run of consecutive pixels in a row: position in the strip, and the index within the tile of its first pixel unless
+/// the run is background.
 pub(crate) struct PixelRun {
     pub to: usize,
     pub from: Option<usize>,
@@ -20,10 +22,10 @@ pub(crate) struct PixelRun {
 
 /// Number type of a plane.
 pub(crate) trait PixelValue: Copy + Default + 'static {
-    /// Values of a plane of this type; empty for another type.
+    /// Values of a plane if it has this type; otherwise empty.
     fn slice_of(plane: &ImagePlane) -> &[Self];
 
-    /// Output of this type, if it is of this type.
+    /// The output if it has this type.
     fn slice_mut_of<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]>;
 }
 
@@ -52,7 +54,7 @@ stored!(f32: F32, f64: F64, i32: I32);
 pub(crate) struct ChannelStrip<'a> {
     pub channel: Channel,
     pub values: PlaneData<'a>,
-    /// True if all values were 0 at first.
+    /// True if all values were initially 0.
     pub zero: bool,
 }
 
@@ -82,7 +84,7 @@ impl<'a> StripCursor<'a> {
         }
     }
 
-    /// True if the memory already contains the background: unwritten pages are free.
+    /// True if the memory already contains the background value, so that untouched memory pages need not be written.
     pub fn is_already_background(&self) -> bool {
         self.zero && self.background.is_some_and(ImagePlane::is_all_zero)
     }
@@ -95,12 +97,12 @@ pub(crate) struct RowWriter<'p, 'a> {
 }
 
 impl RowWriter<'_, '_> {
-    /// Writes the value of each pixel, by its index in the tile. Values of another type than the channel's are not
+    /// Writes the value of each pixel, by its index in the tile. Values whose type differs from the channel's are not
     /// written.
     #[inline]
     pub fn write<T: PixelValue, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
         let blank = self.background_value();
-        // All values before the first copy: reading memory just written would stall on store forwarding.
+        // All values are computed before the first copy: reading memory just written would stall on store forwarding.
         let mut pixels = [[T::default(); N]; PIXELS_PER_WRITE];
         let mut free = pixels.as_mut_slice();
         for run in self.runs {
@@ -142,7 +144,7 @@ impl RowWriter<'_, '_> {
         pixel.copied().unwrap_or([T::default(); N])
     }
 
-    /// Copies values to the runs' pixels, row after row, or the same row `always`.
+    /// Copies values to the runs' pixels: consecutive rows or, with `always`, the same row each time.
     fn copy<T: PixelValue>(&mut self, mut values: &[T], components: usize, always: bool) {
         let Some(rest) = T::slice_mut_of(&mut self.cursor.values) else {
             return;

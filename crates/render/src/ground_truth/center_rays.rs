@@ -14,7 +14,7 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Catchers, Settings};
 
-/// World-space normals of a surface, on the viewer's side; 0 for the background.
+/// World-space normals of a surface on the viewer's side; 0 for the background.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Normals {
     /// Triangle's normal.
@@ -27,7 +27,7 @@ impl Normals {
     /// Normals of the background.
     const BACKGROUND: Self = Self { geometric: DVec3::ZERO, shading: DVec3::ZERO };
 
-    /// `Some` if a channel needs normals, true if one needs shading normals.
+    /// `Some` if a channel requires normals; true if a channel requires shading normals.
     pub fn normals_needed(channels: &[Channel]) -> Option<bool> {
         let any = |wanted: [Channel; 2]| channels.iter().any(|channel| wanted.contains(channel));
         let smooth = any([Channel::ShadingNormal, Channel::ShadingNormalCamera]);
@@ -38,7 +38,7 @@ impl Normals {
 /// Normals of a triangle at its last hit.
 #[derive(Clone, Copy)]
 struct CachedTriangle {
-    /// Unit normal on the counter-clockwise side, and on the viewer's side.
+    /// Unit normal on the counter-clockwise side, and the same on the viewer's side.
     normal: DVec3,
     facing_normal: DVec3,
     /// Vertex normals on the viewer's side.
@@ -53,7 +53,7 @@ impl CachedTriangle {
         Self { normal: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())), ..Self::EMPTY }
     }
 
-    /// Normals at a hit, the shading normal on request.
+    /// Normals at a hit; shading normals only if requested.
     fn normals(&mut self, world: &Geometry, ray: &ExactRay, hit: &ExactHit, smooth: bool) -> Normals {
         let ExactHit { instance, triangle, u, v, .. } = *hit;
         let geometric = face_forward(self.normal, ray.direction.into());
@@ -70,8 +70,8 @@ impl CachedTriangle {
     }
 }
 
-/// Rays per batch: the triangles hit are still in the cache when normals are read. Smaller batches would not amortise
-/// the setup of a traversal.
+/// Rays per batch: few enough that the triangles hit are still in the cache when normals are read. Smaller batches
+/// would not amortise the traversal's setup.
 const RAYS_PER_BATCH: usize = 512;
 
 /// Rays through pixel centres and their hits.
@@ -86,8 +86,8 @@ pub(crate) struct CenterRays {
 }
 
 impl CenterRays {
-    /// Traces the centre rays of pixels; with `passing` the ground truth describes what lies behind surfaces that can
-    /// be seen through.
+    /// Traces the centre rays of pixels. With `passing`, the ground truth describes the surfaces behind transparent
+    /// ones.
     pub fn trace(
         &mut self,
         world: &Geometry,
@@ -176,7 +176,7 @@ impl CenterRays {
         }
     }
 
-    /// One ray that misses.
+    /// A single ray that misses.
     pub fn background() -> Self {
         Self {
             rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],

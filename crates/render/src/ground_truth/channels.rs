@@ -17,9 +17,9 @@ pub(crate) struct ChannelReader<'a> {
     exact: &'a CenterRays,
     hits: &'a [ExactHit],
     world: &'a Geometry,
-    /// World of each pixel, where worlds differ between rows; otherwise empty.
+    /// World of each pixel if rows show different worlds; otherwise empty.
     pixel_worlds: &'a [Arc<PreparedWorld>],
-    /// camera_from_world rotation, and that of each pixel for a moving camera.
+    /// Rotation camera_from_world and, for a moving camera, the rotation of each pixel.
     shared_rotation: DMat3,
     pixel_rotations: &'a [DMat3],
 }
@@ -42,7 +42,7 @@ impl<'a> ChannelReader<'a> {
         }
     }
 
-    /// Hit of a pixel, unless its ray missed.
+    /// Hit of a pixel; `None` if its ray missed.
     #[inline]
     fn hit(&self, i: usize) -> Option<&ExactHit> {
         Some(&self.hits[i]).filter(|hit| hit.instance != INVALID_ID)
@@ -95,6 +95,19 @@ impl<'a> ChannelReader<'a> {
     #[inline]
     pub fn in_camera(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
         to_f32_normal(*self.rotation(i) * normal(self.exact.normals(i)))
+    }
+
+    /// Fraction of light that fog lets pass between the camera and the surface.
+    #[inline]
+    pub fn transmittance(&self, i: usize) -> [f32; 3] {
+        let geometry = self.geometry(i);
+        let Some(fog) = &geometry.fog else {
+            return [1.0; 3];
+        };
+        let ray = &self.exact.rays[i];
+        let origin = DVec3::from(ray.origin) - geometry.origin;
+        let length = fog.length_inside(origin, ray.direction.into(), self.hit(i).map_or(f64::INFINITY, |hit| hit.t));
+        fog.transmittance(length).to_array()
     }
 
     /// Index of the object.

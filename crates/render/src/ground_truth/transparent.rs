@@ -7,11 +7,11 @@ use raycam_scene::{Material, MaterialModel};
 use crate::ground_truth::convert::{exact_ray, to_float_hit};
 use crate::prepare::geometry::Geometry;
 
-/// Opacity below which a surface is skipped, and transmission above which it refracts.
+/// Surfaces with less opacity than this are skipped; materials with more transmission than this count as refractive.
 const OPACITY_THRESHOLD: f32 = 0.5;
-/// Relative distance behind a skipped surface at which a ray restarts: beyond float64 rounding.
+/// Relative distance behind a skipped surface at which a ray restarts; larger than float64 rounding errors.
 const RESTART_OFFSET: f64 = 1e-12;
-/// Largest number of skipped surfaces per ray; the next surface counts whatever it is.
+/// Maximum number of surfaces skipped per ray; the following surface always counts.
 const MAX_SKIPS: usize = 1000;
 
 impl Geometry {
@@ -74,7 +74,8 @@ impl Geometry {
         hit.t + RESTART_OFFSET * reach
     }
 
-    /// True if camera rays pass the surface: it refracts, is not opaque enough, or one-sided and seen from behind.
+    /// True if camera rays pass the surface: it refracts, its opacity is too low, or it is one-sided and seen from
+    /// behind.
     pub(crate) fn is_skippable(&self, hit: &Hit, direction: DVec3) -> bool {
         let material = &self.material(hit).material;
         is_refractive(material)

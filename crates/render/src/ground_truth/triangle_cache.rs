@@ -1,4 +1,4 @@
-//! Cache of per-triangle values: neighbouring pixels mostly hit the same triangles.
+//! Cache of per-triangle values: neighbouring pixels usually hit the same triangles.
 
 use raycam_bvh::{ExactHit, INVALID_ID};
 
@@ -8,7 +8,7 @@ pub(crate) struct TriangleCache<T> {
     values: [T; CACHE_SIZE],
 }
 
-/// Entries, a power of two: about the triangles of a few rows.
+/// Number of entries, a power of two: about the number of triangles in a few rows.
 const CACHE_SIZE: usize = 16;
 
 impl<T: Copy> TriangleCache<T> {
@@ -16,7 +16,7 @@ impl<T: Copy> TriangleCache<T> {
         Self { keys: [(INVALID_ID, INVALID_ID); CACHE_SIZE], values: [nothing; CACHE_SIZE] }
     }
 
-    /// Value of the triangle of a hit, computed on a cache miss.
+    /// Value of the triangle that was hit; computed on a cache miss.
     #[inline]
     pub fn get_or_insert(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
         let of = (hit.instance, hit.triangle);

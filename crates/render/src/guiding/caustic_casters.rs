@@ -1,7 +1,7 @@
 //! Caustic casters: mirrors, clear glass and glossy objects, which throw light on diffuse surfaces.
 //!
-//! [`find_caustic_candidates`] finds what may throw light, by its materials. The photon pass measures how much each
-//! throws, and [`choose_casters`] takes those that throw most.
+//! [`find_caustic_candidates`] selects candidates by their materials. The photon pass measures how much light each
+//! candidate throws, and [`choose_casters`] selects those that throw most.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -18,32 +18,33 @@ pub(crate) struct CausticCaster {
     /// Scene-local centre.
     pub center: DVec3,
     pub radius: f64,
-    /// True if some of its surfaces are so rough that samples are guided only to much light.
+    /// True if some of its surfaces are rough. Samples are guided to a rough caster only if it throws much light.
     pub is_rough: bool,
-    /// Its share of guided samples, relative to a caster that throws most.
+    /// Its share of guided samples, relative to the caster that throws most light.
     pub weight: f32,
 }
 
-/// Maximum number of casters: each costs time at every diffuse hit. Lab note: "Up to 32 casters", 11-26.
+/// Maximum number of casters; each takes time at every diffuse hit. Lab note: "Up to 32 casters", 11-26.
 pub(crate) const MAX_CASTERS: usize = 32;
 /// Number of casters that are always used. Lab note: "up to four caustic casters", 11-22.
 const FIRST_CASTERS: usize = 4;
-/// Minimum light that further casters throw, relative to the first caster. Lab note: "a quarter of the most", 11-26.
+/// Minimum light that each further caster throws, relative to the first caster. Lab note: "a quarter of the most",
+/// 11-26.
 const MIN_FURTHER_FRACTION: f64 = 0.25;
 /// Number of the largest objects whose thrown light is measured. Not tuned: twice [`MAX_CASTERS`].
 pub(crate) const MAX_CANDIDATES: usize = 64;
 /// Roughness above which metal counts as rough. Lab note: "roughness 0.45 (metal) and 0.35 (glass)", 11-23.
 const MAX_SMOOTH_CONDUCTOR: f32 = 0.45;
-/// Roughness above which glass counts as rough. Lab note: as above.
+/// Roughness above which glass counts as rough. Lab note: as for metal.
 const MAX_SMOOTH_DIELECTRIC: f32 = 0.35;
-/// Roughness above which an object is no caster. Lab note: "Rougher casters, up to 0.8", 11-26.
+/// Roughness above which an object is not a caster. Lab note: "Rougher casters, up to 0.8", 11-26.
 const MAX_ROUGHNESS: f32 = 0.8;
 /// Minimum fraction of all light that a rough caster throws. Lab note: "a fifth of all light", 11-26.
 const MIN_ROUGH_FRACTION: f64 = 0.2;
 /// Minimum weight of a caster. Lab note: "with shares in proportion", 11-26; the floor was not tuned.
 const MIN_WEIGHT: f64 = 0.1;
 
-/// The objects of a world that may be caustic casters, largest first.
+/// Objects of a world that may be caustic casters, largest first.
 pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster> {
     let candidate = |(index, object): (usize, &PreparedInstance)| {
         if !object.is_visible {
@@ -56,18 +57,18 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
         Some(CausticCaster::bounding_sphere(index as u32, object, is_rough, geometry.origin))
     };
     let mut all: Vec<_> = geometry.instances.iter().enumerate().filter_map(candidate).collect();
-    // A stable sort: the order of the world among equal sizes.
+    // The sort is stable: objects of equal size keep the world's order.
     all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
     all
 }
 
-/// The casters among the candidates with their indices, those first that throw most; `thrown` is the fraction of all
-/// light that each throws, as far as it was measured. Smooth candidates count if they throw nothing as well: light may
-/// reach them on other ways.
+/// Casters among the candidates, with their indices, sorted by thrown light. `thrown` is the fraction of all light that
+/// each candidate throws, as far as it was measured. Smooth candidates count even if they throw no measured light,
+/// because light may reach them on other paths.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
     let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);
-    // A stable sort: the largest first among those that throw nothing.
+    // The sort is stable: among candidates that throw no light, the largest comes first.
     all.sort_by(|&(a, _), &(b, _)| thrown[b].total_cmp(&thrown[a]));
     let most = all.first().map_or(0.0, |&(index, _)| thrown[index]);
     let is_enough = |&(index, _): &(usize, CausticCaster)| most > 0.0 && thrown[index] >= MIN_FURTHER_FRACTION * most;
@@ -96,7 +97,7 @@ enum CausticRoughness {
     Rough,
 }
 
-/// How rough a material is that may cast caustics; `None` for others.
+/// Roughness of a material that may cast caustics; `None` for other materials.
 fn caustic_roughness(material: &Material) -> Option<CausticRoughness> {
     let (roughness, max_smooth) = match &material.model {
         MaterialModel::Metal(metal) => (metal.roughness, MAX_SMOOTH_CONDUCTOR),
@@ -133,8 +134,8 @@ mod tests {
     use crate::render;
     use crate::settings::{Integrator, Settings};
 
-    /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, of glTF's glass and of a thin
-    /// wall of it, as many of these as are asked for.
+    /// Balls over a floor: matte, gold, rough gold, glass, thin glass, glTF's glass, and a thin wall of glTF's glass.
+    /// Only the requested number of these is placed.
     fn world(balls: std::ops::Range<usize>) -> PreparedWorld {
         let mut world = World::default();
         let of = |reflectance| Material { model: reflectance, ..Material::default() };
@@ -197,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn casters_are_objects_that_throw_most_light() {
+    fn objects_that_throw_most_light_become_casters() {
         let caster = |instance| CausticCaster {
             instance,
             center: DVec3::ZERO,
@@ -209,12 +210,12 @@ mod tests {
         let chosen = |thrown: &[f64]| {
             choose_casters(&all, thrown).into_iter().map(|(index, caster)| (index, caster.weight)).collect::<Vec<_>>()
         };
-        // The first four in any case, but for rough ones that throw too little.
+        // The first four are always chosen, except rough casters that throw too little light.
         assert_eq!(chosen(&[0.0; 64]), [(0, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)]);
         let mut thrown = [0.01; 64];
         (thrown[60], thrown[50]) = (0.08, 0.02);
         assert_eq!(chosen(&thrown), [(60, 1.0), (50, 0.25), (0, 0.125), (2, 0.125)]);
-        // All that throw a quarter of the most, as far as they fit.
+        // All objects that throw a quarter of the largest amount, up to the maximum number.
         thrown[60] = 0.04;
         assert_eq!(chosen(&thrown).len(), MAX_CASTERS);
         assert_eq!(chosen(&thrown[..9]).len(), 8);
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn guiding_keeps_the_light_and_reduces_noise() {
+    fn guided_images_have_equal_light_and_less_noise() {
         let mut prepared = world(1..2);
         let size = [48, 24];
         let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();
@@ -267,7 +268,8 @@ mod tests {
             pairs.sum::<f64>()
         });
         for (a, b, noises) in [(a, b, guided + noise), (b, c, noise + plain)] {
-            // The three channels have one noise, so that their sum has three times the variance.
+            // The three channels have the same noise, so the variance of their sum is three times the sum of their
+            // variances.
             let error = (3.0 * noises).sqrt();
             assert!(error < 3e-3 * b && (a - b).abs() < 4.0 * error, "{a} {b} {error}");
         }

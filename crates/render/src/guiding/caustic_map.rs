@@ -1,9 +1,9 @@
-//! Caustic maps: for a receiving point, the region of a caster that its photons came from.
+//! Caustic maps: for a receiving point, the region of a caster from which its photons came.
 //!
 //! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques
-//! 1995). The space around a caster is divided into cells by direction and distance. A cell stores up to two spheres,
-//! to which samples of diffuse surfaces are guided: the neighbourhoods of photons that are brightest for their size, by
-//! the points where they left the caster or by points further along their directions.
+//! 1995). The space around a caster is divided into cells by direction and distance. A cell stores up to two spheres to
+//! which samples of diffuse surfaces are guided: the photon neighbourhoods that are brightest relative to their size.
+//! Photons are neighbours if they left the caster, or passed points further along their paths, close to each other.
 
 use glam::{DVec3, Vec3};
 
@@ -19,10 +19,10 @@ const CELL_COUNT: usize = CELLS_PER_SIDE * CELLS_PER_SIDE * DISTANCE_LAYERS;
 const COARSEST_SIDE: usize = 8;
 /// Minimum number of photons per target. Not tuned: fewer give no standard deviation.
 const MIN_PHOTONS: usize = 5;
-/// Maximum number of photons per block that are compared with each other. Not tuned: bounds the time of learning.
+/// Maximum number of photons per block that are compared with each other. Not tuned: limits the learning time.
 const MAX_PHOTONS: usize = 64;
 /// Distances from the landing point along a photon's path, in radii of the caster, at which photons are compared in
-/// addition to their exit points. Behind a thin wall, directions are similar and exit points are not. Lab note: "points
+/// addition to their exit points. Behind a thin wall, directions are similar but exit points differ. Lab note: "points
 /// 2, 6 and 20 radii", 11-27.
 const WAY_DISTANCES: [f64; 3] = [2.0, 6.0, 20.0];
 /// Radii of the compared neighbourhoods as seen from the landing points, and the divisors of their light. The divisor
@@ -43,7 +43,7 @@ const MIN_SECOND_FRACTION: f64 = 0.1;
 /// "Receivers that touch the caster", 11-26.
 const MIN_EXIT_DISTANCE: f64 = 0.1;
 
-/// The sphere that a cell's photons came from, relative to the caster's centre and in units of its radius.
+/// Sphere from which a cell's photons came, relative to the caster's centre and in units of its radius.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GuideTarget {
     pub center: [f32; 3],
@@ -51,7 +51,7 @@ pub(crate) struct GuideTarget {
     pub radius: f32,
 }
 
-/// The targets of many points.
+/// Targets of many points.
 pub(crate) struct GuideTargets<const N: usize> {
     pub center: Vec3xN<f32, N>,
     pub radius: [f32; N],
@@ -60,20 +60,20 @@ pub(crate) struct GuideTargets<const N: usize> {
 /// A target of every cell.
 type CellTargets = Box<[GuideTarget; CELL_COUNT]>;
 
-/// The targets of all cells around a caster.
+/// Targets of all cells around a caster.
 #[derive(Clone, Debug)]
 pub(crate) struct CausticMap {
     first: CellTargets,
-    /// `None` if few cells have one: every target costs time at every diffuse hit.
+    /// `None` if few cells have second targets, because every target takes time at every diffuse hit.
     second: Option<CellTargets>,
 }
 
-/// A photon's point from a caster to a receiver, scene-local.
+/// Path of a photon from its exit point on a caster to a receiver, scene-local.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhotonDeposit {
     pub exit_point: DVec3,
     pub landing_point: DVec3,
-    /// Greater than 0, in any unit.
+    /// Photon weight, greater than 0, in any unit.
     pub power: f64,
 }
 
@@ -81,7 +81,7 @@ pub(crate) struct PhotonDeposit {
 struct MapPhoton {
     cell: usize,
     landing: DVec3,
-    /// Its exit, and the points at [`WAY_DISTANCES`].
+    /// Exit point, and the points at [`WAY_DISTANCES`].
     ways: [DVec3; WAY_DISTANCES.len() + 1],
     power: f64,
 }
@@ -98,10 +98,10 @@ impl MapPhoton {
 }
 
 impl CausticMap {
-    /// The map of a caster's photons.
+    /// Creates the map of a caster's photons.
     pub fn new(caster: &CausticCaster, deposits: impl Iterator<Item = PhotonDeposit>) -> Self {
         let photons: Vec<_> = deposits.map(|deposit| MapPhoton::new(caster, &deposit)).collect();
-        // On the heap from the start: stacks of workers are small.
+        // Allocated on the heap from the start, because worker threads have small stacks.
         let none = || vec![GuideTarget::default(); CELL_COUNT].try_into().expect("one for each cell");
         let (mut first, mut second): (CellTargets, CellTargets) = (none(), none());
         let mut size = 1;
@@ -130,8 +130,8 @@ impl CausticMap {
         Self { first, second }
     }
 
-    /// The targets of points, given relative to the caster's centre and in units of its radius, and their second
-    /// targets if the map has any.
+    /// Targets of points, given relative to the caster's centre and in units of its radius. Also their second targets,
+    /// if the map has any.
     #[inline(always)]
     pub fn lookup_lanes<const N: usize>(&self, points: &Vec3xN<f32, N>) -> (GuideTargets<N>, Option<GuideTargets<N>>) {
         let mut cells = [0; N];
@@ -141,7 +141,7 @@ impl CausticMap {
         (gather(&self.first, &cells), self.second.as_ref().map(|second| gather(second, &cells)))
     }
 
-    /// The targets of one point.
+    /// Targets of one point.
     #[cfg(test)]
     pub fn lookup(&self, point: Vec3) -> [GuideTarget; 2] {
         let (first, second) = self.lookup_lanes(&point.to_array().map(|x| [x]));
@@ -158,7 +158,7 @@ impl CausticMap {
 fn gather<const N: usize>(all: &CellTargets, cells: &[u32; N]) -> GuideTargets<N> {
     let mut targets = GuideTargets { center: [[0.0; N]; 3], radius: [0.0; N] };
     for (lane, &cell) in cells.iter().enumerate() {
-        // The power of two replaces the bounds check.
+        // The table size is a power of two, so that a mask replaces the bounds check.
         let GuideTarget { center, radius } = all[cell as usize % CELL_COUNT];
         set_lane(&mut targets.center, lane, center);
         targets.radius[lane] = radius;
@@ -166,15 +166,15 @@ fn gather<const N: usize>(all: &CellTargets, cells: &[u32; N]) -> GuideTargets<N
     targets
 }
 
-/// The point that a receiver sees in the direction of a photon: where it left the caster; where the receiver touches
-/// the caster, as a floor under water does, a point a radius away.
+/// Point that a receiver sees in the direction of a photon: where the photon left the caster or, if the receiver
+/// touches the caster (a floor under water, for example), a point one caster radius away.
 fn visible_exit(exit: DVec3, landing: DVec3) -> DVec3 {
     let way = exit - landing;
     let distance = way.length();
     if distance < MIN_EXIT_DISTANCE && distance > 0.0 { landing + way / distance } else { exit }
 }
 
-/// The targets of the photons of a block: the two neighbourhoods that are brightest for their size.
+/// Targets of a block's photons: the two neighbourhoods that are brightest relative to their size.
 fn block_targets(block: &[&MapPhoton]) -> [GuideTarget; 2] {
     let step = block.len().div_ceil(MAX_PHOTONS).max(1);
     let mut left: Vec<_> = block.iter().copied().step_by(step).collect();
@@ -206,7 +206,7 @@ fn block_targets(block: &[&MapPhoton]) -> [GuideTarget; 2] {
     targets
 }
 
-/// The way, the centre and the radius of the neighbourhood of a photon that is brightest for its size; `None` for few
+/// Distance index, centre and radius of the photon neighbourhood that is brightest relative to its size; `None` for few
 /// photons.
 fn brightest_neighborhood(photons: &[&MapPhoton], landing: DVec3) -> Option<(usize, DVec3, f64)> {
     let mut best = (0.0, None);
@@ -234,8 +234,8 @@ fn brightest_neighborhood(photons: &[&MapPhoton], landing: DVec3) -> Option<(usi
     best.1
 }
 
-/// The cell of a point: octahedral directions (Q. Meyer et al., "On Floating-Point Normal Vectors", 2010) and layers of
-/// distance.
+/// Cell of a point: octahedral directions (Q. Meyer et al., "On Floating-Point Normal Vectors", 2010) and distance
+/// layers.
 #[inline(always)]
 fn cell_index(point: Vec3) -> u32 {
     let sum = point.x.abs() + point.y.abs() + point.z.abs();
@@ -255,7 +255,7 @@ pub(crate) mod tests {
     const CASTER: CausticCaster =
         CausticCaster { instance: 0, center: DVec3::new(1.0, 2.0, 3.0), radius: 0.5, is_rough: false, weight: 1.0 };
 
-    /// The map of photons that leave small balls within the caster in all directions, all in units of its radius.
+    /// Map of photons that leave small balls within the caster in all directions, in units of the caster's radius.
     pub fn from_balls(caster: &CausticCaster, balls: &[(DVec3, f64)]) -> CausticMap {
         let golden = 0.618_033_988_75;
         let deposits = (0..100_000).map(|i| {
@@ -283,13 +283,13 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn targets_are_the_exit_points() {
+    fn targets_surround_the_exit_points() {
         let at = DVec3::new(1.5, -0.4, -2.0);
         let left = |i: usize| {
             let (sin, cos) = (f64::from(i as u32) * 0.1).sin_cos();
             DVec3::new(0.6 + 0.1 * cos, 0.1 * sin, -0.5)
         };
-        // What is strong counts more.
+        // Strong photons count more.
         let weak = (0..50).map(|i| deposits(-left(i), at, 1e-9));
         let strong = (0..63).map(|i| deposits(left(i), at, 1.0));
         let map = CausticMap::new(&CASTER, weak.chain(strong));
@@ -312,7 +312,7 @@ pub(crate) mod tests {
             assert!(Vec3::from(target.center).distance(Vec3::new(0.0, y, 0.02)) < 1e-2, "{target:?}");
             assert!(target.radius < 0.1, "{target:?}");
         }
-        // A caster whose photons are rarely bimodal has no second targets.
+        // A caster whose photons rarely have two exit regions has no second targets.
         let elsewhere = (0..960).map(|i| deposits(left(i), -at, 1.0));
         let rare = elsewhere.chain((0..60).map(|i| deposits(if i % 2 == 0 { mirrored(i) } else { left(i) }, at, 1.0)));
         let map = CausticMap::new(&CASTER, rare);
@@ -328,7 +328,7 @@ pub(crate) mod tests {
         let photons = (0..64).map(|i| deposits(at(i) + direction * (0.2 + 0.1 * (i % 3) as f64), at(i), 1.0));
         let [target, _] = CausticMap::new(&CASTER, photons).lookup(at(20).as_vec3());
         let seen = Vec3::from(target.center) - at(20).as_vec3();
-        // The exits are 0.2 to 0.4 away.
+        // The exit points are 0.2 to 0.4 away.
         assert!(seen.length() > 1.9 && seen.normalize().distance(direction.as_vec3()) < 1e-2, "{target:?}");
         assert!(target.radius < 0.045 * seen.length(), "{target:?}");
     }
@@ -358,7 +358,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn every_point_has_a_cell() {
+    fn every_point_belongs_to_a_cell() {
         for x in [0.0, -0.0, 1.0, -1.0, 1e-30, 1e30, f32::INFINITY, f32::NAN] {
             for y in [0.0, 2.0, -1e-30, -1e30] {
                 for z in [0.0, -3.0, 1e-38] {

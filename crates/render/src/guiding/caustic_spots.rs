@@ -1,5 +1,5 @@
-//! Caustic spots: the small places where casters gather light, which then light everything around them as lamps do.
-//! Samples of other surfaces are guided to them; shadow rays find nothing there.
+//! Caustic spots: small places where casters focus light, which then light everything around them like lamps. Samples
+//! of other surfaces are guided to them, because shadow rays do not find them.
 
 use std::collections::BTreeMap;
 
@@ -7,23 +7,23 @@ use glam::DVec3;
 
 use crate::guiding::caustic_casters::CausticCaster;
 
-/// Maximum number of spots: each costs time at every diffuse hit. Lab note for all constants of this file: "Caustic
+/// Maximum number of spots: each takes time at every diffuse hit. Lab note for all constants of this file: "Caustic
 /// spots", 11-27.
 pub(crate) const MAX_SPOTS: usize = 4;
 /// Maximum radius in which photons form a spot, relative to the longest side of the world.
 const MAX_RADIUS: f64 = 1.0 / 40.0;
 /// Radius of a spot in standard deviations.
 const RADIUS_SIGMAS: f64 = 1.5;
-/// Addition to the radius of a spot, relative to the longest side of the world.
+/// Margin added to the radius of a spot, relative to the longest side of the world.
 const MARGIN: f64 = 1e-3;
-/// Minimum noise of unguided samples half of the world away, relative to all light: the square of the spot's light
-/// divided by its fraction of directions.
+/// Minimum noise of unguided samples at a distance of half the world, relative to all light: the square of the spot's
+/// light divided by its fraction of directions.
 const MIN_NOISE: f64 = 0.05;
 /// Minimum number of photons in a spot.
 const MIN_PHOTONS: usize = 32;
 
-/// The spots of landing points with their fractions of all light, in a world of this longest side; those that bring
-/// most first.
+/// Spots among landing points, with their fractions of all light, brightest first. `size` is the longest side of the
+/// world.
 pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<CausticCaster> {
     let reach = MAX_RADIUS * size;
     let mut spots = vec![];
@@ -45,7 +45,7 @@ pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<Causti
     spots
 }
 
-/// The mean of the points in the cell that most light falls in.
+/// Mean of the points in the cell that receives most light.
 fn brightest_cell(landed: &[(DVec3, f64)], size: f64) -> Option<DVec3> {
     let mut cells = BTreeMap::<[i64; 3], (f64, DVec3)>::new();
     for &(at, light) in landed {
@@ -56,7 +56,7 @@ fn brightest_cell(landed: &[(DVec3, f64)], size: f64) -> Option<DVec3> {
     brightest.map(|(sum, moment)| moment / sum)
 }
 
-/// Mean, standard deviation and light of the points around one, which moves to their mean.
+/// Mean, standard deviation and light of the points around a centre, which is moved to their mean.
 fn gather(landed: &[(DVec3, f64)], mut center: DVec3, reach: f64) -> (DVec3, f64, f64) {
     let (mut sigma, mut fraction) = (0.0, 0.0);
     for _ in 0..4 {
@@ -76,7 +76,7 @@ fn gather(landed: &[(DVec3, f64)], mut center: DVec3, reach: f64) -> (DVec3, f64
 mod tests {
     use super::*;
 
-    /// So many points, even in a square of a floor, which have this fraction of all light together.
+    /// This many points, distributed over a square of a floor, which together have this fraction of all light.
     fn square(middle: [f64; 2], side: f64, light: f64) -> impl Iterator<Item = (DVec3, f64)> {
         let at = move |i: i32| (f64::from(i) + 0.5) / 20.0 - 0.5;
         let [x, y] = middle;
@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(spots.len(), 2);
         for (spot, x) in spots.iter().zip([-0.5, 0.3]) {
             assert!((spot.center.x - x).abs() < 2e-3 && spot.center.z == 0.0, "{spot:?}");
-            // The standard deviation of a square is its side over the root of six.
+            // A square's standard deviation is its side divided by the square root of six.
             assert!((spot.radius - 1.5 * 0.04 / 6.0f64.sqrt() - 2e-3).abs() < 5e-3, "{spot:?}");
         }
         for dim in [square([0.0, 0.0], 2.0, 1.0), square([0.3, 0.2], 0.04, 1e-3)] {

@@ -3,14 +3,14 @@
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
 
-/// Targets around objects that focus light.
+/// Casters and their caustic maps.
 #[derive(Debug, Default)]
 pub(crate) struct Caustics {
     pub casters: Vec<CausticCaster>,
-    /// The caustic map of each caster; empty for a world within an exposure.
+    /// Caustic map of each caster; empty for a world at one time within an exposure.
     pub maps: Vec<CausticMap>,
     pub spots: Vec<CausticCaster>,
 }
 
-/// No targets.
+/// Returns no targets.
 pub(crate) static NO_CAUSTICS: Caustics = Caustics { casters: vec![], maps: vec![], spots: vec![] };

@@ -1,4 +1,4 @@
-//! Photons that look for gaps: from lit surfaces on, by way of all surfaces.
+//! Photons that search for gaps: they start at lit surfaces and are scattered by all surfaces.
 
 use std::f64::consts::TAU;
 use std::iter::repeat_n;
@@ -23,12 +23,12 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Number of samples of an image before the first sample that is guided to gaps: finding gaps takes 0.1 to 0.6 s. Lab
+/// Work of an image, in samples, before its first sample that is guided to gaps: finding gaps takes 0.1 to 0.6 s. Lab
 /// note: "for samples from 2^22 / (width x height) of a pixel on", 11-27.
 const SAMPLES_BEFORE: u64 = 1 << 22;
-/// Number of photons in each half. Lab note: "2 x 2^17 photons"; 2^16 and 2^18 were refused, 11-27.
+/// Number of photons in each half. Lab note: "2 x 2^17 photons", 11-27; 2^16 and 2^18 were rejected.
 const PHOTONS: u32 = 1 << 17;
-/// Number of lines through the world that find lit surfaces for each half. Not tuned.
+/// Number of lines through the world, for each half, that search for lit surfaces. Not tuned.
 const LINES: u32 = 1 << 14;
 /// Photons traced together. Not tuned; results do not depend on it.
 const BATCH: u32 = 1 << 11;
@@ -37,7 +37,7 @@ const MAX_CROSSINGS: u32 = 16;
 /// Maximum number of surfaces that a photon meets. Not tuned.
 const MAX_BOUNCES: u32 = 24;
 
-/// A point that light falls on, as a ray met it, and how much.
+/// Lit point, the ray that found it, and the amount of light.
 #[derive(Clone, Copy)]
 struct LitHit {
     hit: Hit,
@@ -54,8 +54,8 @@ struct GapPhoton {
     interior_list: InteriorList,
 }
 
-/// Index of a pixel's first sample that is guided to gaps: an image that has taken this many samples has taken far
-/// longer than finding the gaps takes. Independent of the number of samples and of the region. `None` for images
+/// Index of a pixel's first sample that is guided to gaps. By then, the image has already taken much longer than
+/// finding the gaps takes. The index does not depend on the number of samples or on the region. `None` for images
 /// without guided samples.
 pub(crate) fn first_gap_sample(settings: &Settings, [width, height]: [u32; 2]) -> Option<u32> {
     let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_GUIDED_SEGMENTS);
@@ -63,13 +63,13 @@ pub(crate) fn first_gap_sample(settings: &Settings, [width, height]: [u32; 2]) -
     (settings.integrator == Integrator::Path && is_long).then_some(before as u32)
 }
 
-/// The gaps of a world that light passes; none where few photons go from surface to surface.
+/// Gaps of a world through which light passes; empty if few photons travel from surface to surface.
 pub(crate) fn trace_gaps(geometry: &Geometry, lights: &Lights) -> Vec<CausticCaster> {
     let halves = [0, 1].map(|half| {
         let batches = (0..LINES / BATCH).into_par_iter().map(|batch| lit_hits(geometry, lights, half, batch));
         let lit = batches.collect::<Vec<_>>().concat();
         let irradiances: Vec<_> = lit.iter().map(|lit| lit.irradiance).collect();
-        // As many starts as photons, each as often as light falls on it.
+        // One start per photon; each lit point is chosen in proportion to its light.
         let counts = lit.iter().zip(systematic_counts(&irradiances, PHOTONS));
         let starts: Vec<_> = counts.flat_map(|(lit, count)| repeat_n(*lit, count as usize)).collect();
         let batches = starts.par_chunks(BATCH as usize).enumerate();
@@ -79,7 +79,7 @@ pub(crate) fn trace_gaps(geometry: &Geometry, lights: &Lights) -> Vec<CausticCas
     find_gaps(halves.each_ref().map(Vec::as_slice), geometry.bounds())
 }
 
-/// Points where uniform lines cross surfaces, uniform in area, that light samples reach.
+/// Points where lines that are uniform in space cross surfaces (uniform in area) and that light samples reach.
 fn lit_hits(geometry: &Geometry, lights: &Lights, half: u32, batch: u32) -> Vec<LitHit> {
     let sampler = |line| Sampler::for_pixel(0, 0, [half, 1]).with_sample(batch * BATCH + line);
     let mut rays: Vec<_> = (0..BATCH).map(|line| uniform_line(&sampler(line), geometry.radius)).collect();
@@ -120,7 +120,7 @@ fn lit_hits(geometry: &Geometry, lights: &Lights, half: u32, batch: u32) -> Vec<
     lit
 }
 
-/// A ray from without along a line, uniform among those through the world's bounding sphere.
+/// Ray from outside along a line that is uniform among the lines through the world's bounding sphere.
 fn uniform_line(sampler: &Sampler, radius: f64) -> Ray {
     let [height, turn] = sampler.get_2d(Dimension::PixelFilter).map(f64::from);
     let [x, y] = sampler.get_2d(Dimension::Lens).map(f64::from);
@@ -133,7 +133,7 @@ fn uniform_line(sampler: &Sampler, radius: f64) -> Ray {
     Ray { origin: origin.as_vec3().to_array(), direction: direction.as_vec3().to_array(), t_max: f32::INFINITY }
 }
 
-/// The segments of photons that leave lit points.
+/// Segments of photons that leave lit points.
 fn trace_photons(geometry: &Geometry, half: u32, batch: u32, starts: &[LitHit]) -> Vec<PhotonSegment> {
     let sampler = Sampler::for_pixel(0, 0, [half, 2]);
     let begin = |(number, lit): (usize, &LitHit)| GapPhoton {

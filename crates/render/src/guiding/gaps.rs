@@ -1,7 +1,9 @@
-//! Gaps that much light passes: balls that samples of diffuse surfaces are guided to, as to caustic casters.
+//! Gaps through which much light passes: balls to which samples of diffuse surfaces are guided, as they are to caustic
+//! casters.
 //!
-//! Photons' segments between diffuse surfaces tell from where light arrives. [`find_gaps`] takes the balls that lower
-//! the relative variance of a guided bounce most, the mean of all places, and keeps those that other photons confirm.
+//! Photon segments between diffuse surfaces show from which directions light arrives. [`find_gaps`] chooses the balls
+//! that reduce the relative variance of a guided bounce most, averaged over all places, and keeps those that the second
+//! half of the photons confirms.
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -10,55 +12,57 @@ use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::sample_cones::{MAX_DENSITY_RATIO, MAX_GUIDED_WEIGHT};
 use crate::lobes::cone_mixture::TargetCone;
 
-// Lab note for all constants of this file, unless they name another: "Gaps that photons find", 11-27.
+// Lab note for all constants of this file that do not name another: "Gaps that photons find", 11-27.
 
-/// Maximum number of gaps: each costs time at every diffuse hit.
+/// Maximum number of gaps; each takes time at every diffuse hit.
 pub(crate) const MAX_GAPS: usize = 8;
-/// Minimum part of the variance that the first ball removes: for the photons that it was fitted to, and for the other
-/// half.
+/// Minimum fraction of the variance that the first ball removes: for the photons that it was fitted to, and for the
+/// other half.
 const MIN_FIRST_GAIN: [f64; 2] = [0.03, 0.02];
-/// Minimum part of the variance that each further ball removes, for the same two halves.
+/// Minimum fraction of the variance that each further ball removes, for the same two halves.
 const MIN_FURTHER_GAIN: [f64; 2] = [0.012, 0.01];
-/// Minimum part of the other half's variance that all balls remove. Lab note: "Without the 10 % of all", 11-27.
+/// Minimum fraction of the other half's variance that all balls together remove. Lab note: "Without the 10 % of all",
+/// 11-27.
 const MIN_WHOLE_GAIN: f64 = 0.1;
-/// Factor of a ball's radius: few photons do not show the whole gap.
+/// Factor on a ball's radius, because few photons do not cover the whole gap.
 const MARGIN: f64 = 1.15;
-/// Number of balls refused by the other half after which the search ends. Not tuned.
+/// The search ends after this number of balls that the other half rejects. Not tuned.
 const MAX_REFUSED: usize = 8;
-/// Cells along the longest side of the world in which light is counted: a power of two. Not tuned.
+/// Number of cells along the longest side of the world in which light is counted, a power of two. Not tuned.
 const CELLS: usize = 16;
 /// Minimum number of photons in a cell. Not tuned.
 const MIN_PHOTONS: f64 = 16.0;
-/// Cells along the longest side of the world from which balls start.
+/// Number of cells along the longest side of the world; balls start in these cells.
 const BALL_CELLS: usize = 24;
-/// Number of the cells crossed by most light from which balls start.
+/// Number of cells in which balls start: those that most light crosses.
 const MAX_BALL_CELLS: usize = 40;
-/// Number of segments that balls are judged by.
+/// Number of segments by which balls are judged.
 const JUDGES: u32 = 4096;
-/// Maximum weight of one segment among [`JUDGES`]: few photons are no evidence. Lab note: "none of which counts for
-/// more than 1 %", 11-27.
+/// Maximum weight of one segment among [`JUDGES`], because few photons are no evidence. Lab note: "none of which counts
+/// for more than 1 %", 11-27.
 const MAX_SAME_JUDGES: u32 = JUDGES / 100;
 /// Minimum number of segments of a half; with fewer, no gap is searched for.
 const MIN_SEGMENTS: usize = 10_000;
-/// Minimum part of the segments between diffuse surfaces; under an open sky it is smaller, and no gap is searched for.
+/// Minimum fraction of segments between diffuse surfaces. Under an open sky the fraction is smaller, and no gap is
+/// searched for.
 const MIN_DIFFUSE_PART: f64 = 0.1;
 
-/// The way of a photon between two surfaces, scene-local.
+/// Path of a photon between two surfaces, scene-local.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhotonSegment {
     pub start: Vec3,
     pub end: Vec3,
     /// Normal at the end, towards the start.
     pub normal: Vec3,
-    /// True from a diffuse surface to a diffuse one, where guiding helps.
+    /// True for a segment between two diffuse surfaces, where guiding helps.
     pub is_diffuse: bool,
 }
 
-/// A segment as its end sees it.
+/// Segment as seen from its end.
 struct Arrival {
     end: DVec3,
     normal: Vec3,
-    /// Towards the start.
+    /// Direction towards the start.
     direction: Vec3,
     length: f64,
     cosine: f32,
@@ -71,7 +75,7 @@ struct Ball {
     radius: f64,
 }
 
-/// The balls, by the photons of two halves: the first finds, the second confirms.
+/// Balls found from two halves of the photons: the first half finds, the second confirms.
 pub(crate) fn find_gaps(halves: [&[PhotonSegment]; 2], [lower, upper]: [DVec3; 2]) -> Vec<CausticCaster> {
     let size = (upper - lower).max_element();
     let is_enough = |half: &&[PhotonSegment]| {
@@ -92,7 +96,7 @@ pub(crate) fn find_gaps(halves: [&[PhotonSegment]; 2], [lower, upper]: [DVec3; 2
         let Some((_, best)) = best.filter(|&(gain, _)| gain >= least) else {
             break;
         };
-        // A ball that brings little now brings less beside others.
+        // A ball that removes little variance now removes even less next to further balls.
         pool = gains.into_iter().filter(|&(gain, _)| gain > 0.5 * MIN_FURTHER_GAIN[0]).map(|(_, ball)| ball).collect();
         if others.gain(&best) >= confirmed {
             own.add(&best);
@@ -107,19 +111,19 @@ pub(crate) fn find_gaps(halves: [&[PhotonSegment]; 2], [lower, upper]: [DVec3; 2
     if others.variance > 1.0 - MIN_WHOLE_GAIN { vec![] } else { gaps }
 }
 
-/// Index of the cell of a point, of so many along each side.
+/// Index of the cell of a point in a grid with this many cells per side.
 fn cell_index(at: DVec3, cell: f64, count: usize) -> usize {
     let [x, y, z] = (at / cell).to_array().map(|i| (i.max(0.0) as usize).min(count - 1));
     (x * count + y) * count + z
 }
 
-/// Fluence at the slots of cells, one for each of the six main directions of a normal; 0 where no photon ends.
+/// Fluence by cell and slot, one slot for each of the six main directions of a normal; 0 if no photon ends there.
 fn fluences(ends: &[usize]) -> Vec<f64> {
     let mut counts = vec![0.0; 6 * CELLS.pow(3)];
     ends.iter().for_each(|&slot| counts[slot] += 1.0);
     let mut fluence = vec![0.0; counts.len()];
     let mut open: Vec<_> = (0..counts.len()).filter(|&slot| counts[slot] > 0.0).collect();
-    // Cells of too few photons are joined until they have enough.
+    // Cells with too few photons are merged until they have enough.
     for level in 0..=CELLS.ilog2() {
         let group = |slot: usize| {
             let [x, y, z] = [CELLS.pow(2), CELLS, 1].map(|step| (slot / 6 / step % CELLS) >> level);
@@ -139,7 +143,7 @@ fn fluences(ends: &[usize]) -> Vec<f64> {
     fluence
 }
 
-/// Segments that judge, each as likely as the variance that it would bring without guiding.
+/// Segments for judging balls, sampled in proportion to the variance that each would add without guiding.
 fn arrivals(segments: &[PhotonSegment], lower: DVec3, size: f64) -> Vec<Arrival> {
     let cell = |at: Vec3| cell_index(at.as_dvec3() - lower, size / CELLS as f64, CELLS);
     let slot = |segment: &PhotonSegment| {
@@ -172,7 +176,7 @@ fn arrivals(segments: &[PhotonSegment], lower: DVec3, size: f64) -> Vec<Arrival>
     all
 }
 
-/// How often each of some weights is drawn in so many draws at even steps.
+/// Number of times that each weight is drawn, for this many draws at even steps.
 pub(crate) fn systematic_counts(weights: &[f64], draws: u32) -> Vec<u32> {
     let step = weights.iter().sum::<f64>() / f64::from(draws);
     let (mut passed, mut next) = (0.0, 0.5 * step);
@@ -187,12 +191,12 @@ pub(crate) fn systematic_counts(weights: &[f64], draws: u32) -> Vec<u32> {
     weights.iter().map(count).collect()
 }
 
-/// The mixture of a cosine and of the balls chosen up to now, at every arrival.
+/// Mixture of the cosine distribution and the balls chosen so far, for every segment.
 struct Mixture<'a> {
     arrivals: &'a [Arrival],
-    /// The weight of the balls before it is limited, and their density over the cosine's.
+    /// Weight of the balls before it is limited, and their density divided by the cosine's.
     terms: Vec<[f32; 2]>,
-    /// Relative to the cosine alone.
+    /// Density relative to the cosine distribution alone.
     variance: f64,
 }
 
@@ -202,7 +206,7 @@ impl<'a> Mixture<'a> {
         Self { arrivals, terms: vec![[0.0; 2]; arrivals.len()], variance }
     }
 
-    /// Part of the first variance that a further ball takes.
+    /// Fraction of the initial variance that a further ball removes.
     fn gain(&self, ball: &Ball) -> f64 {
         let each = self.arrivals.iter().zip(&self.terms).map(|(arrival, [weight, density])| {
             let [more, denser] = arrival.terms(ball);
@@ -223,7 +227,7 @@ impl<'a> Mixture<'a> {
 }
 
 impl Arrival {
-    /// A ball's weight at the end of the segment, and its density towards the start over the cosine's.
+    /// A ball's weight at the end of the segment, and its density towards the start divided by the cosine's.
     fn terms(&self, ball: &Ball) -> [f32; 2] {
         let cone = TargetCone::new((ball.center - self.end).as_vec3(), ball.radius as f32, self.normal);
         let weight = (MAX_DENSITY_RATIO * cone.max_fraction).min(1.0);
@@ -232,7 +236,7 @@ impl Arrival {
     }
 }
 
-/// Balls at the cells that most light crosses, some of them where the segments through them meet.
+/// Balls at the cells that most light crosses; some are centred where the segments through these cells meet.
 fn first_balls(arrivals: &[Arrival], lower: DVec3, cell: f64) -> Vec<Ball> {
     const PARTS: i32 = 4;
     let mut crossed = vec![0.0; BALL_CELLS.pow(3)];
@@ -260,7 +264,7 @@ fn first_balls(arrivals: &[Arrival], lower: DVec3, cell: f64) -> Vec<Ball> {
     balls.collect()
 }
 
-/// The point that segments through a ball come nearest to, with radii that hold a half, most and nearly all of them.
+/// Point closest to the segments through a ball, with the radii that contain half, most and almost all of them.
 fn meeting_point(arrivals: &[Arrival], mut center: DVec3, radius: f64) -> Option<(DVec3, [f64; 3])> {
     let mut distances = vec![];
     for _ in 0..3 {
@@ -280,7 +284,7 @@ fn meeting_point(arrivals: &[Arrival], mut center: DVec3, radius: f64) -> Option
         if distances.len() < 8 {
             return None;
         }
-        // A little of the centre holds it along segments that are nearly parallel.
+        // A small weight of the ball's centre keeps the solution stable if the segments are nearly parallel.
         let hold = 0.01 * total;
         let moved = (across + DMat3::IDENTITY * hold).inverse() * (sum + hold * center) - center;
         center += moved.clamp_length_max(radius);

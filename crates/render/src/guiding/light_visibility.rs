@@ -1,8 +1,8 @@
-//! Light visibility: the parts of space from which light sampling finds something.
+//! Light visibility: the parts of space in which light sampling finds light.
 //!
-//! Shadow rays towards lamps in glass, or in another room, end at what is in between. Space is divided into cubes, and
-//! light sampling is rare in those from which no light was seen. Whether a cube is hidden depends on the world alone:
-//! its first visitor finds out, and any other would find the same.
+//! Shadow rays towards lamps inside glass or in another room end at the objects in between. Space is divided into
+//! cubes, and light sampling is rare in cubes from which no light was found. Whether a cube is hidden depends only on
+//! the world: the first thread that visits a cube tests it, and every other thread would get the same result.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -11,15 +11,15 @@ use glam::{DVec3, UVec3};
 /// Maximum number of cubes along the longest side of the world. Lab note: "Light sampling at one hit in eight in cubes
 /// (24 along the longest side)", 11-26.
 const MAX_CELLS_PER_SIDE: u32 = 24;
-/// Rate of light sampling in hidden cubes. Not zero, because a few points do not prove that a cube is dark. Lab note:
-/// as above.
+/// Rate of light sampling in hidden cubes. Greater than zero, because testing a few points does not prove that a cube
+/// is dark. Lab note: as above.
 pub(crate) const HIDDEN_RATE: f32 = 1.0 / 8.0;
 
 const UNKNOWN: u8 = 0;
 const LIT: u8 = 1;
 const HIDDEN: u8 = 2;
 
-/// The cubes that space is divided into, and what is known of each.
+/// Cubes into which space is divided, and the test result of each.
 #[derive(Debug)]
 pub(crate) struct LightVisibility {
     /// Scene-local.
@@ -31,7 +31,7 @@ pub(crate) struct LightVisibility {
 }
 
 impl LightVisibility {
-    /// The cubes of a box, of which nothing is known; `None` for a box without a size.
+    /// Creates the cubes of a box, none of them tested; `None` for a box without a size.
     pub fn new([lower, upper]: [DVec3; 2]) -> Option<Self> {
         let extent = upper - lower;
         let size = extent.max_element() / f64::from(MAX_CELLS_PER_SIDE);
@@ -43,7 +43,7 @@ impl LightVisibility {
         Some(Self { lower, size, cells_per_unit: 1.0 / size, counts, cells })
     }
 
-    /// The same, all hidden.
+    /// Creates the same cubes, all of them hidden.
     #[cfg(test)]
     pub fn all_hidden(bounds: [DVec3; 2]) -> Option<Self> {
         let all = Self::new(bounds)?;
@@ -51,8 +51,8 @@ impl LightVisibility {
         Some(all)
     }
 
-    /// The rate of light sampling at a point. `sees_light` finds out once a cube whether light is seen from it, by its
-    /// lower and upper corner; it must depend on the cube alone.
+    /// Rate of light sampling at a point. `sees_light` is called once per cube, with its lower and upper corner, and
+    /// returns true if light is visible from the cube; its result must depend only on the cube.
     #[inline]
     pub fn rate(&self, position: DVec3, sees_light: impl FnOnce([DVec3; 2]) -> bool) -> f32 {
         let last = (self.counts - UVec3::ONE).as_dvec3();

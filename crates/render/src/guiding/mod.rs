@@ -1,12 +1,13 @@
 //! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps through which light
 //! arrives, and lights are sampled rarely from places that no light reaches directly.
 //!
-//! The rest of the renderer uses this folder through the trait [`PathGuiding`] only; `guiding_switch.rs` selects it.
+//! The rest of the renderer uses this folder only through the trait [`PathGuiding`]; `guiding_switch.rs` selects it.
 //!
 //! * [`caustic_casters`]: objects that focus light. [`caustic_map`]: the regions of these objects that photons came
 //!   from. [`caustic_spots`]: places where photons gather. [`photon_pass`] traces the photons.
 //! * [`gaps`]: gaps through which light arrives. [`gap_photons`] traces their photons.
-//! * [`light_visibility`]: from which parts of space lights are visible. [`visibility_rays`] traces the shadow rays.
+//! * [`light_visibility`]: the parts of space from which lights are visible. [`visibility_rays`] traces the shadow
+//!   rays.
 //! * [`sample_cones`]: sets the cones of a [`ConeMixture`] to all these targets.
 //!
 //! Tuned constants name the lab note that records their measurement: "lab note" is the section Guiding of
@@ -47,7 +48,7 @@ use crate::settings::Settings;
 use crate::soa::{LANES, Vec3xN};
 use crate::thread_pool::MadeOnce;
 
-// One cone for each caster, gap and spot, and two for each map.
+// One cone for each caster, gap and spot, and two cones for each map.
 const _: () = assert!(3 * MAX_CASTERS + MAX_GAPS + MAX_SPOTS <= MAX_CONES);
 
 /// Path guiding that learns from photons and shadow rays.
@@ -57,9 +58,9 @@ pub(crate) struct LearnedGuiding {
     candidates: OnceLock<Vec<CausticCaster>>,
     caustics: OnceLock<Caustics>,
     gaps: MadeOnce<Vec<CausticCaster>>,
-    /// Parts of space with rare light sampling. `None` if the world has no size.
+    /// Parts of space in which lights are sampled rarely. `None` if the world has no size.
     light_visibility: OnceLock<Option<LightVisibility>>,
-    /// True for a world within an exposure: tracing photons for every time would cost too much.
+    /// True for a world at one time within an exposure: tracing photons for every time would take too long.
     is_within_exposure: bool,
 }
 
@@ -73,12 +74,12 @@ impl LearnedGuiding {
         if let Some(known) = self.candidates.get() {
             return known;
         }
-        // Computed outside of the cell, so that other threads do not wait for it.
+        // Computed before the cell is locked, so that other threads do not wait for it.
         let candidates = find_caustic_candidates(geometry);
         self.candidates.get_or_init(|| candidates)
     }
 
-    /// The casters, their maps and spots; empty before they are learned.
+    /// Casters with their maps and spots; empty before they are learned.
     fn caustics(&self, geometry: &Geometry) -> &Caustics {
         if self.is_within_exposure && self.caustics.get().is_none() {
             let candidates = self.candidates(geometry);
@@ -100,7 +101,7 @@ impl PathGuiding for LearnedGuiding {
             return;
         }
         if self.caustics.get().is_none() && needs_caustics(lights, settings) {
-            // Not inside of `get_or_init`: a waiting thread would steal work of other images.
+            // Not inside `get_or_init`: a waiting thread would steal work of other images.
             let _ = self.caustics.set(find_caustics(geometry, lights, self.candidates(geometry)));
         }
         if needs_light_visibility(lights, settings) {
@@ -142,7 +143,7 @@ impl PathGuiding for LearnedGuiding {
     }
 }
 
-/// The targets of a batch of samples.
+/// Targets of a batch of samples.
 #[derive(Debug)]
 struct LearnedTargets<'a> {
     caustics: &'a Caustics,

@@ -1,5 +1,5 @@
 //! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate
-//! choose the casters, many fill their caustic maps.
+//! select the casters; many photons fill their caustic maps.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -31,12 +31,12 @@ use crate::settings::{Integrator, Settings};
 
 /// Maximum number of photons emitted to each caustic caster. Lab note: "16,384 photons a caster", 11-23.
 const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
-/// Maximum number of photons emitted to all casters. Lab note: "2^18 photons at most", 11-26.
+/// Maximum number of photons emitted to all casters together. Lab note: "2^18 photons at most", 11-26.
 const MAX_PHOTONS: u32 = 1 << 18;
 /// Maximum number of photons emitted to each candidate to measure the light that it throws. Lab note: "2,048 photons",
 /// 11-26.
 const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
-/// Maximum number of photons emitted to all candidates. Lab note: "to each of 32 candidates", 11-26.
+/// Maximum number of photons emitted to all candidates together. Lab note: "to each of 32 candidates", 11-26.
 const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
 /// Photons traced together. Not tuned; results do not depend on it.
 const PHOTON_BATCH: u32 = 1 << 11;
@@ -49,7 +49,7 @@ struct Photon {
     direction: Vec3,
     power: f64,
     interior_list: InteriorList,
-    /// Index of the candidate that the photon left last, and the point.
+    /// Index of the candidate that the photon left last, and the exit point.
     last_exit: Option<(usize, DVec3)>,
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn needs_caustics(lights: &Lights, settings: &Settings) -> bool {
     settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics()
 }
 
-/// The casters and the caustic map of each. Both guide paths only: light that they lack adds noise and no bias.
+/// Casters and their caustic maps. Both only guide paths: light that they miss adds noise but no bias.
 pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[CausticCaster]) -> Caustics {
     if candidates.is_empty() {
         return Caustics::default();
@@ -74,7 +74,7 @@ pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[
     let own = |index: usize| deposits.iter().flatten().filter_map(move |(last, one)| (*last == index).then_some(*one));
     let maps = chosen.par_iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
     let landed = chosen.iter().flat_map(|(index, caster)| {
-        // As in `thrown_fractions`.
+        // Same order as in `thrown_fractions`.
         let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
         own(*index).map(move |deposit| (deposit.landing_point, deposit.power * scale))
     });
@@ -83,7 +83,7 @@ pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[
     Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps, spots }
 }
 
-/// The world of a photon pass.
+/// World of a photon pass.
 struct PhotonPass<'a> {
     geometry: &'a Geometry,
     lights: &'a Lights,
@@ -98,7 +98,7 @@ impl<'a> PhotonPass<'a> {
         Self { geometry, lights, candidates, candidate_of: by_instance.collect() }
     }
 
-    /// The fraction of all light that each of the largest candidates throws, as far as photons emitted to it tell.
+    /// Fraction of all light that each of the largest candidates throws, estimated from photons emitted to it.
     fn thrown_fractions(&self) -> Vec<f64> {
         let phi = self.lights.phi();
         let count = self.candidates.len().min(MAX_CANDIDATES);
@@ -107,14 +107,15 @@ impl<'a> PhotonPass<'a> {
             let deposits = self.trace_photons(index, 0..photons);
             let own = deposits.iter().filter(|(last, _)| *last == index);
             let fluence = own.map(|(_, deposit)| deposit.power).sum::<f64>() / f64::from(photons);
-            // The fluence times the cross-section of the sphere, over the flux of a flat light.
+            // The fluence times the sphere's cross-section, divided by the flux of a uniform light.
             let fraction = fluence * self.candidates[index].radius.powi(2) / phi;
             if fraction.is_finite() { fraction } else { 0.0 }
         };
         (0..count).into_par_iter().map(thrown).collect()
     }
 
-    /// Emits photons to a candidate; returns their deposits, each with the candidate that the photon left last.
+    /// Emits photons to a candidate; returns their deposits, each with the index of the candidate that the photon left
+    /// last.
     fn trace_photons(&self, candidate: usize, numbers: Range<u32>) -> Vec<(usize, PhotonDeposit)> {
         let sampler = Sampler::for_pixel(0, candidate as u32, [0, 0]);
         let caster = &self.candidates[candidate];
@@ -150,7 +151,7 @@ impl<'a> PhotonPass<'a> {
         let contexts = LightSampleContexts::from(&context);
         let sampling = LightSampling::Importance;
         let sample = self.lights.sample(&contexts, self.geometry, sampling, choice, &light_random.into())?;
-        // BSDF samples never find delta lights, and find infinite lights from every caster.
+        // BSDF samples never hit delta lights, and infinite lights are reachable from every caster.
         let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
         let photon = Photon {
             sampler,
@@ -168,7 +169,7 @@ impl<'a> PhotonPass<'a> {
 }
 
 impl Photon {
-    /// Scatters the photon at a caster; elsewhere a photon that has met a caster is deposited.
+    /// Scatters the photon at a caster. At other surfaces, a photon that has met a caster is deposited.
     fn bounce(
         &mut self,
         pass: &PhotonPass,
@@ -200,8 +201,8 @@ impl Photon {
     }
 }
 
-/// The sample of the BSDF that scatters a photon at a hit, and the ray on; no sample where two media make no surface.
-/// `None` for a photon that is absorbed.
+/// BSDF sample that scatters a photon at a hit, and the continued ray. The sample is `None` at a false intersection of
+/// media; the result is `None` if the photon is absorbed.
 pub(crate) fn scatter(
     geometry: &Geometry,
     (hit, interaction): (&Hit, &SurfaceInteraction),
@@ -236,7 +237,7 @@ mod tests {
     const MIDDLE: DVec3 = DVec3::new(0.0, 0.0, 0.6);
     const LAMP: DVec3 = DVec3::new(1.0, 0.5, 3.0);
 
-    /// A ball over a floor under a lamp, and over both a roof if there is one.
+    /// A ball on a floor under a lamp, with an optional roof over both.
     fn world(reflectance: MaterialModel, roof: bool) -> PreparedWorld {
         let mut world = World::default();
         let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
@@ -271,7 +272,7 @@ mod tests {
         Settings { integrator, max_depth: Some(max_depth), ..Settings::default() }
     }
 
-    /// The target of the ball's map for a point of the world: centre and radius.
+    /// Target of the ball's map for a world point: centre and radius.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         let guiding = LearnedGuiding::default();
         guiding.learn(&world.geometry, &world.lighting().lights, &settings(Integrator::Path, 6));
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_reflects_a_lamp_where_angles_are_equal() {
+    fn photons_leave_a_mirror_ball_where_angles_of_incidence_and_reflection_are_equal() {
         let world = world(gold(), false);
         for (x, y) in [(1.0, 0.5), (0.9, -0.3), (0.4, 0.9), (2.0, 1.5), (-0.3, 0.8)] {
             let at = DVec3::new(x, y, 0.0);
@@ -291,7 +292,7 @@ mod tests {
             for _ in 0..100 {
                 let there = MIDDLE + 0.5 * normal;
                 let half = (LAMP - there).normalize() + (at - there).normalize();
-                // Half the way: the whole of it goes to and fro.
+                // Half the distance, because the whole distance covers both directions.
                 normal = (normal + 0.5 * half.normalize()).normalize();
             }
             let (left, radius) = thrown_on(&world, at);
@@ -303,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_of_glass_throws_light_behind_it() {
+    fn glass_balls_throw_light_behind_themselves() {
         let world = world(MaterialModel::Glass(Glass::default()), false);
         let away = (MIDDLE - LAMP) / (LAMP.z - MIDDLE.z);
         let focus = MIDDLE + away * MIDDLE.z;

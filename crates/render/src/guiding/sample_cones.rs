@@ -1,4 +1,4 @@
-//! Guided sampling of diffuse surfaces, many at a time.
+//! Guided sampling of diffuse surfaces, for many points at a time.
 
 use raycam_bvh::WithSimd;
 
@@ -9,23 +9,23 @@ use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::cone_mixture::ConeMixture;
 use crate::soa::{Vec3xN, lane_dvec3, lane_vec3, set_lane};
 
-/// Maximum fraction of a surface's samples that is guided to casters and gaps. Lab note: "Up to a fifth of the rays",
-/// 11-22; 0.3 to 0.5 were refused.
+/// Maximum fraction of a surface's samples that are guided to casters and gaps. Lab note: "Up to a fifth of the rays",
+/// 11-22; 0.3 to 0.5 were rejected.
 pub(crate) const MAX_GUIDED_WEIGHT: f32 = 0.2;
 /// Maximum density of samples towards a caster, relative to uniform samples of the hemisphere. Lab note: "at most 16
 /// times as densely", 11-22.
 pub(crate) const MAX_DENSITY_RATIO: f32 = 16.0;
-/// Maximum fraction of a surface's samples that is guided by caustic maps. Lab note: "Constants of it", 11-23.
+/// Maximum fraction of a surface's samples that are guided by caustic maps. Lab note: "Constants of it", 11-23.
 const MAX_MAP_WEIGHT: f32 = 0.2;
 /// Maximum density of samples guided by caustic maps. Lab note: "up to 64 times as densely", 11-23.
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
 /// Fraction of the casters' weight that remains next to a map. Not tuned.
 const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
 
-/// Computes the cones, and samples a direction for every lane.
+/// Computes the cones and samples a direction for every lane.
 pub(crate) struct SampleGuided<'a, const N: usize> {
     pub caustics: &'a Caustics,
-    /// Gaps that light passes, which samples are guided to as to casters.
+    /// Gaps through which light passes. Samples are guided to them as they are to casters.
     pub gaps: &'a [CausticCaster],
     pub interactions: &'a SurfaceInteractions<N>,
     /// Lanes whose samples are guided.
@@ -45,8 +45,8 @@ impl<const N: usize> WithSimd for SampleGuided<'_, N> {
 }
 
 impl<const N: usize> ConeMixture<N> {
-    /// Adds the cones from points to the targets of a caustic map, all in units of the caster; returns what
-    /// [`ConeMixture::set_cones`] returns.
+    /// Adds the cones from points to the targets of a caustic map, all in units of the caster. Returns the result of
+    /// [`ConeMixture::set_cones`].
     #[inline(always)]
     fn add_map_cones(
         &mut self,
@@ -64,7 +64,7 @@ impl<const N: usize> ConeMixture<N> {
         self.set_cones(self.count - 1, (&directions, &targets.radius), normals, MAX_MAP_DENSITY_RATIO, weight)
     }
 
-    /// Sets the cones to the casters, the gaps, the spots and the regions of the casters' maps, and the weights of all.
+    /// Sets the cones to the casters, gaps, spots and map regions, and sets all their weights.
     #[inline(always)]
     fn set_targets(
         &mut self,
@@ -139,7 +139,7 @@ mod tests {
         PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
     }
 
-    /// Rays that come down on places of the floor, the first of which is `first`.
+    /// Rays down to points of the floor, starting with index `first`.
     fn places<const N: usize>(world: &PreparedWorld, first: usize) -> SurfaceInteractions<N> {
         let mut places = SurfaceInteractions::<N>::default();
         let corners = places.clear();
@@ -154,7 +154,8 @@ mod tests {
         places
     }
 
-    /// A caster above the floor, one that the floor cuts, one around all points, one too far away, a gap, and a spot.
+    /// One caster above the floor, one that intersects the floor, one around all points and one too far away; a gap;
+    /// and a spot.
     fn some() -> Vec<CausticCaster> {
         [
             (DVec3::new(1.5, 0.0, 1.0), 0.4),
@@ -168,7 +169,7 @@ mod tests {
         .into()
     }
 
-    /// The maps of two of them, the second with two targets.
+    /// Maps of two of the casters; the second map has two targets.
     fn thrown() -> Vec<CausticMap> {
         let beside = 0.7 * DVec3::X;
         let balls: [Vec<(DVec3, f64)>; 2] =
@@ -254,7 +255,8 @@ mod tests {
             let count = (SAMPLES * LANES) as f64;
             let (chi2, freedom) = statistic(seen.into_iter().zip(expected.iter().map(|e| e * count)));
             assert!(freedom > 500.0 && chi2 < limit(freedom, 1), "{chi2} of {freedom}");
-            // A fifth is aimed, and none at what holds all places; three tenths of that beside what is thrown.
+            // A fifth of the samples is guided, except to the caster that contains all points; with maps, three tenths
+            // of that fraction remain.
             let shares: Vec<_> = aims.weight[..aims.count].iter().map(|s| s[5]).collect();
             let (whole, balls) = shares.split_at(5);
             let (&[spot], balls) = balls.split_first_chunk().unwrap();
@@ -271,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn batch_equals_scalar() {
+    fn guided_lanes_equal_single_points() {
         let world = floor();
         let whole = places::<LANES>(&world, 0);
         let thrown = thrown();

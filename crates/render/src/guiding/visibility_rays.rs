@@ -1,4 +1,4 @@
-//! Shadow rays from the points of a cube, which tell whether light sampling finds something there.
+//! Shadow rays from the points of a cube, which test whether light sampling finds light there.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Ray};
@@ -13,20 +13,20 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Numbers of the points in a cube that shadow rays start from: the first few suffice in most lit cubes. Lab note: "32
-/// shadow rays", 11-26.
+/// Numbers of points in a cube from which shadow rays start. In most lit cubes the first few are sufficient. Lab note:
+/// "32 shadow rays", 11-26.
 const POINTS: [std::ops::Range<u32>; 2] = [0..4, 4..32];
 
 /// True if rare light sampling may be faster: see [`crate::guiding::light_visibility::LightVisibility`].
 pub(crate) fn needs_light_visibility(lights: &Lights, settings: &Settings) -> bool {
-    // Infinite lights are visible from everywhere except closed rooms. A single light needs no random number to choose
-    // it.
+    // Infinite lights are visible from everywhere except closed rooms. A single light requires no random number for its
+    // selection.
     settings.integrator == Integrator::Path
         && !lights.has_infinite_samples()
         && lights.needs_choice(LightSampling::Importance)
 }
 
-/// True if a shadow ray from some point of a cube, scene-local, finds light.
+/// True if a shadow ray from any point of a scene-local cube finds light.
 pub(crate) fn sees_light(geometry: &Geometry, lights: &Lights, [lower, upper]: [DVec3; 2]) -> bool {
     let sampler = Sampler::for_pixel(0, 0, [0, 0]);
     let mut queue = ShadowRayQueue::default();
@@ -71,7 +71,7 @@ mod tests {
 
     const OPEN: DVec3 = DVec3::new(1.5, 0.0, 1.0);
 
-    /// A box with a ball that shines in a globe of glass, and a lamp behind a wall that is open at the top.
+    /// A box that contains a shining ball in a glass globe, and a lamp behind a wall that is open at the top.
     fn world() -> PreparedWorld {
         let mut world = World::default();
         let of = |model| Material { model, ..Material::default() };
@@ -121,15 +121,15 @@ mod tests {
         let (world, guiding) = (world(), LearnedGuiding::default());
         guiding.learn(&world.geometry, effective_lights(Integrator::Path, &world), &settings(1, 0));
         assert!(guiding.has_rare_light_sampling());
-        // Beside and below the lamps, which shine down.
+        // Next to and below the lamps, which shine down.
         assert_eq!(rate(&world, &guiding, OPEN - 0.9 * DVec3::Z), 1.0);
-        // Around the globe, whose glass no shadow ray passes; within it.
+        // Around the globe, whose glass blocks shadow rays; and inside it.
         assert_eq!(rate(&world, &guiding, DVec3::new(-1.5, 0.6, 0.1)), HIDDEN_RATE);
         assert_eq!(rate(&world, &guiding, DVec3::new(-1.0, 0.0, 1.55)), 1.0);
     }
 
     #[test]
-    fn rare_samples_keep_the_light() {
+    fn rare_light_samples_conserve_light() {
         let size = [24, 16];
         let k = camera::intrinsics_from_fov(80.0, size, PixelCenter::Integer).unwrap();
         let eye = DVec3::new(-0.2, -0.9, 1.0);
@@ -152,7 +152,7 @@ mod tests {
             let variance = all.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / (all.len() - 1) as f64;
             (mean, variance / all.len() as f64)
         };
-        // Where light is seen as well.
+        // At a place from which light is visible.
         let everywhere = [DVec3::splat(-3.0), DVec3::splat(3.0)];
         let ((rare, a), (always, b)) = (mean(LightVisibility::all_hidden(everywhere)), mean(None));
         assert!((rare - always).abs() < 4.0 * (a + b).sqrt(), "{rare} {always} {}", (a + b).sqrt());

@@ -1,5 +1,4 @@
-//! The path that brought most of the light of a sample: the surfaces that it met, and the ray along which the light
-//! came.
+//! Brightest path of a sample: the surfaces that it met, and the ray along which most of its light arrived.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit};
@@ -13,12 +12,12 @@ use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::prepare::world::PreparedWorld;
 
-/// A path, and the ray along which most of its light came.
+/// Path, and the ray along which most of its light arrived.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BrightPath {
     /// Largest component of the radiance of the sample.
     pub radiance: f32,
-    /// Instances that the path met, from the camera on; the last is lit by the ray.
+    /// Instances that the path met, starting at the camera; the last one is lit by the ray.
     pub instances: Vec<u32>,
     /// Start of the ray, scene-local.
     pub origin: DVec3,
@@ -26,12 +25,12 @@ pub struct BrightPath {
     pub direction: Vec3,
     /// Distance to the light; infinite for suns and skies.
     pub distance: f64,
-    /// Largest component of the radiance that came along this ray.
+    /// Largest component of the radiance that arrived along this ray.
     light: f32,
 }
 
 impl BrightPath {
-    /// Notes light that came along a ray, if it is more than any before.
+    /// Records light that arrived along a ray, if it is brighter than all earlier light.
     fn note(&mut self, light: f32, instances: &[u32], (origin, direction, distance): (DVec3, Vec3, f64)) {
         if light > self.light {
             let instances = instances.to_vec();
@@ -40,25 +39,25 @@ impl BrightPath {
     }
 }
 
-/// A path on its way, and the instances that it has met.
+/// Path in progress, and the instances that it has met.
 #[derive(Clone, Debug, Default)]
 struct PathRecord {
     instances: Vec<u32>,
     position: DVec3,
 }
 
-/// The paths of one batch, each with its brightest ray.
+/// Paths of one batch, each with its brightest ray.
 struct Recorder<'a, 'b> {
     tracer: PathTracer<'a>,
     batch: &'a CameraRayBatch<'b>,
-    /// By camera ray.
+    /// Indexed by camera ray.
     bright: Vec<BrightPath>,
-    /// By path.
+    /// Indexed by path.
     records: Vec<PathRecord>,
 }
 
-/// Traces the paths of a batch as [`path::radiance`](crate::integrator::path::radiance) does; returns the radiance
-/// along every camera ray with its brightest path.
+/// Traces the paths of a batch in the same way as [`path::radiance`](crate::integrator::path::radiance). Returns the
+/// radiance along every camera ray with its brightest path.
 pub(crate) fn bright_paths(
     world: &PreparedWorld,
     settings: &PathSettings,
@@ -90,7 +89,7 @@ pub(crate) fn bright_paths(
 }
 
 impl Recorder<'_, '_> {
-    /// Notes the light at the ends of the rays of a bounce: emission, lights that are crossed, and the sky.
+    /// Records the light at the ends of a bounce's rays: emission, lights that are crossed, and the sky.
     fn note_ends(&mut self, scratch: &PathScratch) {
         for (&index, hit) in scratch.active.iter().zip(&scratch.hits) {
             let path = &scratch.paths[index as usize];
@@ -118,7 +117,7 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Notes the light of the shadow rays of a bounce, of the paths `lit`.
+    /// Records the light of a bounce's shadow rays, for the paths `lit`.
     fn note_shadow_rays(&mut self, scratch: &PathScratch, lit: &[u32]) {
         let queues = scratch.queues.shadow_rays.iter().chain([&scratch.queues.bsdf_shadow_rays]);
         for (ray, index, light) in queues.flat_map(ShadowRayQueue::entries) {
@@ -140,7 +139,7 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Gives the paths that began at a split the surfaces of those that they began from.
+    /// Copies the list of surfaces to paths that began at a split.
     fn follow_splits(&mut self, scratch: &PathScratch, lit: &[u32]) {
         for index in self.records.len()..scratch.paths.len() {
             let PathState { ray_index, prev_context, .. } = scratch.paths[index];
@@ -150,7 +149,7 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// The path of a camera ray whose surface is nearest to a point.
+    /// The camera ray's path whose surface is nearest to a point.
     fn path_at(&self, scratch: &PathScratch, lit: &[u32], ray_index: usize, point: DVec3) -> Option<usize> {
         let own = lit.iter().map(|&index| index as usize).filter(|&path| scratch.paths[path].ray_index == ray_index);
         let far = |path: usize| self.records[path].position.distance_squared(point);
@@ -159,7 +158,7 @@ impl Recorder<'_, '_> {
 }
 
 impl PathTracer<'_> {
-    /// The light that a path gathers where its ray ends: emission of the surface, or the sky.
+    /// Light that a path gathers where its ray ends: emission of the surface, or the sky.
     fn light_at_end(&self, path: &PathState, hit: &Hit, distance: f64) -> Vec3 {
         let mut light = Vec3::ZERO;
         if !is_miss(hit) {

@@ -1,4 +1,4 @@
-//! The camera rays of a tile and their hits.
+//! Camera rays of a tile and their hits.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, INVALID_ID, Scene};
@@ -8,7 +8,7 @@ use crate::sampling::sampler::Sampler;
 
 /// Camera rays and their hits, entry by entry.
 pub(crate) struct CameraRayBatch<'a> {
-    /// The scene that further rays are traced in.
+    /// Scene in which further rays are traced.
     pub scene: &'a Scene,
     /// Scene-local origins.
     pub origins: &'a [DVec3],
@@ -18,7 +18,9 @@ pub(crate) struct CameraRayBatch<'a> {
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],
     pub samplers: &'a [Sampler],
-    /// True if path guiding guides these samples as late samples.
+    /// Depth at which the rays start: see [`raycam_scene::Camera::ray_start_depth`].
+    pub start_depth: f64,
+    /// True if these are late samples for path guiding.
     pub is_late: bool,
 }
 

@@ -14,12 +14,12 @@ use crate::light::samples::{LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON
 use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
 use crate::sampling::dimension::Dimension;
 
-/// One of this many shadow rays is traced that must cross the border of a closed body, and counts for all of them. Not
-/// none: light passes where parts of a mesh are turned inside out.
+/// Only one of this many shadow rays that must cross the boundary of a closed body is traced, and its light is
+/// multiplied by this number. The rate is not zero, because light passes where parts of a mesh are inside out.
 const INTERIOR_SHADOW_RATE: f32 = 16.0;
 
 impl PathTracer<'_> {
-    /// The indices of the light samples that a point may have at this bounce.
+    /// Indices of the light samples that a point may have at this bounce.
     pub fn light_sample_indices(&self) -> impl Iterator<Item = usize> {
         let (is_split, count) = match self.light_sampling_of_bounce() {
             LightSampling::Split => (true, MAX_SPLIT_SAMPLES),
@@ -28,7 +28,7 @@ impl PathTracer<'_> {
         (0..count).filter(move |&i| !is_split || self.lights.may_use_index(i))
     }
 
-    /// Samples lights at a point, and queues their shadow rays.
+    /// Samples lights at a point and queues their shadow rays.
     #[inline]
     pub fn sample_lights<B: BsdfModel>(
         &self,
@@ -69,7 +69,7 @@ impl PathTracer<'_> {
         self.for_each_light_sample(sampling, &(&context).into(), choice, random, emit);
     }
 
-    /// Adds the ambient term, occluded by nearby surfaces.
+    /// Adds the ambient term, which nearby surfaces occlude.
     fn add_ambient<B: BsdfModel>(
         &self,
         path: &PathState,
@@ -96,9 +96,9 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Emits the light samples of a point with their indices. Densities include the choice among all lights, and that
-    /// of having samples at all. `choice` is the random number that chooses both, `random` returns those for a position
-    /// on a light.
+    /// Emits the light samples of a point with their indices. Densities include the probability of choosing the light
+    /// and that of having samples at all. `choice` is the random number for both choices; `random` returns the random
+    /// numbers for a position on a light.
     #[inline(always)]
     pub fn for_each_light_sample(
         &self,
@@ -123,7 +123,7 @@ impl PathTracer<'_> {
         if choice >= rate {
             return;
         }
-        // Again uniform.
+        // The rescaled number is uniform again.
         let choice = choice / rate;
         let count = self.settings.light_samples;
         for index in 0..count {
@@ -177,8 +177,8 @@ impl PathTracer<'_> {
         queue.push(ray, path.ray_index, light);
     }
 
-    /// The transmittance of the media between a point and a light for an unoccluded shadow ray; zero if no ray is to be
-    /// traced. `p_light` is scene-local, or infinite.
+    /// Transmittance of the media between a point and a light along an unoccluded shadow ray; zero if no ray needs to
+    /// be traced. `p_light` is scene-local, or infinite.
     #[inline]
     pub fn shadow_transmittance(
         &self,

@@ -8,24 +8,28 @@
 //! * [`path_tracer`]: what all paths share, and the steps that do not depend on a BSDF: escaped rays, emission, the
 //!   continuation of a path. Light is found by light sampling and by BSDF sampling, weighed by the balance heuristic of
 //!   multiple importance sampling (E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
-//!   9.2.2). Russian roulette ends paths of less than a threshold after some segments, by the throughput times
-//!   `eta_scale`.
+//!   9.2.2). After some segments, Russian roulette ends paths at random if their throughput times `eta_scale` is below
+//!   a threshold.
 //! * [`direct_lighting`]: next-event estimation, one shadow ray for each light sample.
 //! * [`shadow_queue`]: shadow rays with the light that each adds if nothing occludes the ray.
-//! * [`nested_dielectrics`]: the media that a path is in, by priorities (C. M. Schmidt and B. Budge, 2002).
-//! * [`batch`]: hits in chunks: interactions, BSDF samples, direct lighting and shading for many at once.
+//! * [`nested_dielectrics`]: the media that a path is in, selected by priority (C. M. Schmidt and B. Budge, 2002).
+//! * [`batch`]: hits in chunks. Interactions, BSDF samples, direct lighting and shading are computed for many hits at
+//!   once.
+//! * [`closed_form_fog`]: the fog of `flat` and `direct`.
 //! * [`requirements`]: the lights and rays that each integrator requires.
 //! * [`shade`]: one hit of any material.
-//! * [`bright_path`]: the paths of a batch once more, with the surfaces and the light of the brightest, for notices.
+//! * [`bright_path`]: traces the paths of a batch again to find the surfaces and the light of the brightest path, for
+//!   notices.
 //!
-//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting <-
-//! shade <- batch <- path <- bright_path`. The folder uses `bsdf`, `light`, `lobes`, `path_guiding`, `interaction`,
-//! `sampling` and `prepare`.
+//! Dependencies: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting
+//! <- shade <- batch <- path <- bright_path`, and `path_tracer <- closed_form_fog <- path`. The folder uses `bsdf`,
+//! `light`, `lobes`, `path_guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
 pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
+mod closed_form_fog;
 pub(crate) mod direct_lighting;
 pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
@@ -52,7 +56,7 @@ use crate::lobes::classify::is_solid_glass;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Integrator, Settings};
 
-/// Light samples that `direct` takes at a point, at most.
+/// Maximum number of light samples that `direct` uses at a point.
 const MAX_LIGHT_SAMPLES: usize = 64;
 
 /// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is
@@ -85,7 +89,7 @@ pub(crate) fn radiance(
     Ok(())
 }
 
-/// The brightest path of every camera ray; none for integrators that show no light.
+/// Brightest path of every camera ray; empty for integrators that show no light.
 pub(crate) fn bright_paths(
     world: &PreparedWorld,
     settings: &Settings,
@@ -100,8 +104,8 @@ pub(crate) fn bright_paths(
     bright_path::bright_paths(world, &settings, batch, control, scratch)
 }
 
-/// The settings of paths; those of `direct` have one bounce behind specular surfaces, where every light is sampled and
-/// constant environments are an ambient term.
+/// Settings of paths. Those of `direct` have one bounce behind specular surfaces; every light is sampled, and constant
+/// environments are an ambient term.
 fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {
     let paths = PathSettings {
         lights,
@@ -113,6 +117,7 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         ambient_term: None,
         hide_environment: settings.transparent_background,
         catchers: settings.catchers,
+        air_light: Some(lights.air_light()),
     };
     if settings.integrator != Integrator::Direct {
         return paths;
@@ -126,7 +131,7 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         split_lights: false,
         ambient_term: match settings.ambient_occlusion {
             None => Some(None),
-            // An environment occluded at any distance is a light like others.
+            // An environment that surfaces at any distance occlude is treated like other lights.
             Some(distance) if distance.is_infinite() => None,
             Some(distance) => Some(Some(distance as f32)),
         },
@@ -134,18 +139,20 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
     }
 }
 
-/// The radiance along a camera ray that hits nothing, where it is the same for all rays.
+/// Radiance along a camera ray that hits nothing, if it is the same for all rays.
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
+        // Fog below a height depends on the ray.
+        Integrator::Flat if world.geometry.fog.is_some() => None,
         Integrator::Flat => effective_lights(Integrator::Flat, world).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
-        // A ray may cross lights without a mesh.
+        // A ray may cross lights that have no mesh.
         Integrator::Direct | Integrator::Path => None,
     }
 }
 
-/// True if any visible object is made of solid glass.
+/// True if any visible object consists of solid glass.
 fn has_solid_glass(world: &PreparedWorld) -> bool {
     let solid: Vec<bool> = world.geometry.materials.iter().map(|known| is_solid_glass(&known.material)).collect();
     solid.contains(&true)
@@ -165,7 +172,7 @@ pub(crate) fn notices(integrator: Integrator, world: &PreparedWorld) -> Vec<Noti
             false => "",
         };
         let message = format!(
-            "the world has no lights{besides}: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
+            "the world has no lights{besides}; it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
         );
         notices.push(Notice::new(NoticeCode::DefaultLights, message));
     }

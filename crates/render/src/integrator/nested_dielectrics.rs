@@ -11,11 +11,12 @@ use raycam_bvh::Hit;
 use crate::lobes::classify::interior_ior;
 use crate::prepare::geometry::Geometry;
 
-/// Entries of an interior list. A deeper nesting forgets the material that was entered first.
+/// Number of entries in an interior list. A deeper nesting discards the material that was entered first.
 const MAX_NESTING: usize = 6;
 const EMPTY: u32 = u32::MAX;
 
-/// Materials in the order in which a path entered them. A material occurs once for each of its surfaces crossed.
+/// Materials in the order in which a path entered them. A material is listed once for each of its surfaces that the
+/// path crossed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InteriorList([u32; MAX_NESTING]);
 
@@ -25,20 +26,20 @@ impl Default for InteriorList {
     }
 }
 
-/// The media on both sides of a surface.
+/// Media on both sides of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InterfaceTransition {
-    /// Media on the side that the ray comes from, and behind the surface.
+    /// Medium on the side that the ray comes from, and medium behind the surface.
     pub near_side: InteriorList,
     pub far_side: InteriorList,
-    /// True if a material of a higher priority fills both sides: the surface does nothing to light.
+    /// True if a material of higher priority fills both sides, so that the surface does not affect light.
     pub is_false_intersection: bool,
     /// Index of refraction outside of the surface's own interior.
     pub outside_ior: f32,
 }
 
 impl InterfaceTransition {
-    /// The transition at a hit.
+    /// Transition at a hit.
     #[inline]
     pub fn at_hit(geometry: &Geometry, media: InteriorList, hit: &Hit, is_front: bool, channel: Option<usize>) -> Self {
         let index = geometry.material_index(hit.instance, hit.triangle);
@@ -48,13 +49,13 @@ impl InterfaceTransition {
         }
     }
 
-    /// The media in a direction from the surface.
+    /// Media in a direction from the surface.
     #[inline]
     pub fn medium_towards(&self, normal: Vec3, direction: Vec3) -> InteriorList {
         if normal.dot(direction) < 0.0 { self.far_side } else { self.near_side }
     }
 
-    /// The transition at a surface that borders no medium.
+    /// Transition at a surface that does not border a medium.
     pub fn no_interface(media: InteriorList) -> Self {
         Self { near_side: media, far_side: media, is_false_intersection: false, outside_ior: 1.0 }
     }
@@ -65,8 +66,8 @@ impl InteriorList {
         self.0[0] == EMPTY
     }
 
-    /// The transition at a surface of a material with an interior. A path that leaves a material without having entered
-    /// it began there.
+    /// Transition at a surface of a material with an interior. A path that leaves a material without having entered it
+    /// started inside.
     fn transition(
         self,
         geometry: &Geometry,
@@ -75,8 +76,8 @@ impl InteriorList {
         channel: Option<usize>,
     ) -> InterfaceTransition {
         let [first, second, ..] = self.0;
-        // The frequent case, no other medium. Compared word by word: a whole comparison would stall on the words just
-        // stored.
+        // The most frequent case: no other medium. The words are compared one by one, because a single wide comparison
+        // would stall on words that were just stored.
         if first == if is_front { EMPTY } else { material as u32 } && second == EMPTY {
             let mut far = Self::default();
             far.0[0] = if is_front { material as u32 } else { EMPTY };
@@ -90,7 +91,7 @@ impl InteriorList {
         self.transition_among(geometry, material, is_front, channel)
     }
 
-    /// [`InteriorList::transition`] among other media.
+    /// General case of [`InteriorList::transition`], with other media.
     fn transition_among(
         self,
         geometry: &Geometry,
@@ -117,25 +118,25 @@ impl InteriorList {
         }
     }
 
-    /// The absorption per metre.
+    /// Absorption per metre.
     pub fn absorption(&self, geometry: &Geometry) -> Vec3 {
         self.current(geometry).and_then(|there| geometry.materials[there].absorption).unwrap_or(Vec3::ZERO)
     }
 
-    /// True if the path is in a closed body and a light lies outside of the body's bounds.
+    /// True if the path is inside a closed body and a light is outside the body's bounds.
     pub fn light_outside_closed_body(&self, geometry: &Geometry, p_light: DVec3) -> bool {
         let body = self.current(geometry).and_then(|there| geometry.dielectric_bounds()[there]);
         body.is_some_and(|[lower, upper]| p_light.cmplt(lower).any() || p_light.cmpgt(upper).any())
     }
 
-    /// The material that fills the space, by its index.
+    /// Index of the material that fills the space.
     #[inline]
     fn current(&self, geometry: &Geometry) -> Option<usize> {
         if self.0[1] == EMPTY {
             return (!self.is_empty()).then_some(self.0[0] as usize);
         }
         let known = self.0.iter().take_while(|&&material| material != EMPTY);
-        // Among equals `max_by_key` returns the last.
+        // Among equal values `max_by_key` returns the last.
         known.map(|&material| material as usize).max_by_key(|&material| geometry.materials[material].material.priority)
     }
 
@@ -157,7 +158,7 @@ impl InteriorList {
         self
     }
 
-    /// Adds a material as the one entered first.
+    /// Adds a material as if it had been entered first.
     fn push_bottom(mut self, material: u32) -> Self {
         self.0.rotate_right(1);
         self.0[0] = material;
@@ -174,7 +175,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn the_shortcut_equals_the_general_case() {
+    fn shortcut_and_general_case_are_equal() {
         let mut world = World::default();
         for priority in [0, 3] {
             let material = Material { priority, model: MaterialModel::Glass(Glass::default()), ..Material::default() };

@@ -1,7 +1,7 @@
-//! The path integrator, and `direct`, which is the path integrator with one bounce behind specular surfaces.
+//! The path integrator, and `direct`, a path integrator with one bounce behind specular surfaces.
 //!
-//! Every turn of the loop is one bounce of all paths of a tile: escaped rays add the environment, hits are shaded in
-//! chunks, then one batch of shadow rays and one batch of closest-hit rays are traced.
+//! Every iteration of the loop is one bounce of all paths of a tile: escaped rays add the environment's light, hits are
+//! shaded in chunks, and then one batch of shadow rays and one batch of closest-hit rays are traced.
 
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit};
@@ -11,24 +11,28 @@ use crate::error::RenderError;
 use crate::integrator::batch::hits::{Chunk, HitBatch};
 use crate::integrator::batch::sort::KindSort;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
+use crate::integrator::closed_form_fog::RayBegins;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
+use crate::prepare::fog::PreparedFog;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Catchers;
 use crate::soa::LANES;
 
-/// Memory of the paths of a batch, reused from batch to batch.
+/// Buffers for the paths of a batch, reused for every batch.
 #[derive(Default)]
 pub(crate) struct PathScratch {
     pub(super) paths: Vec<PathState>,
-    /// Indices of the paths with a ray in this bounce and in the next, and the hits of the rays.
+    /// Indices of the paths that have a ray in this bounce and in the next, and the hits of these rays.
     pub(super) active: Vec<u32>,
     next_active: Vec<u32>,
     pub(super) hits: Vec<Hit>,
     /// Radiance and density of the environment for the escaped rays of a bounce.
     escaped: Vec<(Vec3, f32)>,
+    /// Where the rays begin, in worlds with fog.
+    ray_begins: RayBegins,
     kind_sort: KindSort,
     hit_batch: HitBatch,
     pub(super) queues: WavefrontQueues,
@@ -48,6 +52,9 @@ pub(crate) fn radiance(
     scratch.generate_camera_paths(&tracer, batch);
     while !scratch.active.is_empty() {
         control.check()?;
+        if let Some(fog) = &world.geometry.fog {
+            scratch.apply_fog(&tracer, fog, batch, radiance);
+        }
         scratch.handle_escaped_rays(&tracer, radiance, is_background);
         scratch.evaluate_materials(&tracer, radiance, is_background);
         scratch.trace_rays(&tracer, batch, radiance);
@@ -57,7 +64,7 @@ pub(crate) fn radiance(
 }
 
 impl PathScratch {
-    /// Begins one path with every camera ray.
+    /// Starts one path for every camera ray.
     pub(super) fn generate_camera_paths(&mut self, tracer: &PathTracer, batch: &CameraRayBatch) {
         self.queues.clear(tracer.max_light_samples());
         self.paths.clear();
@@ -86,7 +93,20 @@ impl PathScratch {
         self.active.extend(0..self.paths.len() as u32);
     }
 
-    /// Adds the light that escaped rays find, and removes their paths.
+    /// Dims the paths by the fog of their rays, in closed form.
+    #[inline(never)]
+    fn apply_fog(&mut self, tracer: &PathTracer, fog: &PreparedFog, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
+        if tracer.bounce == 0 {
+            self.ray_begins.clear();
+        }
+        for (&index, hit) in self.active.iter().zip(&self.hits) {
+            let path = &mut self.paths[index as usize];
+            let begin = self.ray_begins.advance(tracer.geometry, index as usize, path, hit, batch.start_depth);
+            tracer.apply_closed_form_fog(fog, path, hit, begin, &mut radiance[path.ray_index]);
+        }
+    }
+
+    /// Adds the light that escaped rays find, and removes the paths of these rays.
     pub(super) fn handle_escaped_rays(
         &mut self,
         tracer: &PathTracer,
@@ -117,7 +137,7 @@ impl PathScratch {
         hits.truncate(count);
     }
 
-    /// Shades all hits: queues shadow rays, and the rays of the paths that continue.
+    /// Shades all hits: queues shadow rays and the rays of continuing paths.
     pub(super) fn evaluate_materials(
         &mut self,
         tracer: &PathTracer,
@@ -155,7 +175,7 @@ impl PathScratch {
         std::mem::swap(active, next_active);
     }
 
-    /// Traces shadow rays, and then the rays of the next bounce.
+    /// Traces shadow rays, then the rays of the next bounce.
     pub(super) fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
         let queues = &mut self.queues;
         let coherence = if tracer.bounce == 0 { Coherence::Unknown } else { Coherence::Incoherent };

@@ -1,4 +1,4 @@
-//! The state of paths, and the queues of rays that one bounce fills.
+//! State of paths, and the queues of rays that one bounce fills.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, Ray};
@@ -12,7 +12,7 @@ use crate::light::light_sampling::LightSampling;
 use crate::light::samples::{LightLiSample, LightRandom};
 use crate::prepare::material::PreparedMaterial;
 
-/// A path on its way from the camera.
+/// Path in progress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
     /// Index of its camera ray in the batch.
@@ -20,29 +20,29 @@ pub(crate) struct PathState {
     /// Factor from radiance along the current ray to radiance at the camera.
     pub throughput: Vec3,
     pub direction: Vec3,
-    /// The point that scattered the path last; the camera at first.
+    /// Point that scattered the path last; initially the camera.
     pub prev_context: LightSampleContext,
-    /// Distance from there to the thin wall that the path passed last.
+    /// Distance from there to the last thin wall that the path passed.
     pub passed_distance: f32,
     /// Density with which the BSDF there sampled `direction`.
     pub bsdf_pdf: f32,
     /// True if light sampling could not have found `direction`: from the camera, or after a specular bounce.
     pub specular_bounce: bool,
-    /// True until something scatters the path.
+    /// True until a surface scatters the path.
     pub is_camera_ray: bool,
     /// Number of times that the path followed both branches of a dielectric.
     pub split_count: u8,
     /// Method of light sampling at `prev_context`.
     pub light_sampling: LightSampling,
-    /// Number of segments, this one included, that count towards the maximum depth.
+    /// Number of segments, including this one, that count towards the maximum depth.
     pub depth: u32,
-    /// The media that the path is in.
+    /// Media that the path is in.
     pub interior_list: InteriorList,
-    /// The one colour channel that a path carries after dispersion.
+    /// Single colour channel that a path carries after dispersion.
     pub wavelength_channel: Option<u8>,
     /// Product of squared relative indices that refraction has divided the throughput by.
     pub eta_scale: f32,
-    /// Width and spread of the path, until a rough surface scatters it.
+    /// Width and spread of the path; used until a rough surface scatters it.
     pub ray_cone: RayCone,
 }
 
@@ -54,24 +54,24 @@ impl PathState {
     }
 }
 
-// Two cache lines: the compiler copies larger structs by a call.
+// Two cache lines; the compiler copies larger structs by a function call.
 const _: () = assert!(size_of::<PathState>() <= 128);
 
-/// The rays that one bounce of all paths queues.
+/// Rays that one bounce of all paths queues.
 #[derive(Default)]
 pub(crate) struct WavefrontQueues {
-    /// One queue for each light sample of a point: neighbouring rays to the same light are coherent.
+    /// One queue for each light sample of a point, because neighbouring rays to the same light are coherent.
     pub shadow_rays: Vec<ShadowRayQueue>,
     /// Shadow rays in directions that BSDFs sampled.
     pub bsdf_shadow_rays: ShadowRayQueue,
-    /// The rays of paths that continue.
+    /// Rays of paths that continue.
     pub next_rays: Vec<Ray>,
-    /// Paths that begin where another follows both branches.
+    /// New paths, which begin where a path follows both branches.
     pub split_paths: Vec<PathState>,
 }
 
 impl WavefrontQueues {
-    /// Empties the queues, for this many light samples a point.
+    /// Empties the queues and prepares them for this many light samples per point.
     pub fn clear(&mut self, light_samples: usize) {
         self.shadow_rays.resize_with(light_samples, ShadowRayQueue::default);
         self.shadow_rays.iter_mut().for_each(ShadowRayQueue::clear);
@@ -81,7 +81,7 @@ impl WavefrontQueues {
     }
 }
 
-/// One hit of a path, and the random numbers for it.
+/// One hit of a path and its random numbers.
 pub(crate) struct HitView<'a> {
     pub hit: &'a Hit,
     pub material: &'a PreparedMaterial,
@@ -92,6 +92,6 @@ pub(crate) struct HitView<'a> {
     pub bsdf_random: [f32; 2],
     /// Random numbers of the first light sample.
     pub light_random: LightRandom,
-    /// The sample of a rectangle that is the only light.
+    /// Sample of a rectangle that is the only light.
     pub single_light_sample: Option<LightLiSample>,
 }

@@ -9,6 +9,7 @@ use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
+use crate::light::air_light::AirLight;
 use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
@@ -23,11 +24,12 @@ use crate::settings::Catchers;
 
 /// Segments before Russian roulette may end a path.
 const MIN_ROULETTE_DEPTH: u32 = 6;
-/// Throughput below which roulette may end a path: brighter ones go on, as they are. Without a threshold, every
-/// survivor is weighted up to a throughput of about one at the first roulette, which is more noise than the time is
-/// worth.
+/// Throughput below which roulette may end a path; brighter paths continue unchanged. Without a threshold, every
+/// survivor would be weighted up to a throughput of about one at the first roulette, and the added noise would outweigh
+/// the saved time.
 const ROULETTE_THRESHOLD: f32 = 1.0 / 8.0;
-/// Bounces after which roulette ends some paths of any throughput: light inside clear glass is never dimmed.
+/// Number of bounces after which roulette ends some paths of any throughput, because light inside clear glass is never
+/// dimmed.
 const MAX_CERTAIN_BOUNCES: u32 = 11;
 const MAX_LATE_SURVIVAL: f32 = 0.95;
 
@@ -35,49 +37,52 @@ const MAX_LATE_SURVIVAL: f32 = 0.95;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathSettings<'a> {
     pub lights: &'a Lights,
-    /// Maximum number of segments, the camera ray included.
+    /// Maximum number of segments, including the camera ray.
     pub max_depth: u32,
     /// True if specular bounces do not count towards `max_depth`.
     pub free_specular_bounces: bool,
-    /// Number of light samples a point.
+    /// Number of light samples per point.
     pub light_samples: usize,
     pub light_sampling: LightSampling,
-    /// True if surfaces that the camera sees sample each of several kinds of lights.
+    /// True if points that the camera sees sample each of several kinds of lights.
     pub split_lights: bool,
-    /// Replaces constant environments by an ambient term, occluded within a distance if there is one.
+    /// Replaces constant environments by an ambient term. The value is the distance within which surfaces occlude it,
+    /// if any.
     pub ambient_term: Option<Option<f32>>,
     /// Hides the environment from camera rays.
     pub hide_environment: bool,
-    /// Part that shadow catchers take.
+    /// Part that shadow catchers have in the image.
     pub catchers: Catchers,
+    /// Light that fog scatters into rays, if fog is computed in closed form.
+    pub air_light: Option<&'a AirLight>,
 }
 
-/// The choice that light sampling makes at a point.
+/// Choice that light sampling makes at a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum LightChoice<'a> {
     /// No light can be sampled.
     None,
-    /// One kind of light: nothing to choose, and no random number for a choice. `Some` for a single finite light.
+    /// One kind of light, so that no random number is used. `Some` for a single finite light.
     Single(Option<&'a PreparedLight>),
-    /// A random number chooses the light.
+    /// A random number selects the light.
     Choose,
 }
 
-/// Properties of the lights and materials that decide once for all paths of a batch.
+/// Properties of the lights and materials that are determined once for all paths of a batch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathModes<'a> {
     pub light_choice: LightChoice<'a>,
-    /// True if BSDF samples may hit sampled lights, so that multiple importance sampling weighs both.
+    /// True if BSDF samples may hit sampled lights, so that multiple importance sampling weights both.
     pub mis_with_bsdf: bool,
     /// True if direct lighting is evaluated for a batch of points at once.
     pub batch_direct_lighting: bool,
-    /// True if surfaces that the camera sees sample each of several kinds of lights.
+    /// True if points that the camera sees sample each of several kinds of lights.
     pub split_lights: bool,
     /// True if the last segment of a path needs only an occlusion test: its hit cannot emit or absorb.
     pub last_segment_is_occlusion_only: bool,
-    /// True if some batched BSDF chooses between lobes.
+    /// True if any batched BSDF selects between lobes.
     pub needs_lobe_choice: bool,
-    /// True if materials are of several kinds, by which hits are sorted.
+    /// True if there are materials of several kinds, so that hits are sorted by kind.
     pub has_many_kinds: bool,
 }
 
@@ -115,12 +120,12 @@ impl<'a> PathModes<'a> {
         !matches!(self.light_choice, LightChoice::None)
     }
 
-    /// True if a random number chooses the light.
+    /// True if a random number selects the light.
     pub fn needs_light_choice(&self) -> bool {
         matches!(self.light_choice, LightChoice::Choose)
     }
 
-    /// The only light, if it is finite.
+    /// The only light, if there is exactly one and it is finite.
     pub fn single_light(&self) -> Option<&'a PreparedLight> {
         if let LightChoice::Single(light) = self.light_choice { light } else { None }
     }
@@ -129,7 +134,7 @@ impl<'a> PathModes<'a> {
 fn last_segment_is_occlusion_only(geometry: &Geometry, lights: &Lights) -> bool {
     let has_interior = |prepared: &PreparedMaterial| prepared.absorption.is_some();
     let may_absorb = lights.has_finite() && geometry.materials.iter().any(has_interior);
-    // An environment is read where nothing occludes it: knowing that first saves the others.
+    // An environment is looked up only if it is unoccluded; testing occlusion first saves the other lookups.
     let has_environment = lights.environment().is_some();
     !(geometry.has_transparency || lights.has_emissive_triangles() || may_absorb || has_environment)
 }
@@ -141,11 +146,11 @@ pub(crate) struct PathTracer<'a> {
     pub settings: &'a PathSettings<'a>,
     pub samplers: &'a [Sampler],
     pub modes: PathModes<'a>,
-    /// Guide of diffuse samples; `None` if they are not guided.
+    /// Guide of diffuse samples; `None` if these are not guided.
     pub guide: Option<Box<dyn DirectionGuide + 'a>>,
     /// Path guiding, if it makes light sampling rare in some places.
     rare_light_sampling: Option<&'a dyn PathGuiding>,
-    /// Number of surfaces that the paths have met: selects the dimensions of the samplers.
+    /// Number of surfaces that the paths have met; it selects the samplers' dimensions.
     pub bounce: u32,
 }
 
@@ -167,7 +172,7 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// The number of light samples at a point, at most.
+    /// Maximum number of light samples at a point.
     pub fn max_light_samples(&self) -> usize {
         let split = self.lights.max_split_samples().filter(|_| self.modes.split_lights);
         split.unwrap_or(self.settings.light_samples)
@@ -190,7 +195,7 @@ impl PathTracer<'_> {
         path.depth == 1 && path.specular_bounce && !front && !material.double_sided
     }
 
-    /// True if a camera ray sees the background in place of the instance that it hits; adds the lights before it.
+    /// True if the background replaces the instance hit by a camera ray; in that case, adds the lights in front of it.
     #[inline]
     pub fn ends_before(&self, path: &PathState, hit: &Hit, position: DVec3, out: &mut Vec3) -> bool {
         let is_left_out = path.is_camera_ray && self.geometry.is_left_out(self.settings.catchers, hit.instance);
@@ -200,7 +205,7 @@ impl PathTracer<'_> {
         is_left_out
     }
 
-    /// True if a ray passes a surface by its opacity, at random for alpha blending (glTF 2.0, 3.9.4).
+    /// True if a ray passes a surface because of its opacity, at random for alpha blending (glTF 2.0, 3.9.4).
     #[inline]
     pub fn fails_alpha_test(&self, path: &PathState, material: &Material, hit: &Hit) -> bool {
         if material.alpha == Alpha::Opaque {
@@ -211,7 +216,7 @@ impl PathTracer<'_> {
         random >= self.geometry.opacity(hit)
     }
 
-    /// The part of all hits at a point that samples lights.
+    /// Fraction of the hits at a point that sample lights.
     #[inline]
     pub fn light_sampling_rate(&self, sampling: LightSampling, position: DVec3) -> f32 {
         match self.rare_light_sampling {
@@ -222,7 +227,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// The weight of light that BSDF sampling found, by the balance heuristic: light sampling has density `pdf` there.
+    /// Weight of light that BSDF sampling found, by the balance heuristic; light sampling has density `pdf` there.
     pub fn mis_weight(&self, path: &PathState, pdf: f32) -> f32 {
         if path.specular_bounce || pdf == 0.0 {
             1.0
@@ -234,7 +239,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Adds the light that an escaped ray finds. `lookup` is the radiance of an environment that is known already.
+    /// Adds the light that an escaped ray finds. `lookup` is the radiance of an environment that has already been
+    /// looked up.
     pub fn handle_escaped_ray(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
         self.add_intersected_lights(path, f64::INFINITY, out);
         if !(path.is_camera_ray && self.settings.hide_environment) {
@@ -242,7 +248,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Adds lights without a mesh that the ray crosses before `distance`, but those before a thin wall that it passed.
+    /// Adds lights without a mesh that the ray crosses before `distance`, except those in front of a thin wall that it
+    /// passed.
     pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
         if path.is_camera_ray && self.settings.catchers == Catchers::Only {
             return;
@@ -271,7 +278,7 @@ impl PathTracer<'_> {
         *out += path.throughput * radiance * self.mis_weight(path, pdf);
     }
 
-    /// The radiance of the environment but for the ambient term, which only scattered light has.
+    /// Radiance of the environment without the ambient term, which only scattered light has.
     pub fn environment_without_ambient(&self, specular_bounce: bool, radiance: Vec3) -> Vec3 {
         if specular_bounce || self.settings.ambient_term.is_none() {
             radiance
@@ -299,7 +306,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Dims a path by the medium that it went through, `distance` from the point that scattered it last.
+    /// Dims a path by the medium that it crossed; `distance` is measured from the point that scattered it last.
     #[inline]
     pub fn apply_absorption(&self, path: &mut PathState, distance: f64) {
         let absorption = path.interior_list.absorption(self.geometry);
@@ -308,24 +315,24 @@ impl PathTracer<'_> {
         }
     }
 
-    /// The method of light sampling at the next hit of a path.
+    /// Method of light sampling at the next hit of a path.
     pub fn light_sampling(&self, path: &PathState) -> LightSampling {
         if self.modes.split_lights && path.is_camera_ray { LightSampling::Split } else { self.settings.light_sampling }
     }
 
-    /// The method of light sampling at this bounce, for all paths that passed no surface unscattered.
+    /// Method of light sampling at this bounce, for all paths that have not passed a surface unscattered.
     pub fn light_sampling_of_bounce(&self) -> LightSampling {
         if self.modes.split_lights && self.bounce == 0 { LightSampling::Split } else { self.settings.light_sampling }
     }
 
-    /// True if a path samples lights as all others do at this bounce; false for a camera ray that passed a surface.
+    /// True if a path samples lights like all others at this bounce; false for a camera ray that passed a surface.
     pub fn samples_lights_in_step(&self, path: &PathState) -> bool {
         self.light_sampling(path) == self.light_sampling_of_bounce()
     }
 
     /// Continues a path straight through a thin wall at `position`, from `origin` on its far side. Shadow rays pass
-    /// such walls as well: the next light is weighed as the point that scattered the path last sampled it, and the
-    /// segment does not count.
+    /// such walls too, so the next light is weighted according to light sampling at the point that scattered the path
+    /// last, and the segment does not count.
     pub fn pass_straight(
         &self,
         path: &mut PathState,
@@ -344,7 +351,7 @@ impl PathTracer<'_> {
         continues
     }
 
-    /// Continues a path with a BSDF sample from `origin`; false if the path ends.
+    /// Continues a path with a BSDF sample from `origin`. Returns false if the path ends.
     #[inline(always)]
     pub fn continue_path(
         &self,
@@ -357,7 +364,7 @@ impl PathTracer<'_> {
     ) -> bool {
         let is_free = self.is_free_bounce(path) && sample.is_specular;
         let depth = path.depth + u32::from(!is_free);
-        // The last segment only looks for lights.
+        // The last segment only searches for lights.
         let is_last = depth >= self.settings.max_depth && !sample.is_specular;
         if depth > self.settings.max_depth || (is_last && !self.modes.mis_with_bsdf) {
             return false;
@@ -367,7 +374,7 @@ impl PathTracer<'_> {
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
             let max_survival = if self.bounce > MAX_CERTAIN_BOUNCES { MAX_LATE_SURVIVAL } else { 1.0 };
             let survival = (throughput.max_element() * eta_scale / ROULETTE_THRESHOLD).min(max_survival);
-            // Most paths are above the threshold and need no random number, which is expensive.
+            // Most paths are above the threshold and skip the random number, which is expensive.
             if survival < 1.0 {
                 let dimension = Dimension::OpacityAndRoulette(self.bounce);
                 let [_, random] = self.samplers[path.ray_index].get_2d(dimension);
@@ -401,8 +408,8 @@ impl PathTracer<'_> {
         true
     }
 
-    /// Queues shadow rays for the light that [`PathTracer::handle_escaped_ray`] would add: an occlusion test is cheaper
-    /// than a closest hit.
+    /// Queues shadow rays for the light that [`PathTracer::handle_escaped_ray`] would add, because an occlusion test is
+    /// faster than a closest hit.
     #[inline(never)]
     fn queue_last_segment(&self, path: &PathState, ray: Ray, queues: &mut WavefrontQueues) {
         let queue = &mut queues.bsdf_shadow_rays;

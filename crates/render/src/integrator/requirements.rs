@@ -4,7 +4,7 @@ use crate::light::lights::Lights;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
 
-/// The lights of a world, or default lights if the integrator needs light and the world has none.
+/// Lights of a world, or default lights if the integrator requires light and the world has none.
 pub(crate) fn effective_lights(integrator: Integrator, world: &PreparedWorld) -> &Lights {
     let lighting = world.lighting();
     match &lighting.default_lights {

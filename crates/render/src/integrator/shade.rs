@@ -1,4 +1,4 @@
-//! Shading of one hit, for every material: emission, direct lighting, and the BSDF sample by which the path continues.
+//! Shading of one hit of any material: emission, direct lighting, and the BSDF sample by which the path continues.
 
 use glam::Vec3;
 use raycam_scene::Material;
@@ -15,8 +15,8 @@ use crate::lobes::classify::is_dispersive;
 use crate::sampling::dimension::Dimension;
 
 impl PathTracer<'_> {
-    /// Shades a hit; true if the path continues. The frequent BSDFs are compiled by themselves, without the layers of
-    /// others.
+    /// Shades a hit. Returns true if the path continues. The frequent BSDFs are compiled separately, without the layers
+    /// of others.
     #[inline]
     pub fn shade(
         &self,
@@ -50,7 +50,7 @@ impl PathTracer<'_> {
         self.shade_point(path, &point, transition, view, queues, radiance)
     }
 
-    /// Chooses the colour channel that a path carries on from its first dispersive surface.
+    /// Selects the colour channel that a path carries after its first dispersive surface.
     fn choose_wavelength(&self, path: &mut PathState, material: &Material) {
         if path.wavelength_channel.is_none() && is_dispersive(material) {
             let [random, _] = self.samplers[path.ray_index].get_2d(Dimension::Wavelength);
@@ -87,7 +87,7 @@ impl PathTracer<'_> {
         self.apply_absorption(path, distance);
         self.add_intersected_lights(path, distance, out);
         if transition.is_false_intersection {
-            // Light sampling does not look through this surface: the next hit counts in full.
+            // Light sampling does not pass this surface, so the light found by the next hit has full weight.
             queues.next_rays.push(beyond);
             path.prev_context = point.light_sample_context();
             path.passed_distance = 0.0;
@@ -103,7 +103,7 @@ impl PathTracer<'_> {
         self.sample_bsdf(path, point, transition, view, queues)
     }
 
-    /// Continues the path by a BSDF sample; false if the path ends.
+    /// Continues the path by a BSDF sample. Returns false if the path ends.
     #[inline]
     fn sample_bsdf<B: BsdfModel>(
         &self,

@@ -1,4 +1,4 @@
-//! Shadow rays, and the light that each contributes if nothing occludes its ray.
+//! Shadow rays, and the light that each ray adds if it is unoccluded.
 
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray, Scene};
@@ -24,7 +24,7 @@ impl ShadowRayQueue {
         self.contribution.push((index, light));
     }
 
-    /// Every ray with the index of its camera ray, and the light that it adds if nothing occludes it.
+    /// Every ray, with the index of its camera ray and the light that it adds if it is unoccluded.
     pub fn entries(&self) -> impl Iterator<Item = (Ray, usize, Vec3)> {
         self.rays.iter().zip(&self.contribution).map(|(&ray, &(index, light))| (ray, index, light))
     }
@@ -54,7 +54,7 @@ impl ShadowRayQueue {
         self.contribution.clear();
     }
 
-    /// Traces rays that transparent surfaces may let through, from one surface to the next.
+    /// Traces rays that transparent surfaces may let through, from surface to surface.
     fn trace_transparent(&mut self, geometry: &Geometry, scene: &Scene, radiance: &mut [Vec3]) {
         let mut hits = vec![];
         while !self.rays.is_empty() {
@@ -73,7 +73,7 @@ impl ShadowRayQueue {
                 if opacity == 1.0 && !is_straight {
                     continue;
                 }
-                // From the far side of the surface to the same end.
+                // From the far side of the surface to the same end point.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
                 let interaction = SurfaceInteraction::new(geometry, direction / length, hit, 0.0);

@@ -35,7 +35,7 @@ impl Geometry {
             let [x, y, z] = normals[vertex as usize];
             object.normal_from_mesh * DVec3::new(f64::from(x), f64::from(y), f64::from(z))
         };
-        // Written out: the compiler may not inline `map`.
+        // Written out, because the compiler may not inline `map`.
         let [a, b, c] = mesh.triangles[triangle as usize];
         Some([of_vertex(a), of_vertex(b), of_vertex(c)])
     }
@@ -96,7 +96,7 @@ impl Geometry {
         }
     }
 
-    /// Emitted radiance in W/(m² sr) against a ray direction; one-sided surfaces emit from their front alone.
+    /// Emitted radiance in W/(m² sr) against a ray direction; one-sided surfaces emit only from their front.
     pub(crate) fn emission(&self, hit: &Hit, direction: Vec3, footprint: &Footprint) -> Vec3 {
         let material = &self.material(hit).material;
         if material.emission.value == [0.0; 3] {
@@ -135,7 +135,7 @@ impl Geometry {
         self.weighted_texel(slot, hit, footprint, TexelWeight::Uniform)
     }
 
-    /// Mean texture value over a ray's footprint, with a weight of the texels.
+    /// Mean texture value over a ray's footprint, with weighted texels.
     fn weighted_texel(
         &self,
         slot: &TextureSlot,
@@ -157,8 +157,8 @@ impl Geometry {
         Some(self.textures[slot.texture].mean(uv.to_array(), axes, weight))
     }
 
-    /// Texture coordinates of a set at the weights of a triangle's second and third vertex; `None` if the mesh has
-    /// none.
+    /// Texture coordinates of a set, interpolated with the weights of a triangle's second and third vertex; `None` if
+    /// the mesh has none.
     pub(crate) fn uv(&self, instance: u32, triangle: u32, set: usize, weights: [f64; 2]) -> Option<[f32; 2]> {
         let corners = self.uv_corners(instance, triangle, set)?;
         Some(Self::interpolate_uv(&corners, weights))
@@ -172,7 +172,7 @@ impl Geometry {
         Some(mesh.triangles[triangle as usize].map(corner))
     }
 
-    /// Texture coordinates at the weights of the second and third vertex.
+    /// Texture coordinates, interpolated with the weights of the second and third vertex.
     #[inline]
     pub(crate) fn interpolate_uv([a, b, c]: &[[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
         [0, 1].map(|axis| (a[axis] + (b[axis] - a[axis]) * u + (c[axis] - a[axis]) * v) as f32)

@@ -1,4 +1,4 @@
-//! Surface interactions of a batch of hits, structure of arrays.
+//! Surface interactions of a batch of hits, as a structure of arrays.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, WithSimd};
@@ -14,12 +14,12 @@ use crate::soa::{TriangleXN, Vec3xN, get_lane, get_triangle, lane_dvec3, set_lan
 /// Rays, hit triangles and the resulting interactions. A lane's result does not depend on the other lanes.
 #[derive(Debug)]
 pub(crate) struct SurfaceInteractions<const N: usize> {
-    /// World-space vertices, made scene-local by the kernel.
+    /// World-space vertices, which the kernel converts to scene-local.
     corners: TriangleXN<N>,
     scene_origin: DVec3,
-    /// World-space vertex normals of arbitrary length, where the mesh has them.
+    /// World-space vertex normals of arbitrary length, if the mesh has them.
     vertex_normals: [Vec3xN<f64, N>; 3],
-    /// True for lanes with vertex normals, and for batches with such a lane.
+    /// True for lanes with vertex normals, and for batches that contain such a lane.
     has_normals: [bool; N],
     /// True for lanes of curved surfaces that only reflect.
     side_is_smooth: [bool; N],
@@ -31,7 +31,7 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     /// [`ErrorBounds::columns`].
     error_bounds: [Vec3xN<f64, N>; 4],
     footprint: [Footprint; N],
-    /// Geometric normal: at first on the counter-clockwise side, then on the viewer's side.
+    /// Geometric normal: first on the counter-clockwise side, then on the viewer's side.
     unoriented_normal: Vec3xN<f64, N>,
     /// Fields of [`SurfaceInteraction`].
     position: Vec3xN<f64, N>,
@@ -68,8 +68,8 @@ impl<const N: usize> Default for SurfaceInteractions<N> {
 }
 
 impl<const N: usize> SurfaceInteractions<N> {
-    /// Clears the batch; returns the world-space vertices, to be written before the lanes are set. Unused lanes may
-    /// hold anything.
+    /// Clears the batch. Returns the world-space vertices, which must be written before the lanes are set. Unused lanes
+    /// may have any values.
     #[inline]
     pub fn clear(&mut self) -> &mut TriangleXN<N> {
         self.any_has_normals = false;
@@ -91,7 +91,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         let normals = geometry.vertex_normals(hit.instance, hit.triangle);
         self.has_normals[lane] = normals.is_some();
         if let Some(normals) = normals {
-            // Normals that are all the same describe no surface but the triangle.
+            // If all vertex normals are equal, there is no smooth surface other than the triangle.
             let is_curved = normals[0] != normals[1] || normals[1] != normals[2];
             self.side_is_smooth[lane] = is_curved && geometry.material(hit).reflects_only;
             self.any_has_normals = true;
@@ -130,7 +130,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         get_lane(&self.side_normal, lane).into()
     }
 
-    /// Side normals on the viewers' side.
+    /// Side normals on the viewer's side.
     pub fn side_normals(&self) -> &Vec3xN<f32, N> {
         &self.side_normal
     }
@@ -316,7 +316,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
     use crate::soa::{LANES, set_triangle};
 
-    /// Floor, smooth ball, the same ball of glass mirrored and stretched, and a degenerate triangle.
+    /// A floor, a smooth ball, the same ball in glass (mirrored and stretched), and a degenerate triangle.
     fn world() -> PreparedWorld {
         let mut world = World::default();
         let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn batch_equals_scalar() {
+    fn lanes_equal_single_interactions() {
         let world = world();
         let hits: Vec<_> = (0..320u32)
             .map(|i| {
@@ -372,7 +372,7 @@ mod tests {
                 apart[hit.instance as usize] += usize::from(alone.shading_normal != alone.side_normal);
             }
         }
-        // The side of a smooth surface that only reflects is that of its shading normal.
+        // For a smooth surface that only reflects, the side is that of its shading normal.
         assert_eq!(apart, [0, 0, 80, 0]);
     }
 }

@@ -1,6 +1,6 @@
 //! Surface interactions: position, normals and attributes at a hit.
 //!
-//! Uses the geometry and the shading frame alone; BSDFs and lights are built on top.
+//! Uses only the geometry and the shading frame; BSDFs and lights are built on top.
 
 pub(crate) mod attributes;
 pub(crate) mod batch;
@@ -48,7 +48,7 @@ impl SurfaceInteraction {
         self.position + if below { self.offset_back } else { self.offset_front }.as_dvec3()
     }
 
-    /// Ray that goes on behind the point, where nothing scatters it.
+    /// Ray that continues behind the point without being scattered.
     #[inline]
     pub fn ray_beyond(&self, direction: Vec3, t_max: f32) -> Ray {
         let origin = self.position + self.offset_back.as_dvec3();
@@ -67,7 +67,7 @@ impl SurfaceInteraction {
 pub(crate) struct LightSampleContext {
     /// Scene-local.
     pub position: DVec3,
-    /// Unit normal towards the lit side, where light arrives on one side of a surface only; otherwise zero. Guides
-    /// light selection alone: no light is lost for it.
+    /// Unit normal towards the lit side if light arrives only on one side of a surface, otherwise zero. It only guides
+    /// light selection; no light is lost by it.
     pub normal: Vec3,
 }

@@ -29,10 +29,10 @@ pub(crate) struct PixelCones<'a> {
     share: f64,
 }
 
-/// Side in pixels of the squares of an image that share a cone, for cameras other than pinholes.
+/// Side length in pixels of the image squares that share a cone, for cameras other than pinholes.
 const CONE_SQUARE: u32 = 4;
 
-/// Width of a sample's cone as a fraction of its pixel: at least a quarter.
+/// Width of a sample's cone as a fraction of its pixel, at least a quarter.
 pub(crate) fn sample_share(samples: u32) -> f64 {
     (1.0 / f64::from(samples).sqrt()).max(0.25)
 }
@@ -43,7 +43,7 @@ impl<'a> PixelCones<'a> {
         Self { camera, pinhole: camera.and_then(Camera::pinhole), share: sample_share(samples) }
     }
 
-    /// Sets the cones of the pixels, of which equal ones are consecutive.
+    /// Sets the cones of the pixels; pixels with equal cones are consecutive.
     pub fn of_pixels(&self, pixels: impl Iterator<Item = [u32; 2]>, cones: &mut Vec<RayCone>) {
         cones.clear();
         let Some(camera) = self.camera else {
@@ -67,7 +67,8 @@ impl<'a> PixelCones<'a> {
         }));
     }
 
-    /// The cone of a pixel: as wide as the geometric mean of its sides, which have different lengths away from the centre.
+    /// Cone of a pixel. Its width is the geometric mean of the pixel's sides, whose lengths differ away from the
+    /// centre.
     fn cone(&self, camera: &Camera, [x, y]: [u32; 2]) -> RayCone {
         let center = camera.pixel_center_of(x, y);
         let ray = |offset: DVec2| match &self.pinhole {
@@ -137,8 +138,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_footprint_is_an_ellipse_on_the_triangle() {
-        // Triangle of two by one metres; seen at 60 degrees along x the long axis is twice the width.
+    fn footprint_is_an_ellipse_on_the_triangle() {
+        // A triangle of two by one metres; seen at 60 degrees along x, the long axis is twice the width.
         let corners = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y];
         let direction = Vec3::new(3f32.sqrt() / 2.0, 0.0, -0.5);
         let footprint = Footprint::new(corners, direction, 0.1);

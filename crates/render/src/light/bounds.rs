@@ -1,4 +1,4 @@
-//! Bounds of a group of lights in position, direction and power, and the resulting bound on received light.
+//! Bounds of a group of lights in position, direction and power, and the resulting bound on the received light.
 //!
 //! The bounds on angles follow M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition,
 //! section 12.6.3.
@@ -121,13 +121,13 @@ pub(crate) struct PreparedLightBounds {
     pub phi: f32,
 }
 
-/// Radius of lights that are alike at a point, as a part of their distance, at most.
+/// Maximum radius of a group of lights that count as alike at a point, as a fraction of their distance.
 const FAR_RADIUS: f32 = 0.2;
-/// Cosine of the half angle of their normals, at least.
+/// Minimum cosine of the half angle of their normal cone.
 const FAR_COS_THETA_O: f32 = 0.8;
 
 impl PreparedLightBounds {
-    /// True if the lights are alike at a point: close together as seen from there, and of about the same direction.
+    /// True if the lights are alike at a point: close together as seen from there, and facing about the same direction.
     #[inline]
     pub fn is_far(&self, position: Vec3) -> bool {
         let far = self.radius * self.radius < FAR_RADIUS * FAR_RADIUS * self.center.distance_squared(position);
@@ -140,7 +140,7 @@ impl PreparedLightBounds {
     pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
         let away = position - self.center;
         let radius2 = self.radius * self.radius;
-        // Inside the bounding sphere any distance is possible: its radius is taken.
+        // Inside the bounding sphere any distance is possible, so its radius is used.
         let distance2 = away.length_squared();
         let inverse = 1.0 / distance2.sqrt().max(f32::MIN_POSITIVE);
         let direction = away * inverse;
@@ -216,7 +216,7 @@ fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
         return (Vec3::Z, -1.0);
     }
     let axis = glam::Quat::from_axis_angle(turn.normalize(), half - ta) * a.0;
-    // Slightly wider, against rounding.
+    // Slightly wider, to allow for rounding.
     (axis.normalize(), (half + 1e-4).min(PI).cos())
 }
 

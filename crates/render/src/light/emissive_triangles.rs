@@ -27,7 +27,7 @@ pub(crate) struct EmissiveTriangles {
     tree: LightTree,
 }
 
-/// Key of the emissive triangles of a scene, all that they depend on: equal keys, equal triangles.
+/// Key of a scene's emissive triangles. It contains everything they depend on: equal keys mean equal triangles.
 #[derive(Debug)]
 pub(crate) struct EmissiveKey {
     origin: DVec3,
@@ -37,7 +37,7 @@ pub(crate) struct EmissiveKey {
 #[derive(Debug)]
 struct EmissiveInstance {
     instance: usize,
-    /// Its address stays its own as long as this is held.
+    /// The mesh; holding it keeps its address from being reused.
     mesh: Weak<PreparedMesh>,
     world_from_mesh: DAffine3,
     materials: Vec<(Material, Vec<Weak<PreparedTexture>>)>,
@@ -181,8 +181,8 @@ fn solid_angle_pdf(area: DVec3, direction: DVec3, distance: f64) -> f64 {
     distance * distance / area.dot(direction).abs()
 }
 
-/// Light bounds of a triangle; `None` if it is degenerate. The radiance is the mean over an even grid and serves
-/// light selection alone: bright texels between grid points are found by BSDF samples.
+/// Light bounds of a triangle; `None` if it is degenerate. The radiance is the mean over an even grid and is used only
+/// for light selection: bright texels between grid points are found by BSDF samples.
 fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<LightBounds> {
     const MEASURE_GRID: usize = 8;
     let [a, e1, e2] = edges(world, instance, triangle);
@@ -194,7 +194,7 @@ fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<Li
         [x, y].map(|n| (n as f32 + 0.5) / MEASURE_GRID as f32)
     };
     let mean = if material.emission.texture.is_some() {
-        // Half of the square, by folding the other half.
+        // Half of the square; the other half is folded onto it.
         let at = |i: usize| {
             let [u, v] = place(i);
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };

@@ -1,4 +1,4 @@
-//! Bounding spheres of lights: a cheap test that most rays fail.
+//! Bounding spheres of lights: a fast test that most rays fail.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::WithSimd;
@@ -17,7 +17,7 @@ impl BoundingSphere {
     pub fn enclosing(bounds: &LightBounds) -> Self {
         let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
         let center = (lower + upper) / 2.0;
-        // The corners were rounded to float32.
+        // The corners have been rounded to float32.
         let rounding = f64::from(f32::EPSILON) * (lower.abs() + upper.abs()).length();
         let radius = (upper - lower).length() / 2.0 + rounding;
         Self { center, radius2: (radius * radius * 1.01) as f32 }

@@ -1,4 +1,5 @@
-//! Light sampling: selection of a light, samples towards it, and the densities that MIS needs.
+//! Light sampling: selection of a light, samples towards it, and the densities that multiple importance sampling
+//! requires.
 
 use glam::Vec3;
 use raycam_bvh::Hit;
@@ -20,7 +21,7 @@ pub(crate) enum LightSampling {
     /// One light, uniformly: [`Lights::count`] stratified samples select each light once. Emissive triangles count as
     /// one light.
     Uniform,
-    /// Every infinite light, several finite lights and an emissive triangle: see [`Lights::sample_split`].
+    /// Every infinite light, several finite lights and an emissive triangle; see [`Lights::sample_split`].
     Split,
 }
 
@@ -51,7 +52,7 @@ impl<'a> LightSampleContexts<'a> {
     }
 }
 
-/// Selection probabilities by kind of light; they sum to 1 unless every kind is sampled.
+/// Selection probabilities by kind of light. Their sum is 1, unless every kind is sampled.
 pub(crate) struct KindProbabilities {
     /// Infinite lights that can be selected.
     pub infinite_count: usize,
@@ -72,7 +73,7 @@ impl Lights {
             || self.has_emissive_triangles()
     }
 
-    /// True if [`Lights::sample`] uses the number that selects a light.
+    /// True if [`Lights::sample`] uses the random number that selects a light.
     pub fn needs_choice(&self, choice: LightSampling) -> bool {
         match choice {
             LightSampling::Uniform => self.count() > 1 || self.has_emissive_triangles(),
@@ -82,7 +83,7 @@ impl Lights {
         }
     }
 
-    /// Only light that [`Lights::sample`] can select, if there is one.
+    /// The only light that [`Lights::sample`] can select; `None` if there are several.
     pub fn single_light(&self, choice: LightSampling) -> Option<&PreparedLight> {
         let one = self.non_constant_infinite == 0 && self.tree.count() == 1 && !self.has_emissive_triangles();
         let [Child::Light(light)] = *self.tree.only_node()?.children() else {
@@ -105,8 +106,8 @@ impl Lights {
             .then_some(self.non_constant_infinite + MAX_SPLIT_LIGHTS + 1)
     }
 
-    /// Root of each light tree with one node and several children: finite lights, emissive triangles. Its importances
-    /// can be computed for a batch of points.
+    /// Roots of light trees that consist of one node with several children, for finite lights and for emissive
+    /// triangles. The importances of such a node can be computed for a batch of points.
     pub fn single_node_trees(&self, choice: LightSampling) -> [Option<&LightTreeNode>; 2] {
         let finite = self.tree.only_node().filter(|_| choice != LightSampling::Uniform);
         [finite, self.emissive_triangles.tree().only_node()].map(|node| node.filter(|node| node.children().len() > 1))
@@ -163,7 +164,7 @@ impl Lights {
                 emissive: 1.0,
             },
             LightSampling::Importance => {
-                // BSDF samples find constant skies as well as light samples would.
+                // BSDF samples find constant skies as efficiently as light samples.
                 let infinite_count = self.non_constant_infinite;
                 if infinite_count == 0 && !(near && has_emissive) {
                     return KindProbabilities {
@@ -173,7 +174,8 @@ impl Lights {
                         emissive: f64::from(u8::from(has_emissive)),
                     };
                 }
-                // The received light of infinite lights is unknown: each is as likely as all finite lights together.
+                // The light received from infinite lights is unknown, so each is as likely as all finite lights
+                // together.
                 let near = [self.tree.importance(from), self.emissive_triangles.importance(from)];
                 let total = near[0] + near[1];
                 let groups = infinite_count + usize::from(total > 0.0);
@@ -184,8 +186,8 @@ impl Lights {
         }
     }
 
-    /// Samples one light. Infinite lights count as one where they overlap: radiance and densities are summed. `by`
-    /// holds the point and known importances.
+    /// Samples one light. Where infinite lights overlap, they count as one: radiance and densities are summed. `by`
+    /// contains the point and known importances.
     pub fn sample(
         &self,
         by: &LightSampleContexts,
@@ -219,8 +221,8 @@ impl Lights {
         }
     }
 
-    /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index. `random`
-    /// returns the numbers of an index; `which` selects within branches.
+    /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index. `random` returns
+    /// the random numbers of an index; `which` selects within branches.
     pub fn sample_split(
         &self,
         by: &LightSampleContexts,
@@ -284,7 +286,7 @@ impl Lights {
         sample.with_selection_pdf(probability)
     }
 
-    /// Samples an emissive triangle, where the kind was selected with this probability.
+    /// Samples an emissive triangle; the kind was selected with this probability.
     fn sample_emissive_triangles(
         &self,
         world: &Geometry,
@@ -342,8 +344,8 @@ impl Lights {
         (self.kind_probabilities(from, choice).emissive * density) as f32
     }
 
-    /// Reports every light without a mesh that a ray crosses within `distance`: where, its radiance, and the density
-    /// with which [`Lights::sample`] yields it.
+    /// Reports every light without a mesh that a ray crosses within `distance`: the distance to it, its radiance, and
+    /// the density with which [`Lights::sample`] yields it.
     #[inline]
     pub fn intersect_visible(
         &self,

@@ -1,4 +1,4 @@
-//! Lighting of a world: its lights and default lights, prepared when an image first needs them.
+//! Lighting of a world: its lights or default lights, prepared when an image first requires them.
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -11,7 +11,7 @@ use crate::light::emissive_triangles::{EmissiveKey, EmissiveTriangles};
 use crate::light::lights::Lights;
 use crate::prepare::geometry::Geometry;
 
-/// Lightings that are kept for worlds to come, at most: two that take turns are both there.
+/// Maximum number of lightings kept for later worlds: if two lightings alternate, both are kept.
 const MAX_RECENT: usize = 2;
 
 /// Lights of a prepared world.
@@ -33,10 +33,10 @@ pub(crate) struct LightingCell {
     made: OnceLock<Lighting>,
 }
 
-/// Most recently prepared lightings of a family's worlds.
+/// Most recently prepared lightings of the worlds of a family.
 #[derive(Debug, Default)]
 pub(crate) struct RecentLighting {
-    /// Locked for look-ups alone.
+    /// Locked only for look-ups.
     cells: Mutex<Vec<Arc<LightingCell>>>,
 }
 
@@ -45,7 +45,7 @@ impl RecentLighting {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The lightings, the oldest first.
+    /// Lightings, the oldest first.
     pub fn cells(&self) -> Vec<Arc<LightingCell>> {
         self.lock().clone()
     }
@@ -62,10 +62,10 @@ impl RecentLighting {
 }
 
 impl LightingCell {
-    /// The lighting of a world, which is that of one of `known` where that is the same. Other lights are checked.
+    /// Lighting of a world. Lighting with equal inputs is reused from `known`; other lights are validated.
     ///
     /// # Errors
-    /// [`RenderError::World`] where a light makes no sense.
+    /// [`RenderError::World`] for invalid lights.
     pub fn new<'a>(
         world: &World,
         geometry: &Geometry,
@@ -108,12 +108,12 @@ impl LightingCell {
         self.made.get().is_some()
     }
 
-    /// The lights; created if necessary; what `recent` lightings have in common with it is taken from them.
+    /// Returns the lights; created if necessary. Data that they have in common with `recent` lightings is shared.
     pub fn get(self: &Arc<Self>, geometry: &Geometry, recent: &RecentLighting) -> &Lighting {
         if let Some(made) = self.made.get() {
             return made;
         }
-        // Not inside of `get_or_init`: a waiting thread would steal work of other images.
+        // Not inside `get_or_init`: a waiting thread would steal work of other images.
         let made = self.make(geometry, &recent.cells());
         let made = self.made.get_or_init(|| made);
         recent.keep(self);
@@ -138,7 +138,7 @@ impl LightingCell {
     }
 }
 
-/// True if two lights are equal and have the same image or profile; contents are not compared.
+/// True if two lights are equal and refer to the same image or profile; contents are not compared.
 fn is_same_light(a: &Light, b: &Light) -> bool {
     let same = |a: &Option<Arc<_>>, b: &Option<Arc<_>>| match (a, b) {
         (Some(a), Some(b)) => Arc::ptr_eq(a, b),

@@ -1,11 +1,12 @@
 //! All lights of a scene.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::dispatch_simd;
 use raycam_scene::{Light, Up};
 
+use crate::light::air_light::AirLight;
 use crate::light::bounds::LightBounds;
 use crate::light::emissive_triangles::EmissiveTriangles;
 use crate::light::environment::EnvironmentLight;
@@ -32,12 +33,14 @@ pub(crate) struct Lights {
     pub(super) intersectable: Vec<(usize, BoundingSphere)>,
     /// Light tree over `finite`.
     pub(super) tree: LightTree,
-    /// Surfaces that shine.
+    /// Emissive triangles.
     pub(super) emissive_triangles: Arc<EmissiveTriangles>,
+    /// Result of [`Lights::air_light`], computed on demand.
+    pub(super) air_light: OnceLock<AirLight>,
 }
 
 impl Lights {
-    /// Prepares lights without a mesh. Tables of environments that `known` lights have are shared.
+    /// Prepares lights without a mesh. Environment tables are shared with equal `known` lights.
     pub fn sharing(lights: &[Light], up: Up, origin: DVec3, known: &[&Lights]) -> Self {
         let known: Vec<&EnvironmentLight> = known.iter().flat_map(|lights| lights.environments()).collect();
         let prepared: Vec<PreparedLight> =
@@ -65,10 +68,16 @@ impl Lights {
             infinite,
             finite,
             emissive_triangles: Arc::default(),
+            air_light: OnceLock::new(),
         }
     }
 
-    /// True if any light has no size: no ray that a surface sends on meets it.
+    /// The light from infinity that fog scatters, in closed form.
+    pub fn air_light(&self) -> &AirLight {
+        self.air_light.get_or_init(|| AirLight::new(self.infinite.iter().map(|&index| &self.lights[index])))
+    }
+
+    /// True if any light has no size, so that no ray scattered by a surface can hit it.
     pub fn has_sizeless(&self) -> bool {
         self.lights.iter().any(|light| !light.is_hittable(false))
     }
@@ -78,7 +87,7 @@ impl Lights {
         !self.emissive_triangles.is_empty()
     }
 
-    /// True if light samples may be those of infinite lights.
+    /// True if light samples may belong to infinite lights.
     pub fn has_infinite_samples(&self) -> bool {
         self.non_constant_infinite > 0
     }
@@ -93,7 +102,7 @@ impl Lights {
         self.lights.len() + usize::from(self.has_emissive_triangles())
     }
 
-    /// True if BSDF samples may hit light that light samples find too. Constant skies do not count if they are an
+    /// True if BSDF samples may hit light that light samples also find. Constant skies do not count if they are an
     /// `ambient` term.
     pub fn is_hittable(&self, ambient: bool) -> bool {
         let found = |source: &PreparedLight| source.is_hittable(ambient);

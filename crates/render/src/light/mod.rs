@@ -8,11 +8,12 @@
 //! * [`lights::Lights::escaped_radiance`]: infinite lights, for a ray that misses.
 //!
 //! [`lights::Lights::sample`] samples a direction towards any of these (next-event estimation), and each of these
-//! returns the density of that sampler: all that multiple importance sampling (MIS) needs (E. Veach, "Robust Monte
-//! Carlo Methods for Light Transport Simulation", 1997, chapter 9).
+//! returns the density of that sampler: everything that multiple importance sampling (MIS) requires (E. Veach, "Robust
+//! Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9).
 //!
 //! Uses the geometry and interactions; does not depend on BSDFs.
 
+pub(crate) mod air_light;
 pub(crate) mod bounds;
 pub(crate) mod default_lights;
 pub(crate) mod disk;

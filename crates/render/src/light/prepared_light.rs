@@ -30,7 +30,8 @@ pub(crate) enum PreparedLight {
 }
 
 impl PreparedLight {
-    /// Prepares a light: one light, or two for daylight (sky and sun). Tables of `known` environments are shared.
+    /// Prepares a light: one light, or two for daylight (sky and sun). Environment tables are shared with equal `known`
+    /// lights.
     pub fn new(light: &Light, up: Up, origin: DVec3, known: &[&EnvironmentLight]) -> Vec<Self> {
         match *light {
             Light::Sun { direction, irradiance, angular_diameter } => {
@@ -87,7 +88,7 @@ impl PreparedLight {
                 Self::Disk(DiskLight::new(local(position), direction.into(), radius, radiance.into(), two_sided))
             }
             Light::Ies { ref profile, position, direction, front, power } => {
-                // `validate` has refused missing files.
+                // `validate` has already rejected missing files.
                 let profile = profile.content.clone()?;
                 let (position, direction) = (local(position), direction.into());
                 let (front, power) = (front.map(DVec3::from), power.map(Vec3::from));
@@ -97,7 +98,7 @@ impl PreparedLight {
         })
     }
 
-    /// The environment light that it is, if any.
+    /// The environment light, if this light is one.
     pub fn environment(&self) -> Option<&EnvironmentLight> {
         match self {
             Self::Environment(environment) => Some(environment),
@@ -112,7 +113,7 @@ impl PreparedLight {
         }
     }
 
-    /// Samples a direction towards this light alone.
+    /// Samples a direction towards this light.
     pub fn sample(&self, from: &LightSampleContext, random: [f32; 2]) -> Option<LightLiSample> {
         match self {
             Self::Sun(sun) => Some(sun.sample(random)),

@@ -127,7 +127,7 @@ impl RectangleLight {
         (point - self.center).length_squared() > UNIFORM_SAMPLING_DISTANCE2 * self.radius2
     }
 
-    /// Spherical rectangle seen from a point, if the light is a rectangle and near.
+    /// Spherical rectangle as seen from a point; `None` unless the light is a rectangle and near.
     fn solid_angle(&self, point: DVec3) -> Option<SphericalRectangle> {
         let axes = self.axes.filter(|_| !self.is_far(point))?;
         let solid = SphericalRectangle::new(self.corner - point, axes, self.edges);
@@ -147,7 +147,7 @@ impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self { light: area, points, random, out } = self;
-        // Copies on the stack can be kept in registers.
+        // Copies on the stack can stay in registers.
         let (points, random, mut lanes) = (*points, *random, LightLiSamples::<N>::default());
         lanes.set_radiance(area.radiance);
         let mut far = [true; N];
@@ -198,7 +198,7 @@ impl SphericalRectangle {
         }
         let x = [corner.dot(ex), corner.dot(ex) + u.dot(ex)];
         let y = [corner.dot(ey), corner.dot(ey) + v.dot(ey)];
-        // z of the plane normals: all that their products need.
+        // z of the plane normals: their products require nothing else.
         let tilt = |at: f64| at / (at * at + z * z).sqrt();
         let n = [-tilt(y[0]), tilt(x[1]), tilt(y[1]), -tilt(x[0])];
         let g = [0, 1, 2, 3].map(|i: usize| (-n[i] * n[(i + 1) % 4]).acos());
@@ -228,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn batch_equals_scalar() {
+    fn many_samples_equal_single_samples() {
         const N: usize = 16;
         let edges = [DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
         let slanted = [edges[0], edges[1] + edges[0] / 4.0];

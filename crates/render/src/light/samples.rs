@@ -13,7 +13,7 @@ pub(crate) struct LightLiSample {
     pub p_light: Option<DVec3>,
     /// Unoccluded radiance; for a delta light, irradiance of a surface that faces it.
     pub radiance: Vec3,
-    /// Density by solid angle times the probability of selecting the light; for a delta light, the probability alone.
+    /// Density by solid angle times the probability of selecting the light; for a delta light, only the probability.
     /// Greater than 0.
     pub pdf: f32,
     /// True for a delta light, which BSDF samples cannot hit.
@@ -68,7 +68,7 @@ impl LightLiSample {
         Self { direction: direction.as_vec3(), p_light: end, radiance: irradiance.as_vec3(), pdf: 1.0, is_delta: true }
     }
 
-    /// Sample of a light with an extent; `None` if the density leaves float32.
+    /// Sample of a light with an extent; `None` if the density exceeds float32.
     pub(super) fn new(direction: DVec3, end: DVec3, radiance: Vec3, density: f64) -> Option<Self> {
         let pdf = density as f32;
         (pdf > 0.0 && pdf.is_finite()).then(|| Self {
@@ -80,7 +80,7 @@ impl LightLiSample {
         })
     }
 
-    /// Multiplies the density by the probability of selecting the light; `None` if it leaves float32.
+    /// Multiplies the density by the probability of selecting the light; `None` if the result exceeds float32.
     pub(super) fn with_selection_pdf(mut self, probability: f64) -> Option<Self> {
         self.pdf *= probability as f32;
         (self.pdf > 0.0 && self.pdf.is_finite()).then_some(self)
@@ -94,7 +94,7 @@ pub(crate) struct LightLiSamples<const N: usize> {
     /// Infinite for infinite lights.
     pub p_light: Vec3xN<f64, N>,
     pub radiance: Vec3xN<f32, N>,
-    /// 0 without a sample.
+    /// Density; 0 without a sample.
     pub pdf: [f32; N],
     pub is_delta: [bool; N],
 }

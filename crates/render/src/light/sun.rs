@@ -16,7 +16,8 @@ pub(crate) struct SunLight {
     radiance: Vec3,
 }
 
-/// Squared sine of the half angle below which the disk is a point: float32 directions cannot resolve it.
+/// Squared sine of the half angle below which the disk is treated as a point, because float32 directions cannot resolve
+/// it.
 const MIN_SIN2: f64 = 1e-12;
 
 impl SunLight {
@@ -29,6 +30,11 @@ impl SunLight {
         let sin2 = if sin2 < MIN_SIN2 { 0.0 } else { sin2 };
         let radiance = (sin2 > 0.0).then(|| (irradiance.as_dvec3() / (PI * sin2)).as_vec3());
         Self { cone: DirectionCone::new(towards, sin2), irradiance, radiance: radiance.unwrap_or_default() }
+    }
+
+    /// Direction to the sun, and the irradiance of a surface that faces it.
+    pub fn direction_and_irradiance(&self) -> (Vec3, Vec3) {
+        (self.cone.axis.as_vec3(), self.irradiance)
     }
 
     pub fn is_point(&self) -> bool {

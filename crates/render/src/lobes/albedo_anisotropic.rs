@@ -1,4 +1,4 @@
-//! Directional albedo of anisotropic interfaces. A block of the table is made when its roughness is first used.
+//! Directional albedo of anisotropic interfaces. A block of the table is computed when its roughness is first used.
 
 use std::sync::OnceLock;
 
@@ -14,11 +14,11 @@ const ROUGHNESS_ROWS: usize = 32;
 const ANISOTROPY_COLUMNS: usize = 24;
 const COSINE_STEPS: usize = 48;
 const AZIMUTH_STEPS: usize = 9;
-/// Points of the quadrature of an entry.
+/// Quadrature points per table entry.
 const RADIAL_POINTS: u32 = 48;
 const ANGULAR_POINTS: u32 = 48;
 
-/// Table of one roughness and anisotropy: the albedo where f0 = f90 = 1, and the part of it that scales with f0.
+/// Table of one roughness and anisotropy: the albedo for f0 = f90 = 1, and the part of it that scales with f0.
 #[derive(Debug)]
 struct AlbedoBlock {
     all: [[f32; COSINE_STEPS]; AZIMUTH_STEPS],
@@ -30,7 +30,7 @@ struct AlbedoBlock {
 static BLOCKS: [[OnceLock<Box<AlbedoBlock>>; ANISOTROPY_COLUMNS]; ROUGHNESS_ROWS] =
     [const { [const { OnceLock::new() }; ANISOTROPY_COLUMNS] }; ROUGHNESS_ROWS];
 
-/// A position between four blocks.
+/// Position between four blocks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AnisotropicAlbedo {
     blocks: [&'static AlbedoBlock; 4],
@@ -68,7 +68,7 @@ impl AnisotropicAlbedo {
         top + (bottom - top) * down
     }
 
-    /// The albedo in a local direction where f0 = f90 = 1, and the part of it that scales with f0.
+    /// Albedo in a local direction for f0 = f90 = 1, and the part of it that scales with f0.
     pub fn albedo_at(&self, direction: Vec3) -> (f32, f32) {
         let [x, y] = [direction.x * direction.x, direction.y * direction.y];
         let share = if x + y > 0.0 { x / (x + y) } else { 0.5 };
@@ -83,7 +83,7 @@ impl AnisotropicAlbedo {
         (self.interpolate(|block| of(&block.all)), self.interpolate(|block| of(&block.f0)))
     }
 
-    /// The cosine-weighted means over the hemisphere.
+    /// Cosine-weighted means over the hemisphere.
     pub fn mean_albedo(&self) -> (f32, f32) {
         (self.interpolate(|block| block.all_mean), self.interpolate(|block| block.f0_mean))
     }
@@ -116,7 +116,7 @@ impl AlbedoBlock {
     }
 }
 
-/// The cosine-weighted mean over the hemisphere. Azimuths are uniform; the squares of their cosines are not.
+/// Cosine-weighted mean over the hemisphere. Azimuths are uniform; the squares of their cosines are not.
 fn hemisphere_mean_of(table: &[[f32; COSINE_STEPS]; AZIMUTH_STEPS]) -> f32 {
     const AZIMUTHS: usize = 64;
     let mut weights = [0.0f64; AZIMUTH_STEPS];
@@ -133,7 +133,7 @@ fn hemisphere_mean_of(table: &[[f32; COSINE_STEPS]; AZIMUTH_STEPS]) -> f32 {
 fn albedo(ggx: &Ggx, v: Vec3) -> (f32, f32) {
     let (mut all, mut f0, mut points) = (0.0, 0.0, 0.0);
     for ring in 0..RADIAL_POINTS {
-        // Denser at both ends, where normals turn fast.
+        // Denser at both ends, where normals change direction quickly.
         let s = (ring as f32 + 0.5) / RADIAL_POINTS as f32;
         let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
         for turn in 0..ANGULAR_POINTS {

@@ -1,6 +1,6 @@
 //! Albedo of rough dielectric interfaces, and the energy that single scattering loses there.
 //!
-//! Tables over cosine and roughness, for both sides of an index of refraction. A row is made by quadrature when its
+//! Tables over cosine and roughness for both sides of an index of refraction. A row is computed by quadrature when its
 //! roughness is first used.
 
 use std::sync::OnceLock;
@@ -15,11 +15,11 @@ use crate::lobes::albedo_internal::{InternalTransmittance, InternalTransmittance
 use crate::lobes::fresnel::{Fresnel, reflect, refract, refracted_cosine, schlick_weight};
 use crate::lobes::ggx::Ggx;
 
-/// Points of the quadrature of an entry.
+/// Quadrature points per table entry.
 const RADIAL_POINTS: u32 = 128;
 const ANGULAR_POINTS: u32 = 48;
 
-/// The formula of an interface's reflectance.
+/// Reflectance formula of an interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FresnelModel {
     /// Fresnel's equations.
@@ -28,7 +28,7 @@ pub(crate) enum FresnelModel {
     Schlick,
 }
 
-/// The albedo of an index of refraction, by roughness.
+/// Albedo of an index of refraction, by roughness.
 #[derive(Debug)]
 pub(crate) struct DielectricAlbedo {
     ior: f32,
@@ -38,16 +38,16 @@ pub(crate) struct DielectricAlbedo {
     internal_transmittance: InternalTransmittanceTable,
 }
 
-/// The albedo at one roughness, for light from outside and from inside.
+/// Albedo at one roughness, for light from outside and from inside.
 #[derive(Debug)]
 struct DielectricAlbedoRow([SideAlbedo; 2]);
 
 /// Coefficients of 1, f0 and f90: every albedo is linear in f0 and f90.
 #[derive(Debug)]
 struct SideAlbedo {
-    /// By the cosine, the albedo of one reflection and of one refraction.
+    /// By cosine: albedo of one reflection and of one refraction.
     albedo: [[[f32; 3]; 2]; COSINE_STEPS],
-    /// The cosine-weighted mean of the fraction that is neither reflected nor refracted.
+    /// Cosine-weighted mean of the fraction that is neither reflected nor refracted.
     mean_loss: [f32; 3],
 }
 
@@ -66,7 +66,7 @@ impl DielectricAlbedo {
         Self { ior, fresnel_model: curve, rows: [const { OnceLock::new() }; ROUGHNESS_ROWS], internal_transmittance }
     }
 
-    /// True if this table is that of an interface with this relative index.
+    /// True if this table belongs to an interface with this relative index.
     pub fn matches_eta(&self, eta: f32) -> bool {
         eta == self.ior || eta == 1.0 / self.ior
     }
@@ -136,7 +136,7 @@ impl EnergyLoss<'_> {
     #[inline(always)]
     pub fn albedo(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
         let (first, part) = table_position::<COSINE_STEPS>(cosine);
-        // Not `map`, which the compiler may leave a call.
+        // Not `map`, because the compiler may leave that as a function call.
         let of = |which: usize| {
             self.interpolate(ends, |row, term| {
                 let kept = &row.0[usize::from(inside)].albedo;

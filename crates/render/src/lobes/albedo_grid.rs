@@ -20,7 +20,7 @@ pub(crate) fn interpolate<const N: usize>(row: &[f32; N], cosine: f32) -> f32 {
     row[first] + (row[first + 1] - row[first]) * part
 }
 
-/// The entry below a cosine, and the fraction of a step beyond that entry.
+/// Entry below a cosine, and the fraction of a step beyond that entry.
 #[inline(always)]
 pub(crate) fn table_position<const N: usize>(cosine: f32) -> (usize, f32) {
     let position = cosine.clamp(0.0, 1.0).sqrt() * (N - 1) as f32;
@@ -29,7 +29,7 @@ pub(crate) fn table_position<const N: usize>(cosine: f32) -> (usize, f32) {
     (first as usize, position - first as f32)
 }
 
-/// The row below a roughness, and the fraction of a step beyond that row.
+/// Row below a roughness, and the fraction of a step beyond that row.
 #[inline(always)]
 pub(crate) fn roughness_row(ggx: &Ggx) -> (usize, f32) {
     table_position::<ROUGHNESS_ROWS>(ggx.roughness())
@@ -46,9 +46,8 @@ pub(crate) fn cosine_of_column(column: usize) -> f32 {
     (root * root).max(1e-4)
 }
 
-/// The means of functions of `wo` and a microfacet normal over the microfacets visible from `wo`, which has this
-/// cosine.
-/// `points` are the radial and the angular count of the quadrature.
+/// Means of functions of `wo` and a microfacet normal, over the microfacets visible from `wo`; the argument is the
+/// cosine of `wo`. `points` are the radial and the angular count of the quadrature.
 pub(crate) fn mean_over_visible_normals<const N: usize>(
     ggx: &Ggx,
     cosine: f32,
@@ -58,11 +57,11 @@ pub(crate) fn mean_over_visible_normals<const N: usize>(
     let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let (mut sums, mut points) = ([0.0f64; N], 0.0);
     for ring in 0..radial {
-        // Denser at both ends, where normals turn fast.
+        // Denser at both ends, where normals change direction quickly.
         let s = (ring as f32 + 0.5) / radial as f32;
         let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
         for turn in 0..angular {
-            // One half suffices: the plane of incidence is a plane of symmetry.
+            // One half is sufficient, because the plane of incidence is a plane of symmetry.
             let around = (turn as f32 + 0.5) / (2 * angular) as f32;
             let wm = ggx.sample_wm(wo, [around, out]);
             for (sum, value) in sums.iter_mut().zip(values(wo, wm)) {

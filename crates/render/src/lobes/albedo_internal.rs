@@ -1,8 +1,9 @@
-//! Transmittance of rough interfaces that are seen from inside, for the share of light that reaches the layers below.
+//! Transmittance of rough interfaces seen from inside. It determines the share of light that reaches the layers below.
 //!
-//! The transmittance falls to zero at the critical angle, within a few standard deviations of the microfacets' slopes. No
-//! uniform grid resolves that for smooth surfaces, so the nodes of a row follow the hyperbolic sine of the angle from the
-//! critical one in units of the roughness. Rows then have equal shapes and can be interpolated node by node.
+//! The transmittance falls to zero at the critical angle, within a few standard deviations of the microfacets' slopes.
+//! No uniform grid resolves that for smooth surfaces, so the nodes of a row are spaced by a hyperbolic sine of the
+//! angle to the critical angle, in units of the roughness. Rows then have equal shapes and can be interpolated node by
+//! node.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::OnceLock;
@@ -15,13 +16,13 @@ use crate::lobes::ggx::Ggx;
 
 /// Nodes of a row.
 const ANGLE_STEPS: usize = 96;
-/// Points of the quadrature of an entry.
+/// Quadrature points per table entry.
 const RADIAL_POINTS: u32 = 128;
 const ANGULAR_POINTS: u32 = 48;
 /// Width of the transition at the critical angle, divided by the roughness `alpha`.
 const TRANSITION_WIDTH: f32 = 0.7;
 
-/// The fraction of the single-scatter albedo of a perfect mirror that a dielectric does not reflect, by roughness.
+/// By roughness: the fraction of a perfect mirror's single-scatter albedo that a dielectric does not reflect.
 #[derive(Debug)]
 pub(crate) struct InternalTransmittanceTable {
     /// Index of the far side relative to the near side, below 1.
@@ -50,7 +51,7 @@ pub(crate) struct InternalTransmittance<'a> {
 struct AngleGrid {
     critical: f32,
     width: f32,
-    /// Inverse hyperbolic sines of both ends.
+    /// Inverse hyperbolic sines of both end points.
     ends: [f32; 2],
 }
 
@@ -99,7 +100,7 @@ impl InternalTransmittanceTable {
         }
     }
 
-    /// Light that a perfect mirror with these microfacets reflects once and a dielectric lets pass.
+    /// Fraction of light that a perfect mirror with these microfacets reflects once and a dielectric transmits.
     fn transmittance(&self, ggx: &Ggx, cosine: f32) -> [f32; 3] {
         let of = |v: Vec3, h: Vec3| {
             let (Some(other), Some(l)) = (refracted_cosine(v.dot(h), self.eta), reflect(v, h)) else {

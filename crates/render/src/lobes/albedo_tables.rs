@@ -1,9 +1,10 @@
 //! Directional albedo of rough interfaces, and the energy that single scattering loses.
 //!
 //! C. Kulla and A. Conty, "Revisiting Physically Based Shading at Imageworks", 2017: a second, reciprocal lobe returns
-//! the energy that one microfacet reflection loses. The tables over cosine and roughness are made once, by quadrature.
+//! the energy that one microfacet reflection loses. The tables over cosine and roughness are computed once, by
+//! quadrature.
 //!
-//! Table values come in pairs: the albedo of an interface with f0 = f90 = 1, and the part of it that scales with f0 in
+//! Table values are pairs: the albedo of an interface with f0 = f90 = 1, and the part of it that scales with f0 in
 //! Schlick's approximation.
 
 use std::f32::consts::FRAC_1_PI;
@@ -19,11 +20,11 @@ use crate::lobes::albedo_grid::{
 use crate::lobes::fresnel::{reflect, schlick_weight};
 use crate::lobes::ggx::Ggx;
 
-/// Points of the quadrature of an entry.
+/// Quadrature points per table entry.
 const RADIAL_POINTS: u32 = 64;
 const ANGULAR_POINTS: u32 = 16;
 
-/// Entries of a table, rounded up to a power of two: a mask then replaces the bounds check.
+/// Entries of a table, rounded up to a power of two so that a mask replaces the bounds check.
 const TABLE_ENTRIES: usize = (ROUGHNESS_ROWS * COSINE_STEPS).next_power_of_two();
 
 /// Pairs by roughness and cosine, and their cosine-weighted means over the hemisphere.
@@ -39,26 +40,26 @@ pub(crate) fn albedo_tables() -> &'static AlbedoTables {
     &ALBEDO_TABLES
 }
 
-/// A position between two rows of the isotropic tables.
+/// Position between two rows of the isotropic tables.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AlbedoRow {
     row: u32,
     fraction: f32,
 }
 
-/// The directional albedo at one roughness, as a function of direction.
+/// Directional albedo at one roughness, as a function of direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum DirectionalAlbedo {
     Isotropic(AlbedoRow),
     Anisotropic(AnisotropicAlbedo),
 }
 
-/// The directional albedo of an interface that reflects `f0` to `f90`.
+/// Directional albedo of an interface whose reflectance ranges from `f0` to `f90`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Albedo {
-    /// By one reflection.
+    /// Albedo of the first reflection.
     pub single_scatter: Vec3,
-    /// By all further reflections.
+    /// Albedo of all further reflections.
     pub multi_scatter: Vec3,
 }
 
@@ -120,7 +121,7 @@ impl DirectionalAlbedo {
         }
     }
 
-    /// The fraction of light in a local direction that one reflection loses where f0 = f90 = 1.
+    /// Fraction of light in a local direction that single reflection loses for f0 = f90 = 1.
     pub fn energy_loss(&self, direction: Vec3) -> f32 {
         1.0 - self.albedo_at(direction)[0]
     }
@@ -146,16 +147,16 @@ impl DirectionalAlbedo {
     }
 }
 
-/// The colour of the second and all further reflections, for an interface whose mean albedo is `mean_albedo` where f0 =
-/// f90 = 1.
+/// Colour of the second and all further reflections, for an interface whose mean albedo is `mean_albedo` for f0 = f90 =
+/// 1.
 #[inline(always)]
 pub(crate) fn multi_scatter_color((f0, f90): (Vec3, Vec3), mean_albedo: f32) -> Vec3 {
     let mean = f0 + (f90 - f0) / 21.0;
     mean * mean * mean_albedo / (Vec3::ONE - mean * (1.0 - mean_albedo))
 }
 
-/// The lobe of the second and all further reflections, times the cosine of `wi`: its colour, the energy loss in both
-/// directions and in the mean.
+/// Lobe of the second and all further reflections, times the cosine of `wi`, from its colour and the energy losses in
+/// both directions and on average.
 #[inline(always)]
 pub(crate) fn multi_scatter_lobe(color: Vec3, losses: [f32; 2], mean: f32, cosine: f32) -> Vec3 {
     let [wo, wi] = losses;
@@ -165,7 +166,7 @@ pub(crate) fn multi_scatter_lobe(color: Vec3, losses: [f32; 2], mean: f32, cosin
 }
 
 impl Albedo {
-    /// From a pair of the tables, and the mean of the pair's first value.
+    /// Computed from a pair of table values and the mean of the pair's first value.
     #[inline(always)]
     pub fn new((f0, f90): (Vec3, Vec3), [all, of_f0]: [f32; 2], mean_albedo: f32) -> Self {
         Self {
@@ -174,7 +175,7 @@ impl Albedo {
         }
     }
 
-    /// The fraction of light that the interface leaves for the layers below, in the colour that it leaves least of.
+    /// Fraction of light that the interface leaves for the layers below, in the colour for which it is smallest.
     #[inline(always)]
     pub fn base_transmittance(&self) -> f32 {
         1.0 - (self.single_scatter + self.multi_scatter).max_element()
@@ -184,7 +185,7 @@ impl Albedo {
 impl AlbedoTables {
     fn new() -> Self {
         let mut tables = Self { entries: [[0.0; 2]; TABLE_ENTRIES], means: [[0.0; 2]; ROUGHNESS_ROWS] };
-        // Rows are independent: every core fills some.
+        // Rows are independent, so every thread fills some.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let share = ROUGHNESS_ROWS.div_ceil(cores);
         let rows = &mut tables.entries[..ROUGHNESS_ROWS * COSINE_STEPS];
@@ -207,7 +208,7 @@ impl AlbedoTables {
     }
 }
 
-/// Fills a row; returns its means.
+/// Fills a row and returns its means.
 fn fill_row(index: usize, row: &mut [[f32; 2]]) -> [f32; 2] {
     let ggx = ggx_of_row(index);
     let mut columns = [[0.0; COSINE_STEPS]; 2];

@@ -1,4 +1,4 @@
-//! Properties of a material alone: its batch kind, its interior, its dispersion.
+//! Properties that depend only on the material: its batch kind, its interior, its dispersion.
 
 use glam::Vec3;
 use raycam_scene::{Material, MaterialModel, Principled};
@@ -6,10 +6,10 @@ use raycam_scene::{Material, MaterialModel, Principled};
 use crate::lobes::albedo_dielectric::{DielectricAlbedo, FresnelModel};
 use crate::lobes::ggx::Ggx;
 
-/// The batched BSDF that evaluates a material's hits. Textures may still move single hits to [`BatchKind::General`].
+/// Batched BSDF that evaluates a material's hits. Textures may still move single hits to [`BatchKind::General`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum BatchKind {
-    /// Lambertian reflection alone, with an albedo of this factor times the base colour.
+    /// Only Lambertian reflection; the albedo is this factor times the base colour.
     Diffuse(f32),
     /// A smooth conductor, or a clear dielectric of one index for all colours.
     Specular,
@@ -61,7 +61,7 @@ impl BatchKind {
         }
     }
 
-    /// True if sampling the BSDF needs a random number that chooses a lobe.
+    /// True if sampling the BSDF requires a random number that selects a lobe.
     pub fn needs_lobe_choice(self, material: &Material) -> bool {
         match self {
             Self::Specular => !matches!(material.model, MaterialModel::Metal(_)),
@@ -81,9 +81,9 @@ pub(crate) fn has_interior(p: &Principled) -> bool {
     p.thickness.value > 0.0 && p.ior > 0.0 && p.transmission.value > 0.0
 }
 
-/// True if a material bends light as smooth glass with an interior does.
+/// True if a material refracts light like smooth glass with an interior.
 pub(crate) fn is_solid_glass(material: &Material) -> bool {
-    /// Rougher surfaces look for lights through themselves.
+    /// Through rougher surfaces, lights are sampled.
     const MAX_ROUGHNESS: f32 = 0.05;
     match &material.model {
         MaterialModel::Glass(glass) => !glass.thin && glass.roughness < MAX_ROUGHNESS,
@@ -94,7 +94,7 @@ pub(crate) fn is_solid_glass(material: &Material) -> bool {
     }
 }
 
-/// True if light passes straight on through a material's surface: thin, smooth, without other layers.
+/// True if light passes straight through a material's surface: thin, smooth, without other layers.
 pub(crate) fn is_straight(material: &Material) -> bool {
     let is_thin = match &material.model {
         MaterialModel::Glass(glass) => glass.thin,
@@ -104,7 +104,7 @@ pub(crate) fn is_straight(material: &Material) -> bool {
     is_thin && BatchKind::from_material(material) == BatchKind::Specular
 }
 
-/// True if no light passes a material's surface but by opacity.
+/// True if light passes a material's surface only because of its opacity.
 pub(crate) fn reflects_only(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Principled(p) => p.transmission.value == 0.0 && p.diffuse_transmission.value == 0.0,
@@ -122,7 +122,7 @@ pub(crate) fn is_dispersive(material: &Material) -> bool {
     }
 }
 
-/// The albedo tables of a material that refracts: one for each colour where their indices differ.
+/// Albedo tables of a material that refracts: one for each colour if their indices differ.
 pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
     let (index, dispersion, fresnel_model) = match &material.model {
         MaterialModel::Glass(glass) if !glass.thin => (glass.ior, glass.dispersion, FresnelModel::Exact),
@@ -172,11 +172,11 @@ pub(crate) fn ior_of_channel(ior: f32, dispersion: f32, channel: Option<usize>) 
     }
 }
 
-/// The absorption per metre of a medium in which white light has this colour after this distance (Beer's law).
+/// Absorption per metre of a medium in which white light has this colour after this distance (Beer's law).
 fn absorption_coefficient(color: [f32; 3], distance: f32) -> Vec3 {
     if distance.is_infinite() {
         return Vec3::ZERO;
     }
-    // Black is a large finite coefficient: nothing remains after a small part of the distance.
+    // Black is stored as a large finite coefficient: no light remains after a small part of the distance.
     Vec3::from(color.map(|part| -part.max(1e-30).ln() / distance))
 }

@@ -7,7 +7,7 @@ use crate::lobes::fresnel::schlick;
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
 use crate::lobes::shading_frame::ShadingFrame;
 
-/// An isotropic coat over a fraction `weight` of the surface, with a normal of its own.
+/// An isotropic coat that covers a fraction `weight` of the surface and has its own normal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clearcoat {
     pub weight: f32,
@@ -15,13 +15,13 @@ pub(crate) struct Clearcoat {
     pub frame: ShadingFrame,
 }
 
-/// A direction in which a coat reflects.
+/// Direction in which a coat reflects.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClearcoatSample {
     pub is_valid: bool,
     /// World direction.
     pub wi: Vec3,
-    /// True for a smooth coat, whose samples have `weight` and no density.
+    /// True for a smooth coat, whose samples have `weight` but no density.
     pub is_specular: bool,
     /// Reflectance of a smooth coat divided by the probability of sampling the coat.
     pub weight: f32,
@@ -45,15 +45,14 @@ impl Clearcoat {
         self.weight * Albedo::new(F0_F90, albedo, mean).single_scatter.x
     }
 
-    /// The fraction of light from the world direction `wi` that passes the coat on its way in and out.
+    /// Fraction of light from the world direction `wi` that passes the coat on its way in and out.
     #[inline(always)]
     pub fn transmittance(&self, tables: &AlbedoTables, view_albedo: f32, wi: Vec3) -> f32 {
         let cosine = self.frame.normal.dot(wi).abs();
         1.0 - view_albedo.max(self.albedo(tables, cosine))
     }
 
-    /// The reflectance times the cosine of the world direction `wi`, the same in all colours, and the density of
-    /// sampling
+    /// Reflectance times the cosine of the world direction `wi`, equal in all colours, and the density of sampling
     /// `wi`. `wo` is local to the coat.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
@@ -65,7 +64,7 @@ impl Clearcoat {
         if is_lit { (value, facets.pdf) } else { (0.0, 0.0) }
     }
 
-    /// Samples a direction; the coat is sampled with `probability`. `wo` is local to the coat.
+    /// Samples a direction. The coat is sampled with `probability`; `wo` is local to the coat.
     #[inline(always)]
     pub fn sample(&self, wo: Vec3, random: [f32; 2], probability: f32) -> ClearcoatSample {
         let is_specular = self.ggx.effectively_smooth();
@@ -91,8 +90,8 @@ mod tests {
     use crate::lobes::albedo_tables::albedo_tables;
 
     #[test]
-    fn albedo_is_the_integral_of_the_reflectance() {
-        // Layers below receive what the albedo leaves.
+    fn albedo_equals_the_integrated_reflectance() {
+        // Layers below receive the light that the coat does not reflect.
         for (roughness, cosine) in [(0.5f32, 0.9f32), (0.5, 0.5), (0.8, 0.7), (0.8, 0.3)] {
             let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
             let coat = Clearcoat { weight: 0.6, ggx: Ggx::isotropic(roughness), frame: seen_from(view) };

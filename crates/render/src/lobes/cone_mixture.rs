@@ -21,7 +21,7 @@ const MIN_CONE: f32 = 1e-6;
 pub(crate) struct TargetCone {
     pub axis: Vec3,
     pub one_minus_cos: f32,
-    /// Upper bound of its fraction of the hemisphere above a surface; 0 for a cone that is not sampled.
+    /// Upper bound of the sphere's fraction of the hemisphere above a surface; 0 for a cone that is not sampled.
     pub max_fraction: f32,
 }
 
@@ -50,7 +50,7 @@ pub(crate) struct ConeMixture<const N: usize> {
     pub(crate) axis: [Vec3xN<f32, N>; MAX_CONES],
     /// 1 - cosine of the half angle.
     pub(crate) one_minus_cos: [[f32; N]; MAX_CONES],
-    /// Fraction of the samples.
+    /// Fraction of the samples in each cone.
     pub(crate) weight: [[f32; N]; MAX_CONES],
     /// Fraction of the samples that follow the cosine.
     pub(crate) cosine_weight: [f32; N],
@@ -109,9 +109,9 @@ impl<const N: usize> ConeMixture<N> {
         densities
     }
 
-    /// Sets the cones of all lanes, and the weights that they would have alone, times `weight`; returns each
-    /// [`TargetCone::max_fraction`]. The arrays are local until they are full: loops that write into `self` while they
-    /// read the interactions are not vectorised.
+    /// Sets the cones of all lanes and, times `weight`, the weights that each cone would have alone. Returns each
+    /// [`TargetCone::max_fraction`]. The arrays are local until they are full, because loops that write into `self`
+    /// while reading the interactions are not vectorised.
     #[inline(always)]
     pub fn set_cones(
         &mut self,
@@ -136,7 +136,8 @@ impl<const N: usize> ConeMixture<N> {
         max_fractions
     }
 
-    /// Scales the weights of some cones down to this sum, and reduces the cosine's weight by the result.
+    /// Scales the weights of some cones down so that their sum does not exceed this value, and reduces the cosine's
+    /// weight by the resulting sum.
     #[inline(always)]
     pub fn limit_weights(&mut self, cones: std::ops::Range<usize>, max: &[f32; N]) {
         let mut all = [0.0; N];
@@ -158,7 +159,7 @@ impl<const N: usize> ConeMixture<N> {
         }
     }
 
-    /// Samples a direction for every lane. The first random number chooses the cone; its remainder is again uniform.
+    /// Samples a direction for every lane. The first random number selects the cone; its remainder is uniform again.
     #[inline(always)]
     pub fn sample(&self, normals: &Vec3xN<f32, N>, [first, second]: &[[f32; N]; 2], out: &mut Vec3xN<f32, N>) {
         let mut begin = [0.0; N];
@@ -206,7 +207,7 @@ impl<const N: usize> ConeMixture<N> {
     }
 }
 
-/// The ratio of the cosine-weighted density to the density of the mixture; 0 where the mixture has none.
+/// Ratio of the cosine-weighted density to the mixture's density; 0 if the mixture's density is 0.
 #[inline(always)]
 pub(crate) fn mixture_weight(cosine: f32, density: f32) -> f32 {
     let share = cosine_hemisphere_pdf(cosine) / density;

@@ -12,14 +12,14 @@ pub(crate) enum Fresnel {
         /// Reflectance at normal and at grazing incidence.
         f0: Vec3,
         f90: Vec3,
-        /// Index of the far side relative to the near side, where the far side is the thinner one.
+        /// Index of the far side relative to the near side, if the far side has the lower index.
         eta: Option<f32>,
     },
     /// Schlick's approximation, with a thin film on a fraction `weight` of the surface.
     ThinFilm { thin_film: ThinFilm, f0: Vec3, f90: Vec3, weight: f32 },
     /// Fresnel's equations for unpolarised light, by the index of the far side relative to the near side.
     Dielectric(f32),
-    /// A pane of two parallel interfaces with all reflections between them, by the index of the pane.
+    /// A pane of two parallel interfaces with all reflections between them, from the pane's index.
     ThinDielectric(f32),
     /// Fresnel's equations for conductors, times a colour.
     Conductor { ior: Vec3, extinction: Vec3, tint: Vec3 },
@@ -69,7 +69,8 @@ pub(crate) fn schlick_two_sided(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> V
     if is_total { Vec3::ONE } else { reflectance }
 }
 
-/// The cosine on the thinner side of an interface, by which both sides agree, and true for total internal reflection.
+/// Cosine on the side with the lower index, from which both sides compute the same value; and true for total internal
+/// reflection.
 #[inline(always)]
 pub(crate) fn thinner_side_cosine(cosine: f32, eta: f32) -> (f32, bool) {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
@@ -78,7 +79,7 @@ pub(crate) fn thinner_side_cosine(cosine: f32, eta: f32) -> (f32, bool) {
     (if is_inside { transmitted } else { cosine }, is_inside & (sin2 >= 1.0))
 }
 
-/// The factor that Schlick's approximation applies to f0; f90 has the rest.
+/// Factor that Schlick's approximation applies to f0; the rest applies to f90.
 pub(crate) fn schlick_weight(cosine: f32) -> f32 {
     1.0 - (1.0 - cosine).powi(5)
 }
@@ -101,7 +102,7 @@ pub(crate) fn dielectric(cosine: f32, eta: f32) -> f32 {
     (parallel * parallel + perpendicular * perpendicular) / 2.0
 }
 
-/// The reflectance of [`Fresnel::ThinDielectric`], by that of each of its two interfaces.
+/// Reflectance of [`Fresnel::ThinDielectric`], from the reflectance of each of its two interfaces.
 #[inline(always)]
 pub(crate) fn thin_dielectric(once: f32) -> f32 {
     2.0 * once / (1.0 + once)
@@ -123,7 +124,7 @@ fn conductor(c: f32, n: f32, k: f32) -> f32 {
     let (c2, s2, n2, k2) = (c * c, 1.0 - c * c, n * n, k * k);
     let t = n2 - k2 - s2;
     let a2b2 = (t * t + 4.0 * n2 * k2).sqrt();
-    // (a2b2 + t) / 2, in the form that does not cancel.
+    // (a2b2 + t) / 2, in the form without cancellation.
     let a = if t > 0.0 { (a2b2 + t) / 2.0 } else { 2.0 * n2 * k2 / (a2b2 - t) }.max(0.0).sqrt();
     let (t1, t2) = (a2b2 + c2, 2.0 * c * a);
     let perpendicular = (t1 - t2) / (t1 + t2);
@@ -132,22 +133,22 @@ fn conductor(c: f32, n: f32, k: f32) -> f32 {
     (perpendicular + parallel) / 2.0
 }
 
-/// The mirror direction of `wo` about a microfacet normal; `None` below the surface.
+/// Mirror direction of `wo` about a microfacet normal; `None` if it is below the surface.
 #[inline(always)]
 pub(crate) fn reflect(wo: Vec3, wm: Vec3) -> Option<Vec3> {
     let wi = 2.0 * wo.dot(wm) * wm - wo;
     (wi.z > 0.0).then_some(wi)
 }
 
-/// The refracted direction of `wo` at a microfacet; `None` for total reflection and above the surface. `eta` is the
-/// index of the far side relative to the near side.
+/// Refracted direction of `wo` at a microfacet; `None` for total reflection, or if it is above the surface. `eta` is
+/// the index of the far side relative to the near side.
 #[inline(always)]
 pub(crate) fn refract(wo: Vec3, wm: Vec3, eta: f32) -> Option<Vec3> {
     let (wi, is_valid) = refract_unchecked(wo, wm, eta);
     is_valid.then_some(wi)
 }
 
-/// [`refract`] without branches: a direction, and true if there is one.
+/// [`refract`] without branches: a direction, and true if it exists.
 #[inline(always)]
 pub(crate) fn refract_unchecked(wo: Vec3, wm: Vec3, eta: f32) -> (Vec3, bool) {
     let cosine = wo.dot(wm);

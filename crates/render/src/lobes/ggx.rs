@@ -17,7 +17,7 @@ pub(crate) struct Ggx {
     pub alpha_y: f32,
 }
 
-/// Narrower distributions are mirrors: float32 cannot resolve their peak.
+/// Narrower distributions count as mirrors, because float32 cannot resolve their peak.
 const MIN_ALPHA: f32 = 1e-3;
 
 impl Ggx {
@@ -39,7 +39,7 @@ impl Ggx {
         self.alpha_x.max(self.alpha_y) < MIN_ALPHA
     }
 
-    /// The perceptual roughness of an isotropic distribution about as wide.
+    /// Perceptual roughness of an isotropic distribution of about the same width.
     #[inline(always)]
     pub fn roughness(&self) -> f32 {
         (self.alpha_x * self.alpha_y).sqrt().sqrt()
@@ -77,7 +77,7 @@ impl Ggx {
         1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
     }
 
-    /// G / G1: of the microfacets visible from `wo`, the fraction visible from `wi` too.
+    /// G / G1: the fraction of the microfacets visible from `wo` that are also visible from `wi`.
     pub fn g_given_g1(&self, wo: Vec3, wi: Vec3) -> f32 {
         let lambda = self.lambda(wo);
         (1.0 + lambda) / (1.0 + lambda + self.lambda(wi))
@@ -102,12 +102,13 @@ impl Ggx {
     }
 }
 
-/// The microfacets that send light from `wi` to `wo`, without their Fresnel term.
+/// Microfacets that send light from `wi` to `wo`, without their Fresnel term.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MicrofacetEval {
     /// Cosine between `wo` and the normal of these microfacets.
     pub cosine: f32,
-    /// Factor of their reflectance or transmittance: D G over the cosines of the definition, times the cosine of `wi`.
+    /// Factor on their reflectance or transmittance: D G divided by the cosines of the definition, times the cosine of
+    /// `wi`.
     pub weight: f32,
     /// The density of sampling `wi` by [`Ggx::sample_wm`], by solid angle.
     pub pdf: f32,
@@ -122,14 +123,14 @@ impl MicrofacetEval {
         Self { cosine: wo.dot(wm), weight: shape * ggx.g(wo, wi), pdf: shape * ggx.g1(wo) }
     }
 
-    /// Microfacets that refract, all zero where no microfacet does. `eta` is the index of the side of `wi` relative to
-    /// that of `wo`.
+    /// Microfacets that refract; all zero if none refracts. `eta` is the index of the side of `wi` relative to that of
+    /// `wo`.
     #[inline(always)]
     pub fn refraction(ggx: &Ggx, eta: f32, wo: Vec3, wi: Vec3) -> Self {
         let wm = (wo + wi * eta).normalize_or_zero();
         let wm = if wm.z < 0.0 { -wm } else { wm };
         let (cosine, cosine_wi) = (wo.dot(wm), wi.dot(wm));
-        // d(wm) / d(wi), but for the eta^2 that radiance loses on this way.
+        // d(wm) / d(wi), without the factor eta^2 that radiance loses in this direction.
         let jacobian = -cosine_wi / (cosine + eta * cosine_wi).powi(2);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
         let shape = ggx.d(wm) * ggx.g(wo, mirrored) * cosine / wo.z;

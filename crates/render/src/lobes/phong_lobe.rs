@@ -23,7 +23,7 @@ pub(crate) struct PhongLobe {
 const ALBEDO_STEPS: usize = 32;
 
 impl PhongLobe {
-    /// The exponent of a model with a specular lobe.
+    /// Exponent of a model with a specular lobe.
     pub fn shininess(reflectance: &MaterialModel) -> Option<f32> {
         match *reflectance {
             MaterialModel::Phong { specular, shininess, .. } if specular != [0.0; 3] => Some(shininess),

@@ -7,7 +7,7 @@ use glam::Vec3;
 /// Orthonormal directions at a surface point, in the world.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadingFrame {
-    /// Normal of the triangle, on the viewer's side.
+    /// Geometric normal of the triangle, on the viewer's side.
     pub geometric: Vec3,
     /// Shading normal.
     pub normal: Vec3,
@@ -31,19 +31,19 @@ impl ShadingFrame {
         Vec3::new(self.tangent.dot(v), self.bitangent.dot(v), self.normal.dot(v))
     }
 
-    /// The frame with its own normal bent towards the viewer, and an arbitrary tangent.
+    /// The frame with its normal bent towards the viewer, and an arbitrary tangent.
     #[inline(always)]
     pub fn with_own_normal(&self) -> Self {
         self.with_axis(self.bend_towards_viewer(self.normal))
     }
 
-    /// The frame about another normal, with an arbitrary tangent.
+    /// A frame about another normal, with an arbitrary tangent.
     #[inline(always)]
     pub fn with_axis(&self, normal: Vec3) -> Self {
         self.with_axes(normal, normal.any_orthonormal_vector())
     }
 
-    /// The frame about another normal, bent towards the viewer, with its tangent as near to `tangent` as possible.
+    /// A frame about another normal, bent towards the viewer, whose tangent is as close to `tangent` as possible.
     pub fn with_shading_normal(&self, normal: Vec3, tangent: Option<Vec3>) -> Self {
         let normal = self.bend_towards_viewer(normal);
         let along = tangent
@@ -66,15 +66,16 @@ impl ShadingFrame {
         }
     }
 
-    /// A mapped normal, tilted towards the geometric normal just enough for the mirror direction of `wo` to lie above the
+    /// Mapped normal, tilted towards the geometric normal just enough for the mirror direction of `wo` to be above the
     /// surface. Otherwise, light that the normal map reflects into the surface would be lost.
     ///
-    /// In the plane of both normals, with angles from the geometric normal, the mirror direction of `wo` at angle phi about a
-    /// normal at angle a has the angle 2 a - phi. Its height is lowest allowed at an angle psi, so the largest a is
-    /// (phi + psi) / 2: the bisector of both directions.
+    /// In the plane of both normals, with angles from the geometric normal, the mirror direction of `wo` at angle phi
+    /// about a normal at angle a has the angle 2 a - phi. Let psi be the angle at which the mirror direction has the
+    /// lowest allowed height. The largest a is then (phi + psi) / 2: the bisector of both directions.
     #[inline]
     pub fn keep_mirror_above(&self, normal: Vec3) -> Vec3 {
-        /// Smallest cosine between the mirror direction and the geometric normal, and as a fraction of that of `wo`.
+        /// Smallest cosine between the mirror direction and the geometric normal: an absolute value, and a fraction of
+        /// the cosine of `wo`.
         const MIN_COSINE: f32 = 0.01;
         const MAX_FRACTION: f32 = 0.9;
         let (along, up) = (normal.dot(self.geometric), self.wo.dot(self.geometric));
@@ -105,14 +106,14 @@ impl ShadingFrame {
     }
 }
 
-/// A direction given about the z axis, turned so that z is `axis`.
+/// Rotates a direction given about the z axis so that z becomes `axis`.
 #[inline(always)]
 pub(crate) fn to_world_around(axis: Vec3, v: Vec3) -> Vec3 {
     let (right, up) = axis.any_orthonormal_pair();
     right * v.x + up * v.y + axis * v.z
 }
 
-/// Sine and cosine of an angle in turns, 0..=1, accurate to a rounding or two and the same on every machine
+/// Sine and cosine of an angle in turns, 0..=1, accurate to one or two roundings and equal on every machine
 /// (polynomials of S. Moshier, "Cephes", single precision).
 #[inline(always)]
 pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
@@ -121,18 +122,18 @@ pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     let x2 = x * x;
     let sin = ((-1.951_529_6e-4 * x2 + 8.332_161e-3) * x2 - 1.666_665_5e-1) * x2 * x + x;
     let cos = ((2.443_315_7e-5 * x2 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2) * x2 * x2 - 0.5 * x2 + 1.0;
-    // Selected: a branch would be mispredicted half of the time.
+    // Selected without a branch, which would be mispredicted half of the time.
     let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, sin) };
     let signed = |x: f32, quarter: u32| f32::from_bits(x.to_bits() ^ (quarter & 2) << 30);
     (signed(sin, quarter), signed(cos, quarter + 1))
 }
 
-/// The angle of (x, y) in turns, 0..=1: the inverse of [`sincos_turns`], from the same source. 0 where both are 0.
+/// Angle of (x, y) in turns, 0..=1: the inverse of [`sincos_turns`], from the same source. 0 if both coordinates are 0.
 #[inline(always)]
 pub(crate) fn atan2_turns(y: f32, x: f32) -> f32 {
     let (across, along) = (y.abs(), x.abs());
     let (less, more) = (across.min(along), across.max(along));
-    // Up to an eighth of a turn; above tan(pi / 8) from there.
+    // Up to an eighth of a turn; beyond that, above tan(pi / 8).
     let ratio = if more > 0.0 { less / more } else { 0.0 };
     let far = ratio > 0.414_213_57;
     let t = if far { (ratio - 1.0) / (ratio + 1.0) } else { ratio };
@@ -182,7 +183,7 @@ mod tests {
                     assert_eq!(found, normal);
                     continue;
                 }
-                // The judge is a search: the steepest tilt in the plane of both normals that is allowed.
+                // The reference is a search for the steepest allowed tilt in the plane of both normals.
                 let tilt = (normal * Vec3::new(1.0, 1.0, 0.0)).normalize();
                 let of = |angle: f32| tilt * angle.sin() + Vec3::Z * angle.cos();
                 let allowed = (0..9000).map(|i| (i as f32 / 100.0).to_radians());

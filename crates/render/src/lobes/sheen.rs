@@ -1,5 +1,5 @@
 //! Sheen of cloth, the Charlie lobe: A. C. Estevez and C. Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, as
-//! `KHR_materials_sheen` has it.
+//! in `KHR_materials_sheen`.
 
 use std::f32::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -10,7 +10,7 @@ use crate::lobes::albedo_grid::interpolate;
 
 /// Entries per axis of the albedo table: the square root of the cosine, and perceptual roughness.
 const TABLE_STEPS: usize = 32;
-/// Points of the quadrature of an entry.
+/// Quadrature points per table entry.
 const RADIAL_POINTS: u32 = 64;
 const ANGULAR_POINTS: u32 = 32;
 
@@ -18,7 +18,7 @@ const ANGULAR_POINTS: u32 = 32;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sheen {
     pub color: Vec3,
-    /// Perceptual.
+    /// Perceptual roughness.
     pub roughness: f32,
 }
 
@@ -30,7 +30,8 @@ static ALBEDO_TABLE: LazyLock<[[f32; TABLE_STEPS]; TABLE_STEPS]> = LazyLock::new
 impl Sheen {
     /// The reflectance times the cosine of `wi`.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        // Near the horizon the model reflects more than arrives: divided by the excess of either direction.
+        // Near the horizon the model would reflect more light than arrives, so it is divided by the excess of either
+        // direction.
         let excess = self.albedo(wo.z).max(self.albedo(wi.z)).max(1.0);
         self.color * (charlie_brdf(charlie_alpha(self.roughness), wo, wi) * wi.z / excess)
     }
@@ -54,7 +55,7 @@ impl Sheen {
     }
 }
 
-/// Width of the distribution; thinner fibres would show at the very horizon alone.
+/// Width of the distribution; thinner fibres would be visible only at the horizon.
 fn charlie_alpha(roughness: f32) -> f32 {
     (roughness * roughness).max(0.01)
 }
@@ -108,15 +109,15 @@ mod tests {
     }
 
     #[test]
-    fn the_lobe_matches_the_paper() {
-        // Equations 2 and 3, with table 1 at alpha = 1, where the soft fit counts alone.
+    fn lobe_matches_the_paper() {
+        // Equations 2 and 3, with table 1 at alpha = 1, where only the soft fit counts.
         let cosine = 0.6f64;
         let (a, b, c, d, e) = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054);
         let fit = |x: f64| a / (1.0 + b * x.powf(c)) + d * x + e;
         let lambda = (2.0 * fit(0.5) - fit(1.0 - cosine)).exp();
         let sine = (1.0 - cosine * cosine).sqrt();
         let v = Vec3::new(sine as f32, 0.0, cosine as f32);
-        // Seen along the light, which is the half vector.
+        // Seen along the light's direction, which is also the half vector.
         let density = (2.0 + 1.0) * sine / (2.0 * std::f64::consts::PI);
         let expected = density / ((1.0 + 2.0 * lambda) * 4.0 * cosine);
         let found = f64::from(white(1.0).eval(v, v).x);

@@ -1,3 +1,3 @@
-//! Motion blur: the states of a moving world while the shutter is open. Uses the prepared world.
+//! Motion blur: states of a moving world while the shutter is open. Uses the prepared world.
 
 pub(crate) mod shutter;

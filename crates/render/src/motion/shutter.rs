@@ -1,8 +1,8 @@
 //! World states over a camera's shutter.
 //!
 //! A sample's colour is that of the world in one of [`TIME_SLICES`] equal time slices, at the slice's middle. With a
-//! rolling shutter there are [`ROLLING_TIME_SLICES`] slices, if the moving objects are few and rigid. Ground truth is
-//! of the world at the exact middle of each row's exposure.
+//! rolling shutter there are [`ROLLING_TIME_SLICES`] slices, if the moving objects are few and rigid. Ground truth
+//! shows the world at the exact middle of each row's exposure.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -26,15 +26,15 @@ const ROLLING_TIME_SLICES: usize = 1024;
 const FINE_MAX_OBJECTS: usize = 128;
 /// Memory limit of the worlds of all rows of an image.
 const ROW_WORLDS_MAX_BYTES: usize = 2 << 30;
-/// Approximate memory of an object in a row's world, and of a deforming mesh's vertices and triangles with the BVH.
+/// Approximate memory of an object in a row's world, and of a deforming mesh's vertices, its triangles and their BVH.
 const OBJECT_BYTES: usize = 1024;
 const VERTEX_BYTES: usize = 128;
 const TRIANGLE_BYTES: usize = 128;
 
-/// States of a moving world over a shutter.
+/// States of a moving world while a shutter is open.
 pub(crate) struct ShutterSlices<'a> {
     world: &'a World,
-    /// World in the middle of the shutter's time.
+    /// World at the middle of the shutter's time.
     reference: &'a PreparedWorld,
     clock: WorldTime,
     /// Time from the opening of the first row until the closing of the last row, in seconds.
@@ -44,11 +44,11 @@ pub(crate) struct ShutterSlices<'a> {
     slices: Vec<OnceLock<Arc<PreparedWorld>>>,
 }
 
-/// Worlds of a tile's rows by their time, kept for the next tile, which mostly has the same rows.
+/// Worlds of a tile's rows by their time, kept for the next tile, which usually has the same rows.
 pub(crate) type RowWorlds = HashMap<u64, Arc<PreparedWorld>>;
 
 impl<'a> ShutterSlices<'a> {
-    /// Slices of a camera with a shutter and a moving world with a time; `None` otherwise.
+    /// Slices for a camera with a shutter and a moving world with a time; otherwise `None`.
     pub fn new(world: &'a World, still: &'a PreparedWorld, camera: &Camera) -> Option<Self> {
         let (motion, clock) = (camera.motion()?, world.time?);
         let readout = motion.readout();
@@ -69,7 +69,7 @@ impl<'a> ShutterSlices<'a> {
         self.readout > 0.0
     }
 
-    /// Slice in which a pixel is seen at a fraction of its exposure.
+    /// Slice that a pixel shows at a fraction of its exposure.
     pub fn slice_index(&self, camera: &Camera, pixel: DVec2, part: f64) -> usize {
         let time = camera.shutter_offset(pixel, part) / self.duration + 0.5;
         let slices = self.slices.len();
@@ -85,7 +85,7 @@ impl<'a> ShutterSlices<'a> {
         let part = (slice as f64 + 0.5) / self.slices.len() as f64;
         let time = (part - 0.5) * self.duration;
         let world = self.prepare_at(time, control)?;
-        // Another thread may have prepared the same world.
+        // Another thread may already have prepared the same world.
         Ok(place.get_or_init(|| world))
     }
 
@@ -108,7 +108,7 @@ impl<'a> ShutterSlices<'a> {
         Ok(rows[&time.to_bits()].clone())
     }
 
-    /// Regions of equal exposure time within a region (x, y, width, height): rows or columns.
+    /// Regions of equal exposure time within a region (x, y, width, height): rows or columns of pixels.
     pub fn rows_of(&self, camera: &Camera, [x, y, width, height]: [u32; 4]) -> Vec<[u32; 4]> {
         match camera.motion().map(ShutterMotion::direction) {
             Some(ReadoutDirection::Right | ReadoutDirection::Left) => {
@@ -140,8 +140,7 @@ impl<'a> ShutterSlices<'a> {
         let count = rows.len();
         let objects = OBJECT_BYTES * self.world.objects.len();
         let taken = AtomicUsize::new(count * objects);
-        rows
-            .into_par_iter()
+        rows.into_par_iter()
             .map(|pixel| {
                 let then = self.row_world(camera, pixel, control)?;
                 let deforming = self.deforming_bytes(&then);
@@ -149,9 +148,9 @@ impl<'a> ShutterSlices<'a> {
                     return Ok(then);
                 }
                 Err(RenderError::world(format!(
-                    "flow to a rolling shutter of {count} lines in a moving world needs too much memory: its {} objects, and \
-                     their deforming meshes, take about {} MiB per line, the limit for all lines is 2 GiB; use a second \
-                     camera with fewer lines or without a readout, or a world that does not move",
+                    "flow to a rolling shutter of {count} lines in a moving world requires too much memory: its {} \
+                     objects and their deforming meshes take about {} MiB per line, and the limit for all lines is 2 \
+                     GiB; use a second camera with fewer lines or without a readout, or a world that does not move",
                     then.geometry.instances.len(),
                     (objects + deforming).div_ceil(1 << 20)
                 )))
@@ -159,7 +158,7 @@ impl<'a> ShutterSlices<'a> {
             .collect()
     }
 
-    /// Approximate memory of the meshes that a row's world does not share.
+    /// Approximate memory of the meshes that a row's world does not share with others.
     fn deforming_bytes(&self, then: &PreparedWorld) -> usize {
         let objects = then.geometry.instances.iter().zip(&self.reference.geometry.instances);
         let deforming: HashMap<_, _> = objects
@@ -170,7 +169,7 @@ impl<'a> ShutterSlices<'a> {
         deforming.values().map(of_mesh).sum::<usize>()
     }
 
-    /// World description when the row at this fraction of the image, from 0 to 1, is in the middle of its exposure.
+    /// World description at the middle of the exposure of the row at this fraction of the image, from 0 to 1.
     pub fn scene_at_row(&self, line: f64) -> Result<World, RenderError> {
         self.scene_at((line - 0.5) * self.readout)
     }
@@ -186,10 +185,10 @@ impl<'a> ShutterSlices<'a> {
     }
 }
 
-/// The world at `seconds` after its own time, prepared; `reference` is the prepared `world`.
+/// Prepares the world at `seconds` after its own time; `reference` is the prepared `world`.
 ///
 /// # Errors
-/// [`RenderError::World`] if an object cannot be placed at this time, and errors of [`PreparedWorld::new`].
+/// [`RenderError::World`] if an object cannot be placed at this time; errors of [`PreparedWorld::new`].
 pub(crate) fn prepare_after(
     world: &World,
     reference: &PreparedWorld,
@@ -200,7 +199,7 @@ pub(crate) fn prepare_after(
     PreparedWorld::advance_world(&world_after(world, clock, seconds)?, reference, control)
 }
 
-/// The world `seconds` after `clock`.
+/// World `seconds` after `clock`.
 fn world_after(world: &World, clock: WorldTime, seconds: f64) -> Result<World, RenderError> {
     let clock = WorldTime { time: clock.time + seconds, ..clock };
     world.at_time(clock).map_err(RenderError::world)

@@ -1,4 +1,4 @@
-//! Bounds of closed dielectric bodies: light from outside must cross their surface.
+//! Bounds of closed dielectric bodies. Light from outside must cross the body's surface.
 
 use glam::DVec3;
 use raycam_scene::Alpha;
@@ -6,8 +6,8 @@ use raycam_scene::Alpha;
 use crate::prepare::instance::PreparedInstance;
 use crate::prepare::material::PreparedMaterial;
 
-/// For each material, the scene-local box of all bodies that it fills; `None` if the material has no interior, or
-/// fills a mesh that is open or not opaque.
+/// For each material: the scene-local box of all bodies that it fills; `None` if the material has no interior, or fills
+/// a mesh that is open or not opaque.
 pub(crate) fn closed_dielectric_bounds(
     objects: &[PreparedInstance],
     materials: &[PreparedMaterial],

@@ -1,24 +1,24 @@
-//! Parts of prepared worlds that a world and all that comes of it share: each is built once while its input lives.
+//! Parts of prepared worlds that related worlds share; each part is built once while its input exists.
 //!
-//! A part is kept as long as anyone else has the input that it was built of: a world at a time, a copy or a changed
-//! world finds the parts that the others have built, also when the one that built them is gone.
+//! A part is kept while anything else holds the input that it was built from. A world at another time, a copy or a
+//! changed world therefore finds the parts that other worlds have built, even after those worlds are dropped.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A part that was built of one input alone.
+/// Part that was built from a single input.
 pub(crate) trait BuiltPart {
     /// The input.
     type Input;
 
-    /// The input that it was built of.
+    /// Input that the part was built from.
     fn input(&self) -> &Arc<Self::Input>;
 }
 
 /// Built parts by the address of their inputs.
 #[derive(Debug)]
 pub(crate) struct SharedParts<P> {
-    /// Locked for look-ups alone: nothing is built or freed meanwhile, and a fork finds it free.
+    /// Locked only for look-ups: nothing is built or freed while it is locked, and a fork finds it unlocked.
     parts: Mutex<HashMap<usize, Arc<P>>>,
 }
 
@@ -33,7 +33,7 @@ impl<P: BuiltPart> SharedParts<P> {
         self.parts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The part of an input, if anyone has built it.
+    /// Part of an input, if it has been built.
     pub fn built_of(&self, input: &Arc<P::Input>) -> Option<Arc<P>> {
         self.lock().get(&Arc::as_ptr(input).addr()).cloned()
     }
@@ -43,7 +43,7 @@ impl<P: BuiltPart> SharedParts<P> {
         self.lock().values().find(|part| fits(part)).cloned()
     }
 
-    /// Keeps the parts of a world, and frees parts whose inputs no longer exist.
+    /// Stores the parts of a world, and frees parts whose inputs no longer exist.
     pub fn keep<'a>(&self, used: impl Iterator<Item = &'a Arc<P>>)
     where
         P: 'a,
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_lives_as_long_as_its_input() {
+    fn parts_are_freed_with_their_input() {
         let known = SharedParts::default();
         let [short, long] = ["a", "abc"].map(|text| Arc::new(String::from(text)));
         for text in [&short, &long] {

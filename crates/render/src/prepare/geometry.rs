@@ -9,6 +9,7 @@ use raycam_scene::{Camera, Object, TextureCache, World};
 
 use crate::error::RenderError;
 use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
+use crate::prepare::fog::PreparedFog;
 use crate::prepare::instance::{PreparedInstance, transformed_bounds};
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::mesh::PreparedMesh;
@@ -16,16 +17,16 @@ use crate::prepare::stretch::StretchedMeshes;
 use crate::prepare::texture::PreparedTexture;
 use crate::settings::Catchers;
 
-/// Distance from the scene's centre, in radii, beyond which a ray's origin is moved towards the scene: float32 would
-/// round the origin too coarsely.
+/// Distance from the scene's centre, in radii, beyond which a ray's origin is moved towards the scene, because float32
+/// would round the origin too coarsely.
 pub(crate) const MAX_ORIGIN_RADII: f64 = 16.0;
 
 /// Surfaces of a prepared world, relative to a local origin.
 #[derive(Debug)]
 pub(crate) struct Geometry {
-    /// The two-level scene that is always there: see [`Geometry::two_level`].
+    /// Two-level scene that always exists: see [`Geometry::two_level`].
     pub scene: Arc<Scene>,
-    /// Scenes for many rays.
+    /// Scenes that are built for many rays.
     pub on_demand: Arc<OnDemandScenes>,
     /// World coordinates of the scene-local origin: the [`rounded_center`](crate::prepare::mesh::rounded_center) of the
     /// bounding box.
@@ -33,22 +34,24 @@ pub(crate) struct Geometry {
     /// Radius of a bounding sphere around `origin`.
     pub radius: f64,
     pub instances: Vec<PreparedInstance>,
-    /// World-space boxes that cover all instances; empty for a world within an exposure.
+    /// World-space boxes that contain all instances; empty for a world within an exposure.
     pub object_bounds: Vec<[DVec3; 2]>,
     pub materials: Arc<Vec<PreparedMaterial>>,
     /// Result of [`Geometry::dielectric_bounds`], computed on demand.
     dielectric_bounds: OnceLock<Vec<Option<[DVec3; 2]>>>,
-    /// True if some material is not opaque.
+    /// Fog outside of objects.
+    pub fog: Option<PreparedFog>,
+    /// True if any material is not opaque.
     pub has_transparency: bool,
     pub textures: Arc<Vec<Arc<PreparedTexture>>>,
-    /// Texture cache that bounds the memory of the images, if any.
+    /// Texture cache that limits the memory of the images, if there is one.
     pub texture_cache: Option<Arc<TextureCache>>,
 }
 
-/// Scenes that a world builds for many rays, and the count of exact rays that decides when.
+/// Scenes that a world builds for many rays, and the count of exact rays that determines when.
 #[derive(Debug, Default)]
 pub(crate) struct OnDemandScenes {
-    /// `None` if it would be too large or too coarse.
+    /// `None` if the flattened scene would be too large or too coarse.
     pub flattened: OnceLock<Option<Scene>>,
     /// Two-level scene with re-braided leaves, for a world whose scene has none. `None` if it cannot be built.
     pub rebraided: OnceLock<Option<Scene>>,
@@ -59,7 +62,7 @@ pub(crate) struct OnDemandScenes {
 }
 
 impl OnDemandScenes {
-    /// `None` at first, for a world created from another world by moving objects.
+    /// Initially `None` for a world created from another world by moving objects.
     pub fn of_moved() -> Self {
         Self { is_of_moved: true, ..Self::default() }
     }
@@ -81,17 +84,17 @@ impl Extent {
 }
 
 impl Geometry {
-    /// The bounds of all objects, scene-local; without a size if there are none.
+    /// Scene-local bounds of all objects; empty if there are none.
     pub fn bounds(&self) -> [DVec3; 2] {
         let all = self.object_bounds.iter().copied().reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
         all.map_or([DVec3::ZERO; 2], |bounds| bounds.map(|corner| corner - self.origin))
     }
 
-    /// Places meshes, one for each object, with the materials and textures of the world. It shares the scenes of the
-    /// geometry `before` where nothing has moved, and has the quickest to build where something has.
+    /// Places meshes, one for each object, with the world's materials and textures. If nothing has moved, the scenes of
+    /// the geometry `before` are shared; otherwise the scene that is fastest to build is used.
     ///
     /// # Errors
-    /// [`RenderError::World`] where float32 does not reach; errors of [`StretchedMeshes::of_instance`].
+    /// [`RenderError::World`] if coordinates exceed float32; errors of [`StretchedMeshes::of_instance`].
     pub fn new(
         world: &World,
         meshes: Vec<Arc<PreparedMesh>>,
@@ -119,6 +122,7 @@ impl Geometry {
             object_bounds: vec![],
             dielectric_bounds: OnceLock::new(),
             instances,
+            fog: PreparedFog::of_world(world, extent.origin),
             has_transparency: materials.iter().any(PreparedMaterial::is_transparent),
             materials,
             textures,
@@ -131,12 +135,12 @@ impl Geometry {
         if let Some(known) = self.dielectric_bounds.get() {
             return known;
         }
-        // Computed outside of the cell: threads must not wait for it.
+        // Computed before the cell is locked, so that threads do not wait for it.
         let bounds = closed_dielectric_bounds(&self.instances, &self.materials, self.origin);
         self.dielectric_bounds.get_or_init(|| bounds)
     }
 
-    /// True if camera rays see the background in place of an instance.
+    /// True if camera rays show the background in place of an instance.
     #[inline]
     pub fn is_left_out(&self, catchers: Catchers, instance: u32) -> bool {
         match catchers {
@@ -146,7 +150,7 @@ impl Geometry {
         }
     }
 
-    /// The camera with ray origins outside of the scene, where its rays come from infinity.
+    /// Camera whose ray origins are outside the scene, if its rays come from infinity.
     pub fn camera_outside(&self, camera: &Camera) -> Camera {
         camera.with_ray_origins_outside(self.origin, self.radius)
     }
@@ -156,7 +160,7 @@ impl Geometry {
     pub fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
         let object = &self.instances[instance as usize];
         let mesh = &*object.mesh.mesh;
-        // Written out: the compiler may not inline `map`.
+        // Written out, because the compiler may not inline `map`.
         let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
         let corners = [mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]];
         if object.is_identity {
@@ -167,13 +171,13 @@ impl Geometry {
         [placed(a), placed(b), placed(c)]
     }
 
-    /// Scene-local float32 ray of a world-space ray, and the distance by which its origin was moved along it, in
+    /// Scene-local float32 ray of a world-space ray, and the distance by which its origin was moved along the ray, in
     /// lengths of the direction.
     pub fn local_ray(&self, origin: DVec3, direction: DVec3, t_max: f64) -> (Ray, f64) {
         let start = origin - self.origin;
         let mut moved = 0.0;
         if self.is_far(start) {
-            // To the foot of the perpendicular from the centre, less twice the radius.
+            // Moved to the foot of the perpendicular from the centre, minus twice the radius.
             let length = direction.length();
             let foot = -start.dot(direction) / (length * length);
             moved = (foot - 2.0 * self.radius / length).clamp(0.0, t_max.max(0.0));
@@ -190,7 +194,7 @@ impl Geometry {
         (ray, moved)
     }
 
-    /// True if rays with this scene-local origin are moved along themselves.
+    /// True if rays with this scene-local origin are moved along their direction.
     pub fn is_far(&self, start: DVec3) -> bool {
         start.length_squared() > (MAX_ORIGIN_RADII * self.radius).powi(2)
     }
@@ -224,7 +228,7 @@ fn place_instances(
     objects.map(place).collect()
 }
 
-/// True if both place the same meshes by the same transforms.
+/// True if both place the same meshes with the same transforms.
 fn has_same_places(instances: &[PreparedInstance], others: &[PreparedInstance]) -> bool {
     let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh, object.is_visible);
     instances.iter().map(place).eq(others.iter().map(place))
@@ -233,7 +237,7 @@ fn has_same_places(instances: &[PreparedInstance], others: &[PreparedInstance]) 
 /// The two-level scene of placed meshes.
 ///
 /// # Errors
-/// [`RenderError::World`] where float32 does not reach.
+/// [`RenderError::World`] if coordinates exceed float32.
 pub(crate) fn build_scene(
     leaves: TlasLeaves,
     instances: &[PreparedInstance],

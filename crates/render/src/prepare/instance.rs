@@ -9,14 +9,14 @@ use raycam_scene::Object;
 use crate::prepare::mesh::PreparedMesh;
 use crate::prepare::stretch::StretchedBvh;
 
-/// Bounding boxes of a scene, at most; the objects of a scene with more objects share one box.
+/// Maximum number of bounding boxes of a scene; the objects of a scene with more objects share one box.
 const MAX_BOXES: usize = 256;
 
 /// Mesh placed in the scene.
 #[derive(Debug)]
 pub(crate) struct PreparedInstance {
     pub mesh: Arc<PreparedMesh>,
-    /// BVH to trace in place of the mesh's.
+    /// BVH to trace instead of the mesh's own.
     pub stretched: Option<StretchedBvh>,
     pub world_from_mesh: DAffine3,
     /// True if `world_from_mesh` is the identity.
@@ -36,30 +36,29 @@ pub(crate) struct PreparedInstance {
     pub is_catcher: bool,
 }
 
-/// Upper bound on the float32 roundings of the largest coordinates between a surface and a ray that leaves it:
-/// vertices, transform, origin and direction of the ray, shear of the triangle test.
+/// Upper bound on the number of float32 roundings, each of the largest coordinate, between a surface and a ray that
+/// leaves it: vertices, transform, origin and direction of the ray, shear of the triangle test.
 const MAX_ROUNDINGS: f64 = 8.0;
 
 /// Bounds on float32 errors of an instance's points, in units of one rounding.
 #[derive(Debug)]
 pub(crate) struct ErrorBounds {
-    /// Growth of a point's error into the mesh's coordinates and back: |M| |M^-1|.
+    /// Growth of a point's error when it is transformed to mesh coordinates and back: |M| |M^-1|.
     per_point: DMat3,
     /// Error of the instance's translation and of its vertices.
     per_mesh: DVec3,
 }
 
 impl ErrorBounds {
-    /// Columns of both parts.
+    /// Columns of both matrices.
     #[inline(always)]
     pub fn columns(&self) -> [DVec3; 4] {
         let Self { per_point: of_point, per_mesh: of_mesh } = self;
         [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
     }
 
-    /// Bound on the distance along `normal` by which float32 displaces a point on the instance, a ray that starts
-    /// there, and the triangles around it. `point` is scene-local; the first two arguments are
-    /// [`ErrorBounds::columns`].
+    /// Bound on the float32 displacement along `normal` of a point on the instance, of a ray that starts there, and of
+    /// the triangles around it. `point` is scene-local; the first two arguments are [`ErrorBounds::columns`].
     #[inline(always)]
     pub fn error_along([x, y, z]: [DVec3; 3], of_mesh: DVec3, point: DVec3, normal: DVec3) -> f64 {
         let per_axis = DMat3::from_cols(x, y, z) * point.abs() + of_mesh;
@@ -77,7 +76,7 @@ impl PreparedInstance {
     ) -> Self {
         let linear = object.world_from_mesh.matrix3;
         let stretch = stretched.as_ref().map_or(DMat3::IDENTITY, |own| own.stretch);
-        // From the coordinates that rays are traced in.
+        // From the coordinates in which rays are traced.
         let traced = linear * stretch.inverse();
         let of_point = traced.abs() * traced.inverse().abs();
         let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();
@@ -112,8 +111,8 @@ impl PreparedInstance {
         MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
-    /// Instance of the mesh's BVH, or of its stretched one, in scene-local coordinates. One that is not visible is
-    /// flattened to a point, which nothing hits.
+    /// Instance of the mesh's BVH, or of its stretched BVH, in scene-local coordinates. An invisible instance is
+    /// flattened to a point, which rays cannot hit.
     pub fn bvh_instance(&self, origin: DVec3) -> Instance {
         if !self.is_visible {
             return Instance { bvh: self.mesh.bvh.clone(), world_from_mesh: [[0.0; 4]; 3] };
@@ -144,7 +143,7 @@ pub(crate) fn transformed_bounds(mesh: &PreparedMesh, world_from_mesh: &DAffine3
     (0..8).map(corner).fold(nothing, |[l, u], c| [l.min(c), u.max(c)])
 }
 
-/// World-space boxes that cover all instances, padded by the float32 errors of rays that start within `reach` of the
+/// World-space boxes that contain all instances, padded by the float32 errors of rays that start within `reach` of the
 /// scene's origin.
 pub(crate) fn object_bounds(objects: &[PreparedInstance], origin: DVec3, reach: f64) -> Vec<[DVec3; 2]> {
     let each = (MAX_BOXES / objects.len().max(1)).max(1);

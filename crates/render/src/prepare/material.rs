@@ -10,26 +10,26 @@ use crate::lobes::albedo_dielectric::DielectricAlbedo;
 use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, is_straight, reflects_only};
 use crate::lobes::phong_lobe::PhongLobe;
 
-/// Material and the data that depends on it alone.
+/// Material and the data that depends only on it.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub material: Material,
     /// The specular lobe, if present.
     pub phong_lobe: Option<Arc<PhongLobe>>,
-    /// The batched BSDF of its hits.
+    /// Batched BSDF of its hits.
     pub kind: BatchKind,
-    /// True if light passes straight on through its surface: a smooth wall without an interior.
+    /// True if light passes straight through its surface: a smooth wall without an interior.
     pub is_straight: bool,
-    /// True if no light passes its surface but by opacity.
+    /// True if light passes its surface only because of its opacity.
     pub reflects_only: bool,
     /// Absorption per metre of its interior, if it has one.
     pub absorption: Option<Vec3>,
-    /// Albedo tables of its interface, where it refracts.
+    /// Albedo tables of its interface, if it refracts.
     pub dielectric_tables: Arc<[DielectricAlbedo]>,
 }
 
 impl PreparedMaterial {
-    /// True if it is a Lambertian reflector alone, whose samples may be guided.
+    /// True if it is only a Lambertian reflector, whose samples may be guided.
     pub fn is_diffuse(&self) -> bool {
         matches!(self.kind, BatchKind::Diffuse(_))
     }
@@ -40,7 +40,7 @@ impl PreparedMaterial {
     }
 }
 
-/// Prepares all materials; equal Phong lobes are shared, and what `known` materials of the same number have.
+/// Prepares all materials. Equal Phong lobes are shared, as is the data of `known` materials with the same index.
 pub(crate) fn prepare_materials(
     materials: &[Material],
     known: &Arc<Vec<PreparedMaterial>>,

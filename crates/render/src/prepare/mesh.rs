@@ -1,4 +1,4 @@
-//! Prepared meshes: BVHs, built once and refitted while only the vertices move.
+//! Prepared meshes: BVHs that are built once, and refitted while only the vertices move.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
@@ -24,24 +24,24 @@ pub(crate) struct PreparedMesh {
     pub lower: DVec3,
     pub upper: DVec3,
     pub center: DVec3,
-    /// BVHs of the mesh after a linear map, as long as an instance has them.
+    /// BVHs of the mesh after a linear map, kept while an instance uses them.
     stretched: Mutex<Vec<(DMat3, Weak<Bvh>)>>,
     /// Result of [`is_watertight`], computed on demand.
     is_closed: OnceLock<bool>,
-    /// Topology, found on demand.
+    /// Topology, computed on demand.
     surface: OnceLock<SurfaceTopology>,
-    /// Triangles around each point, found on demand.
+    /// Triangles around each point, computed on demand.
     point_triangles: OnceLock<PointTriangles>,
     /// SAH cost of the BVH when it was built.
     built_cost: f64,
 }
 
-/// Memory of a triangle while its BVH is built, and a margin.
+/// Memory per triangle while its BVH is built, including a margin.
 const BUILD_BYTES: u64 = 200;
 /// SAH cost of a refitted BVH, relative to the built one, above which the BVH is rebuilt.
 const MAX_REFIT_COST_RATIO: f64 = 1.5;
 
-/// Prepared meshes of a world by index, and the indices of those that are not there yet.
+/// Prepared meshes of a world by index, and the indices of the meshes that are not prepared yet.
 #[derive(Debug)]
 pub(crate) struct MeshList {
     known: Vec<Option<Arc<PreparedMesh>>>,
@@ -49,7 +49,7 @@ pub(crate) struct MeshList {
 }
 
 impl MeshList {
-    /// The meshes that objects show, as far as `parts` has them.
+    /// Meshes that objects show, as far as `parts` contains them.
     pub fn new(world: &World, parts: &SharedParts<PreparedMesh>) -> Self {
         let mut known: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
         let mut missing = vec![];
@@ -67,14 +67,15 @@ impl MeshList {
         Self { known, missing }
     }
 
-    /// True if nothing has to be built.
+    /// True if nothing needs to be built.
     pub fn is_complete(&self) -> bool {
         self.missing.is_empty()
     }
 }
 
-/// Prepares every mesh that an object shows, by its index in the world: builds what `list` lacks. `previous` are the
-/// meshes of the previous world's instances, in order; they, or others of `parts`, are refitted if only vertices moved.
+/// Prepares every mesh that an object shows, by its index in the world; builds the meshes missing in `list`. `previous`
+/// contains the meshes of the previous world's instances, in order; these, or others of `parts`, are refitted if only
+/// vertices moved.
 pub(crate) fn prepare_meshes(
     world: &World,
     list: MeshList,
@@ -138,8 +139,8 @@ impl PreparedMesh {
         }
     }
 
-    /// BVH of the mesh, around its centre, after a linear map; `index` is for errors. Refitted, which costs rays
-    /// nothing where all boxes are squeezed alike, outside of the lock: threads must not wait for it.
+    /// BVH of the mesh around its centre, after a linear map; `index` is used for errors. It is refitted outside the
+    /// lock, so that threads do not wait for it; refitting does not slow rays down if all boxes are squeezed equally.
     pub fn stretched_bvh(&self, index: usize, stretch: DMat3) -> Result<Arc<Bvh>, RenderError> {
         let known = || self.stretched.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known().iter().find(|(own, _)| *own == stretch).and_then(|(_, bvh)| bvh.upgrade());
@@ -160,26 +161,26 @@ impl PreparedMesh {
         Ok(bvh)
     }
 
-    /// Result of [`is_watertight`]. Computed outside of the cell: threads must not wait for it.
+    /// Result of [`is_watertight`]. Computed before the cell is locked, so that threads do not wait for it.
     pub fn is_watertight(&self) -> bool {
         let known = self.is_closed.get().copied();
         let body = known.unwrap_or_else(|| is_watertight(&self.mesh));
         *self.is_closed.get_or_init(|| body)
     }
 
-    /// True if a mesh has as many vertices and triangles: perhaps it is the same in another form.
+    /// True if a mesh has the same number of vertices and triangles, so that it may be a deformed version.
     fn has_size_of(&self, mesh: &Mesh) -> bool {
         (self.mesh.vertices.len(), self.mesh.triangles.len()) == (mesh.vertices.len(), mesh.triangles.len())
     }
 
-    /// Topology of the mesh. Found outside of the cell: threads must not wait for it.
+    /// Topology of the mesh. Computed before the cell is locked, so that threads do not wait for it.
     pub fn surface(&self) -> &SurfaceTopology {
         let known = self.surface.get().is_some();
         let found = if known { SurfaceTopology::default() } else { SurfaceTopology::new(&self.mesh) };
         self.surface.get_or_init(|| found)
     }
 
-    /// Triangles around each point of the mesh, found as [`PreparedMesh::surface`].
+    /// Triangles around each point of the mesh, computed like [`PreparedMesh::surface`].
     pub fn point_triangles(&self) -> &PointTriangles {
         let known = self.point_triangles.get().is_some();
         let found = if known { PointTriangles::default() } else { PointTriangles::new(&self.mesh) };
@@ -209,14 +210,14 @@ impl BuiltPart for PreparedMesh {
     }
 }
 
-/// Centre of a box, rounded to an eighth of the power of two above the radius: it stays where it is while little of
-/// what the box surrounds moves, and costs float32 coordinates an eighth of a bit.
+/// Centre of a box, rounded to an eighth of the power of two above its radius. The centre therefore stays constant
+/// while the contents of the box move little, and float32 coordinates lose only an eighth of a bit.
 pub(crate) fn rounded_center(lower: DVec3, upper: DVec3) -> DVec3 {
     let half = (upper - lower) / 2.0;
     let center = lower + half;
     let step = half.length().log2().ceil().exp2() / 8.0;
     let rounded = (center / step).round() * step;
-    // A point has no radius, and the farthest places no step.
+    // A point has no radius, and very distant positions have no representable step.
     if step > 0.0 && rounded.is_finite() { rounded } else { center }
 }
 
@@ -227,7 +228,7 @@ fn build_bvh(index: usize, mesh: &Mesh, center: DVec3, stretch: DMat3) -> Result
     Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build { mesh: index, source })
 }
 
-/// Checks that there is memory for the tree of a mesh.
+/// Checks that there is enough memory for the BVH of a mesh.
 fn check_build_memory(index: usize, mesh: &Mesh) -> Result<(), RenderError> {
     let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
     check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)

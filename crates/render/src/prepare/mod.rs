@@ -1,10 +1,11 @@
-//! Preparation: from the world as described to the world as traced.
+//! Preparation: converts the world's description to the form that is traced.
 //!
 //! [`world::PreparedWorld`] composes [`geometry::Geometry`] (BVH, instances, materials, textures), the lights and the
-//! caustic maps. Everything but `world.rs` uses the lobes and the sampling alone; `world.rs` sits above the lights.
+//! caustic maps. All files except `world.rs` use only the lobes and the sampling; `world.rs` also uses the lights.
 
 pub(crate) mod dielectric_bounds;
 pub(crate) mod family;
+pub(crate) mod fog;
 pub(crate) mod geometry;
 pub(crate) mod instance;
 pub(crate) mod material;

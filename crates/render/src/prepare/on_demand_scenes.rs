@@ -1,9 +1,10 @@
 //! Scenes for many rays: all instances in one flattened BVH, or two levels with re-braided leaves.
 //!
-//! If instances overlap or are close, as things on a floor are, most rays traverse several BVHs from their roots.
-//! A single BVH over all triangles has one root. Its build time and memory pay off for many rays only: the samples of
-//! one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep the two-level
-//! scene. Of a world that was made by moving things the leaves are whole instances, until more rays ask for it.
+//! If instances overlap or are close together, like things on a floor, most rays traverse several BVHs from their
+//! roots. A single BVH over all triangles has one root, but its build time and memory are justified only for many rays:
+//! the samples of one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep
+//! the two-level scene. If a world was created by moving things, the leaves are whole instances until many rays are
+//! traced.
 
 use std::sync::atomic::Ordering;
 
@@ -15,43 +16,43 @@ use crate::prepare::geometry::{Geometry, OnDemandScenes, build_scene};
 use crate::prepare::instance::PreparedInstance;
 use crate::thread_pool::in_pool;
 
-/// Samples per triangle that justify the build, with a margin, if instances are close.
+/// Samples per triangle that justify the build if instances are close together, including a margin.
 const SAMPLES_TO_PAY: u64 = 4;
 /// Samples per triangle that justify the build if instances are far apart, so that few rays enter several.
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
-/// Exact rays per triangle that justify the build; there are fewer, and they are coherent.
+/// Exact rays per triangle that justify the build; there are fewer of them, and they are coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
-/// The same for a world that was made of another by moving things: it will hardly stay either.
+/// The same for a world that was created from another by moving things, and will probably be moved again.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
-/// Rays per triangle that pay for re-braiding, which makes a reference of 64 triangles.
+/// Rays per triangle that justify re-braiding, which creates one reference per 64 triangles.
 const RAYS_TO_PAY_REBRAIDING: usize = 4;
-/// Rays that pay for it at least, however few the triangles.
+/// Minimum number of rays that justify re-braiding, even for few triangles.
 const MIN_RAYS_TO_PAY_REBRAIDING: usize = 1 << 15;
-/// Largest number of triangles; the build needs some 200 bytes per triangle.
+/// Maximum number of triangles; the build requires about 200 bytes per triangle.
 const MAX_TRIANGLES: usize = 1 << 22;
 /// Smallest extent of an instance's mean triangle, in float32 steps of the scene's radius: coarser coordinates would
 /// deform small objects.
 const MIN_F32_STEPS: f64 = 64.0;
 
 impl Geometry {
-    /// Two-level scene: re-braided if it was built so or has become so.
+    /// Two-level scene, re-braided if it was built that way or has been re-braided since.
     pub(crate) fn two_level(&self) -> &Scene {
         self.on_demand.rebraided.get().and_then(Option::as_ref).unwrap_or(&self.scene)
     }
 
-    /// Re-braids the two-level scene of a moved world if this many rays pay for it. Hits are the same with and without.
+    /// Re-braids the two-level scene of a moved world if this many rays justify it. Hits do not change.
     pub(crate) fn rebraid_if_worth(&self, rays: usize) {
         let OnDemandScenes { rebraided, is_of_moved, .. } = &*self.on_demand;
         let enough = || (RAYS_TO_PAY_REBRAIDING * self.triangle_count()).max(MIN_RAYS_TO_PAY_REBRAIDING);
         if *is_of_moved && rebraided.get().is_none() && rays >= enough() {
-            // As the flattened scene: not inside of `get_or_init`.
+            // As for the flattened scene: not inside `get_or_init`.
             let build = || build_scene(TlasLeaves::Subtrees, &self.instances, self.origin).ok();
             let _ = rebraided.set(in_pool(build).ok().flatten());
         }
     }
 
-    /// Scene that a frame of this many samples is traced against. Depends on the world and that number alone: the
-    /// same frame has the same bits.
+    /// Scene against which a frame of this many samples is traced. It depends only on the world and that number, so
+    /// that equal frames are bit-identical.
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
         let flattened = self.flattened_if_worth(|_| self.flattening_pays(samples));
         flattened.unwrap_or_else(|| {
@@ -60,13 +61,13 @@ impl Geometry {
         })
     }
 
-    /// True if a frame of this many samples pays for the flattened scene.
+    /// True if a frame of this many samples justifies the flattened scene.
     pub(crate) fn flattening_pays(&self, samples: u64) -> bool {
         let enough = |each| samples / each >= self.triangle_count() as u64;
         enough(SAMPLES_TO_PAY_SPARSE) || (enough(SAMPLES_TO_PAY) && self.instances_are_close())
     }
 
-    /// Flattened scene, built if `pays` for the number of triangles.
+    /// Flattened scene, built if `pays` returns true for the number of triangles.
     fn flattened_if_worth(&self, pays: impl Fn(u64) -> bool) -> Option<&Scene> {
         if self.scene.is_single_level() || !pays(self.triangle_count() as u64) {
             return None;
@@ -80,7 +81,7 @@ impl Geometry {
         tree.get().and_then(Option::as_ref)
     }
 
-    /// Counts exact rays and builds the scenes for many once they pay for them. Hits are the same with and without.
+    /// Counts exact rays and builds the scenes for many rays as soon as their number justifies it. Hits do not change.
     pub(crate) fn note_exact_rays(&self, rays: u64) {
         let OnDemandScenes { flattened, exact_rays, is_of_moved, .. } = &*self.on_demand;
         if flattened.get().is_none() {
@@ -102,14 +103,14 @@ impl Geometry {
         self.exact_scene().closest_exact(rays, self, hits);
     }
 
-    /// True if the box of one instance holds all others: a room with its things.
+    /// True if the box of one instance contains all others, such as a room with its objects.
     pub(crate) fn is_room(&self) -> bool {
         let corners = || self.instance_boxes().map(|(middle, half)| [middle - half, middle + half]);
         let all = corners().reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
         corners().any(|own| Some(own) == all)
     }
 
-    /// Middles and half diagonals of the boxes of all instances.
+    /// Centres and half diagonals of the boxes of all instances.
     fn instance_boxes(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
         self.instances.iter().filter(|object| object.is_visible).map(|object: &PreparedInstance| {
             let (mesh, place) = (&object.mesh, object.world_from_mesh);
@@ -118,8 +119,8 @@ impl Geometry {
         })
     }
 
-    /// True if the gap between two instances' boxes is at most a quarter of the smaller size; assumed for very many
-    /// instances.
+    /// True if the gap between two instances' boxes is at most a quarter of the smaller size. True without a test for
+    /// very many instances.
     fn instances_are_close(&self) -> bool {
         const MAX_COMPARED: usize = 1 << 12;
         let boxes: Vec<(DVec3, DVec3)> = self.instance_boxes().collect();
@@ -139,7 +140,7 @@ impl Geometry {
         (0..self.instances.len()).map(count).sum()
     }
 
-    /// Triangles of an instance that rays can hit.
+    /// Triangles of an instance if rays can hit it.
     fn instance_triangles(&self, object: usize) -> &[[u32; 3]] {
         let object = &self.instances[object];
         if object.is_visible { &object.mesh.mesh.triangles } else { &[] }
@@ -191,7 +192,7 @@ mod tests {
     use crate::settings::{Integrator, Settings};
     use crate::tile_renderer::traced_samples;
 
-    /// Balls on a floor, one of them stretched, two of one mesh.
+    /// Balls on a floor: one is stretched, two share a mesh.
     fn world() -> World {
         let mut world = World::default();
         let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());
@@ -230,7 +231,7 @@ mod tests {
         assert!(std::ptr::eq(few, &*prepared.geometry.scene));
         let many = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles);
         assert!(many.is_single_level());
-        // Kept while nothing moves.
+        // The scene is kept while nothing moves.
         let mut lit = world.clone();
         lit.lights.clear();
         let lit = prepare(&lit, Some(&prepared));
@@ -251,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn segments_count_in_closed_rooms() {
+    fn samples_in_closed_rooms_count_every_segment() {
         let mut world = world();
         let traced = |world: &World, max_depth, integrator| {
             let settings = Settings { max_depth, integrator, ..Settings::default() };
@@ -276,7 +277,7 @@ mod tests {
         let pool = pool.build().unwrap();
         for _ in 0..10 {
             let prepared = prepare(&world, None);
-            // From threads outside of the pool, as Python's are.
+            // From threads outside the pool, like Python's threads.
             std::thread::scope(|scope| {
                 for turn in 0..8 {
                     let (pool, prepared) = (&pool, &prepared);
@@ -292,7 +293,7 @@ mod tests {
     #[test]
     fn exact_rays_use_the_flattened_scene_after_enough_rays() {
         let mut world = world();
-        // Coincident objects: the first one is hit.
+        // Coincident objects: the first object is hit.
         for i in [0, 1, 0, 2, 0] {
             let object = world.objects[i].clone();
             world.add_object(object).unwrap();
@@ -348,13 +349,13 @@ mod tests {
         assert!(!std::ptr::eq(moved.geometry.two_level(), own));
         moved.geometry.closest_exact(&rays, &mut hits);
         assert!(hits == before);
-        // Kept while nothing moves.
+        // The scene is kept while nothing moves.
         let again = prepare(&other, Some(&moved));
         assert!(std::ptr::eq(again.geometry.two_level(), moved.geometry.two_level()));
     }
 
     #[test]
-    fn small_objects_in_a_large_world_keep_two_levels() {
+    fn small_objects_in_a_large_world_keep_two_level_scenes() {
         let mut world = world();
         let scale = DAffine3::from_scale(DVec3::splat(100.0));
         world.objects[0].world_from_mesh = scale;
@@ -364,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn images_are_equal_up_to_rounding_and_independent_of_history() {
+    fn images_do_not_depend_on_earlier_movement_or_scene_type() {
         let world = world();
         let prepared = prepare(&world, None);
         let camera = camera([0.5, -5.0, 3.0], [60, 40]);

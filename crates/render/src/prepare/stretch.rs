@@ -1,8 +1,9 @@
-//! Stretched meshes: an instance that squeezes its mesh gets a BVH over the squeezed mesh.
+//! Stretched meshes: an instance whose transform squeezes its mesh gets a BVH over the squeezed mesh.
 //!
-//! Rays are traced in the coordinates of a mesh. Where its transform squeezes it along one axis to a small fraction,
-//! one float32 rounding in the scene is that much larger there, and boxes padded by as much hold rays far from them.
-//! So the mesh is squeezed first, and the rest of the transform is nearly a rotation with one scale.
+//! Rays are traced in mesh coordinates. If a transform squeezes the mesh to a small fraction along one axis, one
+//! float32 rounding in the scene becomes much larger in mesh coordinates, and boxes padded by that amount contain rays
+//! far away from them. The mesh is therefore squeezed first; the rest of the transform is nearly a rotation with a
+//! uniform scale.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,11 +16,12 @@ use raycam_scene::math::polar::polar;
 use crate::error::RenderError;
 use crate::prepare::mesh::PreparedMesh;
 
-/// Condition number, in the infinity norm, up to which a transform is left to the traversal; a rotation has up to 3.
+/// Maximum condition number, in the infinity norm, for which the BVH is not stretched; a rotation has at most 3.
 const MAX_CONDITION: f64 = 6.0;
-/// Triangles of the stretched meshes of a world, at most.
+/// Maximum number of triangles in the stretched meshes of a world.
 const MAX_TRIANGLES: usize = 1 << 22;
-/// Steps to which the entries of a stretch are rounded, as a fraction of the largest: rotations do not change it.
+/// Step to which the entries of a stretch are rounded, as a fraction of the largest entry, so that rotations do not
+/// change the stretch.
 const STRETCH_STEPS: f64 = (1u64 << 24) as f64;
 
 /// BVH over a mesh after a linear map.
@@ -37,7 +39,7 @@ pub(crate) struct StretchedMeshes {
 }
 
 impl StretchedMeshes {
-    /// The stretched mesh of an instance; `None` if its transform asks for none, or the world has too many.
+    /// Stretched mesh of an instance; `None` if its transform requires none, or if the world has too many.
     ///
     /// # Errors
     /// [`RenderError::OutOfMemory`] and [`RenderError::Build`].
@@ -51,7 +53,7 @@ impl StretchedMeshes {
         if let Some(known) = self.by_mesh.get(&key) {
             return Ok(known.clone());
         }
-        // Counted by the world alone: the same world has the same bits, whatever else is in memory.
+        // Counted per world, so that equal worlds are bit-identical whatever else is in memory.
         let triangles = self.triangles.saturating_add(mesh.mesh.triangles.len());
         let found = if triangles > MAX_TRIANGLES {
             None
@@ -64,20 +66,20 @@ impl StretchedMeshes {
     }
 }
 
-/// The stretch to apply to a mesh before its BVH is built; `None` if none is needed or the transform is flat.
+/// Stretch to apply to a mesh before its BVH is built; `None` if none is needed or the transform is flat.
 fn stretch_of(linear: DMat3) -> Option<DMat3> {
     let is_good = |m: DMat3| condition(m) <= MAX_CONDITION;
     if is_good(linear) || !linear.inverse().is_finite() {
         return None;
     }
-    // Powers of two along the mesh's axes: no coordinate is rounded, and similar transforms have the same.
+    // Powers of two along the mesh's axes: no coordinate is rounded, and similar transforms share the same stretch.
     let lengths = DVec3::new(linear.x_axis.length(), linear.y_axis.length(), linear.z_axis.length());
     let largest = lengths.max_element();
     let axes = DMat3::from_diagonal((lengths / largest).to_array().map(|l| l.log2().round().exp2()).into());
     if is_good(linear * axes.inverse()) {
         return Some(axes);
     }
-    // Transforms that shear squeeze across the mesh's axes.
+    // Transforms with shear squeeze in directions other than the mesh's axes.
     let (_, stretch) = polar(if linear.determinant() < 0.0 { -linear } else { linear })?;
     let step = largest / STRETCH_STEPS;
     let stretch = DMat3::from_cols_array(&stretch.to_cols_array().map(|x| (x / step).round() / STRETCH_STEPS));
@@ -104,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn stretched_meshes_leave_a_transform_close_to_a_rotation() {
+    fn stretching_leaves_a_transform_close_to_a_rotation() {
         for good in [
             DMat3::IDENTITY,
             turned(0.7) * 1e-6,
@@ -141,7 +143,7 @@ mod tests {
         let tree = |i: usize| instances[i].stretched.as_ref().map(|own| Arc::as_ptr(&own.bvh));
         assert!(tree(0).is_some() && tree(0) == tree(1) && tree(2).is_none());
         assert!(tree(3).is_some() && tree(3) != tree(0));
-        // A copy finds them; a world that has too many goes without, by its own objects alone.
+        // A copy of the world finds them. A world with too many objects gets none; only its own objects count.
         let again = PreparedWorld::new(&world, Some(&prepared), None, &Control::new()).unwrap();
         assert!(Arc::ptr_eq(
             &again.geometry.instances[0].stretched.as_ref().unwrap().bvh,

@@ -16,8 +16,9 @@ use crate::prepare::family::{BuiltPart, SharedParts};
 
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
-/// Footprints up to this much wider than a texel are as wide as it, and ellipses up to this much longer than a whole
-/// number of lookups need no other one: the texel at whose centre a ray hits comes back exactly.
+/// Maximum excess, relative to a texel, of footprints that still count as one texel wide; and of ellipses, relative to
+/// a whole number of lookups, that need no additional lookup. A ray that hits a texel's centre therefore returns
+/// exactly that texel.
 const ROUNDING: f32 = 1.0 / 16.0;
 
 /// Texture, and its mip map once requested.
@@ -26,23 +27,23 @@ pub(crate) struct PreparedTexture {
     texture: Arc<Texture>,
     /// Mip levels, the full image first.
     levels: OnceLock<Vec<Texture>>,
-    /// The same for [`TexelWeight::Alpha`]; `None` for an opaque image, where both are equal.
+    /// Mip map for [`TexelWeight::Alpha`]; `None` for an opaque image, for which both are equal.
     levels_by_alpha: OnceLock<Option<Vec<Texture>>>,
 }
 
-/// The weight of a texel's colour in lookups.
+/// Weight of a texel's colour in lookups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TexelWeight {
     /// All texels count alike.
     Uniform,
-    /// Colours count in proportion to their alpha, which is the opacity: transparent texels do not show.
+    /// Colours count in proportion to alpha, the opacity, so that transparent texels are invisible.
     Alpha,
 }
 
-/// Prepares the textures of a world; `known` ones keep their mip maps. New ones are checked.
+/// Prepares the textures of a world. Textures in `known` keep their mip maps; new textures are validated.
 ///
 /// # Errors
-/// [`RenderError::World`] for a texture whose texels do not fit its size or are not finite.
+/// [`RenderError::World`] for a texture whose texels do not match its size or are not finite.
 pub(crate) fn prepare_textures(
     world: &World,
     known: &SharedParts<PreparedTexture>,
@@ -72,7 +73,7 @@ impl PreparedTexture {
         let size = Vec2::from(self.texture.image.size.map(|n| n as f32));
         let (long, minor) = principal_axes(axes.map(|axis| axis * size));
         let (major, long) = (long.length(), long / size);
-        // Non-finite coordinates are left to the texture's sampler.
+        // Non-finite coordinates are passed to the texture's sampler.
         if self.texture.sampler.mip.is_none() || !(major > 1.0 + ROUNDING && major.is_finite()) {
             return self.lookup(uv, weight);
         }
@@ -150,10 +151,10 @@ fn principal_axes([a, b]: [Vec2; 2]) -> (Vec2, f32) {
     let (xx, yy, xy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let square = mean + half.hypot(xy);
-    // Of the two columns of the projection onto the long axis, the longer one.
+    // The longer of the two columns of the projection onto the long axis.
     let direction = if half >= 0.0 { Vec2::new(square - yy, xy) } else { Vec2::new(xy, square - xx) };
     let major = square.sqrt();
-    // Without cancellation: the product of both axes is the determinant.
+    // Without cancellation, because the product of both axes is the determinant.
     (direction.try_normalize().unwrap_or(Vec2::X) * major, a.perp_dot(b).abs() / major)
 }
 
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn wide_footprints_return_the_mean_and_narrow_ones_the_texel() {
+    fn wide_footprints_return_the_mean_and_narrow_ones_a_texel() {
         let image = gray([64, 64], |x, y| ((x + y) % 2) as f32);
         let texture = PreparedTexture::new(Arc::new(Texture {
             image: Arc::new(image),

@@ -4,8 +4,8 @@ use raycam_scene::{Object, World};
 
 use crate::error::RenderError;
 
-/// Checks that every index is in range and that materials and places are valid. Meshes, textures and lights are checked
-/// when they are first prepared.
+/// Checks that every index is in range and that materials and poses are valid. Meshes, textures and lights are
+/// validated when they are first prepared.
 pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
     let fail = |message: String| Err(RenderError::world(message));
     let invalid = |error: raycam_scene::SceneError| RenderError::world(error);
@@ -13,7 +13,7 @@ pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
         material.validate().map_err(invalid)?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= world.textures.len()) {
             return fail(format!(
-                "material {i} refers to texture {}, but the world has {}",
+                "material {i} refers to texture {}, but the world has {} textures",
                 slot.texture,
                 world.textures.len()
             ));
@@ -21,16 +21,19 @@ pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
     }
     for Object { name, mesh: index, materials, world_from_mesh, .. } in &world.objects {
         let Some(mesh) = world.meshes.get(*index) else {
-            return fail(format!("object {name:?} refers to mesh {index}, but the world has {}", world.meshes.len()));
+            return fail(format!(
+                "object {name:?} refers to mesh {index}, but the world has {} meshes",
+                world.meshes.len()
+            ));
         };
         let slots = mesh.slot_count().max(1);
         if materials.len() < slots {
             let given = materials.len();
-            return fail(format!("object {name:?} has {given} materials; its mesh needs {slots}"));
+            return fail(format!("object {name:?} has {given} materials; its mesh requires {slots}"));
         }
         if let Some(material) = materials.iter().find(|&&material| material >= world.materials.len()) {
             let count = world.materials.len();
-            return fail(format!("object {name:?} refers to material {material}, but the world has {count}"));
+            return fail(format!("object {name:?} refers to material {material}, but the world has {count} materials"));
         }
         if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
             return fail(format!(

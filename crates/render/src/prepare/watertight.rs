@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use crate::sampling::sampler::splitmix64;
 
-/// Triangles of one task.
+/// Triangles per task.
 const CHUNK: usize = 1 << 14;
 
-/// True if every edge is used equally often in both directions and the enclosed volume is positive. Vertices at one
-/// position are one vertex.
+/// True if every edge is used equally often in both directions and the enclosed volume is positive. Vertices at the
+/// same position count as one vertex.
 ///
 /// Edges are not sorted: signed hashes of their end points sum to zero for a closed mesh.
 pub(crate) fn is_watertight(mesh: &Mesh) -> bool {
@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn closed_meshes_are_watertight() {
         assert!(is_watertight(&mesh(&CORNERS, &SIDES)));
-        // Triangles with vertices of their own, as at texture seams.
+        // Triangles with separate vertices, as at texture seams.
         let corners = SIDES.as_flattened().iter();
         let apart: Vec<_> = corners.map(|&i| CORNERS[i as usize]).collect();
         let own = [0, 3, 6, 9].map(|first| [first, first + 1, first + 2]);

@@ -28,8 +28,8 @@ pub struct PreparedWorld {
     family: Arc<PreparedFamily>,
 }
 
-/// Prepared meshes and textures, and the lights made last, that a world and all that comes of it (copies, changed
-/// worlds, moments) share. It lives as long as any of them.
+/// Prepared meshes and textures, and the most recent lights, shared by a world and all worlds derived from it (copies,
+/// changed worlds, worlds at other times). The family exists as long as any of them.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
     meshes: SharedParts<PreparedMesh>,
@@ -37,11 +37,11 @@ pub struct PreparedFamily {
     lighting: RecentLighting,
 }
 
-/// Objects that one thread places in less time than others take to wake.
+/// Number of objects that one thread places faster than other threads would wake up.
 const MAX_OBJECTS_HERE: usize = 256;
 
 impl PreparedWorld {
-    /// Prepares a world in a family of its own, or in that of `previous`: see [`PreparedWorld::in_family`].
+    /// Prepares a world in a new family, or in the family of `previous`: see [`PreparedWorld::in_family`].
     ///
     /// # Errors
     /// Errors of [`PreparedWorld::in_family`].
@@ -55,12 +55,13 @@ impl PreparedWorld {
         Self::in_family(world, &family, previous, threads, control)
     }
 
-    /// Prepares a world. Meshes and textures that its family has (the same `Arc`) are not built again, so that moving
-    /// objects, lights and materials cost next to nothing; `previous`, which may be of any world, lends more. Lights
-    /// are made by the first image that needs them. Checks `control` between meshes.
+    /// Prepares a world. Meshes and textures that its family already contains (the same `Arc`) are not built again, so
+    /// that moving objects, lights and materials takes very little time. Further parts are reused from `previous`,
+    /// which may be any world. Lights are created by the first image that requires them. Checks `control` between
+    /// meshes.
     ///
     /// # Errors
-    /// [`RenderError::World`] and [`RenderError::Build`] where parts of the world do not fit together,
+    /// [`RenderError::World`] and [`RenderError::Build`] if parts of the world are inconsistent,
     /// [`RenderError::Cancelled`], and errors of [`with_pool`].
     pub fn in_family(
         world: &World,
@@ -73,7 +74,7 @@ impl PreparedWorld {
         let before = previous.map(|previous| &previous.geometry);
         let list = MeshList::new(world, &family.meshes);
         let work = if Self::is_brief(world, &list) { 0.0 } else { f64::INFINITY };
-        // Otherwise in a pool of this crate: rayon's global pool does not survive a fork.
+        // Otherwise in one of this crate's pools, because rayon's global pool does not survive a fork.
         let workers = Workers::for_work(threads, work, true)?;
         let meshes = workers.run(|| instance_meshes(world, list, before, &family.meshes, control))?;
         control.check()?;
@@ -90,12 +91,12 @@ impl PreparedWorld {
         Ok(Self { geometry, lighting, guiding: GuidingSlot::default(), family: family.clone() })
     }
 
-    /// True if a world needs no new BVH and has few objects.
+    /// True if a world requires no new BVH and has few objects.
     fn is_brief(world: &World, list: &MeshList) -> bool {
         list.is_complete() && world.objects.len() <= MAX_OBJECTS_HERE
     }
 
-    /// True if the calling thread alone prepares a world of this family, in a fraction of a millisecond.
+    /// True if the calling thread alone can prepare a world of this family in a fraction of a millisecond.
     pub fn is_brief_to_prepare(world: &World, family: &PreparedFamily) -> bool {
         Self::is_brief(world, &MeshList::new(world, &family.meshes))
     }
@@ -125,7 +126,7 @@ impl PreparedWorld {
         self.lighting.get(&self.geometry, &self.family.lighting)
     }
 
-    /// True if the world has no lights, so that the default sky and sun light it.
+    /// True if the world has no lights, so that the default sky and sun illuminate it.
     pub fn lit_by_default_lights(&self) -> bool {
         self.lighting().default_lights.is_some()
     }
@@ -135,7 +136,7 @@ impl PreparedWorld {
         self.lighting.is_made()
     }
 
-    /// Prepares the parts of the world that lit images need, in the current pool: otherwise, waiting threads would
+    /// Prepares the parts of the world that lit images require in the current pool; otherwise, waiting threads would
     /// prepare them too.
     pub(crate) fn prepare_light(&self) {
         self.lighting();
@@ -153,7 +154,7 @@ impl PreparedWorld {
         instances.filter(|instance| theirs.contains(&mesh(instance))).count()
     }
 
-    /// BVH of an object's mesh: the same `Arc` as long as the mesh is the same.
+    /// BVH of an object's mesh: the same `Arc` while the mesh is unchanged.
     pub fn bvh(&self, object: usize) -> Option<&Arc<Bvh>> {
         let instance = self.geometry.instances.get(object);
         instance.map(|instance| &instance.mesh.bvh)

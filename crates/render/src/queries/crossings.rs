@@ -1,7 +1,7 @@
-//! Crossings of rays and surfaces: all of them, or how many.
+//! Crossings of rays and surfaces: all of them, or only their number.
 //!
-//! Each ray is moved by an infinitesimal vector, so it passes no edge, no corner and no surface with its start: see
-//! [`raycam_bvh::Scene::crossings`].
+//! Each ray is shifted by an infinitesimal vector, so that it never passes exactly through an edge or a corner, or
+//! starts exactly on a surface: see [`raycam_bvh::Scene::crossings`].
 
 use std::ops::Range;
 
@@ -25,10 +25,10 @@ pub struct Crossings {
     pub columns: Columns,
 }
 
-/// Crossings of each ray, at most `max_hits` a ray.
+/// Crossings of each ray, at most `max_hits` per ray.
 ///
 /// # Errors
-/// As [`crate::queries::rays::cast_rays`].
+/// Same as [`crate::queries::rays::cast_rays`].
 pub fn intersections(
     world: &PreparedWorld,
     rays: &RayArrays,
@@ -68,10 +68,10 @@ pub fn intersections(
     Ok(found)
 }
 
-/// Number of crossings of each ray; `signed`: those that leave less those that enter.
+/// Number of crossings of each ray. `signed`: the number of exits minus the number of entries.
 ///
 /// # Errors
-/// As [`crate::queries::rays::cast_rays`].
+/// Same as [`crate::queries::rays::cast_rays`].
 pub fn count_intersections(
     world: &PreparedWorld,
     rays: &RayArrays,
@@ -96,12 +96,12 @@ pub fn count_intersections(
     Ok(found)
 }
 
-/// True if the calling thread alone follows this many rays, in a fraction of a millisecond.
+/// True if the calling thread alone can trace this many rays in a fraction of a millisecond.
 pub fn is_brief(rays: usize) -> bool {
     tasks::is_brief(rays, NS_PER_ALL_HITS_RAY)
 }
 
-/// Calls `work` with the filter of a query, if there is one.
+/// Calls `work` with the filter of a query, if the query has one.
 fn with_filter(
     world: &PreparedWorld,
     query: &RayArrays,

@@ -1,4 +1,4 @@
-//! Fields of hits: columns of numbers by name.
+//! Fields of hits: named columns of numbers.
 
 use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, INVALID_ID};
@@ -8,7 +8,7 @@ use crate::interaction::ray_cone::Footprint;
 use crate::interaction::vector::{unit, unit_normal};
 use crate::prepare::geometry::Geometry;
 
-/// A property of a hit.
+/// Property of a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// In lengths of the ray's direction; +inf for a miss.
@@ -17,23 +17,23 @@ pub enum Field {
     Instance,
     /// Index of the triangle in its mesh; -1 for a miss.
     Triangle,
-    /// Weights of the corners, at least 0 and of sum 1; 0 for a miss.
+    /// Weights of the triangle's corners, at least 0, with sum 1; 0 for a miss.
     Barycentric,
     /// Unit geometric normal in world coordinates, on the ray's side; 0 for a miss.
     Normal,
     /// Surface point in world coordinates; NaN for a miss.
     Position,
-    /// True if the ray enters by the front: corners counter-clockwise, clockwise in a mirrored instance.
+    /// True if the ray enters through the front: corners counter-clockwise, or clockwise in a mirrored instance.
     Front,
     /// In world units; +inf for a miss.
     Distance,
     /// Unit normal interpolated from the corners, on the ray's side; 0 for a miss.
     ShadingNormal,
-    /// Texture coordinates of the first set, v down; NaN for a miss and without texture coordinates.
+    /// Distance in world units; +inf for a miss.
     Uv,
     /// Index of the material; -1 for a miss.
     Material,
-    /// Number of the category; -1 for a miss and without a category.
+    /// Index of the category; -1 for a miss and for an object without a category.
     Category,
     /// Linear base colour with its texture; 0 for a miss.
     Albedo,
@@ -56,7 +56,7 @@ pub const FIELDS: [(&str, Field); 13] = [
     ("albedo", Field::Albedo),
 ];
 
-/// Values of a field for a list of hits: `width` numbers a hit.
+/// Values of a field for a list of hits: `width` numbers per hit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Column {
     /// float64.
@@ -70,7 +70,7 @@ pub enum Column {
 }
 
 impl Column {
-    /// The number of values, over all hits.
+    /// Number of values of all hits.
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {
         match self {
@@ -81,7 +81,7 @@ impl Column {
         }
     }
 
-    /// Moves the `width` values of hit i to place `order[i]`.
+    /// Moves the `width` values of hit i to position `order[i]`.
     fn scatter(&mut self, order: &[usize], width: usize) {
         match self {
             Column::Float64(values) => scatter(values, order, width),
@@ -98,7 +98,7 @@ impl Column {
             (Column::Float32(all), Column::Float32(mut more)) => all.append(&mut more),
             (Column::Int32(all), Column::Int32(mut more)) => all.append(&mut more),
             (Column::Bool(all), Column::Bool(mut more)) => all.append(&mut more),
-            _ => unreachable!("columns of one field have one type"),
+            _ => unreachable!("columns of a field have the same type"),
         }
     }
 }
@@ -118,21 +118,21 @@ impl Columns {
         }
     }
 
-    /// Moves the values of hit i to place `order[i]`.
+    /// Moves the values of hit i to position `order[i]`.
     pub(super) fn scatter(&mut self, order: &[usize]) {
         for (field, column) in &mut self.0 {
             column.scatter(order, field.width());
         }
     }
 
-    /// The column of a field, if it is there.
+    /// Column of a field, if present.
     pub fn get(&self, field: Field) -> Option<&Column> {
         self.0.iter().find(|(name, _)| *name == field).map(|(_, column)| column)
     }
 }
 
 impl Field {
-    /// Numbers of one hit.
+    /// Numbers per hit.
     pub fn width(self) -> usize {
         match self {
             Field::Barycentric | Field::Normal | Field::Position | Field::ShadingNormal | Field::Albedo => 3,
@@ -141,7 +141,7 @@ impl Field {
         }
     }
 
-    /// True if it depends on where the triangle is hit.
+    /// True if the value depends on the position within the triangle.
     pub(super) fn needs_intersection(self) -> bool {
         !matches!(
             self,
@@ -166,7 +166,7 @@ fn scatter<T: Copy>(values: &mut [T], order: &[usize], width: usize) {
     }
 }
 
-/// A ray and its hit, whose t and weights are precise.
+/// Ray and its hit, with exact t and weights.
 pub(super) type RayHit<'a> = (&'a ExactRay, &'a ExactHit);
 
 /// Columns of the fields of these hits.

@@ -1,4 +1,4 @@
-//! Points inside of objects.
+//! Tests whether points are inside objects.
 
 use std::ops::Range;
 
@@ -12,30 +12,30 @@ use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
 use crate::queries::winding::{OneObject, chosen_objects, half_line, residual_edges, winding_numbers};
 
-/// Roundings of a placed vertex, as a fraction of its coordinates and of those of its box.
+/// Rounding errors of a placed vertex, as a fraction of its coordinates and of those of its box.
 const BOX_ERROR: f64 = 32.0 * f64::EPSILON;
 
-/// Decision of a point by the crossings of an object.
+/// Method of deciding by an object's crossings whether a point is inside.
 #[derive(Clone, Copy, PartialEq)]
 enum Rule {
-    /// Closed and oriented: signed crossings are not 0.
+    /// Closed and oriented: the signed crossings are not 0.
     Signed,
-    /// Closed, windings mixed: an odd number of crossings.
+    /// Closed with mixed windings: the number of crossings is odd.
     Parity,
-    /// Open: the winding number is 1/2 or more, in size.
+    /// Open: the absolute winding number is at least 1/2.
     Winding,
 }
 
-/// A chosen object.
+/// Selected object.
 struct Body {
     instance: usize,
     rule: Rule,
-    /// A box that holds all its vertices.
+    /// Box that contains all its vertices.
     bounds: [DVec3; 2],
     edges: Vec<([DVec3; 2], f64)>,
 }
 
-/// Classifier of points by a choice of objects.
+/// Classifies points by selected objects.
 pub(super) struct Bodies<'a> {
     geometry: &'a Geometry,
     bodies: Vec<Body>,
@@ -60,13 +60,13 @@ impl<'a> Bodies<'a> {
         Ok(Self { geometry, bodies })
     }
 
-    /// Estimated time of a point in nanoseconds; infinity where winding numbers are summed.
+    /// Estimated time per point in nanoseconds; infinite if winding numbers are summed.
     fn work_of_point(&self) -> f64 {
         let sums = self.bodies.iter().any(|body| body.rule == Rule::Winding);
         if sums { f64::INFINITY } else { NS_PER_ALL_HITS_RAY * self.bodies.len() as f64 }
     }
 
-    /// True for each point inside of any of the objects.
+    /// True for each point inside any of the objects.
     pub fn contain(&self, points: &[[f64; 3]]) -> Vec<bool> {
         let mut inside = vec![false; points.len()];
         for body in &self.bodies {
@@ -103,7 +103,7 @@ impl<'a> Bodies<'a> {
     }
 }
 
-/// Direction along an axis in which a box is left soonest. Every direction gives the same answer.
+/// Axis direction in which a point leaves the box soonest. Every direction gives the same result.
 fn way_out(point: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
     let (down, up) = (point - lower, upper - point);
     let axis = down.min(up).min_position();
@@ -111,11 +111,11 @@ fn way_out(point: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
     DVec3::AXES[axis] * sign
 }
 
-/// True for each point inside of any of the chosen objects. A point on a surface is where a point moved by an
-/// infinitesimal vector is, so a box holds `lower <= point < upper`.
+/// True for each point inside any of the selected objects. A point on a surface is treated as if it were shifted by an
+/// infinitesimal vector, so a box contains points with `lower <= point < upper`.
 ///
-/// Exact for closed meshes, whichever way their triangles are turned; open ones hold the points with a winding number
-/// of 1/2 or more, in size.
+/// The result is exact for closed meshes, whatever the orientation of their triangles. Open meshes contain the points
+/// whose absolute winding number is at least 1/2.
 ///
 /// # Errors
 /// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].

@@ -1,7 +1,8 @@
 //! Ray, point and point-pair queries, decided exactly for the given float64 numbers.
 //!
-//! Rays hit closed triangles ([`rays`], each at its own time: [`timed`], [`visible`]) or cross surfaces ([`crossings`]); crossings decide inside or
-//! outside ([`inside`]). Points have closest points ([`points`]) with a side ([`signed_distance`]).
+//! Rays hit closed triangles ([`rays`], [`visible`]; with a time per ray: [`timed`]) or cross surfaces ([`crossings`]).
+//! Crossings decide whether points are inside ([`inside`]). Points have closest points ([`points`]) and signed
+//! distances ([`signed_distance`]).
 
 pub mod crossings;
 pub mod fields;

@@ -13,11 +13,11 @@ use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks;
 use crate::thread_pool::Workers;
 
-/// Points whose order is found at once.
+/// Number of points that are sorted at a time.
 const PER_BLOCK: usize = 1 << 20;
-/// Points of one task, neighbours along the Morton curve.
+/// Points per task; they are neighbours along the Morton curve.
 const PER_TASK: usize = 1024;
-/// Estimated time of a point on one thread, in nanoseconds: one far from a fine surface.
+/// Estimated time per point on one thread, in nanoseconds, for a point far from a fine surface.
 const NS_PER_POINT: f64 = 20_000.0;
 
 /// Points of a query, in world coordinates.
@@ -25,9 +25,9 @@ const NS_PER_POINT: f64 = 20_000.0;
 pub struct PointArrays<'a> {
     /// Points.
     pub points: &'a [[f64; 3]],
-    /// Largest valid distance: one for all points, or one for each.
+    /// Maximum valid distance: one for all points, or one per point.
     pub max_distance: &'a [f64],
-    /// For each object, true if it counts; all without.
+    /// For each object, true if it counts. `None`: all objects count.
     pub objects: Option<&'a [bool]>,
 }
 
@@ -36,11 +36,11 @@ impl PointArrays<'_> {
         let (n, limits) = (self.points.len(), self.max_distance.len());
         let fail = |message| Err(RenderError::settings(message));
         if limits != 1 && limits != n {
-            return fail(format!("{limits} values of max_distance for {n} points; expected 1 or {n}"));
+            return fail(format!("max_distance has {limits} values for {n} points; expected 1 or {n}"));
         }
         if let Some(at) = self.max_distance.iter().position(|limit| limit.is_nan() || *limit < 0.0) {
             let given = self.max_distance[at];
-            return fail(format!("max_distance[{at}] is {given}; expected 0 or more, or infinity"));
+            return fail(format!("max_distance[{at}] is {given}; expected a number of at least 0, or infinity"));
         }
         let count = geometry.instances.len();
         match self.objects {
@@ -53,7 +53,7 @@ impl PointArrays<'_> {
     }
 }
 
-/// The chosen objects.
+/// Selected objects.
 struct ChosenObjects<'a>(&'a [bool]);
 
 impl HitFilter for ChosenObjects<'_> {
@@ -69,22 +69,23 @@ impl HitFilter for ChosenObjects<'_> {
 /// Closest point of each point, one entry per point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosestPoints {
-    /// In world units; +inf without a point in reach.
+    /// Distance in world units; +inf if no point is within reach.
     pub distance: Vec<f64>,
-    /// In world coordinates; NaN without a point in reach.
+    /// In world coordinates; NaN if no point is within reach.
     pub position: Vec<[f64; 3]>,
-    /// Index of the object; -1 without a point in reach.
+    /// Index of the object; -1 if no point is within reach.
     pub instance: Vec<i32>,
-    /// Index of the triangle in its mesh; -1 without a point in reach.
+    /// Index of the triangle in its mesh; -1 if no point is within reach.
     pub triangle: Vec<i32>,
-    /// Weights of the corners, at least 0 and of sum 1; 0 without a point in reach.
+    /// Weights of the triangle's corners, at least 0, with sum 1; 0 if no point is within reach.
     pub barycentric: Vec<[f64; 3]>,
-    /// Unit normal of the triangle, outwards; 0 without a point in reach and for triangles without area.
+    /// Unit normal of the triangle, outwards; 0 if no point is within reach and for triangles without area.
     pub normal: Vec<[f64; 3]>,
 }
 
-/// Closest point of the chosen objects to each point. Triangles without area are segments or points, and count. Ties go
-/// to the smaller (instance, triangle). Points that are not finite have none.
+/// Closest point of the selected objects to each point. Triangles without area count as segments or points. Of equally
+/// close points, the one with the smaller (instance, triangle) is returned. Points that are not finite have no closest
+/// point.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for limits that are negative or NaN, [`RenderError::Cancelled`], and errors of
@@ -108,12 +109,12 @@ pub fn closest_points(
     }))
 }
 
-/// True if the calling thread alone answers for this many points, in a fraction of a millisecond.
+/// True if the calling thread alone can process this many points in a fraction of a millisecond.
 pub fn is_brief(points: usize) -> bool {
     tasks::is_brief(points, NS_PER_POINT)
 }
 
-/// A value of each closest point.
+/// One value per closest point.
 fn column<T: Send>(
     workers: &Workers,
     found: &[ClosestPoint],
@@ -125,10 +126,10 @@ fn column<T: Send>(
     }
 }
 
-/// Distance of each point to the chosen objects; +inf beyond `max_distance`.
+/// Distance of each point to the selected objects; +inf beyond `max_distance`.
 ///
 /// # Errors
-/// As [`closest_points`].
+/// Same as [`closest_points`].
 pub fn distance(
     world: &PreparedWorld,
     query: &PointArrays,
@@ -188,7 +189,8 @@ pub(super) fn search(
     Ok(found)
 }
 
-/// Indices of points in the order of their Morton codes within their box: neighbours are near each other.
+/// Indices of points in the order of their Morton codes within their box, so that neighbouring indices are close to
+/// each other.
 fn morton_order(points: &[[f64; 3]]) -> Vec<u32> {
     let finite = points.iter().map(|&point| DVec3::from(point)).filter(|point| point.is_finite());
     let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -196,7 +198,7 @@ fn morton_order(points: &[[f64; 3]]) -> Vec<u32> {
     let cells = f64::from((1u32 << MORTON_BITS) - 1);
     let scale = cells / (upper - lower).max_element().max(f64::MIN_POSITIVE);
     let code = |point: [f64; 3]| {
-        // Casts saturate, and make 0 of NaN.
+        // Casts saturate, and convert NaN to 0.
         let cell = ((DVec3::from(point) - lower) * scale).to_array().map(|x| x as u32 & ((1 << MORTON_BITS) - 1));
         spread_bits(cell[0]) | spread_bits(cell[1]) << 1 | spread_bits(cell[2]) << 2
     };
@@ -205,10 +207,10 @@ fn morton_order(points: &[[f64; 3]]) -> Vec<u32> {
     keys.into_par_iter().map(|(_, i)| i).collect()
 }
 
-/// Bits of a Morton code for each axis.
+/// Bits of a Morton code per axis.
 const MORTON_BITS: u32 = 20;
 
-/// A number of 21 bits with two zeros before each bit.
+/// Inserts two zeros before each bit of a number of 21 bits.
 fn spread_bits(x: u32) -> u64 {
     let x = u64::from(x);
     let x = (x | x << 32) & 0x001f_0000_0000_ffff;
@@ -224,7 +226,7 @@ fn outward_normal(geometry: &Geometry, found: &ClosestPoint) -> [f64; 3] {
     }
     let normal = unit_normal(geometry.corners(found.instance, found.triangle));
     let normal = if geometry.instances[found.instance as usize].flips_orientation { -normal } else { normal };
-    // A triangle without area has a zero normal, or none at all.
+    // A triangle without area has a zero normal or none at all.
     if normal.is_finite() { (normal + 0.0).to_array() } else { [0.0; 3] }
 }
 
@@ -233,7 +235,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nearby_points_are_searched_one_after_another() {
+    fn morton_order_puts_nearby_points_next_to_each_other() {
         let corner = |i: usize| [(i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2 & 1) as f64];
         let points: Vec<[f64; 3]> = (0..8).rev().map(corner).collect();
         assert_eq!(morton_order(&points), [7, 6, 5, 4, 3, 2, 1, 0]);

@@ -1,4 +1,4 @@
-//! Ray queries: nearest hits and occlusion of the caller's rays, decided exactly for the float64 numbers given.
+//! Ray queries: nearest hits and occlusion of the caller's rays, decided exactly for the given float64 numbers.
 
 use std::ops::Range;
 
@@ -16,13 +16,13 @@ use crate::queries::tasks::{self, NS_PER_RAY, in_tasks};
 /// Rays of a query, in world coordinates; directions need not be normalised.
 #[derive(Clone, Copy, Debug)]
 pub struct RayArrays<'a> {
-    /// Origins, one for each ray.
+    /// Origins, one per ray.
     pub origins: &'a [[f64; 3]],
-    /// Directions, one for each ray.
+    /// Directions, one per ray.
     pub directions: &'a [[f64; 3]],
-    /// Smallest valid t, in lengths of the direction: one for all rays, or one for each.
+    /// Minimum valid t, in lengths of the direction: one for all rays, or one per ray.
     pub t_min: &'a [f64],
-    /// Largest valid t, in lengths of the direction: one for all rays, or one for each.
+    /// Maximum valid t, in lengths of the direction: one for all rays, or one per ray.
     pub t_max: &'a [f64],
     /// Arithmetic that decides hits.
     pub kernel: Kernel,
@@ -33,12 +33,12 @@ pub struct RayArrays<'a> {
 /// Arithmetic that decides hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kernel {
-    /// Exact signs of the float64 numbers given.
+    /// Exact signs for the given float64 numbers.
     Exact,
     /// float32, relative to the centre of the world: several times as fast for incoherent rays. Rays start at
     /// t = 0.
     Float32 {
-        /// True if neighbouring rays are similar; detected without. For speed only.
+        /// True if neighbouring rays are similar; detected if `None`. Only affects speed.
         coherent: Option<bool>,
     },
 }
@@ -52,7 +52,9 @@ impl RayArrays<'_> {
         for (name, values) in [("t_min", self.t_min), ("t_max", self.t_max)] {
             if values.len() != 1 && values.len() != o {
                 let given = values.len();
-                return Err(RenderError::settings(format!("{given} values of {name} for {o} rays; expected 1 or {o}")));
+                return Err(RenderError::settings(format!(
+                    "{name} has {given} values for {o} rays; expected 1 or {o}"
+                )));
             }
             if let Some(at) = values.iter().position(|t| t.is_nan()) {
                 return Err(RenderError::settings(format!("{name}[{at}] is NaN; expected a number or an infinity")));
@@ -85,11 +87,13 @@ impl RayArrays<'_> {
     }
 }
 
-/// Fields of the nearest hit of each ray `origin + t * direction`, `t_min <= t <= t_max`, in world coordinates.
+/// Returns fields of the nearest hit of each ray `origin + t * direction` with `t_min <= t <= t_max`, in world
+/// coordinates.
 ///
-/// A triangle is closed: its edges and corners belong to it; edge-on it is not hit. Signs are exact, t is off by one
-/// unit in the last place at most, and the position is weighted from the corners, so far origins lose nothing. First is
-/// the smallest (t, instance, triangle). A ray that is not finite or has a zero direction misses.
+/// A triangle is closed: its edges and corners belong to it. Seen edge-on it is not hit. Signs are exact, t is accurate
+/// to one unit in the last place, and positions are interpolated from the corners, so that distant origins lose no
+/// precision. The nearest hit is the one with the smallest (t, instance, triangle). A ray that is not finite or has a
+/// zero direction misses.
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors
@@ -112,7 +116,7 @@ pub fn cast_rays(
     Ok(found)
 }
 
-/// Checks the memory of the fields of `n` hits.
+/// Checks that there is enough memory for the fields of `n` hits.
 pub(super) fn check_hit_memory(n: usize, fields: &[Field]) -> Result<(), RenderError> {
     let numbers: u64 = fields.iter().map(|field| field.width() as u64).sum();
     check_memory(|| format!("{n} hits"), n as u64 * 8 * numbers)
@@ -146,10 +150,10 @@ pub(super) fn any_hits(world: &PreparedWorld, rays: &RayArrays, range: Range<usi
     occluded
 }
 
-/// True for each ray with any hit at `t_min <= t <= t_max`, decided as by [`cast_rays`].
+/// True for each ray with any hit at `t_min <= t <= t_max`, decided in the same way as by [`cast_rays`].
 ///
 /// # Errors
-/// As [`cast_rays`].
+/// Same as [`cast_rays`].
 pub fn occluded(
     world: &PreparedWorld,
     rays: &RayArrays,
@@ -166,7 +170,7 @@ pub fn occluded(
     Ok(found)
 }
 
-/// True if the calling thread alone traces this many rays, in a fraction of a millisecond.
+/// True if the calling thread alone can trace this many rays in a fraction of a millisecond.
 pub fn is_brief(rays: usize) -> bool {
     tasks::is_brief(rays, NS_PER_RAY)
 }
@@ -209,8 +213,8 @@ fn local_rays(world: &PreparedWorld, rays: &[ExactRay]) -> Vec<Ray> {
     rays.iter().map(local).collect()
 }
 
-/// Intersection of a ray with the plane of the triangle found in float32, clamped to the triangle: near an edge
-/// float64 may miss it.
+/// Intersection of a ray with the plane of the triangle found in float32, clamped to the triangle because float64 may
+/// miss it near an edge.
 fn refine_f64(world: &PreparedWorld, hit: &Hit, ray: &ExactRay) -> ExactHit {
     let (origin, direction) = (DVec3::from(ray.origin), DVec3::from(ray.direction));
     let [a, b, c] = world.geometry.corners(hit.instance, hit.triangle).map(|corner| corner - origin);

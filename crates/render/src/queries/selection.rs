@@ -1,4 +1,4 @@
-//! Choice of the surfaces that count for a query.
+//! Selection of the surfaces that count for a query.
 
 use std::ops::Range;
 
@@ -10,26 +10,27 @@ use crate::prepare::geometry::Geometry;
 use crate::queries::fields::is_front;
 use crate::settings::TruthSurface;
 
-/// Side of a surface that a ray must come from.
+/// Side of a surface from which a ray must come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Facing {
     /// Either.
     #[default]
     Both,
-    /// The front, where corners run counter-clockwise.
+    /// The front, where the corners appear counter-clockwise.
     Front,
     /// The back.
     Back,
-    /// The front of one-sided materials, either side of others.
+    /// The front of one-sided materials, either side of other materials.
     Material,
 }
 
 /// Surfaces that count for a query.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Selection<'a> {
-    /// For each object, true if it counts; all without.
+    /// For each object, true if it counts. `None`: all objects count.
     pub objects: Option<&'a [bool]>,
-    /// For each ray, an object and a triangle that do not count; -1 as triangle: the whole object, as object: none.
+    /// For each ray, an object and a triangle that do not count. Triangle -1 means the whole object; object -1 means
+    /// none.
     pub skip: Option<(&'a [i32], &'a [i32])>,
     /// Side that rays must come from.
     pub facing: Facing,
@@ -59,7 +60,7 @@ impl Selection<'_> {
         {
             let given = (instances.len(), triangles.len());
             return fail(format!(
-                "skip has {} objects and {} triangles; expected one of each for {rays} rays",
+                "skip has {} objects and {} triangles; expected {rays} of each, one per ray",
                 given.0, given.1
             ));
         }
@@ -77,7 +78,7 @@ impl Selection<'_> {
     }
 }
 
-/// A selection for a slice of rays.
+/// Selection for a slice of rays.
 pub(super) struct SelectionFilter<'a> {
     selection: &'a Selection<'a>,
     geometry: &'a Geometry,

@@ -1,4 +1,4 @@
-//! Distances with a sign: negative inside.
+//! Signed distances: negative inside.
 
 use glam::DVec3;
 use raycam_bvh::{ClosestPoint, INVALID_ID};
@@ -15,22 +15,22 @@ use crate::queries::points::{PointArrays, search};
 use crate::queries::winding::winding_number;
 use crate::thread_pool::with_pool;
 
-/// Rule of the sign.
+/// Rule that determines the sign.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sign {
-    /// Negative where [`inside`] is true.
+    /// Negative if [`inside`] is true.
     #[default]
     Auto,
-    /// Negative where the winding number is 1/2 or more, in size.
+    /// Negative if the absolute winding number is at least 1/2.
     Winding,
     /// Negative behind the surface at its closest point (J. A. Bærentzen and H. Aanæs 2005).
     Pseudonormal,
 }
 
-/// Distance of each point to the chosen objects, negative inside; +inf beyond `max_distance`.
+/// Distance of each point to the selected objects, negative inside; +inf beyond `max_distance`.
 ///
 /// # Errors
-/// As [`crate::queries::points::closest_points`].
+/// Same as [`crate::queries::points::closest_points`].
 pub fn signed_distance(
     world: &PreparedWorld,
     query: &PointArrays,
@@ -65,7 +65,8 @@ fn is_behind(geometry: &Geometry, point: DVec3, found: &ClosestPoint) -> bool {
     (point - DVec3::from(found.position)).dot(pseudonormal(geometry, found)) < 0.0
 }
 
-/// Outward normal at a closest point: that of the triangle, the sum at an edge, weighted by angles at a vertex.
+/// Outward normal at a closest point: the triangle's normal; at an edge, the sum of both normals; at a vertex, the
+/// normals weighted by angles.
 fn pseudonormal(geometry: &Geometry, found: &ClosestPoint) -> DVec3 {
     let object = &geometry.instances[found.instance as usize];
     let corners = object.mesh.mesh.triangles[found.triangle as usize];
@@ -90,7 +91,7 @@ fn pseudonormal(geometry: &Geometry, found: &ClosestPoint) -> DVec3 {
     if object.flips_orientation { -sum } else { sum }
 }
 
-/// Triangles around the point of a vertex, and which of their corners it is.
+/// Triangles around a vertex's position, and which of their corners is there.
 fn around(object: &PreparedInstance, vertex: u32) -> impl Iterator<Item = (u32, usize)> {
     let points = object.mesh.point_triangles();
     points.around(vertex).iter().map(move |&triangle| {

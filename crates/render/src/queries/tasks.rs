@@ -8,24 +8,24 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
-/// Rays or points of one task.
+/// Rays or points per task.
 const PER_TASK: usize = 4096;
-/// Rays or points per task: bounds the memory used in addition to the results.
+/// Rays or points per task; limits the memory used in addition to the results.
 const PER_BLOCK: usize = 1 << 18;
 
-/// Estimated time of a ray that stops at its first hit, on one thread, in nanoseconds.
+/// Estimated time on one thread, in nanoseconds, of a ray that stops at its first hit.
 pub(super) const NS_PER_RAY: f64 = 300.0;
 /// Time of a ray whose hits are all returned, in nanoseconds.
 pub(super) const NS_PER_ALL_HITS_RAY: f64 = 1000.0;
 
-/// True if the calling thread alone does this many rays or points, of `each` nanoseconds, in a fraction of a
-/// millisecond.
+/// True if the calling thread alone can process this many rays or points, which take `each` nanoseconds, in a fraction
+/// of a millisecond.
 pub(super) fn is_brief(n: usize, each: f64) -> bool {
     each * n as f64 <= MAX_WORK_HERE
 }
 
-/// Runs `work` for ranges of 0..`n`, of `each` nanoseconds a ray or point, in a pool or, if that is brief, on the
-/// calling thread; and `append` with the answers in order. Brief `work` must not use rayon.
+/// Runs `work` for ranges of 0..`n`; a ray or point takes `each` nanoseconds. It runs in a pool or, if brief, on the
+/// calling thread. `append` receives the answers in order. Brief `work` must not use rayon.
 pub(super) fn in_tasks<T: Send>(
     (n, each): (usize, f64),
     threads: Option<usize>,

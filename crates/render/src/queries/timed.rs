@@ -1,4 +1,4 @@
-//! Rays with times of their own: each meets the world as it is at its time.
+//! Rays with a time each: every ray is traced in the world at its time.
 
 use std::ops::Range;
 
@@ -15,35 +15,35 @@ use crate::queries::rays::{RayArrays, any_hits, cast_rays, check_hit_memory, hit
 use crate::queries::selection::Selection;
 use crate::thread_pool::Workers;
 
-/// Rays that one task traces.
+/// Rays per task.
 const RAYS_PER_TASK: usize = 4096;
 /// Bytes per ray of the arrays that are sorted by time.
 const SORTED_RAY_BYTES: u64 = 88;
 
-/// A world and its prepared form, for rays at other times.
+/// World and its prepared form, for rays at other times.
 #[derive(Clone, Copy)]
 pub struct MovingWorld<'a> {
-    /// The world as written, at its own time.
+    /// World description at its own time.
     pub world: &'a World,
     /// The same world, prepared.
     pub prepared: &'a PreparedWorld,
 }
 
 impl MovingWorld<'_> {
-    /// True if rays of different times can meet different worlds.
+    /// True if the world may differ between rays of different times.
     fn moves(&self) -> bool {
         self.world.time.is_some() && self.world.is_animated()
     }
 }
 
-/// Fields of the nearest hit of each ray in the world at `times[i]` seconds after the world's own time.
+/// Returns fields of the nearest hit of each ray in the world at `times[i]` seconds after the world's own time.
 ///
-/// Ray i has the hit that [`cast_rays`] finds in the world at exactly that time. A world that does not move, or that
-/// has no time, is the same at all times.
+/// Ray i has the hit that [`cast_rays`] finds in the world at exactly that time. A world that does not move, or has no
+/// time, is equal at all times.
 ///
 /// # Errors
-/// As [`cast_rays`]; [`RenderError::Settings`] for a time that is not finite or a number of times that is not the
-/// number of rays, and [`RenderError::World`] if the world cannot be placed at a time.
+/// Same as [`cast_rays`]; [`RenderError::Settings`] for a time that is not finite or if the numbers of times and rays
+/// differ, and [`RenderError::World`] if the world cannot be evaluated at a time.
 pub fn cast_rays_at(
     moving: &MovingWorld,
     rays: &RayArrays,
@@ -71,7 +71,7 @@ pub fn cast_rays_at(
 /// True for each ray with any hit in the world at `times[i]` seconds after the world's own time.
 ///
 /// # Errors
-/// As [`cast_rays_at`].
+/// Same as [`cast_rays_at`].
 pub fn occluded_at(
     moving: &MovingWorld,
     rays: &RayArrays,
@@ -100,14 +100,16 @@ fn check_times(rays: &RayArrays, times: &[f64]) -> Result<(), RenderError> {
         return Err(RenderError::settings(format!("{count} times for {n} rays; expected one time per ray")));
     }
     match times.iter().position(|time| !time.is_finite()) {
-        Some(at) => Err(RenderError::settings(format!("times[{at}] is {}; expected seconds", times[at]))),
+        Some(at) => {
+            Err(RenderError::settings(format!("times[{at}] is {}; expected a finite number of seconds", times[at])))
+        }
         None => Ok(()),
     }
 }
 
-/// Answers of `trace` for ranges of the rays in the order of their times, and that order; `None` if they are in it.
+/// Answers of `trace` for ranges of the rays sorted by time, and that order; `None` if the rays are already sorted.
 ///
-/// The world is prepared once for each distinct time, and dropped after its rays.
+/// The world is prepared once for each distinct time, and dropped after that time's rays.
 fn in_order_of_time<T: Send>(
     moving: &MovingWorld,
     rays: &RayArrays,
@@ -122,7 +124,7 @@ fn in_order_of_time<T: Send>(
         return Ok((None, parts));
     }
     let n = times.len();
-    check_memory(|| format!("{n} rays in the order of their times"), n as u64 * SORTED_RAY_BYTES)?;
+    check_memory(|| format!("the memory to sort {n} rays by time"), n as u64 * SORTED_RAY_BYTES)?;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let sorted = SortedRays::new(rays, &order);
@@ -168,7 +170,7 @@ fn equal_runs(times: &[f64]) -> Vec<Range<usize>> {
     runs.collect()
 }
 
-/// Arrays of a query in the order of the rays' times.
+/// Arrays of a query, sorted by the rays' times.
 struct SortedRays {
     origins: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
@@ -192,7 +194,7 @@ impl SortedRays {
         }
     }
 
-    /// The query of these rays, with the kernel and the surfaces of `rays`.
+    /// Query of these rays, with the kernel and the surfaces of `rays`.
     fn arrays<'a>(&'a self, rays: &RayArrays<'a>) -> RayArrays<'a> {
         let skip = self.skip.as_ref().map(|(objects, triangles)| (&objects[..], &triangles[..]));
         RayArrays {

@@ -1,4 +1,4 @@
-//! Sight between pairs of points.
+//! Visibility between pairs of points.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ use crate::queries::tasks::{NS_PER_RAY, in_tasks};
 pub struct PointPairs<'a> {
     /// First points.
     pub from: &'a [[f64; 3]],
-    /// Second points, one for each of the first.
+    /// Second points, one for each first point.
     pub to: &'a [[f64; 3]],
     /// Triangles within this distance of either point do not count.
     pub margin: f64,
@@ -24,7 +24,7 @@ pub struct PointPairs<'a> {
     pub selection: Selection<'a>,
 }
 
-/// True for each pair of points with no closed triangle between them. The answer is the same both ways.
+/// True for each pair of points without a closed triangle between them. The result is symmetric.
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or the margin is negative, [`RenderError::Cancelled`], and
@@ -38,13 +38,13 @@ pub fn visible(
     let (n, other) = (pairs.from.len(), pairs.to.len());
     if n != other {
         return Err(RenderError::settings(format!(
-            "{n} first points and {other} second points given; expected as many of each"
+            "{n} first points and {other} second points; expected equal numbers"
         )));
     }
-    // False for a margin that is NaN.
+    // False for a margin of NaN.
     let is_valid = pairs.margin >= 0.0;
     if !is_valid {
-        return Err(RenderError::settings(format!("margin is {}; expected 0 or more", pairs.margin)));
+        return Err(RenderError::settings(format!("margin is {}; expected a number of at least 0", pairs.margin)));
     }
     pairs.selection.check(world.geometry.instances.len(), n)?;
     let geometry = &world.geometry;
@@ -64,13 +64,13 @@ pub fn visible(
     Ok(found)
 }
 
-/// Ray between two points, from the smaller one, so that both ways are the same.
+/// Ray between two points, starting at the smaller one so that the result is symmetric.
 fn segment([a, b]: [[f64; 3]; 2]) -> ExactRay {
     let (a, b) = if b < a { (b, a) } else { (a, b) };
     ExactRay { origin: a, direction: std::array::from_fn(|k| b[k] - a[k]), t_min: 0.0, t_max: 1.0 }
 }
 
-/// Leaves out triangles on which an end lies.
+/// Omits triangles on which an end point lies.
 struct SightFilter<'a> {
     geometry: &'a Geometry,
     ends: &'a [[[f64; 3]; 2]],

@@ -1,9 +1,9 @@
 //! Generalised winding numbers (A. Jacobson, L. Kavan and O. Sorkine-Hornung 2013).
 //!
-//! Closed oriented meshes have an integer, the signed crossings of any ray. Others are closed by a cone from their
-//! boundary towards a direction s: the crossings of the ray against s count the windings of the closed surface, and the
-//! solid angle of the cone is taken off edge by edge (A. Van Oosterom and J. Strackee 1983; after C. Martens and M.
-//! Bessmeltsev 2025).
+//! Closed oriented meshes have an integer winding number: the signed crossings of any ray. Other meshes are closed by a
+//! cone from their boundary in a direction s. The crossings of a ray against s count the windings of the closed
+//! surface, and the cone's solid angle is subtracted edge by edge (A. Van Oosterom and J. Strackee 1983; after C.
+//! Martens and M. Bessmeltsev 2025).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -17,7 +17,7 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::in_tasks;
 
-/// Directions of cones, of length 1: no two share a plane with an axis.
+/// Unit directions of cones; no two are in a plane with an axis.
 const DIRECTIONS: [DVec3; 8] = [
     DVec3::new(0.36, 0.48, 0.8),
     DVec3::new(-0.48, 0.8, 0.36),
@@ -29,10 +29,11 @@ const DIRECTIONS: [DVec3; 8] = [
     DVec3::new(-0.48, -0.36, -0.8),
 ];
 
-/// Squared sine of the angle from the ray within which no boundary vertex may be seen: the cone is undefined there.
+/// Squared sine of the minimum angle between the ray and any boundary vertex as seen from the point: closer to the ray,
+/// the cone is undefined.
 const MIN_SQUARED_SINE: f64 = 1e-6;
 
-/// Triangles of one object alone.
+/// Triangles of a single object.
 pub(super) struct OneObject(pub u32);
 
 impl HitFilter for OneObject {
@@ -49,7 +50,8 @@ impl HitFilter for OneObject {
     }
 }
 
-/// Residual edges of a placed object: their ends in the world, and by how much they are passed more one way.
+/// Residual edges of a placed object: their end points in the world, and how many more times each is used in one
+/// direction than in the other.
 pub(super) fn residual_edges(geometry: &Geometry, instance: usize) -> Vec<([DVec3; 2], f64)> {
     let object = &geometry.instances[instance];
     let vertices = &object.mesh.mesh.vertices;
@@ -59,7 +61,7 @@ pub(super) fn residual_edges(geometry: &Geometry, instance: usize) -> Vec<([DVec
     residual.map(|(ends, excess)| (ends.map(place), sign * f64::from(*excess))).collect()
 }
 
-/// Winding number of an object around each point; `edges` are its [`residual_edges`].
+/// Winding number of an object around each point; `edges` are the object's [`residual_edges`].
 pub(super) fn winding_numbers(
     geometry: &Geometry,
     instance: usize,
@@ -82,7 +84,7 @@ pub(super) fn half_line(origin: [f64; 3], direction: DVec3) -> ExactRay {
     ExactRay { origin, direction: direction.to_array(), t_min: 0.0, t_max: f64::INFINITY }
 }
 
-/// First direction against which no vertex of the boundary is seen.
+/// First direction against which no boundary vertex is seen from the point.
 fn cone_direction(point: DVec3, edges: &[([DVec3; 2], f64)]) -> DVec3 {
     let is_free = |s: &&DVec3| {
         edges.iter().flat_map(|(ends, _)| ends).all(|vertex| {
@@ -94,7 +96,7 @@ fn cone_direction(point: DVec3, edges: &[([DVec3; 2], f64)]) -> DVec3 {
     DIRECTIONS.iter().find(is_free).copied().unwrap_or(DIRECTIONS[0])
 }
 
-/// Solid angle of the strip from an edge towards infinity along s, a spherical triangle.
+/// Solid angle of the strip from an edge to infinity along s, a spherical triangle.
 fn cone_angle(point: [f64; 3], s: DVec3, ends: [DVec3; 2]) -> f64 {
     let [a, b] = ends.map(|end| end - DVec3::from(point));
     let (la, lb) = (a.length(), b.length());
@@ -103,13 +105,13 @@ fn cone_angle(point: [f64; 3], s: DVec3, ends: [DVec3; 2]) -> f64 {
     if along > 0.0 {
         return 2.0 * det.atan2(along);
     }
-    // The branch is that of the crossings: the side on which the moved ray passes the edge.
+    // The branch must match the crossings: it is the side on which the shifted ray passes the edge.
     let side = half_line(point, s).edge_side(ends[0].to_array(), ends[1].to_array());
     2.0 * (det.abs() * f64::from(side)).atan2(along) * f64::from(side.abs())
 }
 
-/// Generalised winding number of the chosen objects around each point, summed over objects. Mirrored objects keep their
-/// outside. Points that are not finite have 0.
+/// Generalised winding number of the selected objects around each point, summed over objects. Mirrored objects keep
+/// their outside. Points that are not finite have 0.
 ///
 /// # Errors
 /// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].
@@ -143,7 +145,7 @@ pub fn winding_number(
     Ok(found)
 }
 
-/// Indices of the chosen objects that are visible.
+/// Indices of the selected objects that are visible.
 pub(super) fn chosen_objects(geometry: &Geometry, objects: Option<&[bool]>) -> Result<Vec<usize>, RenderError> {
     let count = geometry.instances.len();
     if let Some(mask) = objects.filter(|mask| mask.len() != count) {

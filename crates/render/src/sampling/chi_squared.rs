@@ -19,14 +19,14 @@ pub(crate) fn statistic(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
         chi2 += (rest.0 - rest.1).powi(2) / rest.1;
         freedom += 1.0;
     } else if rest.0 > rest.1 + 10.0 {
-        // Samples where almost none are expected.
+        // Samples that fell into cells where almost none are expected.
         chi2 = f64::INFINITY;
     }
     (chi2, freedom)
 }
 
-/// Largest chi-squared value that chance yields once in 100 runs of `tests` tests: Šidák correction, Wilson-Hilferty
-/// approximation.
+/// Chi-squared limit that a correct distribution exceeds by chance once in 100 runs of `tests` tests: Šidák correction,
+/// Wilson-Hilferty approximation.
 pub(crate) fn limit(freedom: f64, tests: usize) -> f64 {
     let p = 1.0 - 0.99f64.powf(1.0 / tests as f64);
     // Normal quantile by bisection of the tail.

@@ -13,7 +13,7 @@ pub(crate) enum Dimension {
     Lens,
     /// Time in the exposure.
     Time,
-    /// Lobe that scatters and light that is sampled, at a path vertex counted from 0.
+    /// Choice of the lobe that scatters and of the light that is sampled, at a path vertex counted from 0.
     LobeAndLight(u32),
     /// Direction of the BSDF sample.
     Bsdf(u32),
@@ -29,17 +29,17 @@ const DIMENSIONS_PER_BOUNCE: u32 = 128;
 /// Path vertices whose dimensions are stratified jointly.
 const GROUPED_BOUNCES: u32 = 4;
 
-/// Low bits of an index that [`MIXING_MATRICES`] apply to.
+/// Number of low index bits to which [`MIXING_MATRICES`] apply.
 pub(crate) const MIXING_BITS: u32 = 10;
 
 /// Mixing matrices of a group's dimensions, in the order of [`Dimension::group`]. The low bits of a point's index are
-/// multiplied by a matrix with these columns above a unit diagonal (the first column is left out). The matrices are
+/// multiplied by a matrix with these columns above a unit diagonal (the first column is omitted). The matrices are
 /// upper triangular, so that every dimension remains a (0, 2)-sequence.
 ///
 /// A column-by-column search over many candidates minimised the boxes of volume 2^-q, in the four dimensions of two
-/// pairs and for q up to k, that do not hold exactly 2^(k - q) of the first 2^k points. Large boxes weigh more, as do
-/// pairs that matter jointly: pixel position with the first vertex, the directions at consecutive vertices, and their
-/// lights.
+/// pairs and for q up to k, that do not hold exactly 2^(k - q) of the first 2^k points. Large boxes have more weight,
+/// as do pairs whose combination matters: pixel position with the first vertex, the directions at consecutive vertices,
+/// and their lights.
 const MIXING_MATRICES: [[u32; 9]; 1 + 3 * GROUPED_BOUNCES as usize] = [
     [0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0],
     [0x1, 0x0, 0x0, 0xd, 0x0, 0x17, 0x9, 0xfa, 0x1cc],
@@ -61,16 +61,16 @@ const MIXING_MATRICES: [[u32; 9]; 1 + 3 * GROUPED_BOUNCES as usize] = [
 pub(crate) struct DimensionGroup {
     /// Hash key shared by the group.
     pub key: u32,
-    /// Row of [`MIXING_MATRICES`]. Resolved before the loop over samples: a table lookup inside would prevent
-    /// vectorisation.
+    /// Row of [`MIXING_MATRICES`]. It is looked up before the loop over samples, because a table lookup inside would
+    /// prevent vectorisation.
     pub mixing_row: [u32; 9],
-    /// Mask of index bits that the bits above are hashed into, differently for each dimension. Without this hash, the
-    /// dimensions of a group would repeat their combinations after as many samples as the mask counts.
+    /// Mask of the index bits into which the higher bits are hashed, differently for each dimension. Without this hash,
+    /// the dimensions of a group would repeat their combinations after this number of samples.
     pub low_bits: u32,
 }
 
 impl Dimension {
-    /// Index of the dimension, unique within a path until 2^25 vertices.
+    /// Index of the dimension, unique within a path for up to 2^25 vertices.
     #[inline(always)]
     pub(crate) fn index(self) -> u32 {
         let at = |bounce: u32, pair: u32| DIMENSIONS_PER_BOUNCE.wrapping_mul(bounce.wrapping_add(1)).wrapping_add(pair);
@@ -87,7 +87,7 @@ impl Dimension {
         }
     }
 
-    /// Group of the dimension; most dimensions form a group of their own.
+    /// Group of the dimension; most dimensions have a group of their own.
     #[inline(always)]
     pub(crate) fn group(self) -> DimensionGroup {
         let of = |bounce: u32, which: u32| {

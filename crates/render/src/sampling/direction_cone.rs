@@ -11,12 +11,12 @@ use crate::lobes::shading_frame::sincos_turns;
 pub(crate) struct DirectionCone {
     /// Unit length.
     pub axis: DVec3,
-    /// 1 - cos of the half angle; keeps precision for narrow cones.
+    /// 1 - cos of the half angle; this form keeps precision for narrow cones.
     pub one_minus_cos: f64,
 }
 
 impl DirectionCone {
-    /// Returns the cone with this squared sine of the half angle, at most a quarter turn.
+    /// Returns the cone with this squared sine of the half angle; the angle is at most 90 degrees.
     pub fn new(axis: DVec3, sin2: f64) -> Self {
         Self { axis, one_minus_cos: sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()) }
     }

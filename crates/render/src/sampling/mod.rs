@@ -1,4 +1,4 @@
-//! Sampling: random numbers, pixel filters, cones and piecewise constant distributions. Uses the lobes alone.
+//! Sampling: random numbers, pixel filters, cones and piecewise constant distributions. Uses only the lobes.
 
 #[cfg(test)]
 pub(crate) mod chi_squared;

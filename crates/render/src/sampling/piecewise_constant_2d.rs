@@ -4,9 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use raycam_bvh::prefetch;
 
-/// Directions in proportion to a brightness per cell: a row by the marginal distribution, then a column by the
-/// conditional one, both by inversion, which keeps stratification (M. Pharr, W. Jakob and G. Humphreys, "Physically
-/// Based Rendering", 4th edition, section 12.5.2). Uniform within a cell.
+/// Samples directions in proportion to a brightness per cell: first a row by the marginal distribution, then a column
+/// by the conditional one, both by inversion, which keeps stratification (M. Pharr, W. Jakob and G. Humphreys,
+/// "Physically Based Rendering", 4th edition, section 12.5.2). The density is uniform within a cell.
 #[derive(Debug)]
 pub(crate) struct PiecewiseConstant2D {
     columns: usize,
@@ -20,7 +20,7 @@ pub(crate) struct PiecewiseConstant2D {
     marginal_guide: Vec<u16>,
     /// Cosines of the zenith angles between rows.
     row_edges: Vec<f64>,
-    /// Density by solid angle of each row with uniform columns, times their number.
+    /// Density by solid angle of each row with uniform columns, times the number of columns.
     density: Vec<f32>,
 }
 
@@ -57,9 +57,9 @@ impl PiecewiseConstant2D {
         })
     }
 
-    /// Samples points by random numbers, of which there may be fewer than lanes: the column coordinate u in 0..=1 and
-    /// the cosine of the zenith angle. Runs stage by stage over all lanes, so that each stage prefetches what the next
-    /// one reads.
+    /// Samples points by random numbers, of which there may be fewer than lanes: returns the column coordinate u in
+    /// 0..=1 and the cosine of the zenith angle. Runs stage by stage over all lanes, so that each stage prefetches the
+    /// data that the next one reads.
     #[inline(always)]
     pub fn sample_many<const N: usize>(&self, random: &[[f32; 2]], u: &mut [f64; N], cos_theta: &mut [f64; N]) {
         let (mut rows, mut cells) = ([0; N], [0; N]);
@@ -165,13 +165,13 @@ fn guide_index(hints: &[u16], x: f32) -> usize {
     usize::from(hints[bucket(hints, x)])
 }
 
-/// Cell of `x`, the last one that begins at or before it, and the relative position inside; `first` is a cell at or
+/// Cell of `x` (the last one that begins at or before it), and the relative position inside; `first` is any cell at or
 /// before it.
 #[inline(always)]
 fn find_interval(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
     let cells = sums.len() - 1;
     let mut cell = first;
-    // Several cells at a time: their count would mispredict a branch.
+    // Several cells are compared at a time, because a loop over a varying number of cells would mispredict a branch.
     loop {
         let next = &sums[cell + 1..];
         let next = &next[..next.len().min(CELLS_PER_BUCKET)];
@@ -191,9 +191,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_found_in_the_last_cell_starting_before_them() {
+    fn lookup_finds_the_last_cell_starting_before_a_number() {
         for cells in [1, 2, 7, 8, 9, 300] {
-            // Most cells are black, a few bright, and whole stretches are 0.
+            // Most cells are black, a few are bright, and long runs are 0.
             let bright = |i: usize| match ((i * 2_654_435_761) >> 3) & 15 {
                 0 => 1000.0,
                 1..=6 => 0.0,

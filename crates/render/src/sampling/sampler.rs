@@ -5,13 +5,13 @@
 //! sequence in a shuffled order. A number is a pure function of (seed, frame, pixel, sample, dimension).
 //!
 //! The pixels of a block share scrambled sequences and take complementary points of them, so that the errors of
-//! neighbouring pixels cancel: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
-//! Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. There each pixel owns a contiguous range of one
+//! neighbouring pixels cancel: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
+//! via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. In that method, each pixel owns a contiguous range of one
 //! sequence, whose length must be known in advance. Here the pixel's bits are added to the index of the point
 //! ([`MORTON_XOR`]), which works for any number of samples.
 //!
 //! The dimensions of a path's first vertices share one order of points with different sequences (see
-//! [`crate::sampling::dimension`]), so that two pairs are also stratified in their four dimensions. All other
+//! [`crate::sampling::dimension`]), so that two pairs together are also stratified in four dimensions. All other
 //! dimensions are shuffled independently.
 
 use raycam_bvh::{WithSimd, dispatch_simd};
@@ -59,7 +59,7 @@ impl Sampler {
         let within = |v: u32| v & ((1 << BLOCK_BITS) - 1);
         Self {
             block: [block as u32, (block >> 32) as u32],
-            // A different hash from the block's.
+            // This hash differs from the block's hash.
             quad: splitmix64(!of_square(1)) as u32,
             morton_bits: (spread_bits(within(x)) | spread_bits(within(y)) << 1).reverse_bits(),
             sample: 0,
@@ -87,8 +87,8 @@ impl Sampler {
         self.point(self.shuffled_index(group.key), pair.index(), group)
     }
 
-    /// Returns a pseudo-random number in [0, 1) without stratification: cheaper, for decisions that stratification
-    /// does not improve.
+    /// Returns a pseudo-random number in [0, 1) without stratification: faster, for decisions that stratification does
+    /// not improve.
     #[inline]
     pub fn get_1d_random(&self, number: u32) -> f32 {
         let pixel = splitmix64(u64::from(self.block[0]) << 32 | u64::from(self.morton_bits ^ number));
@@ -123,7 +123,7 @@ impl Sampler {
     #[inline(always)]
     fn shuffled_index(&self, key: u32) -> u32 {
         let [shuffle, ..] = self.block_key(key);
-        // A pixel has its own order of points within each range from 2^k to 2^(k + 1).
+        // Within each range from 2^k to 2^(k + 1), every pixel has its own order of points.
         let own = self.quad_key(key);
         let order = own.rotate_left(8 * (self.permute_pixels(shuffle, own) >> 30));
         reverse_bits(owen_scramble(nested_shuffle(self.sample, order), shuffle))
@@ -154,12 +154,12 @@ impl Sampler {
         let [exchange, first, second] = self.block_key(number);
         let place = self.permute_pixels(exchange, self.quad_key(number));
         for (bit, apart) in MORTON_XOR.iter().enumerate() {
-            // All ones where the bit is set; the bits are reversed.
+            // All ones if the bit is set; the bits are reversed.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
         }
         let x = reverse_bits(owen_scramble(index, first));
         let y = reverse_bits(owen_scramble(sobol_dim2(index), second));
-        // 24 bits: float32 values stay below 1. Signed integers convert on every instruction set.
+        // Only 24 bits, so that float32 values stay below 1. Every instruction set can convert signed integers.
         [x, y].map(|bits| (bits >> 8) as i32 as f32 * (1.0 / (1 << 24) as f32))
     }
 }
@@ -176,7 +176,7 @@ struct GeneratePoints2D<'a, W, const K: usize> {
 impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_, W, K> {
     #[inline(always)]
     fn run(self) {
-        // Four registers: each number is a chain of some forty multiplications, and independent chains overlap.
+        // Four registers: each number is a chain of about forty multiplications, and independent chains overlap.
         const LANES: usize = 64;
         let Self { samplers, mut which, key, pairs, mut out } = self;
         out.iter_mut().for_each(|out| out.clear());
@@ -277,7 +277,7 @@ fn nested_shuffle(mut x: u32, seed: u32) -> u32 {
 /// this yields every order of four pixels. The bits are reversed.
 #[inline(always)]
 fn permute_base4_digit(place: u32, random: u32) -> u32 {
-    // The digit's bits in place, and swapped.
+    // The bits of the digit, and the same bits swapped.
     let (here, there) = (place & 0xc000_0000, place << 1 & 0x8000_0000 | place >> 1 & 0x4000_0000);
     let (low, high) = (0x8000_0000, 0x4000_0000);
     let once = there ^ here & high;

@@ -3,8 +3,8 @@
 use crate::sampling::sampler::*;
 
 #[test]
-fn every_elementary_interval_holds_one_point() {
-    // The defining property of a (0, 2)-sequence in base 2, which scrambling, shuffling and mixing keep.
+fn each_elementary_interval_contains_one_point() {
+    // This is the defining property of a (0, 2)-sequence in base 2; scrambling, shuffling and mixing keep it.
     let pairs = [
         Dimension::Light(2, 1),
         Dimension::PixelFilter,
@@ -27,7 +27,7 @@ fn every_elementary_interval_holds_one_point() {
     }
 }
 
-/// Fraction of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, that hold a 16th of the
+/// Fraction of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, that contain a 16th of the
 /// points.
 fn even(samples: u32, pairs: [Dimension; 2]) -> f64 {
     let (mut even, mut all) = (0, 0);
@@ -57,7 +57,7 @@ fn even(samples: u32, pairs: [Dimension; 2]) -> f64 {
 }
 
 #[test]
-fn two_pairs_of_a_group_fill_four_dimensions() {
+fn two_pairs_of_a_group_are_stratified_in_four_dimensions() {
     use Dimension::{Bsdf, Light, LobeAndLight, OpacityAndRoulette, PixelFilter};
     for pairs in [
         [PixelFilter, Bsdf(0)],
@@ -79,7 +79,7 @@ fn two_pairs_of_a_group_fill_four_dimensions() {
 }
 
 #[test]
-fn pairs_of_a_group_are_combined_without_repetition() {
+fn pairs_of_a_group_do_not_repeat_combinations() {
     for pairs in [
         [Dimension::PixelFilter, Dimension::Bsdf(0), Dimension::Bsdf(1)],
         [Dimension::LobeAndLight(0), Dimension::LobeAndLight(1), Dimension::LobeAndLight(2)],
@@ -91,14 +91,14 @@ fn pairs_of_a_group_are_combined_without_repetition() {
             let cell = |cell, &pair: &Dimension| cell << 4 | (sampler.get_2d(pair)[0] * 16.0) as usize;
             met[pairs.iter().fold(0, cell)] = true;
         }
-        // 1024 samples fill as many of the 4096 cells, and the next samples mostly others.
+        // 1024 samples occupy as many of the 4096 cells, and the next samples mostly occupy others.
         let met = met.into_iter().filter(|&met| met).count();
         assert!(met > 3000, "{pairs:?}: {met}");
     }
 }
 
 #[test]
-fn the_second_dimension_is_sobols() {
+fn second_dimension_is_the_sobol_sequence() {
     let sobol_second = |index| sobol_dim2(index).reverse_bits();
     // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the previous one.
     let mut m: u64 = 1;
@@ -110,7 +110,7 @@ fn the_second_dimension_is_sobols() {
 }
 
 #[test]
-fn batch_equals_scalar() {
+fn batched_numbers_equal_single_ones() {
     let samplers: Vec<_> = (0..50).map(|x| Sampler::new(4, 0, [x, 2], x / 3)).collect();
     let which = || (0..50).filter(|i| i % 7 != 3);
     let mut out = vec![[2.0; 2]];
@@ -123,7 +123,7 @@ fn batch_equals_scalar() {
 }
 
 #[test]
-fn pixels_pairs_frames_and_seeds_are_independent() {
+fn pixels_dimensions_frames_and_seeds_are_independent() {
     let base = (5, 2, [10, 20], 3, Dimension::PixelFilter);
     let of = |(seed, frame, pixel, sample, pair)| Sampler::new(seed, frame, pixel, sample).get_2d(pair);
     let others = [
@@ -148,7 +148,7 @@ fn pixels_pairs_frames_and_seeds_are_independent() {
 }
 
 #[test]
-fn the_pixels_of_a_square_share_a_net() {
+fn pixels_of_a_square_share_a_net() {
     for (side, corner, bits) in [(2, [0, 0], 10), (2, [70, 202], 10), (4, [8, 60], 8), (8, [72, 24], 8)] {
         for samples in (0..=bits).map(|k| 1 << k) {
             let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
@@ -200,13 +200,13 @@ fn errors_of_neighbouring_pixels_cancel() {
         let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
             together(side, samples, mean, |sampler| f(sampler.get_2d(Dimension::PixelFilter)))
         };
-        // Sample counts that are no power of two are less well stratified.
+        // Sample counts that are not a power of two are less well stratified.
         let most = if samples == 7 { 0.9 } else { 0.1 };
         let smooth = ratio(4, 0.25, product);
         assert!(smooth < most, "{samples}: {smooth}");
         let edge = ratio(4, std::f64::consts::FRAC_PI_4, disk);
         assert!(edge < most.max(0.4), "{samples}: {edge}");
-        // Interactions of many dimensions are not stratified, and must be hardly worse for it.
+        // Interactions of many dimensions are not stratified; blue noise must not make them much worse.
         let much = together(2, samples, mean, |sampler| {
             let [a, b] = sampler.get_2d(Dimension::PixelFilter);
             let [c, d] = sampler.get_2d(Dimension::Bsdf(0));

@@ -1,4 +1,4 @@
-//! The brightest of the samples of a pixel.
+//! Brightest samples of a pixel.
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -7,13 +7,13 @@ use crate::integrator::bright_path::BrightPath;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::tile_renderer::{RayBatchBuffers, ThreadScratch, TileRenderer};
 
-/// Samples of a pixel that are traced again, at most.
+/// Maximum number of samples of a pixel that are traced again.
 const MAX_BRIGHT_PATH_SAMPLES: u32 = 4096;
-/// Samples in a batch.
+/// Samples per batch.
 const BATCH_SAMPLES: u32 = 256;
 
 impl TileRenderer<'_> {
-    /// The brightest path of a pixel, with its part of the light of all the pixel's samples; `None` for a black pixel.
+    /// Brightest path of a pixel, with its fraction of the light of all the pixel's samples; `None` for a black pixel.
     pub fn brightest_path(
         &self,
         pixel: [u32; 2],
@@ -35,7 +35,8 @@ impl TileRenderer<'_> {
             let RayBatchBuffers { hits, origins, directions, cones, samplers, paths, .. } = &mut scratch.rays;
             self.cones.of_pixels(std::iter::repeat_n(pixel, hits.len()), cones);
             let (scene, ray_cones) = (self.scene, &**cones);
-            let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, is_late };
+            let start_depth = self.camera.ray_start_depth();
+            let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, start_depth, is_late };
             for found in integrator::bright_paths(self.world, self.settings, &batch, control, paths)? {
                 sum += f64::from(found.radiance);
                 if found.radiance > brightest.radiance {

@@ -21,7 +21,7 @@ use crate::tile_renderer::{PixelLists, RayBatchBuffers, ThreadScratch, TileRende
 
 /// Approximate rays per batch.
 const BATCH_RAYS: usize = 4096;
-/// Largest number of samples of a pixel in a batch. Rays of few pixels stay coherent for longer.
+/// Maximum number of samples of a pixel in a batch. With few pixels per batch, rays stay coherent for longer.
 const SAMPLES_PER_PIXEL_PER_BATCH: u32 = 64;
 
 impl TileRenderer<'_> {
@@ -60,7 +60,8 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// End of the next batch of these samples; all or none of its samples are late samples of path guiding.
+    /// End of the next batch of these samples. Either all or none of the samples in a batch are late samples of path
+    /// guiding.
     pub(crate) fn end_of_batch(&self, samples: Range<u32>, most: u32) -> u32 {
         let until = samples.end.min(samples.start + most);
         if samples.start < self.first_late_sample { until.min(self.first_late_sample) } else { until }
@@ -115,7 +116,7 @@ impl TileRenderer<'_> {
                 directions.push(direction.as_vec3());
             }
         }
-        // Every hit is written; earlier values do not matter.
+        // Every hit is overwritten, so earlier values do not matter.
         hits.resize(rays.len(), Hit::MISS);
         self.scene_of(world).closest(rays, hits, Coherence::Coherent);
     }

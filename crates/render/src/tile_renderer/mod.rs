@@ -6,8 +6,8 @@
 //! ```
 //!
 //! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film,
-//! [`rolling_shutter`] splits batches by the time that their rays see, [`screen_mask`] culls empty blocks, and
-//! [`needs`] decides which stages run. Uses everything below; nothing but `render` uses it.
+//! [`rolling_shutter`] splits batches by the time of their rays, [`screen_mask`] culls empty blocks, and [`needs`]
+//! decides which stages run. The folder uses everything below it; only `render` uses the folder.
 
 pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;
@@ -53,9 +53,9 @@ use crate::tile_renderer::stats::RenderStats;
 /// Renderer of the tiles of one frame.
 pub(crate) struct TileRenderer<'a> {
     world: &'a PreparedWorld,
-    /// Scene that the rays of samples are traced against.
+    /// Scene against which sample rays are traced.
     scene: &'a Scene,
-    /// World states over the shutter, where the world moves.
+    /// World states while the shutter is open, if the world moves.
     shutter: Option<&'a ShutterSlices<'a>>,
     camera: &'a Camera,
     pub settings: &'a Settings,
@@ -66,13 +66,13 @@ pub(crate) struct TileRenderer<'a> {
     /// Index of a pixel's first late sample of path guiding.
     first_late_sample: u32,
     pub stats: RenderStats,
-    /// The number of samples of every pixel; `None` if all pixels have the same.
+    /// Number of samples of every pixel; `None` if all pixels have the same number.
     plan: Option<&'a SamplePlan>,
-    /// Blocks that any object can project to, and the pixel of all other blocks; `None` if every block is traced.
+    /// Blocks that any object can project to, and the pixel value of all other blocks; `None` if every block is traced.
     screen_mask: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
 }
 
-/// Buffers of one thread, reused from tile to tile.
+/// Buffers of one thread, reused for every tile.
 #[derive(Default)]
 pub(crate) struct ThreadScratch {
     lists: PixelLists,
@@ -114,16 +114,16 @@ struct RayBatchBuffers {
 #[derive(Default)]
 struct GroundTruthBuffers {
     center_rays: CenterRays,
-    /// World that each pixel's centre ray sees; empty unless rows are exposed one after another.
+    /// World seen by each pixel's centre ray; empty unless rows are exposed one after another.
     pixel_worlds: Vec<Arc<PreparedWorld>>,
     row_worlds: RowWorlds,
 }
 
-/// Segments that a sample counts for in a closed room, at most.
+/// Maximum number of segments that a sample counts for in a closed room.
 const MAX_SEGMENTS: u32 = 8;
 
-/// The samples of a frame, times their segments in a closed room, which no path leaves: a flattened scene pays sooner
-/// there.
+/// Number of samples in a frame, times their segments in a closed room that no path leaves. With more segments, a
+/// flattened scene is justified sooner.
 pub(crate) fn traced_samples(world: &PreparedWorld, camera: &Camera, settings: &Settings, samples: u32) -> u64 {
     let is_dark = || effective_lights(settings.integrator, world).constant_environment() == Some(Vec3::ZERO);
     let is_closed = settings.integrator == Integrator::Path && world.geometry.is_room() && is_dark();
@@ -141,7 +141,7 @@ impl<'a> TileRenderer<'a> {
     ) -> Self {
         let geometry = &world.geometry;
         let needs = RenderNeeds::new(settings, camera, geometry);
-        // A slice of the shutter's time is seen by few rays: a flattened scene of its own does not pay.
+        // Few rays belong to each slice of the shutter's time, so a flattened scene per slice is not justified.
         let many = needs.samples && needs.color && traces_secondary_rays(settings.integrator) && shutter.is_none();
         if needs.center_rays && shutter.is_none() {
             geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
@@ -173,12 +173,12 @@ impl<'a> TileRenderer<'a> {
         renderer
     }
 
-    /// The renderer with a number of samples for every pixel.
+    /// Renderer with a number of samples for every pixel.
     pub fn with_plan(self, plan: Option<&'a SamplePlan>) -> Self {
         Self { plan, ..self }
     }
 
-    /// Appends remarks about the samples for the user.
+    /// Appends notices about the samples for the user.
     pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<Notice>) {
         let pixels = u64::from(width) * u64::from(height);
         let pilot = self.plan.map(|plan| plan.pilot_samples);
@@ -196,13 +196,14 @@ impl<'a> TileRenderer<'a> {
         same_scene && (self.world.geometry.textures.is_empty() || same_filter())
     }
 
-    /// True if a tile of this many samples goes on to the renderer's number: its samples are those of such a frame.
+    /// True if a tile with this many samples continues to the renderer's number: its samples are equal to those of a
+    /// frame with that number.
     pub fn continues(&self, samples: u32) -> bool {
         let is_single = |samples| samples == 1;
         is_single(samples) == is_single(self.settings.samples) && self.is_frame_of(samples)
     }
 
-    /// Scene that rays of a world are traced against: the renderer's for its own world, otherwise the world's
+    /// Scene against which rays of a world are traced: the renderer's scene for its own world, otherwise the world's
     /// two-level scene.
     fn scene_of<'w>(&self, world: &'w PreparedWorld) -> &'w Scene
     where
@@ -244,7 +245,7 @@ impl<'a> TileRenderer<'a> {
         active.clear();
         active.extend(0..pixels.len());
         std::mem::swap(&mut scratch.estimator, state);
-        // The estimator has what the coverage needs of them.
+        // The estimator already contains the data for the coverage.
         let is_rolling = self.shutter.is_some_and(ShutterSlices::is_rolling);
         if self.needs.truth || is_rolling { self.trace_center_rays(scratch, control) } else { Ok(()) }
     }
@@ -265,7 +266,7 @@ impl<'a> TileRenderer<'a> {
         blocks.sort_unstable_by_key(|one| (one.block.y, one.block.x));
     }
 
-    /// Resets the buffers for a tile and traces its centre rays if needed.
+    /// Resets the buffers for a tile and traces its centre rays if required.
     pub fn begin_tile(&self, tile: &Tile, scratch: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         self.collect_pixels(tile, scratch);
         let count = scratch.lists.pixels.len();
@@ -286,7 +287,7 @@ impl<'a> TileRenderer<'a> {
         Ok(())
     }
 
-    /// Traces the centre rays if needed.
+    /// Traces the centre rays if required.
     fn trace_center_rays(&self, scratch: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         scratch.truth.pixel_worlds.clear();
         if !self.needs.center_rays {
@@ -341,7 +342,8 @@ impl<'a> TileRenderer<'a> {
         misses.resize(hits.len(), false);
         let is_late = self.prepare_guiding(world, &scratch.lists.batch);
         let (scene, ray_cones) = (self.scene_of(world), &**cones);
-        let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, is_late };
+        let start_depth = self.camera.ray_start_depth();
+        let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, start_depth, is_late };
         integrator::radiance(world, self.settings, &batch, control, paths, (radiance, misses))?;
         self.add_radiance(scratch);
         Ok(())
@@ -365,7 +367,7 @@ impl<'a> TileRenderer<'a> {
         }
     }
 
-    /// Adds the radiance of the batch to the estimators, vignetted and clamped.
+    /// Adds the radiance of the batch to the estimators, with vignetting and clamping applied.
     fn add_radiance(&self, scratch: &mut ThreadScratch) {
         let ThreadScratch { lists, rays: RayBatchBuffers { radiance, misses, .. }, estimator, .. } = scratch;
         for (&(pixel, _), _) in lists.batch.iter().zip(misses).filter(|(_, miss)| **miss) {

@@ -6,12 +6,12 @@ use crate::film::channel::Channel;
 use crate::prepare::geometry::Geometry;
 use crate::settings::{Settings, TruthSurface};
 
-/// Stages of a tile that a frame needs.
+/// Stages of a tile that a frame requires.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RenderNeeds {
     /// Exact rays through the pixel centres.
     pub center_rays: bool,
-    /// The same, for more than the coverage.
+    /// True if exact rays are required for more than the coverage.
     pub truth: bool,
     /// True if filtered samples are traced in addition to the centre rays.
     pub samples: bool,
@@ -21,7 +21,7 @@ pub(crate) struct RenderNeeds {
     pub coverage: bool,
     /// Radiance.
     pub color: bool,
-    /// True if ground truth is behind transparent surfaces.
+    /// True if the ground truth describes surfaces behind transparent ones.
     pub skip_transparent: bool,
     /// Sample positions on the lens and in the exposure.
     pub lens_or_time: bool,

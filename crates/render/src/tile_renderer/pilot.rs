@@ -9,7 +9,7 @@ use crate::tile_renderer::sample_plan::{SamplePlan, StageVariances};
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 impl TileRenderer<'_> {
-    /// The variances of a stage's samples, for the selected pixels of a tile.
+    /// Variances of a stage's samples, for the selected pixels of a tile.
     pub fn trace_pilot(
         &self,
         tile: &Tile,

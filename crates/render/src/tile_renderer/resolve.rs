@@ -1,4 +1,4 @@
-//! Resolve: from hits and estimators of a tile to the pixels of the film.
+//! Resolve: converts the hits and estimators of a tile to the pixels of the film.
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -25,7 +25,7 @@ pub(crate) enum TileTask {
 }
 
 impl TileRenderer<'_> {
-    /// Writes a tile's pixels to the film, and takes over its counts.
+    /// Writes a tile's pixels to the film, and adds its counts.
     pub fn resolve(&self, tile: &Tile, scratch: &mut ThreadScratch, film: &Film) {
         self.stats.take_counts(&mut scratch.estimator);
         let estimator = &scratch.estimator;
@@ -65,21 +65,22 @@ impl TileRenderer<'_> {
                 C::Coverage => rows.write(|i| [estimator.coverage(i)]),
                 C::Alpha => rows.write(|i| [estimator.alpha(i)]),
                 C::Shadow => rows.write(|_| [1.0_f32; 3]),
+                C::Transmittance => rows.write(|i| truth.transmittance(i)),
                 C::Error => rows.write(|i| [estimator.error(i)]),
             }
         };
         film.write(tile, &scratch.lists.blocks, background, write);
     }
 
-    /// Writes the pixels of a tile whose samples are kept elsewhere.
+    /// Writes the pixels of a tile whose samples are stored elsewhere.
     pub fn resolve_samples(&self, tile: &Tile, samples: &PixelEstimator, scratch: &mut ThreadScratch, film: &Film) {
         self.collect_pixels(tile, scratch);
         scratch.estimator.clone_from(samples);
         self.resolve(tile, scratch, film);
     }
 
-    /// Tasks of a frame: tiles that any object can project to first, since they take longest, then background tiles
-    /// merged to long rows.
+    /// Tasks of a frame: first tiles that any object can project to, because they take longest, then background tiles
+    /// merged into long rows.
     pub fn tasks(&self, tiles: &[Tile]) -> Vec<TileTask> {
         let Some((mask, _)) = &self.screen_mask else {
             return tiles.iter().copied().map(TileTask::Trace).collect();
@@ -114,10 +115,12 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// Pixel of the background, if it is the same everywhere in the image.
+    /// Background pixel, if it is equal everywhere in the image.
     pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
         let Settings { time_limit, clamp, .. } = self.settings;
-        if self.needs.error || time_limit.is_some() || self.camera.vignetting().is_some() {
+        let has_transmittance = self.settings.channels.contains(&Channel::Transmittance);
+        let is_foggy = has_transmittance && self.world.geometry.fog.is_some();
+        if self.needs.error || time_limit.is_some() || self.camera.vignetting().is_some() || is_foggy {
             return None;
         }
         let mut scratch = ThreadScratch::default();

@@ -29,7 +29,7 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// Runs `each` for every row world, with that world's pixels active.
+    /// Runs `each` for every row's world, with the pixels of that world active.
     pub(crate) fn for_each_row_world(
         &self,
         scratch: &mut ThreadScratch,
@@ -39,7 +39,7 @@ impl TileRenderer<'_> {
             return each(self.world, scratch);
         }
         let all = std::mem::take(&mut scratch.lists.active);
-        // In order of appearance: independent of addresses.
+        // In order of first appearance, so that the order does not depend on addresses.
         let mut groups: Vec<(Arc<PreparedWorld>, Vec<usize>)> = Vec::new();
         for &i in &all {
             let world = &scratch.truth.pixel_worlds[i];

@@ -1,13 +1,13 @@
-//! Adaptive sampling: the number of samples of every pixel, chosen by a pilot.
+//! Adaptive sampling: a pilot determines the number of samples of every pixel.
 //!
-//! The pilot traces samples that are not shown. From their variance follows the number of samples that each pixel needs, and
-//! only then are the shown samples traced, with other random numbers. The number is therefore independent of the shown
+//! The pilot traces samples that are not shown. Their variance determines the number of samples that each pixel needs.
+//! Only then are the shown samples traced, with other random numbers. The number is therefore independent of the shown
 //! samples, so that their mean is unbiased and their scatter is an unbiased estimate of its error (D. Kirk and J. Arvo,
 //! "Unbiased Sampling Techniques for Image Synthesis", SIGGRAPH 1991). The proof is in `docs/design.md`.
 //!
-//! The pilot has stages of 32, 32, 64, 128, ... samples. A pixel takes part in the next stage while its pilot is short
-//! compared with the number of samples that it needs. All decisions use the variance of a window around the pixel: light that
-//! arrives rarely is missing from the pilot of some pixels, but not from the pilots of all their neighbours.
+//! The pilot has stages of 32, 32, 64, 128, ... samples. A pixel takes part in the next stage if its pilot is short
+//! compared with the number of samples that it needs. All decisions use the variance of a window around the pixel:
+//! light that arrives rarely is missing from the pilot of some pixels, but not from the pilots of all their neighbours.
 
 use std::ops::Range;
 
@@ -15,21 +15,22 @@ use crate::error::RenderError;
 use crate::film::channel::Channel;
 use crate::settings::Settings;
 
-/// Samples after each stage of the pilot.
+/// Total number of samples after each stage of the pilot.
 const PILOT_STAGES: [u32; 6] = [32, 64, 128, 256, 512, 1024];
-/// A pixel's pilot is long enough if the pixel needs at most this many times its samples.
+/// A pilot is long enough if the pixel needs at most this many times the pilot's samples.
 const MAX_EXTRAPOLATION: f64 = 8.0;
-/// Minimum number of shown samples: the error of fewer is not estimated reliably.
+/// Minimum number of shown samples: with fewer, the error is not estimated reliably.
 const MIN_SAMPLES: u32 = 64;
-/// Radius in pixels of the window whose mean variance counts.
+/// Radius in pixels of the window over which the variance is averaged.
 const WINDOW_RADIUS: u32 = 2;
-/// Radius in pixels of the window whose largest variance counts: neighbours of a noisy pixel continue.
+/// Radius in pixels of the window over which the maximum variance is taken, so that neighbours of a noisy pixel
+/// continue.
 const NEIGHBOR_RADIUS: u32 = 1;
-/// Planned variance relative to the squared threshold: the estimates of both scatter.
+/// Planned variance relative to the squared threshold; below 1, because both estimates scatter.
 const TARGET_VARIANCE: f64 = 0.75;
-/// Pixels around a region that its decisions depend on: one window for each decision.
+/// Number of pixels around a region on which its decisions depend: one window for each decision.
 const MARGIN: u32 = WINDOW_RADIUS * PILOT_STAGES.len() as u32;
-/// Distinguishes the random numbers of the pilot from those of the shown samples.
+/// Separates the random numbers of the pilot from those of the shown samples.
 const PILOT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
 
 /// Settings of the pilot of an image.
@@ -38,7 +39,8 @@ pub(crate) fn pilot_settings(settings: &Settings) -> Settings {
     Settings { seed: settings.seed ^ PILOT_SEED, noise_threshold: None, channels, ..settings.clone() }
 }
 
-/// Region of the pilot: an image's region and the pixels around it, so that a part of an image equals the whole.
+/// Region of the pilot: an image's region and the pixels around it, so that a part of an image equals the same part of
+/// the whole image.
 pub(crate) fn pilot_region([x, y, width, height]: [u32; 4], size: [u32; 2]) -> [u32; 4] {
     let extend = |start: u32, length: u32, limit: u32| {
         let first = start.saturating_sub(MARGIN);
@@ -62,7 +64,7 @@ pub(crate) struct Pilot {
 /// Variance of the samples of pixels.
 pub(crate) type StageVariances = Vec<([u32; 2], f32)>;
 
-/// The number of samples of every pixel of a region.
+/// Number of samples of every pixel of a region.
 pub(crate) struct SamplePlan {
     region: [u32; 4],
     counts: Vec<u32>,
@@ -76,7 +78,7 @@ impl Pilot {
         Self { region, variances: vec![0.0; count], counts: vec![0; count], threshold: threshold.into(), max_samples }
     }
 
-    /// Runs all stages. `trace` returns the variances of the samples of this range, for the pixels that are selected.
+    /// Runs all stages. `trace` returns the variances of a range of samples for the selected pixels.
     pub fn run(
         mut self,
         mut trace: impl FnMut(Range<u32>, &(dyn Fn([u32; 2]) -> bool + Sync)) -> Result<StageVariances, RenderError>,
@@ -118,7 +120,7 @@ impl Pilot {
         count == taken && needed > MAX_EXTRAPOLATION * f64::from(count)
     }
 
-    /// The number of samples that every pixel needs.
+    /// Number of samples that every pixel needs.
     fn needed(&self) -> Vec<f64> {
         let [_, _, width, height] = self.region;
         let mut needed = Vec::with_capacity(self.counts.len());
@@ -132,7 +134,7 @@ impl Pilot {
         needed
     }
 
-    /// A function of the variances around a pixel of the region.
+    /// Function of the variances around a pixel of the region.
     fn window(&self, [x, y]: [u32; 2], radius: u32, of: impl Fn(&[f64]) -> f64) -> f64 {
         const SIDE: usize = 2 * WINDOW_RADIUS as usize + 1;
         let [_, _, width, height] = self.region;
@@ -146,7 +148,8 @@ impl Pilot {
         of(&all[..count])
     }
 
-    /// The number of shown samples: one of few, so that pixels are traced together, and the same for all replications.
+    /// Number of shown samples: one of a few values, so that pixels are traced together, and equal for all
+    /// replications.
     fn planned(&self, needed: f64) -> u32 {
         let mut count = MIN_SAMPLES;
         let mut step = MIN_SAMPLES / 2;
@@ -160,7 +163,7 @@ impl Pilot {
 }
 
 impl SamplePlan {
-    /// The number of samples of a pixel.
+    /// Number of samples of a pixel.
     pub fn samples(&self, pixel: [u32; 2]) -> u32 {
         self.counts[index(self.region, pixel)]
     }
@@ -174,7 +177,7 @@ fn index([x, y, width, _]: [u32; 4], [u, v]: [u32; 2]) -> usize {
 mod tests {
     use super::*;
 
-    /// Plan of a row of pixels whose samples have these variances, and the samples that the pilot took in each pixel.
+    /// Plan of a row of pixels whose samples have these variances, and the number of pilot samples of each pixel.
     fn plan(variances: &[f32], threshold: f32, max_samples: u32) -> (Vec<u32>, Vec<u32>) {
         let region = [7, 3, variances.len() as u32, 1];
         let mut taken = vec![0; variances.len()];
@@ -188,10 +191,10 @@ mod tests {
     }
 
     #[test]
-    fn pixels_without_scatter_next_to_noisy_ones_continue() {
+    fn quiet_pixels_next_to_noisy_ones_continue() {
         let mut variances = [0.0; 16];
         variances[8] = 4.0;
-        // The noisy pixel needs 4 / (0.75 * 0.05^2) = 2,133 samples: rounded up to a planned number.
+        // The noisy pixel needs 4 / (0.75 * 0.05^2) = 2,133 samples, rounded up to a planned number.
         let (counts, pilot) = plan(&variances, 0.05, 1 << 14);
         assert_eq!(counts[7..10], [3072; 3], "{counts:?}");
         // The mean of a window of five pixels is a fifth of the variance: 427 samples.

@@ -1,9 +1,9 @@
 //! Screen mask: blocks of the image that any object can project to. All other blocks show the background and are not
 //! traced.
 //!
-//! A box projects into the rectangle around the projections of its corners, for a camera without distortion. The
-//! boxes are those of the instances, padded by the float32 errors of rays and triangles: no hit is lost, and an image
-//! has the same bits with and without the mask.
+//! For a camera without distortion, a box projects into the rectangle around the projections of its corners. The boxes
+//! are those of the instances, padded by the float32 errors of rays and triangles, so that no hit is lost and an image
+//! is bit-identical with and without the mask.
 
 use glam::{DVec2, DVec3};
 use raycam_scene::Camera;
@@ -11,14 +11,14 @@ use raycam_scene::camera::{Center, Lens};
 
 use crate::film::tile::{RAY_BLOCK, Tile};
 
-/// Margin in pixels: samples lie up to 1.5 pixels from a centre, whatever the filter.
+/// Margin in pixels: samples are up to 1.5 pixels from a centre, whatever the filter.
 const PIXEL_MARGIN: f64 = 2.0;
 /// Relative error of a few float64 operations.
 const EPS64: f64 = 1e-12;
-/// Pixels for each box from which the mask is worth its projections: a box takes eight, and a pixel saves one ray at
-/// most.
+/// Minimum number of pixels per box for which the mask is faster: a box takes eight projections, and a pixel saves at
+/// most one ray.
 const PIXELS_PER_BOX: u64 = 8;
-/// Depth over distance below which a box may project anywhere.
+/// Ratio of depth to distance below which a box may project anywhere.
 const MIN_DEPTH_RATIO: f64 = 1e-6;
 
 /// Blocks of a region that any object can project to.
@@ -31,7 +31,7 @@ pub(crate) struct ScreenMask {
 }
 
 impl ScreenMask {
-    /// Mask of a region; `None` if it is unknown, covers every block or does not pay.
+    /// Mask of a region; `None` if it is unknown, covers every block or saves no time.
     pub fn new(boxes: &[[DVec3; 2]], camera: &Camera, region: [u32; 4]) -> Option<Self> {
         let straight = matches!(camera.lens(), Lens::Pinhole) && camera.center() != Center::Infinity;
         if !straight || camera.aperture().is_some() || camera.motion().is_some() {
@@ -50,10 +50,10 @@ impl ScreenMask {
         for &bounds in boxes {
             let [lower, upper] = match project_bounds(camera, bounds)? {
                 ScreenBounds::Behind => continue,
-                // Rectangle, relative to the centre of the first pixel.
+                // Rectangle relative to the centre of the first pixel.
                 ScreenBounds::Rect(ends) => ends,
             };
-            // Casts saturate at the region's ends.
+            // Casts saturate at the region's edges.
             let first = (lower.floor() - DVec2::new(x.into(), y.into())).max(DVec2::ZERO);
             let end = upper.ceil() + 1.0 - DVec2::new(x.into(), y.into());
             let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
@@ -78,7 +78,7 @@ impl ScreenMask {
 enum ScreenBounds {
     /// Behind the camera.
     Behind,
-    /// Between two pixels, counted from the centre of the first.
+    /// Between two pixels, in pixels from the centre of the first one.
     Rect([DVec2; 2]),
 }
 
@@ -148,7 +148,7 @@ mod tests {
         }
     }
 
-    /// A few objects of any size and shape, `far` from the world's origin.
+    /// A few objects of any size and shape, `far` away from the world's origin.
     fn world(random: &mut Random, far: f64) -> World {
         let mut world = World::default();
         let away = far * random.point();
@@ -170,7 +170,7 @@ mod tests {
         world
     }
 
-    /// Camera that looks past the objects, at them, or from within, near or far.
+    /// Camera that looks past the objects, at them or from inside them, near or far.
     fn camera(random: &mut Random, prepared: &PreparedWorld) -> Camera {
         let size = [83, 61];
         let distance = prepared.geometry.radius * 10f64.powf(1.5 * random.next());
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_is_the_same_with_every_ray_traced() {
+    fn masked_images_equal_fully_traced_images() {
         let random = &mut Random(5);
         let (mut left_out, mut shown, mut mixed) = (0, 0, 0);
         for round in 0..240 {
@@ -252,7 +252,7 @@ mod tests {
         let size = [80, 60];
         let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
         let mask = ScreenMask::new(&prepared.geometry.object_bounds, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
-        // The image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
+        // The object's image is around (2.5, 5) with a radius of 2.5 pixels: 2 x 2 blocks with the margin.
         let seen: Vec<_> = (0..mask.covered.len()).filter(|&i| mask.covered[i]).collect();
         assert_eq!(seen, [0, 1, 10, 11]);
     }

@@ -1,4 +1,4 @@
-//! Counters of a render, and the notices made from them.
+//! Counters of a render, and the notices created from them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -14,19 +14,19 @@ pub(crate) struct RenderStats {
     rejected: AtomicU64,
     /// Samples brighter than the settings allow.
     clamped: AtomicU64,
-    /// Samples of all pixels, and pixels above the noise target.
+    /// Samples of all pixels, and pixels above the noise threshold.
     samples: AtomicU64,
     noisy_pixels: AtomicU64,
 }
 
 impl RenderStats {
-    /// Takes over the counts of a tile.
+    /// Adds the counts of a tile.
     pub fn take_counts(&self, tile: &mut PixelEstimator) {
         self.rejected.fetch_add(std::mem::take(&mut tile.rejected), Ordering::Relaxed);
         self.clamped.fetch_add(std::mem::take(&mut tile.clamped), Ordering::Relaxed);
     }
 
-    /// Adds the samples of some pixels, and the number of pixels above the noise target.
+    /// Adds the samples of some pixels, and the number of pixels above the noise threshold.
     pub fn add_samples(&self, samples: u64, unfinished: u64) {
         self.samples.fetch_add(samples, Ordering::Relaxed);
         self.noisy_pixels.fetch_add(unfinished, Ordering::Relaxed);
@@ -38,7 +38,8 @@ impl RenderStats {
         if let (Some(noise), Some(pilot)) = (settings.noise_threshold, pilot) {
             let mean = of(&self.samples) / pixels;
             let message = format!(
-                "noise_threshold = {noise} took {mean} samples per pixel on average, and {pilot} to choose their number"
+                "noise_threshold = {noise} used {mean} samples per pixel on average, and {pilot} more to determine \
+                 their number"
             );
             notices.push(Notice::new(NoticeCode::SamplesUsed, message));
             let noisy = of(&self.noisy_pixels);
@@ -50,16 +51,24 @@ impl RenderStats {
             }
         }
         if of(&self.rejected) > 0 {
-            let message = format!("{} samples exceed float32 and are replaced by black", of(&self.rejected));
+            let message = format!(
+                "{} samples exceed float32 and are replaced by black; reduce the brightness of the \
+                lights",
+                of(&self.rejected)
+            );
             notices.push(Notice::new(NoticeCode::TooBrightSamples, message));
         }
         if let Some(limit) = settings.clamp
             && of(&self.clamped) > 0
         {
-            notices.push(Notice::new(NoticeCode::ClampedSamples, format!(
-                "{} samples brighter than clamp = {limit} were reduced to it; the image is darker than without clamp",
-                of(&self.clamped)
-            )));
+            notices.push(Notice::new(
+                NoticeCode::ClampedSamples,
+                format!(
+                    "{} samples brighter than clamp = {limit} were reduced to it, so the image is darker than without \
+                 clamp",
+                    of(&self.clamped)
+                ),
+            ));
         }
     }
 }

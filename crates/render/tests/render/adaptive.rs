@@ -1,7 +1,8 @@
-//! Adaptive sampling of light that arrives rarely: the mean over many seeds, and the reported error.
+//! Adaptive sampling of light that few samples find: the mean over many seeds, and the reported error.
 //!
-//! The judge is the plain estimator: a fixed number of samples per pixel, whose mean is unbiased by construction. The short
-//! form of slow scenes takes few seeds and therefore wide tolerances; with `RAYCAM_PROOF`, 64 seeds resolve the error to 10 %.
+//! The reference is the plain estimator: a fixed number of samples per pixel, whose mean is unbiased by construction.
+//! The short form of slow scenes uses few seeds and therefore wide tolerances; with `RAYCAM_PROOF`, 64 seeds resolve
+//! the error to 10 %.
 
 use std::sync::Arc;
 
@@ -25,7 +26,7 @@ impl Precision {
     const PROOF: Self = Self { seeds: 64, max_sigma: 0.05, max_error_ratio: 1.1 };
     const SHORT: Self = Self { seeds: 8, max_sigma: 0.1, max_error_ratio: 1.25 };
 
-    /// The precision of scenes that take long to render.
+    /// Precision for scenes that take long to render.
     fn of_slow_scenes() -> Self {
         if std::env::var_os("RAYCAM_PROOF").is_some() { Self::PROOF } else { Self::SHORT }
     }
@@ -44,7 +45,7 @@ fn inside(world: World) -> (World, Camera) {
     (world, look_at(DVec3::new(-0.9, -0.9, 1.4), DVec3::new(0.3, 0.4, 0.6), 62.0, SIZE))
 }
 
-/// A dark room, and behind its wall with a narrow gap a bright one.
+/// A dark room, and a bright room behind its wall, which has a narrow gap.
 fn keyhole() -> (World, Camera) {
     let mut world = World::default();
     block(&mut world, [1.0, 0.0, 1.0], [4.0, 2.0, 2.0], grey());
@@ -72,7 +73,7 @@ fn panel() -> (World, Camera) {
     inside(world)
 }
 
-/// A mirror ball that throws light of a lamp onto the floor.
+/// A mirror ball that reflects the light of a lamp onto the floor.
 fn caustic() -> (World, Camera) {
     let mut world = World::default();
     add(&mut world, primitive::plane([6.0, 6.0]).unwrap(), grey(), DAffine3::IDENTITY);
@@ -161,12 +162,12 @@ fn check((world, camera): (World, Camera), noise: f32, precision: Precision) {
 }
 
 #[test]
-fn adaptive_mean_and_error_of_a_keyhole_are_unbiased() {
+fn adaptive_mean_and_error_of_a_narrow_gap_are_unbiased() {
     check(keyhole(), 0.1, Precision::of_slow_scenes());
 }
 
 #[test]
-fn adaptive_mean_and_error_of_a_lamp_panel_are_unbiased() {
+fn adaptive_mean_and_error_of_a_textured_lamp_panel_are_unbiased() {
     check(panel(), 0.02, Precision::of_slow_scenes());
 }
 

@@ -1,4 +1,4 @@
-//! Silhouettes against images of a world with one object.
+//! Silhouettes compared with images of a world that contains only one object.
 
 use crate::common::*;
 use glam::{DAffine3, DQuat, DVec3};
@@ -17,14 +17,14 @@ fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> Viewpoint<'a> {
 }
 
 #[test]
-fn a_mask_is_the_coverage_of_the_object_alone() {
+fn amodal_mask_equals_coverage_of_the_object_alone() {
     let world = still_life();
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::new(-1.0, 0.0, 0.4), 30.0, [70, 50]);
     check_alone(&world, &camera);
 }
 
 #[test]
-fn far_away_turned_and_squashed_objects_are_whole_through_a_lens() {
+fn masks_of_distant_rotated_and_squashed_objects_are_complete_through_a_lens() {
     let far = DVec3::new(1e6, -1e6, 1e6);
     let mut world = still_life();
     for (i, object) in world.objects.iter_mut().enumerate() {
@@ -66,13 +66,13 @@ fn masks_do_not_depend_on_threads_or_tiles() {
         amodal_masks(view(&world, &camera), &[0, 1, 2], margin, Some(threads), &Control::new()).unwrap()
     };
     assert_eq!(of([40, 30], 1), of([40, 30], 3));
-    // Another margin moves the tiles and cuts off nothing of what lies within both.
+    // Another margin moves the tiles but must not change the pixels common to both.
     let (small, large) = (of([100, 100], 2), of([107, 101], 2));
     assert_eq!((&small[1], &small[2]), (&large[1], &large[2]));
 }
 
 #[test]
-fn invalid_arguments_are_refused() {
+fn amodal_masks_refuse_invalid_arguments() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [8, 8]);
     let of = |objects: &[usize], margin| amodal_masks(view(&world, &camera), objects, margin, None, &Control::new());

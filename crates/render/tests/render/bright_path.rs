@@ -23,12 +23,12 @@ fn sun(direction: [f64; 3]) -> Light {
 }
 
 #[test]
-fn a_sunlit_plane_is_lit_along_the_shadow_ray() {
+fn bright_path_of_a_sunlit_plane_follows_the_shadow_ray() {
     let mut world = plane(4.0, 0.5);
     world.add_light(sun([0.0, -1.0, -1.0])).unwrap();
     let camera = look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 10.0, [9, 9]);
     let (share, path) = brightest(&world, &camera, &settings(8));
-    // Every sample of even light has the same part.
+    // With uniform light, every sample has the same fraction.
     assert!((share - 1.0 / 8.0).abs() < 1e-6, "{share}");
     assert_eq!(path.instances, [0]);
     assert_eq!(path.distance, f64::INFINITY);
@@ -41,19 +41,19 @@ fn bright_paths_list_the_mirror_before_the_reflected_plane() {
     let mut world = plane(40.0, 0.5);
     world.add_light(sun([1.0, 0.0, -1.0])).unwrap();
     let mirror = Material { model: MaterialModel::Metal(Metal::named("silver").unwrap()), ..Material::default() };
-    // Above the plane, facing it.
+    // Above the plane and facing it.
     let turned =
         DAffine3::from_translation(DVec3::new(0.0, 0.0, 2.0)) * DAffine3::from_rotation_x(std::f64::consts::PI);
     add(&mut world, primitive::plane([1.0, 1.0]).unwrap(), mirror, turned);
     let camera = look_at(DVec3::new(0.0, -4.0, 1.0), DVec3::new(0.0, 0.0, 2.0), 2.0, [9, 9]);
     let (_, path) = brightest(&world, &camera, &settings(4));
     assert_eq!(path.instances, [1, 0]);
-    // Down from the mirror by two, as far again for each metre as on the way up.
+    // The ray goes down by two from the mirror, and the same distance per metre as on the way up.
     assert!((path.origin - DVec3::new(0.0, 8.0, 0.0)).length() < 0.5, "{}", path.origin);
 }
 
 #[test]
-fn bright_paths_end_at_the_distance_of_the_lamp() {
+fn bright_paths_end_at_the_lamps_distance() {
     let mut world = World::default();
     let radiance = [3.0; 3];
     let area = Light::Rectangle {

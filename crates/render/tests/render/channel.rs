@@ -19,16 +19,16 @@ fn vector(frame: &Frame, channel: Channel, pixel: usize) -> DVec3 {
 }
 
 #[test]
-fn channel_names_are_unique_and_parse_back() {
+fn channel_names_are_unique_and_parse_to_their_channel() {
     for channel in Channel::all() {
         assert_eq!(Channel::from_name(channel.name()), Some(channel));
     }
     assert_eq!(Channel::all().count(), 19);
 }
 
-/// A small ball far away: its facets lie within 2.5e-7 of the distance below the sphere.
+/// A distant small ball; its facets are below the sphere by at most 2.5e-7 of the distance.
 #[test]
-fn a_sphere_has_its_depth_and_normals_in_closed_form() {
+fn sphere_depth_and_normals_match_the_closed_form() {
     let radius = 0.1;
     let mut world = World::default();
     let shift = DVec3::new(4.0, 5.0, -6.0);
@@ -46,7 +46,7 @@ fn a_sphere_has_its_depth_and_normals_in_closed_form() {
         let (_, ray) = camera.ray(camera.pixel_center_of(i as u32 % 100, i as u32 / 100));
         let b = (eye - shift).dot(ray);
         let square = b * b - (eye - shift).length_squared() + radius * radius;
-        // Not at the rim, where a facet's depth says little about the sphere's.
+        // Except at the rim, where a facet's depth does not approximate the sphere's.
         if square < 0.25 * radius * radius {
             continue;
         }
@@ -57,7 +57,7 @@ fn a_sphere_has_its_depth_and_normals_in_closed_form() {
             let found = f64::from(f32s(&frame, channel)[i]);
             assert!((found / closed - 1.0).abs() < 1e-6, "{found} {closed}");
         }
-        // The corners' normals are their places: so is their mean, up to length.
+        // The corners' normals are their positions, and so is the mean, up to its length.
         let at = DVec3::from_slice(&f64s(&frame, Channel::Position)[3 * i..3 * i + 3]);
         let smooth = (at - shift).normalize();
         let shading = vector(&frame, Channel::ShadingNormal, i);
@@ -74,7 +74,7 @@ fn a_sphere_has_its_depth_and_normals_in_closed_form() {
 }
 
 #[test]
-fn a_plane_has_its_normal_its_texture_and_its_material() {
+fn plane_has_its_normal_texture_and_material() {
     let mut world = World::default();
     let _unused = world.add_material(material([0.1; 3], 1.0, 0.0, 1.0)).unwrap();
     let mesh = primitive::plane([2.0, 2.0]).unwrap();
@@ -110,7 +110,7 @@ fn a_plane_has_its_normal_its_texture_and_its_material() {
         assert!((f64::from(uv[0]) - (local.x + 1.0) / 2.0).abs() < 1e-6);
         assert!((f64::from(uv[1]) - (1.0 - local.y) / 2.0).abs() < 1e-6);
         assert!((vector(&frame, Channel::Normal, i) - normal).length() < 1e-6);
-        // Beyond the texels' centres nothing is blended.
+        // At texel centres nothing is interpolated.
         if uv[0] < 0.25 {
             assert!((albedo - DVec3::new(0.5, 0.0, 0.0)).length() < 1e-6, "{albedo}");
         } else if uv[0] > 0.75 {
@@ -121,7 +121,7 @@ fn a_plane_has_its_normal_its_texture_and_its_material() {
 }
 
 #[test]
-fn a_mesh_without_coordinates_has_none() {
+fn meshes_without_texture_coordinates_have_nan_coordinates() {
     let mut world = World::default();
     let mut mesh = primitive::plane([9.0, 9.0]).unwrap();
     (mesh.uvs, mesh.normals) = (None, None);

@@ -1,4 +1,4 @@
-//! `direct` against closed forms.
+//! `direct` compared with closed forms.
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};
@@ -10,7 +10,7 @@ fn settings(samples: u32) -> Settings {
     Settings { integrator: Integrator::Direct, samples, ..Settings::default() }
 }
 
-/// The red radiance of a one-pixel image.
+/// Red radiance of a one-pixel image.
 fn radiance(world: &World, eye: DVec3, target: DVec3, settings: &Settings) -> f64 {
     let frame = render(world, &look_at(eye, target, 0.01, [1, 1]), settings);
     f64::from(f32s(&frame, Channel::Color)[0])
@@ -31,7 +31,7 @@ fn bulb(position: DVec3, intensity: f32, radius: f64) -> Light {
 const EYE: DVec3 = DVec3::new(0.4, -0.3, 2.0);
 
 #[test]
-fn a_lambertian_plane_under_the_sun() {
+fn lambertian_plane_under_the_sun_matches_the_closed_form() {
     for degrees in [0.0f64, 30.0, 60.0, 85.0] {
         let angle = degrees.to_radians();
         let mut world = plane(4.0, 0.6);
@@ -43,24 +43,25 @@ fn a_lambertian_plane_under_the_sun() {
 }
 
 #[test]
-fn a_lambertian_plane_under_a_bulb() {
+fn lambertian_plane_under_a_bulb_matches_the_closed_form() {
     for position in [DVec3::new(0.0, 0.0, 1.0), DVec3::new(2.0, 1.0, 0.5), DVec3::new(-30.0, 4.0, 70.0)] {
         let mut world = plane(4.0, 0.6);
         world.add_light(bulb(position, 5.0, 0.0)).unwrap();
         let r = position.length();
         let expected = 0.6 * 5.0 * (position.z / r) / (std::f64::consts::PI * r * r);
         close(radiance(&world, EYE, DVec3::ZERO, &settings(1)), expected, 1e-5);
-        // A sphere of even radiance sends to any point outside, above its horizon, what a point in its middle does.
+        // A uniformly bright sphere illuminates any outside point, if it is above the point's horizon, like a point
+        // light at its centre.
         let mut world = plane(4.0, 0.6);
         let radius = 0.4 * position.z;
         world.add_light(bulb(position, 5.0, radius)).unwrap();
-        // From a position where the bulb itself does not occlude.
+        // From a position where the bulb does not occlude the view.
         let eye = DVec3::new(-1.5, 1.5, 0.2);
         let frame = render(&world, &look_at(eye, DVec3::ZERO, 0.01, [32, 32]), &settings(32));
         let color = f32s(&frame, Channel::Color);
         let mean = color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64;
         close(mean, expected, 1e-3);
-        // Power spreads over the whole sphere of directions.
+        // The power spreads over the whole sphere of directions.
         let mut world = plane(4.0, 0.6);
         let power = Some([4.0 * std::f32::consts::PI * 5.0; 3]);
         let light = Light::Point { position: position.to_array(), power, intensity: None, radius: 0.0 };
@@ -70,7 +71,7 @@ fn a_lambertian_plane_under_a_bulb() {
 }
 
 #[test]
-fn a_tiny_sphere_far_away_is_a_point() {
+fn tiny_distant_spherical_light_equals_a_point_light() {
     let at = DVec3::new(3e5, 0.0, 4e5);
     let of = |radius| {
         let mut world = plane(4.0, 0.6);
@@ -82,7 +83,7 @@ fn a_tiny_sphere_far_away_is_a_point() {
 }
 
 #[test]
-fn a_spherical_light_is_visible_but_does_not_emit_inwards() {
+fn spherical_light_is_visible_but_does_not_emit_inwards() {
     // A sphere of radiance L has the intensity L pi r^2.
     let seen = 5.0 / (std::f64::consts::PI * 0.5 * 0.5);
     for (position, radius, expected) in [(DVec3::ZERO, 0.0, 0.0), (DVec3::new(0.0, 0.0, 0.1), 0.5, seen)] {
@@ -100,7 +101,7 @@ fn occluders_cast_shadows() {
         world.add_light(light).unwrap();
         if let Some(height) = blocker {
             let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, height) + gap);
-            // Wide, but out of the camera's view.
+            // Wide, but outside the camera's view.
             let mesh = primitive::plane([2.0 * height, 2.0 * height]).unwrap();
             add(&mut world, mesh, material([1.0; 3], 1.0, 0.0, 1.0), place);
         }
@@ -118,12 +119,12 @@ fn occluders_cast_shadows() {
 }
 
 #[test]
-fn surfaces_have_two_sides_that_do_not_leak() {
+fn both_sides_of_a_surface_are_lit_without_leaks() {
     let mut world = plane(4.0, 0.6);
     world.add_light(sun(-DVec3::Z, 3.0)).unwrap();
     assert_eq!(radiance(&world, EYE, DVec3::ZERO, &settings(4)), 0.0, "lit from behind");
     close(radiance(&world, -EYE, DVec3::ZERO, &settings(4)), 0.6 * 3.0 / std::f64::consts::PI, 1e-5);
-    // Smooth normals that lean over do not carry light through the triangle.
+    // Tilted smooth normals do not carry light through the triangle.
     let mut leaning = primitive::plane([4.0, 4.0]).unwrap();
     leaning.normals = Some(vec![[0.8, 0.0, 0.6]; leaning.vertices.len()]);
     let mut world = World::default();
@@ -133,14 +134,14 @@ fn surfaces_have_two_sides_that_do_not_leak() {
 }
 
 #[test]
-fn smooth_normals_shade_and_mirrored_objects_keep_them() {
+fn smooth_normals_are_shaded_also_on_mirrored_objects() {
     let mut leaning = primitive::plane([4.0, 4.0]).unwrap();
     leaning.normals = Some(vec![[0.6, 0.0, 0.8]; leaning.vertices.len()]);
     let flip = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     for (transform, cosine) in [
         (DAffine3::IDENTITY, 1.0),
         (flip, 0.8 * 0.8 - 0.6 * 0.6),
-        // Twice as wide, it leans half as much.
+        // Twice as wide, the surface is half as steep.
         (
             DAffine3::from_scale(DVec3::new(2.0, 1.0, 1.0)),
             DVec3::new(0.3, 0.0, 0.8).normalize().dot(DVec3::new(0.6, 0.0, 0.8)),
@@ -154,8 +155,8 @@ fn smooth_normals_shade_and_mirrored_objects_keep_them() {
     }
 }
 
-/// The share of light from everywhere that a specular plane sends to the eye, by a sun from each of many directions:
-/// by reciprocity, the albedo of the view.
+/// Fraction of uniform light that a specular plane reflects to the eye, from one sun for each of many directions. By
+/// reciprocity, it is the albedo of the view.
 fn albedo(shininess: f32, eye: DVec3) -> f64 {
     const RINGS: usize = 96;
     const TURNS: usize = 48;
@@ -164,7 +165,7 @@ fn albedo(shininess: f32, eye: DVec3) -> f64 {
     add(&mut world, mesh, material([1.0; 3], 0.0, 1.0, shininess), DAffine3::IDENTITY);
     let mut sum = 0.0;
     for ring in 0..RINGS {
-        // Many suns at once: their light adds up. Each stands for an equal piece of solid angle.
+        // Many suns at once, whose light adds up. Each represents an equal solid angle.
         world.lights.clear();
         let z = (ring as f64 + 0.5) / RINGS as f64;
         for turn in 0..TURNS {
@@ -178,7 +179,7 @@ fn albedo(shininess: f32, eye: DVec3) -> f64 {
 }
 
 #[test]
-fn phong_lobe_creates_no_energy() {
+fn phong_lobe_conserves_energy() {
     for shininess in [0.0, 1.0, 5.0, 20.0] {
         close(albedo(shininess, DVec3::new(0.0, 0.0, 2.0)), 1.0, 0.01);
         let mut last = 1.01;
@@ -199,7 +200,7 @@ fn phong_lobe_creates_no_energy() {
 }
 
 #[test]
-fn a_sharp_lobe_peaks_in_the_mirror_direction() {
+fn sharp_phong_lobe_peaks_in_the_mirror_direction() {
     let mut world = World::default();
     let mesh = primitive::plane([4.0, 4.0]).unwrap();
     add(&mut world, mesh, material([1.0; 3], 0.0, 0.5, 100.0), DAffine3::IDENTITY);
@@ -211,7 +212,7 @@ fn a_sharp_lobe_peaks_in_the_mirror_direction() {
     assert!(beside < 1e-6 * mirror);
 }
 
-/// A disc that faces up and down, as a fan.
+/// A disc that faces up and down, built as a triangle fan.
 fn disc(radius: f64, height: f64) -> Mesh {
     const N: u32 = 256;
     let mut vertices = vec![DVec3::new(0.0, 0.0, height)];
@@ -224,19 +225,19 @@ fn disc(radius: f64, height: f64) -> Mesh {
 }
 
 #[test]
-fn sky_is_ambient_light_and_can_be_hidden() {
+fn sky_is_ambient_light_and_hidden_on_request() {
     let mut world = plane(4.0, 0.6);
     add(&mut world, disc(1.0, 0.7), material([1.0; 3], 1.0, 0.0, 1.0), DAffine3::IDENTITY);
     for radiance in [[1.5; 3], [0.5; 3]] {
         world.add_light(Light::uniform_sky(radiance)).unwrap();
     }
-    // From below the disc, whose form factor for a point under its middle is r^2 / (r^2 + h^2).
+    // From below the disc, whose form factor for a point under its centre is r^2 / (r^2 + h^2).
     let eye = DVec3::new(0.5, 0.0, 0.3);
     close(radiance(&world, eye, DVec3::ZERO, &settings(4)), 0.6 * 2.0, 1e-6);
     let occluded = |distance| Settings { ambient_occlusion: Some(distance), ..settings(4096) };
     let open = 1.0 - 1.0 / (1.0 + 0.7 * 0.7);
     close(radiance(&world, eye, DVec3::ZERO, &occluded(f64::INFINITY)), 1.2 * open, 0.01);
-    // Nothing is closer than 0.7 m; occluders within 1.0 m of the point count.
+    // No surface is closer than 0.7 m; occluders within 1.0 m of the point count.
     close(radiance(&world, eye, DVec3::ZERO, &occluded(0.69)), 1.2, 1e-6);
     close(radiance(&world, eye, DVec3::ZERO, &occluded(1.0)), 1.2 * 0.7 * 0.7, 0.01);
     let background = radiance(&world, eye, DVec3::new(5.0, 0.0, 1.0), &settings(1));
@@ -274,7 +275,7 @@ fn worlds_without_lights_get_default_lights_with_a_notice() {
 }
 
 #[test]
-fn samples_beyond_float32_are_dropped_and_counted() {
+fn samples_beyond_float32_become_black_and_are_counted() {
     let mut world = plane(4.0, 0.6);
     world.add_light(bulb(DVec3::new(0.0, 0.0, 1e-3), 3e38, 0.0)).unwrap();
     let camera = look_at(EYE, DVec3::ZERO, 10.0, [4, 4]);

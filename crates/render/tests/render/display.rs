@@ -1,16 +1,16 @@
-//! Images for displays: every pixel by itself, whatever its neighbours and the threads.
+//! Images for displays: every pixel is converted independently of its neighbours and of the threads.
 
 use raycam_render::film::display::{srgb8, srgb16};
 use raycam_scene::ViewTransform;
 use raycam_scene::color::srgb_from_linear;
 
-/// The curve as IEC 61966-2-1 has it, to `top` steps.
+/// The curve of IEC 61966-2-1, quantised to `top` steps.
 fn steps(v: f32, top: f32) -> u32 {
     (srgb_from_linear(v).clamp(0.0, 1.0) * top).round() as u32
 }
 
 #[test]
-fn display_of_many_pixels_equals_one_by_one() {
+fn display_of_many_pixels_equals_single_pixels() {
     for count in [0, 1, 5, 16_384, 16_385, 100_003] {
         let value = |i: usize| match i % 1000 {
             0 => f32::NAN,

@@ -1,4 +1,4 @@
-//! The reported error, and images that stop by error or by time.
+//! The reported error, and images that stop at an error threshold or a time limit.
 
 use std::sync::Arc;
 
@@ -67,7 +67,7 @@ fn reported_error_equals_the_true_error() {
 
 #[test]
 fn reported_error_is_the_standard_error_of_the_mean() {
-    // The edge of an unlit plane: of each pixel a part is white, and nothing else is random.
+    // The edge of an unlit plane: a part of each pixel is white, and nothing else is random.
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 70.0, [48, 32]);
     let flat = |samples| Settings { integrator: Integrator::Flat, ..settings(samples) };
     for samples in [16, 50, 256] {
@@ -77,7 +77,7 @@ fn reported_error_is_the_standard_error_of_the_mean() {
 }
 
 #[test]
-fn adaptive_pixels_stop_below_the_threshold() {
+fn adaptive_pixels_stop_below_the_noise_threshold() {
     let (world, camera) = scene();
     let noisy = Settings { noise_threshold: Some(0.01), ..settings(2048) };
     let whole = render(&world, &camera, &noisy);
@@ -99,9 +99,9 @@ fn adaptive_pixels_stop_below_the_threshold() {
 }
 
 #[test]
-fn timed_images_can_be_reproduced() {
-    // Texture filter (below 16 samples), scene (flattened from some number of samples on) and the single ray through
-    // the centre depend on the number of samples.
+fn time_limited_images_can_be_reproduced() {
+    // The texture filter (below 16 samples), the scene (flattened from some number of samples on) and the single ray
+    // through the centre depend on the number of samples.
     let (still, camera) = scene();
     let mut checkered = still.clone();
     add_squares(&mut checkered);
@@ -121,15 +121,16 @@ fn timed_images_can_be_reproduced() {
 }
 
 #[test]
-fn error_of_one_sample_is_unknown() {
+fn error_of_one_sample_is_infinite() {
     let (world, camera) = scene();
     let frame = render(&world, &camera, &settings(1));
     assert!(f32s(&frame, Channel::Error).iter().all(|error| *error == f32::INFINITY));
 }
 
 #[test]
-fn slices_of_untextured_worlds_repeat_no_sample() {
-    // Units of work are samples of tiles. Textures are filtered otherwise below 16 samples, which are thrown away.
+fn time_slices_of_untextured_worlds_repeat_no_sample() {
+    // Units of work are samples of tiles. Below 16 samples textures have a different filter, so those samples are
+    // discarded.
     let (mut textured, (_, camera)) = (World::default(), scene());
     add_squares(&mut textured);
     for (world, is_once) in [(plane(9.0, 0.5), true), (textured, false)] {

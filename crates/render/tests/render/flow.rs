@@ -1,4 +1,4 @@
-//! Flow of moved and deformed meshes, and what refuses to flow. Reprojection is tested in Python.
+//! Flow of moved and deformed meshes, and arguments that are refused. Reprojection is tested in Python.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use raycam_render::annotations::viewpoint::Viewpoint;
 use raycam_render::{Control, RenderError};
 
 #[test]
-fn a_deformed_mesh_is_followed_by_its_corners() {
+fn flow_follows_the_corners_of_deformed_meshes() {
     let first = plane(2.0, 0.8);
     let mut second = first.clone();
-    // Stretched and bent: the map is affine in each triangle, and so known at each point.
+    // Stretched and bent: the map is affine in each triangle, so it is known at each point.
     let bend = |v: DVec3| DVec3::new(1.5 * v.x + 0.2 * v.y, v.y, v.z + 0.3 * v.x.signum());
     let mesh = Arc::make_mut(&mut second.meshes[0]);
     mesh.vertices.iter_mut().for_each(|v| *v = bend(*v));
@@ -44,7 +44,7 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
 }
 
 #[test]
-fn flow_with_other_triangles_or_cancellation_is_an_error() {
+fn flow_refuses_other_triangles_and_can_be_cancelled() {
     let camera = look_at(DVec3::new(0.1, -0.2, 4.0), DVec3::ZERO, 40.0, [8, 8]);
     let (a, b) = (prepare(&plane(1.0, 1.0)), prepare(&still_life()));
     let view = |world| Viewpoint { world, animated_world: None, camera: &camera };

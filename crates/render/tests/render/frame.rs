@@ -1,4 +1,4 @@
-//! Frames have the same bytes for any division of the work.
+//! Frames have the same bytes however the work is divided.
 
 use crate::common::*;
 use glam::DVec3;
@@ -19,7 +19,7 @@ fn scene() -> (PreparedWorld, raycam_scene::Camera, Settings) {
 }
 
 #[test]
-fn any_number_of_threads_gives_the_same_bytes() {
+fn number_of_threads_does_not_change_bytes() {
     let (world, camera, settings) = scene();
     let with = |threads| {
         let settings = Settings { threads, ..settings.clone() };
@@ -35,7 +35,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn regions_merge_to_the_whole() {
+fn merged_regions_equal_the_whole_frame() {
     let (world, camera, settings) = scene();
     let part = |region| {
         let settings = Settings { region, ..settings.clone() };
@@ -79,9 +79,9 @@ fn parts_of_the_wrong_size_are_refused() {
 }
 
 #[test]
-fn seeds_and_frames_change_the_noise_and_nothing_else() {
+fn seeds_and_frame_numbers_change_only_the_noise() {
     let (world, camera, mut settings) = scene();
-    // To estimate the error, samples come from several sequences: other ones.
+    // To estimate the error, samples come from several different sequences.
     settings.channels.retain(|&channel| channel != Channel::Error);
     let of = |seed, frame| {
         let settings = Settings { seed, frame, ..settings.clone() };
@@ -92,14 +92,14 @@ fn seeds_and_frames_change_the_noise_and_nothing_else() {
         assert_ne!(f32s(&base, Channel::Color), f32s(&other, Channel::Color));
         assert_eq!(i32s(&base, Channel::Triangle), i32s(&other, Channel::Triangle));
     }
-    // Asking for less changes nothing in the rest.
+    // Requesting fewer channels does not change the remaining ones.
     let settings = Settings { channels: vec![Channel::Color], ..settings };
     let color = raycam_render::render(&world, &camera, &settings, &Control::new()).unwrap();
     assert_eq!(f32s(&base, Channel::Color), f32s(&color, Channel::Color));
 }
 
 #[test]
-fn settings_without_an_image_are_refused() {
+fn settings_with_an_empty_region_or_no_channels_are_refused() {
     let (world, camera, settings) = scene();
     let refused =
         |settings: Settings, word: &str| match raycam_render::render(&world, &camera, &settings, &Control::new()) {
@@ -128,7 +128,7 @@ fn images_beyond_memory_are_refused() {
 }
 
 #[test]
-fn rendering_reports_progress_and_can_be_cancelled() {
+fn rendering_reports_progress_and_stops_on_cancellation() {
     let (world, camera, settings) = scene();
     let control = Control::new();
     raycam_render::render(&world, &camera, &settings, &control).unwrap();
@@ -139,7 +139,7 @@ fn rendering_reports_progress_and_can_be_cancelled() {
     assert_eq!(stopped.unwrap_err(), RenderError::Cancelled);
     let stopped = PreparedWorld::new(&still_life(), None, None, &control);
     assert_eq!(stopped.unwrap_err(), RenderError::Cancelled);
-    // While it runs: the work is far larger than the wait.
+    // While rendering: the work takes far longer than the wait.
     let control = Control::new();
     let settings = Settings { samples: 1 << 20, ..settings };
     std::thread::scope(|scope| {

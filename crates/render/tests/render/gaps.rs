@@ -1,4 +1,4 @@
-//! Images whose later samples are guided through gaps.
+//! Images whose late samples are guided through gaps.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use raycam_scene::camera::intrinsics_from_fov;
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Light, Material, PixelCenter, World};
 
-/// Images of so many pixels a side have four samples of a pixel that are not guided, and smaller ones thousands.
+/// Images with this many pixels per side have four unguided samples per pixel; smaller images have thousands.
 const SIDE: u32 = 1024;
 const REGION: [u32; 4] = [0, 0, 24, 16];
 
-/// A grey room beside another one, where the lamp is, with a wall between them that leaves a slot of this width.
+/// A grey room next to another one that contains the lamp; the wall between them has a slot of this width.
 fn rooms(slot: f64) -> World {
     let mut world = World::default();
     let walls = [
@@ -39,7 +39,7 @@ fn rooms(slot: f64) -> World {
     world
 }
 
-/// The camera that sees the room in the region, of a large image or of the region alone: its pixels have the same rays.
+/// Camera that shows the room in the region, for a large image or for the region alone: its pixels have equal rays.
 fn camera(is_large: bool) -> Camera {
     let [_, _, width, height] = REGION;
     let k = intrinsics_from_fov(62.0, [width, height], PixelCenter::Integer).unwrap();
@@ -59,7 +59,7 @@ fn picture(world: &PreparedWorld, is_large: bool, settings: &Settings) -> Frame 
 }
 
 #[test]
-fn gaps_keep_the_light_and_reduce_noise() {
+fn gap_guiding_keeps_the_light_and_reduces_noise() {
     let world = prepare(&rooms(0.1));
     let [guided, plain] = [true, false].map(|is_large| {
         let of = |seed| picture(&world, is_large, &Settings { seed, ..settings(128) });
@@ -67,7 +67,7 @@ fn gaps_keep_the_light_and_reduce_noise() {
     });
     let all = || guided.iter().chain(&plain);
     let means: Vec<f32> = (0..plain[0].len()).map(|i| all().map(|one| one[i]).sum::<f32>() / 32.0).collect();
-    // The mean of all pixels: some see the bright room.
+    // The mean of all pixels, because some show the bright room.
     let light = |all: &[Vec<f32>]| -> f64 {
         all.iter().flat_map(|one| one.iter().zip(&means)).map(|(x, m)| f64::from(x / m)).sum()
     };
@@ -77,7 +77,7 @@ fn gaps_keep_the_light_and_reduce_noise() {
         };
         all.chunks(2).map(apart).sum()
     };
-    // The three channels have one noise, so that their sum has three times the variance.
+    // The three channels have the same noise, so the variance of their sum is three times the sum of their variances.
     let error = (3.0 * (noise(&guided) + noise(&plain))).sqrt();
     let off = light(&guided) - light(&plain);
     assert!(error < 0.01 * light(&plain) && off.abs() < 4.0 * error, "{off} {error} of {}", light(&plain));
@@ -85,7 +85,7 @@ fn gaps_keep_the_light_and_reduce_noise() {
 }
 
 #[test]
-fn samples_are_guided_after_the_first_four_and_only_with_gaps() {
+fn samples_are_guided_after_the_first_four_if_there_are_gaps() {
     for (slot, samples, is_guided) in [(0.1, 4, false), (0.1, 5, true), (1.2, 64, false)] {
         let world = prepare(&rooms(slot));
         let [large, small] = [true, false].map(|is_large| picture(&world, is_large, &settings(samples)));
@@ -94,7 +94,7 @@ fn samples_are_guided_after_the_first_four_and_only_with_gaps() {
 }
 
 #[test]
-fn gaps_do_not_depend_on_threads_slices_or_regions() {
+fn gap_guiding_does_not_depend_on_threads_slices_or_regions() {
     let world = Arc::new(rooms(0.1));
     let ten = Settings { threads: Some(1), ..settings(10) };
     let prepared = Arc::new(prepare(&world));
@@ -113,7 +113,7 @@ fn gaps_do_not_depend_on_threads_slices_or_regions() {
     let plane = |channel, data| OutputPlane { channel, values: PlaneData::F32(data), zero: true };
     slices.develop(vec![plane(Channel::Color, &mut color), plane(Channel::Error, &mut error)]).unwrap();
     assert_eq!([&*color, &*error], channels.map(|channel| f32s(&whole, channel)));
-    // Pixels that stop by their noise have the samples of a shorter image.
+    // Pixels that stop at the noise threshold have the samples of a shorter image.
     let stopped = picture(&prepared, true, &Settings { noise_threshold: Some(1e9), samples: 256, ..ten.clone() });
     let short = picture(&prepared, true, &Settings { samples: 64, ..ten });
     assert_eq!(f32s(&stopped, Channel::Color), f32s(&short, Channel::Color));

@@ -16,7 +16,7 @@ fn seen(anchors: &[KeypointSource]) -> Result<Vec<Keypoint>, RenderError> {
 }
 
 #[test]
-fn keypoints_have_images_and_occluders() {
+fn keypoints_report_their_image_and_occluder() {
     let ball = |point| KeypointSource::Mesh { object: 1, point };
     let anchors = [
         ball(DVec3::NEG_Y),
@@ -40,7 +40,7 @@ fn keypoints_have_images_and_occluders() {
 }
 
 #[test]
-fn barycentric_keypoints_are_inside_their_triangle() {
+fn barycentric_keypoints_are_on_their_triangle() {
     let world = still_life();
     let mesh = &world.meshes[world.objects[2].mesh];
     let (triangle, weights) = (17, DVec3::new(0.5, 0.2, 0.3));
@@ -54,7 +54,7 @@ fn barycentric_keypoints_are_inside_their_triangle() {
 }
 
 #[test]
-fn missing_objects_are_refused() {
+fn keypoints_refuse_missing_objects() {
     let triangle =
         |object, triangle, sum: f64| KeypointSource::Triangle { object, triangle, weights: DVec3::splat(sum / 3.0) };
     assert!(seen(&[triangle(1, 3, 1.0)]).is_ok());

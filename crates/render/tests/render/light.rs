@@ -1,4 +1,4 @@
-//! Lights in images: emission of textured meshes, and the penumbra of a sun with a size.
+//! Lights in images: emission of textured meshes, and the penumbra of a sun with a diameter.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use raycam_scene::{
 };
 
 fn seen(world: &World, at: DVec3, samples: u32, integrator: Integrator) -> f64 {
-    // Many pixels of nearly the same place: rays are traced many at a time.
+    // Many pixels at nearly the same position, because rays are traced many at a time.
     const SIDE: u32 = 16;
     let camera = look_at(at + DVec3::new(1e-3, -0.4, 0.4), at, 0.01, [SIDE, SIDE]);
     let settings = Settings {
@@ -30,8 +30,8 @@ fn close(found: f64, expected: f64, relative: f64) {
 }
 
 #[test]
-fn a_textured_mesh_emits_as_its_texels_do() {
-    // Two by two texels on a sheet above the floor: four sheets, each a light of its own.
+fn textured_meshes_emit_like_their_texels() {
+    // Two by two texels on a sheet above the floor: four parts, each equal to a separate light.
     let radiance = [[8.0f32, 0.0], [1.0, 3.0]];
     let image = Image::new("", [2, 2], Texels::Float(radiance.iter().flatten().map(|&v| [v, v, v, 1.0]).collect()));
     let mut shining = plane(4.0, 0.5);
@@ -46,7 +46,7 @@ fn a_textured_mesh_emits_as_its_texels_do() {
     };
     material.emission.value = [1.0; 3];
     material.emission.texture = Some(TextureSlot::plain(texture));
-    // Upside down about x: what was its upper edge, v = 0, comes to y < 0.
+    // Turned upside down about x: the upper edge, v = 0, is now at y < 0.
     let place = DAffine3::from_translation(DVec3::new(0.2, 0.1, 1.0)) * DAffine3::from_rotation_x(std::f64::consts::PI);
     add(&mut shining, primitive::plane([1.0, 1.0]).unwrap(), material, place);
     let mut sheets = plane(4.0, 0.5);
@@ -72,21 +72,22 @@ fn a_textured_mesh_emits_as_its_texels_do() {
 }
 
 #[test]
-fn sun_penumbra_equals_the_visible_part_of_its_disk() {
+fn sun_penumbra_equals_the_visible_fraction_of_the_disk() {
     const DIAMETER: f64 = 20.0;
     const HEIGHT: f64 = 1.0;
     let mut world = plane(20.0, 1.0);
     let sun =
         Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [std::f32::consts::PI; 3], angular_diameter: DIAMETER };
     world.add_light(sun).unwrap();
-    // A screen over all of x > 0.
+    // A screen that covers x > 0.
     let screen = primitive::plane([40.0, 40.0]).unwrap();
     let place = DAffine3::from_translation(DVec3::new(20.0, 0.0, HEIGHT));
     add(&mut world, screen, material([0.0; 3], 0.0, 0.0, 1.0), place);
     let radius = (DIAMETER / 2.0).to_radians().sin();
     for x in [-0.3, -0.12, -0.05, 0.02, 0.1, 0.15, 0.3] {
-        // Seen from the floor the edge is a great circle; projected along z the disk is a circle of this radius, in
-        // which it is a part of an ellipse: the light is the area beyond it (Nusselt's analogue).
+        // Seen from the floor, the screen's edge is a great circle. Projected along z, the sun is a circle of this
+        // radius, and the edge is part of an ellipse in it. The light is the area beyond the ellipse (Nusselt's
+        // analogue).
         let sine = -x / (x * x + HEIGHT * HEIGHT).sqrt();
         const STEPS: usize = 20_000;
         let visible: f64 = (0..STEPS)
@@ -107,7 +108,7 @@ fn sun_penumbra_equals_the_visible_part_of_its_disk() {
 fn daylight_comes_from_the_given_direction() {
     let mut world = plane(4.0, 1.0);
     world.add_light(Light::Preetham { direction: [-1.0, 0.0, -1.0], turbidity: 3.0, scale: 1.0 }).unwrap();
-    // A wall towards the sun leaves the floor behind it in its shadow, not that before it.
+    // A wall towards the sun shades the floor behind it, but not the floor in front of it.
     let wall = primitive::box_([0.1, 4.0, 1.0]).unwrap();
     let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.5));
     add(&mut world, wall, material([0.0; 3], 0.0, 0.0, 1.0), place);

@@ -1,4 +1,4 @@
-//! Clear matter within clear matter, against closed forms.
+//! Clear materials inside clear materials, compared with closed forms.
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};
@@ -25,7 +25,7 @@ fn slab(world: &mut World, material: Material, low: f64, high: f64) {
     add(world, mesh, material, place);
 }
 
-/// Seen from above at an angle from the vertical.
+/// Camera that looks down at an angle to the vertical.
 fn looking_down(degrees: f64) -> Camera {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let eye = DVec3::new(9.0 * sin + 1e-3, 0.0, 9.0 * cos);
@@ -42,8 +42,7 @@ fn mean(world: &World, camera: &Camera, samples: u32) -> [f64; 3] {
     })
 }
 
-/// Fresnel's reflectance of unpolarised light, at an angle in air, between two of a stack of layers: for each
-/// polarisation.
+/// Fresnel reflectance for each polarisation, at an angle in air, between two of a stack of layers.
 fn reflectances(degrees: f64, from: f64, to: f64) -> [f64; 2] {
     let cosine = |n: f64| (1.0 - (degrees.to_radians().sin() / n).powi(2)).sqrt();
     let (a, b) = (cosine(from), cosine(to));
@@ -52,8 +51,8 @@ fn reflectances(degrees: f64, from: f64, to: f64) -> [f64; 2] {
     [s * s, p * p]
 }
 
-/// Transmittance of a stack of layers with all interreflections, as a path tracer computes it: without polarisation, so
-/// that every interface reflects the mean of both.
+/// Transmittance of a stack of layers with all interreflections, as computed by a path tracer: without polarisation, so
+/// that every interface reflects the mean of both polarisations.
 fn transmittance(degrees: f64, indices: &[f64]) -> f64 {
     let (mut passed, mut back) = (1.0, 0.0);
     for pair in indices.windows(2) {
@@ -66,10 +65,10 @@ fn transmittance(degrees: f64, indices: &[f64]) -> f64 {
 }
 
 #[test]
-fn layers_transmit_by_fresnel() {
+fn stacked_layers_transmit_by_fresnel() {
     let stack = [1.0, GLASS, WATER, GLASS, 1.0];
-    // Water that overlaps its glass; water in a cavity that the glass mesh lacks; the same, where
-    // the glass is the one that counts, and is all that is there.
+    // Water that overlaps its glass; water in a cavity that is missing in the glass mesh; and the second case with
+    // glass of higher priority, which replaces all the water.
     let held = |world: &mut World| {
         slab(world, clear(GLASS, 1), 0.0, 1.0);
         slab(world, clear(WATER, 0), 0.7, 2.2);
@@ -109,8 +108,8 @@ fn layers_transmit_by_fresnel() {
 }
 
 #[test]
-fn interiors_absorb() {
-    // All of the index of air: two metres of water of which the glass displaces a quarter of a metre.
+fn nested_interiors_absorb_light() {
+    // Everything has the index of air: two metres of water, of which the glass displaces a quarter of a metre.
     let mut world = World::default();
     let tinted = |color, priority| {
         let glass = Glass { ior: 1.0, attenuation_color: color, attenuation_distance: 1.0, ..Glass::default() };
@@ -143,13 +142,13 @@ fn nested_clear_objects_are_invisible_under_a_white_sky() {
     world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
     let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 22.0, [16, 16]);
     let found = mean(&world, &camera, 256);
-    // Roughness within other matter loses a little, and is noisy.
+    // Rough surfaces inside other media lose a little light and are noisy.
     assert!((found[0] - 1.0).abs() < 1e-2, "{found:?}");
 }
 
 #[test]
 fn lights_inside_clear_objects_are_attenuated() {
-    // A bulb above a matte floor, both within absorbing matter of the index of air.
+    // A bulb above a matte floor, both inside an absorbing medium with the index of air.
     let seen = |color: [f32; 3]| {
         let mut world = plane(2.0, 0.5);
         let glass = Glass { ior: 1.0, attenuation_color: color, attenuation_distance: 1.0, ..Glass::default() };
@@ -162,14 +161,15 @@ fn lights_inside_clear_objects_are_attenuated() {
         mean(&world, &camera, 16)
     };
     let (clear, tinted) = (seen([1.0; 3]), seen([0.5, 0.8, 1.0]));
-    // Two metres from the bulb to the floor, four to where the camera looks in.
+    // The path is two metres from the bulb to the floor, and four to the camera's entry point.
     for (i, share) in [0.5f64, 0.8, 1.0].into_iter().enumerate() {
         let expected = clear[i] * share.powi(6);
         assert!((tinted[i] / expected - 1.0).abs() < 1e-3, "{tinted:?} {clear:?}");
     }
 }
 
-/// Frosted matter in the sun and beside a bulb, on a floor. An `open` mesh has a triangle too many, which has no area.
+/// A frosted object in the sun and next to a bulb, on a floor. An `open` mesh has one triangle too many, which has no
+/// area.
 fn frosted(mesh: Mesh, open: bool) -> World {
     let mut world = plane(20.0, 0.5);
     let mut mesh = Mesh { vertices: mesh.vertices, triangles: mesh.triangles, ..Mesh::default() };
@@ -189,14 +189,14 @@ fn frosted(mesh: Mesh, open: bool) -> World {
     world
 }
 
-/// A camera that shows the object of [`frosted`].
+/// Camera that shows the object of [`frosted`].
 fn in_front(fov: f64, size: [u32; 2]) -> Camera {
     let target = DVec3::new(0.0, 0.0, 1.2);
     look_at(DVec3::new(0.0, -5.0, 2.0), target, fov, size)
 }
 
 #[test]
-fn light_blocked_by_objects_is_rarely_sampled() {
+fn lights_blocked_by_objects_are_rarely_sampled() {
     let camera = in_front(30.0, [16; 2]);
     let ball = || primitive::sphere(1.0, 4).unwrap();
     let picture = |open| {
@@ -208,8 +208,8 @@ fn light_blocked_by_objects_is_rarely_sampled() {
 }
 
 #[test]
-fn inverted_parts_are_lit_equally() {
-    // A ball that is inside out, and a larger one that is not, out of sight: together they have a volume.
+fn inverted_bodies_are_lit_equally() {
+    // A ball that is inside out, and a larger ball that is not and is out of view: together their volume is positive.
     let mesh = || {
         let mut mesh = primitive::sphere(1.0, 3).unwrap();
         mesh.triangles.iter_mut().for_each(|triangle| triangle.reverse());

@@ -1,4 +1,4 @@
-//! Thin walls before lights: shadow rays and paths pass them, times their transmittance.
+//! Thin walls in front of lights: shadow rays and paths pass them, multiplied by their transmittance.
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};
@@ -13,14 +13,14 @@ fn glass(thin: bool) -> Material {
     Material { model, ..Material::default() }
 }
 
-/// glTF's window: all light passes that Schlick's approximation does not reflect.
+/// glTF's window: it transmits all light that Schlick's approximation does not reflect.
 fn window() -> Material {
     let mut p = Principled::default();
     (p.metallic.value, p.roughness.value, p.transmission.value, p.thickness.value) = (0.0, 0.0, 1.0, 0.0);
     Material { model: MaterialModel::Principled(p.into()), ..Material::default() }
 }
 
-/// A white floor under horizontal panes, of which the k-th is 1 + k / 4 above it.
+/// A white floor under horizontal panes; the k-th pane is 1 + k / 4 above it.
 fn floor_under(panes: &[Material], light: Light) -> World {
     let mut world = plane(20.0, 1.0);
     for (k, material) in panes.iter().enumerate() {
@@ -31,7 +31,7 @@ fn floor_under(panes: &[Material], light: Light) -> World {
     world
 }
 
-/// The mean radiance of a patch of the floor, seen from under the panes.
+/// Mean radiance of a patch of the floor, seen from below the panes.
 fn radiance(world: &World, integrator: Integrator, depth: Option<u32>, samples: u32) -> f64 {
     let camera = look_at(DVec3::new(0.1, 0.0, 0.9), DVec3::new(0.1, 1e-3, 0.0), 5.0, [4, 4]);
     let settings = Settings { integrator, samples, max_depth: depth, ..Settings::default() };
@@ -40,7 +40,7 @@ fn radiance(world: &World, integrator: Integrator, depth: Option<u32>, samples: 
     color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64
 }
 
-/// The transmittance of a pane with all reflections between its faces, by the cosine of the incidence.
+/// Transmittance of a pane with all reflections between its faces, by the cosine of incidence.
 fn pane_transmittance(cosine: f64) -> f64 {
     let refracted = (1.0 - (1.0 - cosine * cosine) / (IOR * IOR)).sqrt();
     let s = (cosine - IOR * refracted) / (cosine + IOR * refracted);
@@ -50,7 +50,7 @@ fn pane_transmittance(cosine: f64) -> f64 {
 }
 
 #[test]
-fn a_sun_and_a_bulb_shine_through_panes() {
+fn sun_and_bulb_shine_through_panes() {
     let direction = DVec3::new(0.6, 0.0, -0.8);
     let sun = Light::Sun { direction: direction.to_array(), irradiance: [3.0; 3], angular_diameter: 0.0 };
     let schlick = 0.04 + 0.96 * (1.0f64 - 0.8).powi(5);
@@ -60,12 +60,12 @@ fn a_sun_and_a_bulb_shine_through_panes() {
         (vec![window()], 1.0 - schlick),
     ];
     for (panes, transmittance) in cases {
-        // Two segments: what light that the floor sends up to the panes adds takes more.
+        // Only two segments: light that the floor reflects up to the panes would need more.
         let found = radiance(&floor_under(&panes, sun.clone()), Integrator::Path, Some(2), 16);
         let expected = 3.0 * 0.8 * transmittance / std::f64::consts::PI;
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
     }
-    // A sphere of light around the floor's point, at an angle of which the cosine is 0.8.
+    // A spherical light around the floor's point, at an angle whose cosine is 0.8.
     let bulb = Light::Point { position: [1.6, 0.0, 2.0], power: None, intensity: Some([5.0; 3]), radius: 0.0 };
     let found = radiance(&floor_under(&[glass(true)], bulb), Integrator::Direct, None, 16);
     let cosine = 2.0 / (1.5f64 * 1.5 + 4.0).sqrt();
@@ -74,8 +74,8 @@ fn a_sun_and_a_bulb_shine_through_panes() {
 }
 
 #[test]
-fn light_samples_and_bsdf_samples_agree_behind_a_pane() {
-    // A lamp far above a small angle: its light falls nearly straight down.
+fn light_samples_and_bsdf_samples_agree_behind_panes() {
+    // A distant lamp that subtends a small angle: its light falls nearly straight down.
     let lamp = |two_sided| Light::Rectangle {
         position: [0.1, 0.0, 6.0],
         u: [2.0, 0.0, 0.0],
@@ -89,7 +89,7 @@ fn light_samples_and_bsdf_samples_agree_behind_a_pane() {
         let expected = open * pane_transmittance(1.0).powi(panes.len() as i32);
         assert!((found / expected - 1.0).abs() < 4e-3, "{} {found} {expected}", panes.len());
     }
-    // A lamp before the pane counts once.
+    // A lamp in front of the pane counts once.
     let mut world = floor_under(&[], lamp(true));
     let height = DAffine3::from_translation(DVec3::new(0.0, 0.0, 8.0));
     add(&mut world, primitive::plane([40.0, 40.0]).unwrap(), glass(true), height);

@@ -1,4 +1,4 @@
-//! `path` against closed forms.
+//! `path` compared with closed forms.
 
 use std::sync::Arc;
 
@@ -22,10 +22,10 @@ fn close(found: f64, expected: f64, relative: f64) {
     assert!((found - expected).abs() <= relative * expected.abs(), "found {found}, expected {expected}");
 }
 
-/// A closed sphere seen from inside that shines everywhere and reflects a share of it.
+/// A closed sphere, seen from inside, that emits everywhere and reflects a fraction of the light.
 fn glowing_sphere(albedo: [f32; 3]) -> World {
     let mut world = World::default();
-    // Flat: normals that lean send some light into the wall.
+    // Flat normals: tilted ones would send some light into the wall.
     let mesh = flat(primitive::sphere(1.0, 0).unwrap().into());
     let mut matter = material(albedo, 1.0, 0.0, 1.0);
     matter.emission = [0.5; 3].into();
@@ -36,8 +36,9 @@ fn glowing_sphere(albedo: [f32; 3]) -> World {
 
 #[test]
 fn closed_sphere_radiance_sums_all_bounces() {
-    // L = E + albedo L, everywhere. Roulette goes by the brightest channel: while red goes on, next to none of what
-    // green and blue still have to gather is left to chance. Alone, green would have nine times the variance.
+    // L = E + albedo L everywhere. Roulette decides by the brightest channel: while red continues, almost nothing of
+    // what green and blue still gather depends on chance. If green decided alone, it would have nine times the
+    // variance.
     let camera = look_at(DVec3::ZERO, DVec3::X, 90.0, [8, 8]);
     let world = glowing_sphere([0.97, 0.9, 0.5]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 2048));
@@ -60,10 +61,10 @@ fn max_depth_counts_segments() {
 }
 
 #[test]
-fn direct_is_path_of_one_bounce() {
+fn direct_equals_path_with_one_bounce() {
     let mut world = still_life();
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [32, 24]);
-    // Bulbs outside of the image: their edges would need more samples.
+    // Bulbs are outside the image, because their edges would need more samples.
     let bulb = |position| Light::Point { position, power: Some([400.0; 3]), intensity: None, radius: 0.5 };
     world.lights[1] = bulb([2.0, -9.0, 6.0]);
     world.lights.push(bulb([-6.0, -2.0, 3.0]));
@@ -82,7 +83,7 @@ fn direct_is_path_of_one_bounce() {
 fn last_segments_find_the_same_light_as_shadow_rays() {
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [48, 32]);
     let whole = still_life();
-    // A transparent material, which no object has, makes the tracer keep the hits of last segments.
+    // A transparent material that no object uses makes the tracer keep the hits of last segments.
     let mut seen_through = still_life();
     let glass = Material { alpha: Alpha::Blend, ..Material::default() };
     seen_through.add_material(glass).unwrap();
@@ -90,7 +91,7 @@ fn last_segments_find_the_same_light_as_shadow_rays() {
         let settings = Settings { max_depth: depth, ..settings(integrator, 16) };
         let [a, b] = [&whole, &seen_through].map(|world| render(world, &camera, &settings));
         let [a, b] = [&a, &b].map(|frame| f32s(frame, Channel::Color));
-        // Rounding decides at edges of lights and shadows.
+        // Rounding decides at the edges of lights and shadows.
         let differ = a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 1e-5 + 1e-5 * **b);
         let differ = differ.count();
         assert!(differ <= 3, "{integrator:?}: {differ} of {}", a.len());
@@ -113,7 +114,7 @@ fn a_white_furnace_stays_white() {
     }
     let whole = mean(&world, &camera, &settings(Integrator::Path, 256));
     assert!(whole <= 1.0005 && whole > 0.95, "{whole}");
-    // Two white balls without smooth normals and without a lobe that reaches below the surface lose nothing.
+    // Two white balls without smooth normals and without a lobe that extends below the surface lose no light.
     world.meshes = world.meshes.drain(..).map(flat).collect();
     for material in &mut world.materials {
         material.model = MaterialModel::DEFAULT;
@@ -138,8 +139,8 @@ fn screened(alpha: Alpha, opacity: f32) -> World {
 }
 
 #[test]
-fn opacity_blends_with_the_background() {
-    // Light and sight both pass the black screen.
+fn screens_blend_with_the_background_by_opacity() {
+    // Light and view rays both pass the black screen.
     for (alpha, opacity, expected) in [
         (Alpha::Opaque, 0.3, 0.0),
         (Alpha::Blend, 0.0, 0.5),
@@ -158,7 +159,7 @@ fn opacity_blends_with_the_background() {
 }
 
 #[test]
-fn the_camera_looks_through_the_back_of_one_sided_surfaces() {
+fn camera_rays_pass_the_back_of_one_sided_surfaces() {
     let mut world = screened(Alpha::Opaque, 1.0);
     world.materials[1].double_sided = false;
     let seen = |eye: f64, world: &World| {
@@ -195,7 +196,7 @@ fn unlit_surfaces_are_visible_and_emit_no_light() {
 }
 
 #[test]
-fn the_same_bytes_on_any_number_of_threads() {
+fn path_images_have_the_same_bytes_for_any_number_of_threads() {
     let world = still_life();
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::Z, 40.0, [70, 50]);
     let of = |threads| {
@@ -218,8 +219,8 @@ fn clamped_samples_are_counted() {
 }
 
 #[test]
-fn ambient_occlusion_is_a_form_factor() {
-    // A corner of two planes: each hides half of the other's sky at its foot, nothing far away.
+fn ambient_occlusion_equals_the_form_factor() {
+    // A corner of two planes: close to the edge, each hides half of the other's sky; far away, nothing is hidden.
     let mut world = plane(2000.0, 0.5);
     let camera = look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 0.01, [1, 1]);
     let ao = |world: &World, distance| {
@@ -231,13 +232,13 @@ fn ambient_occlusion_is_a_form_factor() {
     let mesh = primitive::plane([2000.0, 2000.0]).unwrap();
     add(&mut world, mesh, Material::default(), ceiling);
     assert!(ao(&world, None) < 1e-3);
-    // Within 10 of a point 5 below a ceiling: directions within 60 degrees of the normal.
+    // Within 10 of a point that is 5 below a ceiling: directions within 60 degrees of the normal.
     close(ao(&world, Some(10.0)), 0.25, 0.01);
 }
 
 #[test]
 fn every_light_reaches_visible_surfaces() {
-    // Lights without a size, of which no more matter than are sampled at once: nothing is left to chance.
+    // Lights without a size, and no more of them than are sampled at once, so that nothing is left to chance.
     let mut world = plane(10.0, 0.5);
     for i in 0..4 {
         let light = Light::Point {

@@ -1,6 +1,6 @@
 //! Closed forms of light transport.
 //!
-//! Each test failed when a factor of 1.01 (or 1/1.01) was inserted into the code that it tests:
+//! Each test was verified to fail when a factor of 1.01 (or 1/1.01) was inserted into the code that it tests:
 //!
 //! | factor | test that failed |
 //! |---|---|
@@ -47,7 +47,8 @@ fn mean(world: &World, camera: &Camera, settings: &Settings) -> f64 {
     color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64
 }
 
-/// Sees the unit square around the origin from far above: each point alike, up to the square of a small angle.
+/// Camera that sees the unit square around the origin from far above, so that each point counts equally up to the
+/// square of a small angle.
 fn above() -> Camera {
     const HEIGHT: f64 = 1e4;
     let fov = 2.0 * (0.5 / HEIGHT).atan().to_degrees();
@@ -55,7 +56,7 @@ fn above() -> Camera {
 }
 
 #[test]
-fn form_factors_of_squares() {
+fn form_factors_of_squares_match_the_catalogue() {
     // J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", C-11 and C-14.
     let parallel = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], 0.199_825);
     let upright = ([-0.5, 0.0, 0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], 0.200_044);
@@ -90,7 +91,8 @@ fn clear_objects_are_invisible_under_a_white_sky() {
         world.add_light(Light::Sky { radiance: Some([1.0; 3]), zenith: None, horizon: None, ground: None }).unwrap();
         let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 16.0, [16, 16]);
         let found = mean(&world, &camera, &settings(Integrator::Path, 512));
-        // Rough glass holds some light captive for long, which is noisy; the furnace of single surfaces is exacter.
+        // Rough glass traps some light for many bounces, which is noisy; the furnace test of single surfaces is more
+        // precise.
         let rough = matches!(&reflectance, MaterialModel::Glass(glass) if glass.roughness > 0.0);
         let off = if rough { 3e-2 } else { 1e-3 };
         assert!((found - 1.0).abs() < off, "{reflectance:?}: {found}");
@@ -100,7 +102,8 @@ fn clear_objects_are_invisible_under_a_white_sky() {
 #[test]
 fn glass_absorption_follows_beers_law() {
     let color = [0.9, 0.5, 0.1];
-    // The index of air, so that nothing is reflected: two metres transmit the square of `color` at one metre.
+    // The medium has the index of air, so that nothing is reflected: two metres transmit the square of `color` at one
+    // metre.
     let mut world = World::default();
     let block = Material {
         model: MaterialModel::Glass(Glass {
@@ -140,7 +143,7 @@ fn smooth_metal_reflectance_follows_fresnel() {
 }
 
 #[test]
-fn the_error_falls_at_least_as_the_square_root() {
+fn error_decreases_at_least_with_the_square_root_of_samples() {
     let world = still_life();
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [20, 15]);
     let of = |samples, seed| {
@@ -148,7 +151,7 @@ fn the_error_falls_at_least_as_the_square_root() {
         f32s(&render(&world, &camera, &settings), Channel::Color).to_vec()
     };
     let exact = of(16384, 1);
-    // Eight seeds: a few bright samples of one image would change the slope.
+    // Eight seeds, because a few bright samples of one image would change the slope.
     let off = |samples| {
         let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
         let of_seed = |seed| of(samples, seed).iter().zip(&exact).map(square).sum::<f64>();

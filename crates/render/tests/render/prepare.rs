@@ -21,13 +21,13 @@ fn unchanged_meshes_are_not_rebuilt() {
         assert!(Arc::ptr_eq(first.bvh(object).unwrap(), second.bvh(object).unwrap()));
     }
     assert!(first.bvh(world.objects.len()).is_none());
-    // It shows the new world, as one prepared from nothing does.
+    // The image shows the new world, exactly as if it had been prepared from scratch.
     let camera = look_at(DVec3::new(1.0, -6.0, 3.0), DVec3::ZERO, 50.0, [40, 30]);
     let settings = Settings { channels: all_channels(), ..Settings::default() };
     let again = raycam_render::render(&second, &camera, &settings, &control).unwrap();
     assert_eq!(bits(&again), bits(&render(&moved, &camera, &settings)));
     assert_ne!(bits(&again), bits(&render(&world, &camera, &settings)));
-    // A mesh that changed is built, the others are not.
+    // A changed mesh is built again, the others are not.
     Arc::make_mut(&mut moved.meshes[2]).vertices[0].x += 0.1;
     let third = PreparedWorld::new(&moved, Some(&second), None, &control).unwrap();
     assert_eq!(control.total(), 1);
@@ -65,7 +65,7 @@ fn inconsistent_worlds_are_refused() {
 }
 
 #[test]
-fn deformed_meshes_are_refitted_until_the_tree_degrades() {
+fn deformed_meshes_are_refitted_until_their_bvh_degrades() {
     let world = still_life();
     let first = prepare(&world);
     let bent = |amount: f64| {
@@ -112,7 +112,7 @@ fn lights_are_prepared_on_demand_and_shared_by_derived_worlds() {
     let control = Control::new();
     let second = PreparedWorld::new(&moved, Some(&first), None, &control).unwrap();
     picture(&second, vec![Channel::Color]);
-    // Same lights and origin: prepared once.
+    // Equal lights and equal origin: prepared once.
     assert!(second.has_lighting() && first.has_lighting());
     moved.lights.pop();
     let third = PreparedWorld::new(&moved, Some(&second), None, &control).unwrap();
@@ -137,7 +137,7 @@ fn families_build_each_mesh_once_even_after_worlds_are_dropped() {
 }
 
 #[test]
-fn invisible_objects_change_nothing() {
+fn invisible_objects_do_not_change_the_image() {
     let mut world = still_life();
     let camera = look_at(DVec3::new(1.0, -6.0, 3.0), DVec3::ZERO, 50.0, [24, 18]);
     for samples in [1, 64] {

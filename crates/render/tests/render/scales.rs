@@ -1,4 +1,4 @@
-//! Worlds of any size, anywhere: no surface shades itself, no ground truth loses its digits.
+//! Worlds of any size at any position: no surface shades itself, and ground truth loses no digits.
 
 use crate::common::*;
 use glam::{DAffine3, DMat3, DVec3};
@@ -8,8 +8,8 @@ use raycam_scene::{Light, World};
 
 const PLACES: [DVec3; 3] = [DVec3::ZERO, DVec3::new(1e6, -1e6, 1e6), DVec3::new(-3.1e5, 5.2e6, 17.0)];
 
-/// A box, a ball and a sheared box on the ground, of this size and at this place, under a sun and a bulb. The place
-/// is in the vertices, or in the transform.
+/// A box, a ball and a sheared box on the ground, with this size and position, under a sun and a bulb. The position is
+/// in the vertices or in the transform.
 fn scene(size: f64, place: DVec3, in_vertices: bool) -> World {
     let mut world = World::default();
     let lean = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::new(0.7, 0.3, 0.0), DVec3::new(0.2, -0.4, 2.0)));
@@ -45,11 +45,11 @@ fn camera(size: f64, place: DVec3) -> raycam_scene::Camera {
 
 #[test]
 fn surfaces_do_not_shade_themselves() {
-    // All visible surfaces that face the light are lit as in the closed form: the light is behind
-    // the camera, so nothing seen from there is in the shadow of anything but itself.
+    // All visible surfaces that face the light have the closed form's brightness: the light is behind the camera, so a
+    // visible point can only be shaded by its own surface.
     for size in [1e-6, 1e-2, 1.0, 1e3, 1e6] {
         for place in PLACES {
-            // The offset and the size of a world together leave float64 some digits only.
+            // If a world is far away and small, float64 retains only some of the digits.
             if place.length() > 1e9 * size {
                 continue;
             }
@@ -87,7 +87,7 @@ fn surfaces_do_not_shade_themselves() {
                         hit && pure && cosine > 0.1 && (color - expected).abs() > tolerance * expected
                     };
                     let wrong = (0..96 * 72).filter(|&i| wrong(i)).count();
-                    // With samples, a pixel may hold two facets of one object.
+                    // With several samples, a pixel may show two facets of one object.
                     let allowed = if samples == 1 { 0 } else { 60 };
                     assert!(
                         wrong <= allowed,
@@ -100,8 +100,8 @@ fn surfaces_do_not_shade_themselves() {
 }
 
 #[test]
-fn a_gap_lets_light_through() {
-    // A lid a thousandth above the ground, seen from the side: light that grazes under it arrives.
+fn thin_gaps_let_light_through() {
+    // A lid a thousandth above the ground, seen from the side: grazing light must pass under it.
     for size in [1e-6, 1.0, 1e6] {
         for place in [DVec3::ZERO, DVec3::new(1e3, 1e3, 1e3) * size] {
             let mut world = World::default();
@@ -137,7 +137,7 @@ fn a_gap_lets_light_through() {
 }
 
 #[test]
-fn ground_truth_keeps_its_digits_far_from_the_origin() {
+fn ground_truth_keeps_precision_far_from_the_origin() {
     for size in [1e-6, 1.0, 1e6] {
         for place in PLACES {
             if place.length() > 1e7 * size {
@@ -152,7 +152,7 @@ fn ground_truth_keeps_its_digits_far_from_the_origin() {
             let mut compared = 0;
             for i in 0..96 * 72 {
                 let ids = |f| (i32s(f, Channel::Instance)[i], i32s(f, Channel::Triangle)[i]);
-                // At edges, the rounding of the place itself decides.
+                // At edges, rounding of the position itself decides.
                 if ids(&far) != ids(&here) || ids(&far).0 < 0 {
                     continue;
                 }

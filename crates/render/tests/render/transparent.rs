@@ -1,4 +1,4 @@
-//! The ground truth behind what one sees through.
+//! Ground truth behind transparent surfaces.
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};
@@ -7,7 +7,7 @@ use raycam_scene::material::Alpha;
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Material, MaterialModel, World};
 
-/// Planes at heights 4, 3, 2, ... of these materials, the first one on top; a camera looks down from 6.
+/// Planes of these materials at heights 4, 3, 2, ..., the first one on top; a camera looks down from height 6.
 fn stack(materials: Vec<Material>) -> (World, Camera) {
     let mut world = World::default();
     for (i, material) in materials.into_iter().enumerate() {
@@ -49,12 +49,12 @@ fn ground_truth_skips_transparent_surfaces() {
         let pixel = camera.pixel_center_of(i as u32 % 20, i as u32 / 20);
         assert!((camera.project(at).0 - pixel).length() < 1e-9);
     }
-    // The image shows the first triangles; the integrator decides how.
+    // The image shows the first triangles, because the integrator decides how they look.
     assert_eq!(f32s(&first, Channel::Color), f32s(&solid, Channel::Color));
 }
 
 #[test]
-fn backs_of_one_sided_surfaces_are_passed() {
+fn back_faces_of_one_sided_surfaces_are_skipped() {
     let one_sided = Material { double_sided: false, ..Material::default() };
     let (mut world, camera) = stack(vec![one_sided, Material::default()]);
     let ids = |world: &World| {
@@ -65,7 +65,7 @@ fn backs_of_one_sided_surfaces_are_passed() {
     let turned = DAffine3::from_rotation_x(std::f64::consts::PI);
     world.objects[0].world_from_mesh *= turned;
     assert!(ids(&world).iter().all(|id| *id == 1));
-    // Mirrored, front and back change places.
+    // If mirrored, front and back are exchanged.
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     world.objects[0].world_from_mesh *= mirror;
     assert_eq!(ids(&world)[0], 1, "a mirrored mesh is turned inside out with its normals");
@@ -81,8 +81,9 @@ fn background_is_behind_the_last_transparent_surface() {
 }
 
 #[test]
-fn coverage_counts_the_surfaces_of_the_ground_truth() {
-    // A small veil before the edge of a small solid plane, over a large one: with and without it the same is seen.
+fn coverage_counts_the_surfaces_that_ground_truth_shows() {
+    // A small veil in front of the edge of a small solid plane, over a large plane: the visible result is the same with
+    // and without the veil.
     let scene = |veiled: bool| {
         let mut world = World::default();
         for (size, z, x) in [(9.0, 0.0, 0.0), (1.5, 1.0, -0.6)] {

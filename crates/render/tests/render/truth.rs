@@ -1,4 +1,4 @@
-//! Ground truth against closed forms, and the colour that goes with it.
+//! Ground truth compared with closed forms, and the corresponding colour.
 
 use std::collections::HashSet;
 
@@ -54,7 +54,7 @@ fn plane_depth_matches_the_closed_form() {
 }
 
 #[test]
-fn the_background_differs_from_surfaces() {
+fn background_values_differ_from_surfaces() {
     let world = plane(1.0, 1.0);
     let camera = look_at(DVec3::new(0.0, -3.0, 0.5), DVec3::new(0.0, 0.0, 9.0), 20.0, [8, 8]);
     let frame = render(&world, &camera, &settings());
@@ -78,14 +78,14 @@ fn the_background_differs_from_surfaces() {
 }
 
 #[test]
-fn a_sphere_has_its_depth_and_normals() {
+fn sphere_depth_and_normals_match_the_closed_form() {
     let mut world = World::default();
     let ball = primitive::sphere(1.0, 6).unwrap();
     add(&mut world, ball, material([1.0; 3], 1.0, 0.0, 1.0), DAffine3::IDENTITY);
     let eye = DVec3::new(2.0, -3.0, 1.0);
     let camera = look_at(eye, DVec3::ZERO, 30.0, [120, 120]);
     let frame = render(&world, &camera, &settings());
-    // 81,920 triangles: edges of about 0.018, which lie up to 5e-5 inside the sphere.
+    // 81,920 triangles: edges of about 0.018, whose middles are up to 5e-5 inside the sphere.
     let mut hits = 0;
     for i in 0..120 * 120 {
         let (_, ray) = camera.ray(camera.pixel_center_of(i as u32 % 120, i as u32 / 120));
@@ -113,7 +113,7 @@ fn a_sphere_has_its_depth_and_normals() {
 
 #[test]
 fn coverage_equals_the_visible_fraction_of_the_object() {
-    // A half plane whose edge runs through the image at a slant.
+    // A half plane whose slanted edge crosses the image.
     let edge = |x: f64, y: f64| x + 0.3 * y;
     let world = {
         let mut world = World::default();
@@ -135,7 +135,7 @@ fn coverage_equals_the_visible_fraction_of_the_object() {
     let settings = |filter| Settings {
         samples: 256,
         filter,
-        // Asking for the error too would spread the samples over independent sequences.
+        // Requesting the error as well would spread the samples over independent sequences.
         channels: vec![Channel::Color, Channel::Instance, Channel::Coverage],
         ..settings()
     };
@@ -160,23 +160,23 @@ fn coverage_equals_the_visible_fraction_of_the_object() {
         let color = f64::from(f32s(&frame, Channel::Color)[3 * i as usize]);
         assert!((color - area).abs() < 0.02, "the colour is anti-aliased");
     }
-    // The wide filter blurs over its three pixels and keeps the mean.
+    // The wide filter blurs over three pixels and keeps the mean.
     let wide = render(&world, &camera, &settings(Filter::BlackmanHarris));
     let mixed = |frame| f32s(frame, Channel::Coverage).iter().filter(|c| **c < 1.0).count();
     assert!(mixed(&wide) > mixed(&frame) * 3 / 2);
     let mean = |frame| f32s(frame, Channel::Color).iter().map(|c| f64::from(*c)).sum::<f64>();
     assert!((mean(&wide) / mean(&frame) - 1.0).abs() < 0.005);
-    // One sample is the pixel's centre: nothing is mixed.
+    // A single sample is the pixel's centre, so nothing is mixed.
     let one = render(&world, &camera, &Settings { samples: 1, ..settings(Filter::BlackmanHarris) });
     assert!(f32s(&one, Channel::Coverage).iter().all(|c| *c == 1.0));
     assert!(f32s(&one, Channel::Color).iter().all(|c| *c == 0.0 || *c == 1.0));
 }
 
-/// Four placements of one mesh, mirrored and sheared among them; and the same as one mesh without transforms.
+/// Four placements of one mesh, including mirrored and sheared ones; and the same as one mesh without transforms.
 fn placed_and_flattened() -> (World, World) {
     let (mut placed, mut flattened) = (World::default(), World::default());
     let mut mesh = primitive::torus(1.0, 0.4, 24).unwrap();
-    // They would be turned with the placement, and not with the vertices.
+    // Shading normals would be transformed with the placement, but not with the vertices.
     mesh.normals = None;
     let shared = placed.add_mesh(mesh.clone());
     let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.8, 1.0, 0.0), DVec3::new(0.0, 0.5, 0.6));
@@ -199,7 +199,7 @@ fn placed_and_flattened() -> (World, World) {
 }
 
 #[test]
-fn a_placed_mesh_is_the_mesh_with_its_vertices_moved() {
+fn placed_meshes_equal_meshes_with_transformed_vertices() {
     let (placed, flattened) = placed_and_flattened();
     let mut seen = HashSet::new();
     for i in 0..12 {
@@ -214,7 +214,7 @@ fn a_placed_mesh_is_the_mesh_with_its_vertices_moved() {
 }
 
 #[test]
-fn cast_rays_agrees_with_the_picture() {
+fn cast_rays_agrees_with_the_image() {
     let (world, _) = placed_and_flattened();
     let camera = look_at(DVec3::new(3.0, -5.0, 2.0), DVec3::ZERO, 45.0, [80, 60]);
     let frame = render(&world, &camera, &settings());
@@ -229,7 +229,7 @@ fn cast_rays_agrees_with_the_picture() {
     let exactly = |i: usize| hits.instance[i] == i32s(&frame, Channel::Instance)[i];
     assert!((0..80 * 60).all(exactly), "queries and ground truth are decided by one function");
     let hits = cast(Kernel::Float32 { coherent: None }, None);
-    // Float32 and float64 may differ on a silhouette, hardly ever.
+    // Float32 and float64 may rarely differ on a silhouette.
     let same: Vec<usize> = (0..80 * 60)
         .filter(|&i| {
             hits.instance[i] == i32s(&frame, Channel::Instance)[i]
@@ -293,7 +293,7 @@ impl Hits {
     }
 }
 
-/// Rays from t = 0 on.
+/// Rays that start at t = 0.
 fn all_of<'a>(origins: &'a [[f64; 3]], directions: &'a [[f64; 3]]) -> RayArrays<'a> {
     let selection = Selection::default();
     RayArrays { origins, directions, t_min: &[0.0], t_max: &[f64::INFINITY], kernel: Kernel::Exact, selection }
@@ -351,7 +351,7 @@ fn queries_accept_rays_of_any_length_and_position() {
 }
 
 #[test]
-fn flat_colours_are_products_and_come_back_exactly() {
+fn flat_colours_are_exact_products() {
     let size = [4, 2];
     let texels: Vec<[u8; 3]> = (0..8).map(|i| [i * 31, 255 - i * 17, i * i * 5]).collect();
     let mut world = World::default();
@@ -369,7 +369,7 @@ fn flat_colours_are_products_and_come_back_exactly() {
     let found = f32s(&frame, Channel::Color).chunks(3);
     let found: Vec<[u8; 3]> = found.map(|c| raycam_scene::color::srgb8_from_linear([c[0], c[1], c[2]])).collect();
     assert_eq!(found, texels);
-    // A colour of its own, for the object, the triangle and the corners.
+    // The object, the triangle and the corners each have a colour.
     let mut mesh = primitive::plane([4.0, 2.0]).unwrap();
     mesh.face_colors = Some(vec![[0.5, 1.0, 0.25]; mesh.triangles.len()]);
     let corner = |v: &DVec3| [((v.x + 2.0) / 4.0) as f32, 1.0, 0.5];

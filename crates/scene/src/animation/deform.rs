@@ -1,4 +1,4 @@
-//! Meshes that bend: morph targets, then joints (glTF 2.0, sections 3.7.2.2 and 3.7.3).
+//! Deformed meshes: morph targets first, then joints (glTF 2.0, sections 3.7.2.2 and 3.7.3).
 
 use std::sync::Arc;
 
@@ -10,35 +10,35 @@ use crate::mesh::Mesh;
 /// Displacements that a morph target of weight 1 adds to each vertex.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MorphTarget {
-    /// To its position.
+    /// Added to the position.
     pub vertices: Option<Vec<[f32; 3]>>,
-    /// To its normal.
+    /// Added to the normal.
     pub normals: Option<Vec<[f32; 3]>>,
-    /// To its tangent.
+    /// Added to the tangent.
     pub tangents: Option<Vec<[f32; 3]>>,
-    /// To its first texture coordinates.
+    /// Added to the first texture coordinates.
     pub uvs: Option<Vec<[f32; 2]>>,
-    /// To its linear colour.
+    /// Added to the linear colour.
     pub colors: Option<Vec<[f32; 3]>>,
 }
 
-/// Up to four joints of each vertex, and how much of each.
+/// Up to four joints of each vertex, and their weights.
 pub type JointSet = (Vec<[u16; 4]>, Vec<[f32; 4]>);
 
-/// A mesh that bends.
+/// Mesh that morph targets or joints deform.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeformableMesh {
-    /// The undeformed mesh.
+    /// Undeformed mesh.
     pub mesh: Arc<Mesh>,
-    /// Its morph targets.
+    /// Morph targets.
     pub targets: Vec<MorphTarget>,
-    /// Joints of each vertex and their weights, of sum 1 over all sets; none where no skin bends it.
+    /// Joints of each vertex with their weights, whose sum over all sets is 1; empty if no skin deforms the mesh.
     pub joints: Vec<JointSet>,
 }
 
 impl DeformableMesh {
-    /// The mesh with these weights of its targets, bent by joints where they are given: world_from_mesh of each. It has
-    /// the same triangles.
+    /// Returns the mesh with these morph weights and, if given, deformed by joints: world_from_mesh of each joint. Its
+    /// triangles are unchanged.
     pub fn deform(&self, weights: &[f32], joints: Option<&[DAffine3]>) -> Mesh {
         let mut mesh = (*self.mesh).clone();
         for (target, &weight) in self.targets.iter().zip(weights) {
@@ -72,8 +72,8 @@ impl DeformableMesh {
     }
 }
 
-/// The mesh as an affine map places it that makes it flat: such a map has no inverse, so it cannot place an object.
-/// `None` where a line or a point is left.
+/// Returns the mesh transformed by an affine map that flattens it. Such a map has no inverse, so it cannot place an
+/// object. `None` if only a line or a point remains.
 pub fn flattened(mesh: &Mesh, world_from_mesh: DAffine3) -> Option<Mesh> {
     let flat = cofactor_matrix(world_from_mesh.matrix3);
     if !flat.is_finite() || flat == DMat3::ZERO {
@@ -99,7 +99,7 @@ fn transform_vertex(mesh: &mut Mesh, vertex: usize, by: DAffine3) {
     }
 }
 
-/// They turn normals as the inverse transpose does, and exist always.
+/// Cofactor matrix of a linear map, which transforms normals like the inverse transpose does; it always exists.
 fn cofactor_matrix(linear: DMat3) -> DMat3 {
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))

@@ -1,4 +1,4 @@
-//! A world in a pose of its rig.
+//! World in a pose of its rig.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -9,7 +9,7 @@ use crate::camera::Camera;
 use crate::error::Result;
 use crate::mesh::Mesh;
 
-/// The state of all nodes at a time.
+/// State of all nodes at a time.
 pub(crate) struct EvaluatedNodes {
     pub(crate) world_from_node: Vec<DAffine3>,
     pub(crate) visible: Vec<bool>,
@@ -20,7 +20,7 @@ pub(crate) struct EvaluatedNodes {
 }
 
 impl NodeTree {
-    /// True if an animation moves the node that an object hangs on, or one above it.
+    /// True if an animation moves an object's node or one of its ancestors.
     pub(crate) fn moves_object(&self, object: usize) -> bool {
         let moves = |node: usize| {
             let targets =
@@ -40,7 +40,7 @@ impl NodeTree {
         false
     }
 
-    /// All nodes at a time of an animation, or at rest.
+    /// Returns all nodes at a time of an animation, or at rest.
     pub(crate) fn evaluate(&self, moment: Option<(usize, f64)>) -> EvaluatedNodes {
         let mut nodes = self.nodes.clone();
         let channels = moment.and_then(|(animation, _)| self.animations.get(animation));
@@ -98,14 +98,14 @@ impl NodeTree {
         }
     }
 
-    /// True if joints and morph weights of a mesh are the same in two states.
+    /// True if joints and morph weights of a mesh are equal in two states.
     pub(crate) fn same_deformation(&self, mount: &NodeObject, a: &EvaluatedNodes, b: &EvaluatedNodes) -> bool {
         let joints = mount.skin.map_or(&[][..], |skin| &self.skins[skin].joints);
         a.weights[mount.node] == b.weights[mount.node]
             && joints.iter().all(|&joint| a.world_from_node[joint] == b.world_from_node[joint])
     }
 
-    /// The mesh of an object that bends.
+    /// Mesh of a deformed object.
     pub(crate) fn deformed_mesh(&self, mount: &NodeObject, pose: &EvaluatedNodes) -> Option<Mesh> {
         let shape = mount.deformable.as_ref()?;
         let joints: Option<Vec<_>> = mount.skin.map(|skin| {
@@ -131,18 +131,18 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
         (Transform::Trs { scale, .. }, AnimationTarget::Scale(_)) => *scale = DVec3::from_slice(value),
         (_, AnimationTarget::Weights(_)) => node.weights = value.iter().map(|&v| v as f32).collect(),
         (_, AnimationTarget::Visible(_)) => node.visible = value[0] != 0.0,
-        // Reading refuses to animate a matrix.
+        // The reader rejects animated matrices.
         _ => {}
     }
 }
 
-/// The camera with the same image, on a node; as it is where the node flattens it.
+/// Returns the camera with its pose set by a node; unchanged if the node flattens it.
 pub(crate) fn camera_at_node(camera: &Camera, world_from_node: DAffine3) -> Result<Camera> {
     let Some(world_from_camera) = camera_axes(world_from_node) else { return Ok(camera.clone()) };
     camera.at_pose(world_from_camera.transpose(), world_from_node.translation)
 }
 
-/// The axes (right, down, forward) of a camera that looks along -z with y up; without scale, shear and mirroring.
+/// Axes (right, down, forward) of a camera that looks along -z with y up, without scale, shear and mirroring.
 fn camera_axes(world_from_node: DAffine3) -> Option<DMat3> {
     let back = world_from_node.z_axis.try_normalize()?;
     let right = world_from_node.x_axis;

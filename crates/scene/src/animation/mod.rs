@@ -1,4 +1,4 @@
-//! Animation: a tree of nodes that carries objects, lights and cameras, and channels that move it (glTF 2.0, sections
+//! Animation: a tree of nodes that carry objects, lights and cameras, and the channels that move it (glTF 2.0, sections
 //! 3.5, 3.7.3 and 3.11).
 
 mod deform;
@@ -19,22 +19,22 @@ pub use sampler::{AnimationSampler, SamplerInterpolation};
 
 use crate::mesh::Mesh;
 
-/// The node hierarchy of a world, with what is attached to it and what animates it.
+/// Node hierarchy of a world, with the parts attached to it and its animations.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NodeTree {
-    /// The tree.
+    /// All nodes.
     pub nodes: Vec<Node>,
     /// Indices of all nodes, parents before children.
     pub order: Vec<usize>,
     /// Skins of deformable meshes.
     pub skins: Vec<Skin>,
-    /// The objects that hang on nodes.
+    /// Objects attached to nodes.
     pub objects: Vec<NodeObject>,
-    /// The lights that hang on nodes.
+    /// Lights attached to nodes.
     pub lights: Vec<NodeLight>,
-    /// The cameras that hang on nodes.
+    /// Cameras attached to nodes.
     pub cameras: Vec<NodeCamera>,
-    /// The materials that move.
+    /// Animated materials.
     pub materials: Vec<AnimatedMaterial>,
     /// Animations of the nodes.
     pub animations: Vec<Animation>,
@@ -42,37 +42,37 @@ pub struct NodeTree {
     pub hidden_mesh: usize,
 }
 
-/// A node of the tree.
+/// Node of the tree.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Node {
     /// Index of the parent; `None` for a root.
     pub parent: Option<usize>,
-    /// parent_from_node.
+    /// Transform parent_from_node.
     pub transform: Transform,
-    /// False hides it and all nodes below it.
+    /// False hides the node and all its descendants.
     pub visible: bool,
-    /// How much of each morph target its mesh has.
+    /// Weight of each morph target of its mesh.
     pub weights: Vec<f32>,
 }
 
-/// The transform of a node: a matrix, or translation, rotation and scale.
+/// Transform of a node: a matrix, or translation, rotation and scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Transform {
-    /// Cannot be animated.
+    /// A matrix; it cannot be animated.
     Matrix(DAffine3),
     /// Translation * rotation * scale.
     Trs {
-        /// In the parent's coordinates.
+        /// Translation in the parent's coordinates.
         translation: DVec3,
-        /// A unit quaternion.
+        /// Rotation as a unit quaternion.
         rotation: DQuat,
-        /// Per axis.
+        /// Scale per axis.
         scale: DVec3,
     },
 }
 
 impl Transform {
-    /// As a matrix.
+    /// Returns the transform as a matrix.
     pub fn parent_from_node(&self) -> DAffine3 {
         match self {
             Self::Matrix(matrix) => *matrix,
@@ -83,85 +83,85 @@ impl Transform {
     }
 }
 
-/// Joints that bend meshes.
+/// Joints that deform meshes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Skin {
     /// Node of each joint.
     pub joints: Vec<usize>,
-    /// joint_from_mesh of each, in the pose in which the mesh was made.
+    /// joint_from_mesh of each joint, in the pose in which the mesh was modelled.
     pub inverse_bind: Vec<DAffine3>,
 }
 
-/// An object that hangs on a node.
+/// Object attached to a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NodeObject {
     /// Index into the world's objects.
     pub object: usize,
     /// Index into [`NodeTree::nodes`].
     pub node: usize,
-    /// The mesh in the node's coordinates, for one of several instances.
+    /// Position of the mesh in the node's coordinates, for one of several instances.
     pub node_from_mesh: DAffine3,
-    /// The world's mesh that the object shows when it is visible.
+    /// The world's mesh that the object shows if it is visible.
     pub mesh: usize,
-    /// The mesh with its targets and joints, if it is deformable.
+    /// Mesh with its morph targets and joints, if it is deformable.
     pub deformable: Option<Arc<DeformableMesh>>,
     /// Index into [`NodeTree::skins`].
     pub skin: Option<usize>,
-    /// The mesh at rest.
+    /// Mesh at rest.
     pub rest: Option<Arc<Mesh>>,
 }
 
-/// Channels that run together.
+/// Channels that play together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Animation {
-    /// Empty if absent.
+    /// Name; empty if absent.
     pub name: String,
-    /// All of them.
+    /// All channels.
     pub channels: Vec<Channel>,
 }
 
 impl Animation {
-    /// The time of its last keyframe, in seconds.
+    /// Time of the last keyframe, in seconds.
     pub fn duration(&self) -> f64 {
         let ends = self.channels.iter().map(|channel| channel.sampler.end_time());
         ends.fold(0.0, f64::max)
     }
 }
 
-/// A value over time.
+/// Value over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// The animated property.
     pub target: AnimationTarget,
-    /// How.
+    /// Keyframes and interpolation.
     pub sampler: Arc<AnimationSampler>,
 }
 
-/// A property that a channel animates.
+/// Property that a channel animates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum AnimationTarget {
-    /// Three numbers, of the node of this index.
+    /// Translation of the node with this index: three numbers.
     Translation(usize),
-    /// A quaternion x, y, z, w, of the node of this index.
+    /// Rotation of the node with this index: a quaternion x, y, z, w.
     Rotation(usize),
-    /// Three numbers, of the node of this index.
+    /// Scale of the node with this index: three numbers.
     Scale(usize),
-    /// One weight a morph target, of the node of this index.
+    /// Morph weights of the node with this index: one number per morph target.
     Weights(usize),
-    /// Visibility of the node of this index: 0 hides it.
+    /// Visibility of the node with this index: 0 hides it.
     Visible(usize),
-    /// A property of the material of this index.
+    /// Property of the material with this index.
     Material(usize, MaterialProperty),
     /// A property of all lights of a definition.
     Light(usize, LightProperty),
     /// Vertical field of view of all cameras of a definition, in radians.
     FieldOfView(usize),
-    /// Half the width (0) or height (1) that an orthographic camera of this definition sees, in units of the world.
+    /// Half the width (0) or height (1) of the view of an orthographic camera with this definition, in world units.
     Magnification(usize, usize),
 }
 
 impl AnimationTarget {
-    /// How many numbers it needs at least.
+    /// Minimum number of values that the property requires.
     pub fn component_count(self) -> usize {
         use MaterialProperty as P;
         match self {
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_transform_scales_before_it_rotates_and_translates() {
+    fn node_transforms_scale_before_they_rotate_and_translate() {
         let transform = Transform::Trs {
             translation: DVec3::new(10.0, 0.0, 0.0),
             rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),

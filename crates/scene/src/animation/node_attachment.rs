@@ -1,4 +1,4 @@
-//! Lights and cameras that hang on nodes, and their properties that move (`KHR_animation_pointer`).
+//! Lights and cameras attached to nodes, and their animated properties (`KHR_animation_pointer`).
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -6,33 +6,33 @@ use serde::{Deserialize, Serialize};
 use crate::camera::{Camera, Center, intrinsics_from_fov};
 use crate::light::Light;
 
-/// A property of a light.
+/// Property of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum LightProperty {
-    /// Three numbers, which the intensity multiplies.
+    /// Colour: three numbers, multiplied by the intensity.
     Color,
-    /// In W/sr, or in W/m² for a sun.
+    /// Intensity in W/sr, or in W/m² for a sun.
     Intensity,
-    /// Angle of a spot's cone, in radians.
+    /// Inner angle of a spot's cone, in radians.
     InnerAngle,
-    /// Angle of a spot's cone, in radians.
+    /// Outer angle of a spot's cone, in radians.
     OuterAngle,
 }
 
-/// A light that hangs on a node: it shines along the node's -z.
+/// Light attached to a node: it shines along the node's -z axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NodeLight {
     /// Index into the world's lights.
     pub light: usize,
     /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
     pub node: usize,
-    /// Which definition of the file it is a copy of: what moves one moves all.
+    /// Index of the light's definition in the file. An animation of the definition changes all its copies.
     pub definition: usize,
-    /// The state at rest.
+    /// State at rest.
     pub base: Light,
-    /// Its colour,
+    /// Colour, which is multiplied by the intensity.
     pub color: [f32; 3],
-    /// and what that is multiplied by.
+    /// Intensity, which multiplies the colour.
     pub intensity: f32,
 }
 
@@ -56,7 +56,7 @@ impl NodeLight {
         }
     }
 
-    /// The light at the current time.
+    /// Returns the light at the current time.
     pub(crate) fn light(self) -> Light {
         let rgb = self.color.map(|v| v * self.intensity);
         let mut light = self.base;
@@ -69,16 +69,16 @@ impl NodeLight {
     }
 }
 
-/// A camera that hangs on a node: it looks along the node's -z, with y up.
+/// Camera attached to a node: it looks along the node's -z axis, with y up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NodeCamera {
     /// Index into the world's cameras.
     pub camera: usize,
     /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
     pub node: usize,
-    /// Which definition of the file it is a copy of.
+    /// Index of the camera's definition in the file.
     pub definition: usize,
-    /// The state at rest.
+    /// State at rest.
     pub base: Camera,
 }
 
@@ -111,7 +111,7 @@ impl NodeCamera {
     }
 }
 
-/// Moves a light to the place and the direction of its node.
+/// Moves a light to the position and direction of its node.
 pub(crate) fn move_light(light: &mut Light, place: DVec3, along: Option<DVec3>) {
     match light {
         Light::Sun { direction, .. } => {

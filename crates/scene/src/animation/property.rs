@@ -1,5 +1,5 @@
-//! Properties of materials that move (`KHR_animation_pointer`), in the terms in which they are animated: a product
-//! whose factors move on their own keeps them apart.
+//! Animated properties of materials (`KHR_animation_pointer`). Factors that are animated separately are stored
+//! separately.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,16 +7,16 @@ use crate::material::principled::Principled;
 use crate::material::{Alpha, Material};
 use crate::texture::TextureSlot;
 
-/// A property of a material.
+/// Property of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the names are those of the fields of `Material` and `Principled`")]
+#[allow(missing_docs, reason = "the names are equal to the fields of `Material` and `Principled`")]
 pub enum MaterialProperty {
-    /// With opacity: four numbers.
+    /// Colour with opacity: four numbers.
     BaseColor,
     Metallic,
     Roughness,
     AlphaCutoff,
-    /// Three numbers, which the strength multiplies.
+    /// Emitted colour: three numbers, multiplied by the strength.
     EmissionColor,
     EmissionStrength,
     NormalScale,
@@ -42,13 +42,13 @@ pub enum MaterialProperty {
     AnisotropyRotation,
     DiffuseTransmission,
     DiffuseTransmissionColor,
-    /// The transform of a texture's coordinates.
+    /// Transform of a texture's coordinates.
     Uv(TextureSlotKind, UvProperty),
 }
 
-/// A texture of a material, by what it is for.
+/// Texture of a material, by its purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the names are those of the fields of `Material` and `Principled`")]
+#[allow(missing_docs, reason = "the names are equal to the fields of `Material` and `Principled`")]
 pub enum TextureSlotKind {
     BaseColor,
     MetallicRoughness,
@@ -71,7 +71,7 @@ pub enum TextureSlotKind {
     DiffuseTransmissionColor,
 }
 
-/// A part of a texture's transform (`KHR_texture_transform`).
+/// Part of a texture's transform (`KHR_texture_transform`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum UvProperty {
     /// Two numbers.
@@ -85,16 +85,16 @@ pub enum UvProperty {
 /// Translation * rotation * scale of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UvTransform {
-    /// Added last.
+    /// Translation, applied last.
     pub offset: [f64; 2],
-    /// Radians, counter-clockwise in the image.
+    /// Rotation in radians, counter-clockwise in the image.
     pub rotation: f64,
-    /// Per axis, first.
+    /// Scale per axis, applied first.
     pub scale: [f64; 2],
 }
 
 impl UvTransform {
-    /// As [`TextureSlot`] has it.
+    /// Transform of the texture coordinates of each [`TextureSlot`].
     pub fn image_from_mesh(&self) -> [[f32; 3]; 2] {
         let (sin, cos) = self.rotation.sin_cos();
         let ([x, y], [width, height]) = (self.offset, self.scale);
@@ -107,7 +107,7 @@ impl UvTransform {
 pub struct AnimatedMaterial {
     /// Index into the world's materials.
     pub material: usize,
-    /// All of it.
+    /// Complete material.
     pub base: Material,
     /// Emission as a colour and its strength.
     pub emission: ([f32; 3], f32),
@@ -116,8 +116,8 @@ pub struct AnimatedMaterial {
 }
 
 impl AnimatedMaterial {
-    /// Gives a property its value; nothing where the material has no such thing. What overshoots its range stays at
-    /// the range's end, so that the material stays valid.
+    /// Sets a property; does nothing if the material does not have it. Values beyond the valid range are clamped, so
+    /// that the material stays valid.
     pub(super) fn set(&mut self, property: MaterialProperty, value: &[f64]) {
         use MaterialProperty as P;
         let first = value.first().map_or(0.0, |&v| v as f32);
@@ -167,7 +167,7 @@ impl AnimatedMaterial {
         }
     }
 
-    /// The material at the current time.
+    /// Returns the material at the current time.
     pub(crate) fn material(self) -> Material {
         let mut material = self.base;
         material.emission.value = self.emission.0.map(|v| v * self.emission.1);
@@ -215,7 +215,7 @@ fn set_principled(
         P::AnisotropyRotation => p.anisotropy_rotation = value,
         P::DiffuseTransmission => p.diffuse_transmission.value = share,
         P::DiffuseTransmissionColor => p.diffuse_transmission_color.value = shares,
-        // Properties of every material, set by the caller.
+        // Properties that every material has; the caller sets them.
         P::BaseColor
         | P::AlphaCutoff
         | P::EmissionColor
@@ -226,7 +226,7 @@ fn set_principled(
     }
 }
 
-/// The slots in which a material has the texture of a kind.
+/// Texture slots of this kind in a material.
 fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut TextureSlot> {
     use TextureSlotKind as T;
     match texture {

@@ -1,18 +1,18 @@
-//! Keyframes and what lies between them (glTF 2.0, section 3.11 and appendix C).
+//! Keyframes and the values between them (glTF 2.0, section 3.11 and appendix C).
 
 use glam::DQuat;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Result, SceneError};
 
-/// The interpolation between keyframes.
+/// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SamplerInterpolation {
-    /// The one before.
+    /// The value of the previous keyframe.
     Step,
-    /// A straight line; rotations turn evenly the short way.
+    /// Linear interpolation; rotations turn at constant speed along the shorter arc.
     Linear,
-    /// A cubic Hermite spline; each keyframe has a tangent in, a value and a tangent out.
+    /// Cubic Hermite spline; each keyframe has an incoming tangent, a value and an outgoing tangent.
     CubicSpline,
 }
 
@@ -27,12 +27,12 @@ pub struct AnimationSampler {
 }
 
 impl AnimationSampler {
-    /// Keyframes at `times` in seconds, each of `width` numbers, three times as many with a spline. `rotation` says
-    /// that they are quaternions.
+    /// Creates keyframes at `times` in seconds, each with `width` numbers, or three times as many for a spline.
+    /// `rotation` marks quaternions.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there are no keyframes, times are not finite, >= 0 and rising, or there is another
-    /// number of values.
+    /// [`SceneError::World`] if there are no keyframes, if times are not finite, non-negative and increasing, or if the
+    /// number of values is wrong.
     pub fn new(
         times: Vec<f32>,
         values: Vec<f32>,
@@ -45,7 +45,7 @@ impl AnimationSampler {
             || !times.iter().all(|time| time.is_finite())
             || !times.windows(2).all(|pair| pair[0] < pair[1])
         {
-            return fail("times of keyframes: expected one or more, >= 0 and rising".into());
+            return fail("invalid keyframe times; expected one or more times >= 0 in increasing order".into());
         }
         let parts = match interpolation {
             SamplerInterpolation::CubicSpline => 3,
@@ -53,7 +53,7 @@ impl AnimationSampler {
         };
         if width == 0 || values.len() != parts * width * times.len() || rotation && width != 4 {
             return fail(format!(
-                "{} values for {} keyframes: expected {} for each",
+                "{} values for {} keyframes; expected {} per keyframe",
                 values.len(),
                 times.len(),
                 parts * width
@@ -62,32 +62,32 @@ impl AnimationSampler {
         Ok(Self { times, values, width, interpolation, rotation })
     }
 
-    /// The time of the last keyframe.
+    /// Time of the last keyframe.
     pub fn end_time(&self) -> f64 {
         self.times.last().map_or(0.0, |&time| f64::from(time))
     }
 
-    /// When its keyframes are, in seconds.
+    /// Times of the keyframes, in seconds.
     pub fn times(&self) -> &[f32] {
         &self.times
     }
 
-    /// The numbers of all keyframes one after the other, tangents included.
+    /// Numbers of all keyframes, one after the other, including tangents.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
-    /// The interpolation between keyframes.
+    /// Interpolation between keyframes.
     pub fn interpolation(&self) -> SamplerInterpolation {
         self.interpolation
     }
 
-    /// How many numbers a value has.
+    /// Number of components of a value.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// The value at a time in seconds; that of the first or last keyframe outside of them.
+    /// Value at a time in seconds; before the first and after the last keyframe, the value of that keyframe.
     pub fn evaluate(&self, time: f64) -> Vec<f64> {
         let next = self.times.partition_point(|&t| f64::from(t) <= time);
         let last = self.times.len() - 1;
@@ -116,7 +116,7 @@ impl AnimationSampler {
         a.iter().zip(&b).map(|(a, b)| a + (b - a) * t).collect()
     }
 
-    /// A keyframe's tangent in (0), value (1) or tangent out (2).
+    /// Incoming tangent (0), value (1) or outgoing tangent (2) of a keyframe.
     fn value(&self, key: usize, part: usize) -> Vec<f64> {
         let start = match self.interpolation {
             SamplerInterpolation::CubicSpline => (3 * key + part) * self.width,

@@ -1,5 +1,5 @@
-//! The aperture of a thin lens: points out of focus are blurred (Kolb, Mitchell and Hanrahan, "A realistic
-//! camera model for computer graphics", SIGGRAPH 1995, section 2).
+//! Aperture of a thin lens: points out of focus are blurred (Kolb, Mitchell and Hanrahan, "A realistic camera model for
+//! computer graphics", SIGGRAPH 1995, section 2).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 use crate::camera::lens::Lens;
 use crate::error::{Result, SceneError};
 
-/// The fewest and the most blades of a polygonal opening.
+/// Minimum and maximum number of blades of a polygonal opening.
 const BLADES: std::ops::RangeInclusive<u32> = 3..=64;
 
-/// A round or polygonal opening around the camera's centre.
+/// Round or polygonal opening around the camera's centre.
 ///
-/// Through a lens that keeps to a plane (pinhole, `opencv`, `fov`) the opening lies in the plane of the centre at right
-/// angles to the principal axis, and what is at the depth `focus` is sharp. Lenses that see to the sides and behind
-/// turn their opening to where the light comes from, and what is at the distance `focus` is sharp.
+/// With a planar lens model (pinhole, `opencv`, `fov`), the opening is in the plane through the centre perpendicular to
+/// the principal axis, and points at the depth `focus` are sharp. With wide-angle models, the opening is perpendicular
+/// to the direction of the incoming light, and points at the distance `focus` are sharp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Aperture {
     radius: f64,
@@ -27,26 +27,26 @@ pub struct Aperture {
 }
 
 impl Aperture {
-    /// An opening of a radius (of a polygon's corners) focused at a distance, both in units of the world. `blades` is
-    /// the number of the polygon's sides, 0 for a round one; `rotation` turns it, in degrees from the camera's x
-    /// towards its y, where a corner lies at 0.
+    /// Creates an opening with a radius (for a polygon, of its corners) that is focused at a distance, both in world
+    /// units. `blades` is the number of the polygon's sides, 0 for a round opening. `rotation` turns the polygon, in
+    /// degrees from the camera's x axis towards its y axis; at 0, a corner is on the x axis.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] for a radius below 0, a focus that is not above 0, numbers that are not finite, and 1, 2
-    /// or more than 64 blades.
+    /// [`SceneError::Camera`] for a negative radius, a focus that is not positive, numbers that are not finite, and 1,
+    /// 2 or more than 64 blades.
     pub fn new(radius: f64, focus: f64, blades: u32, rotation: f64) -> Result<Self> {
         let fail = |message: String| Err(SceneError::camera(format!("aperture: {message}")));
         if !(radius >= 0.0 && radius.is_finite()) {
-            return fail(format!("radius is {radius}: expected a finite length >= 0"));
+            return fail(format!("radius is {radius}; expected a finite length >= 0"));
         }
         if !(focus > 0.0 && focus.is_finite()) {
-            return fail(format!("focus is {focus}: expected a finite distance > 0"));
+            return fail(format!("focus is {focus}; expected a finite distance > 0"));
         }
         if blades != 0 && !BLADES.contains(&blades) {
-            return fail(format!("{blades} blades: expected 3 to 64, or 0 for a round opening"));
+            return fail(format!("{blades} blades; expected 3 to 64, or 0 for a round opening"));
         }
         if !rotation.is_finite() {
-            return fail(format!("rotation is {rotation}: expected finite degrees"));
+            return fail(format!("rotation is {rotation}; expected a finite number of degrees"));
         }
         Ok(Self { radius, focus, blades, rotation })
     }
@@ -56,7 +56,7 @@ impl Aperture {
         self.radius
     }
 
-    /// The focus distance.
+    /// Focus distance.
     pub fn focus(&self) -> f64 {
         self.focus
     }
@@ -66,13 +66,13 @@ impl Aperture {
         self.blades
     }
 
-    /// In degrees.
+    /// Rotation in degrees.
     pub fn rotation(&self) -> f64 {
         self.rotation
     }
 
-    /// The point at which light enters the opening, for a unit direction in camera axes and two numbers in 0..1, and
-    /// the unit direction of the light there.
+    /// Point at which light enters the opening, and the light's unit direction there, for a unit direction in camera
+    /// axes and two random numbers in 0..1.
     pub(super) fn bend_ray(&self, direction: DVec3, lens: &Lens, numbers: [f64; 2]) -> (DVec3, DVec3) {
         let at = self.sample_point(numbers).extend(0.0);
         let (opening, sharp) = if lens.is_planar() {
@@ -83,12 +83,12 @@ impl Aperture {
         (opening, (sharp - opening).normalize())
     }
 
-    /// A point of the opening, evenly spread.
+    /// Point of the opening, uniformly distributed.
     fn sample_point(&self, [a, b]: [f64; 2]) -> DVec2 {
         if self.blades == 0 {
             return self.radius * concentric_disk(a, b);
         }
-        // One of the triangles around the centre, and a point of it.
+        // Select a triangle around the centre, and a point in it.
         let sides = f64::from(self.blades);
         let side = (a * sides).floor().min(sides - 1.0);
         let along = a * sides - side;
@@ -98,7 +98,8 @@ impl Aperture {
     }
 }
 
-/// The unit disc, evenly and without folds (Shirley and Chiu, "A low distortion map between disk and square", 1997).
+/// Maps the unit square to the unit disc, uniformly and continuously (Shirley and Chiu, "A low distortion map between
+/// disk and square", 1997).
 fn concentric_disk(a: f64, b: f64) -> DVec2 {
     let (x, y) = (2.0 * a - 1.0, 2.0 * b - 1.0);
     if x == 0.0 && y == 0.0 {
@@ -110,7 +111,7 @@ fn concentric_disk(a: f64, b: f64) -> DVec2 {
     }
 }
 
-/// The shortest turn that brings z to a direction of unit length; half a turn about x where that is straight behind.
+/// Smallest rotation that maps z to a unit direction; for the opposite direction, half a turn about x.
 fn rotation_from_z(direction: DVec3) -> DMat3 {
     if direction.z < -1.0 + 1e-12 {
         return DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BackgroundFit {
-    /// Pixel by pixel, or warped from the camera that took it.
+    /// Pixel by pixel, or warped from the camera that took the image.
     #[default]
     Exact,
-    /// Enlarged and cut evenly until it covers the frame.
+    /// Scaled up and cropped to fill the frame without distortion.
     Cover,
 }

@@ -16,12 +16,13 @@ use crate::math::rotation;
 use crate::up::Up;
 
 impl Camera {
-    /// A camera from intrinsics `k` (upper triangular, focal lengths > 0, `K[2][2]` any but 0), rotation `r`
-    /// (camera_from_world) and centre `c` in the world. `size` is columns and rows.
+    /// Creates a camera from intrinsics `k` (upper triangular, focal lengths > 0, `K[2][2]` not 0), rotation `r`
+    /// (camera_from_world) and centre `c` in the world. `size` is the number of columns and rows.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where a value is not finite, `k` is not such a matrix, `r` is further than 1e-6 from a
-    /// rotation (nearer ones become the nearest rotation), or the size is 0 or beyond [`MAX_SIDE`] and [`MAX_PIXELS`].
+    /// [`SceneError::Camera`] if a value is not finite, if `k` is not such a matrix, if `r` differs by more than 1e-6
+    /// from a rotation (otherwise the nearest rotation is used), or if the size is 0 or exceeds [`MAX_SIDE`] or
+    /// [`MAX_PIXELS`].
     pub fn new(k: DMat3, r: DMat3, c: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         check_size(size)?;
         let k = validated_intrinsics(k)?;
@@ -33,15 +34,15 @@ impl Camera {
         Ok(Self::from_parts(k, r, c, p, size, pixel_center, Center::Point))
     }
 
-    /// A camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and
+    /// Creates a camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and
     /// Zisserman, section 6.2.4). The third row of its left 3x3 part, times the sign of that part's determinant, points
     /// forward.
     ///
-    /// If that part is singular the camera has its centre at infinity ([`Center::Infinity`], section 6.3): affine if
-    /// the last row is 0 0 0 w. Its parallel rays go the way on which the image is not mirrored.
+    /// If that part is singular, the camera's centre is at infinity ([`Center::Infinity`], section 6.3); the camera is
+    /// affine if the last row is 0 0 0 w. Its parallel rays have the direction for which the image is not mirrored.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where a value is not finite or the rank is below 3.
+    /// [`SceneError::Camera`] if a value is not finite or the rank is below 3.
     pub fn from_matrix(matrix: [[f64; 4]; 3], size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         check_size(size)?;
         let decompose::DecomposedMatrix { k, r, c, p, center } = decompose::decompose(matrix)?;
@@ -53,10 +54,9 @@ impl Camera {
         Ok(Self { matrix: Some(matrix), ..Self::from_parts(k, r, c, p, size, pixel_center, center) })
     }
 
-    /// An orthographic camera: parallel rays along the third row of `r` (camera_from_world), from the plane through
-    /// `c`.
-    /// `k` is upper triangular with focal lengths > 0, in pixels per unit of the world, and its principal point is the
-    /// pixel of `c`.
+    /// Creates an orthographic camera: parallel rays along the third row of `r` (camera_from_world), from the plane
+    /// through `c`. `k` is upper triangular with focal lengths > 0 in pixels per world unit, and its principal point is
+    /// the pixel of `c`.
     ///
     /// # Errors
     /// The errors of [`Camera::new`].
@@ -70,7 +70,7 @@ impl Camera {
         Ok(Self::from_parts(k, r, c, p, size, pixel_center, Center::Plane))
     }
 
-    /// Without lens, aperture and motion.
+    /// Camera without lens, aperture and motion.
     fn from_parts(
         k: DMat3,
         r: DMat3,
@@ -99,11 +99,11 @@ impl Camera {
         }
     }
 
-    /// A camera at `location` turned by `roll`, `pitch`, `yaw` in degrees (see [`pose`]).
+    /// Creates a camera at `location`, rotated by `roll`, `pitch`, `yaw` in degrees (see [`pose`]).
     ///
     /// # Errors
     /// The errors of [`Camera::new`], and angles that are not finite.
-    #[allow(clippy::too_many_arguments, reason = "the six numbers of a pose have names of their own")]
+    #[allow(clippy::too_many_arguments, reason = "a pose consists of six named numbers")]
     pub fn from_pose(
         location: DVec3,
         roll: f64,
@@ -123,7 +123,7 @@ impl Camera {
         Self::new(k, rotation::CAMERA_FROM_BODY * world_from_body.transpose(), location, size, pixel_center)
     }
 
-    /// A camera at `eye` that sees `target` at its principal point, with `up_vector` upwards in the image.
+    /// Creates a camera at `eye` whose principal point shows `target`, with `up_vector` upwards in the image.
     ///
     /// # Errors
     /// The errors of [`Camera::new`]; `eye` equal to `target`; `up_vector` zero or parallel to the viewing direction.
@@ -141,15 +141,15 @@ impl Camera {
                 format!("eye {eye} and target {target} must be two different finite points")
             } else {
                 format!(
-                    "up {up_vector} is zero or parallel to the viewing direction {direction}, so which side of the \
-                     picture is up is undetermined: give another up vector, or roll, pitch and yaw"
+                    "up {up_vector} is zero or parallel to the viewing direction {direction}, so the image's \
+                     orientation is undetermined; use another up vector, or roll, pitch and yaw"
                 )
             })
         })?;
         Self::new(k, rotation::CAMERA_FROM_BODY * world_from_body.transpose(), eye, size, pixel_center)
     }
 
-    /// A camera from OpenCV's extrinsics: a rotation vector (axis times angle in radians) and `t = -R C`.
+    /// Creates a camera from OpenCV's extrinsics: a rotation vector (axis times angle in radians) and `t = -R C`.
     ///
     /// # Errors
     /// The errors of [`Camera::new`], and values that are not finite.
@@ -161,7 +161,7 @@ impl Camera {
         Self::new(k, r, -(r.transpose() * t), size, pixel_center)
     }
 
-    /// A camera from OpenGL's, Blender's and NeRF's pose matrix, whose camera axes are x right, y up, z backward.
+    /// Creates a camera from a pose matrix of OpenGL, Blender or NeRF, whose camera axes are x right, y up, z backward.
     ///
     /// # Errors
     /// The errors of [`Camera::new`], and a matrix whose last row is not 0 0 0 1.
@@ -169,7 +169,7 @@ impl Camera {
         let last = world_from_camera.row(3);
         if last.to_array() != [0.0, 0.0, 0.0, 1.0] {
             return Err(SceneError::Camera(ErrorCode::InvalidMatrix.message(format!(
-                "the last row of world_from_camera is {last}, expected 0 0 0 1: is the matrix transposed?"
+                "the last row of world_from_camera is {last}; expected 0 0 0 1 (is the matrix transposed?)"
             ))));
         }
         let world_from_gl = DMat3::from_mat4(world_from_camera);

@@ -6,39 +6,41 @@ use crate::camera::center::Center;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 
-/// Below this, relative to its operands, a difference is rounding error.
+/// A difference below this value, relative to its operands, is treated as a rounding error.
 const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
-/// The parts of a camera matrix.
+/// Parts of a camera matrix.
 pub struct DecomposedMatrix {
     /// Upper triangular, positive diagonal, `K[2][2] = 1`.
     pub k: DMat3,
     /// camera_from_world, a rotation.
     pub r: DMat3,
-    /// The centre.
+    /// Centre of projection.
     pub c: DVec3,
-    /// The matrix itself, scaled so that the third row of its left 3x3 part has length 1 and points forward.
+    /// The matrix, scaled so that the third row of its left 3x3 part has length 1 and points forward.
     pub p: [[f64; 4]; 3],
     pub center: Center,
 }
 
-/// Decomposes `P = s K R [I | -C]` for whatever scale and sign s.
+/// Decomposes `P = s K R [I | -C]` for any scale and sign s.
 pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
         return Err(SceneError::Camera(
-            ErrorCode::InvalidMatrix.message(format!("P = {p:?}: every value must be finite")),
+            ErrorCode::InvalidMatrix.message(format!("P = {p:?} is not finite; every value must be finite")),
         ));
     }
     let largest = p.iter().flat_map(|row| &row[..3]).fold(0.0, |a: f64, v| a.max(v.abs()));
     if largest == 0.0 {
         return decompose_parallel(p);
     }
-    // A power of two, so that scaling rounds nothing; two steps, as 1 / 2^e may overflow where 2^-e/2 twice does not.
+    // Scaling by a power of two rounds nothing. It takes two steps, because 1 / 2^e may overflow even if multiplying
+    // twice by 2^(-e/2) does not.
     let half = 2.0_f64.powi(-(largest.log2() / 2.0).floor() as i32);
     let scaled = p.map(|row| row.map(|v| v * half * half));
     let [m1, m2, m3] = scaled.map(|row| DVec3::new(row[0], row[1], row[2]));
 
-    // Gram-Schmidt from the third row upwards is RQ; orthogonalising twice keeps R orthonormal whatever the condition.
+    // Gram-Schmidt from the third row upwards is an RQ decomposition; orthogonalising twice keeps R orthonormal for any
+    // condition number.
     let k33 = m3.length();
     if k33 <= f64::EPSILON * m1.length().max(m2.length()) {
         return decompose_parallel(p);
@@ -55,8 +57,8 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if k11.abs() <= NEGLIGIBLE * m1.length() {
         return decompose_parallel(p);
     }
-    // sign(det M) = sign(k11), as k22 and k33 are positive and R is a rotation so far. P and -P are the same camera:
-    // with -P the rows r3 and r2 change sign and r1 does not.
+    // sign(det M) = sign(k11), because k22 and k33 are positive and R is a rotation at this point. P and -P describe
+    // the same camera: for -P the rows r3 and r2 change sign and r1 does not.
     let sign = k11.signum();
     let r = DMat3::from_cols(r1, sign * r2, sign * r3).transpose();
     let (k12, k13, k23) = (m1.dot(r2), m1.dot(r3), m2.dot(r3));
@@ -67,7 +69,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     );
     let p = scaled.map(|row| row.map(|v| v * sign / k33));
 
-    // K t = p4 by back substitution, which is backward stable; C = -Rᵀ t.
+    // K t = p4 is solved by back substitution, which is backward stable; C = -Rᵀ t.
     let t3 = p[2][3];
     let t2 = (p[1][3] - k.z_axis.y * t3) / k.y_axis.y;
     let t1 = (p[0][3] - k.y_axis.x * t2 - k.z_axis.x * t3) / k.x_axis.x;
@@ -75,19 +77,19 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if !(c.is_finite() && k.is_finite()) {
         return Err(SceneError::Camera(
             ErrorCode::InvalidMatrix
-                .message(format!("P = {p:?}: its numbers are too far apart to say where its centre is")),
+                .message(format!("P = {p:?}: its numbers differ too much in size to compute its centre")),
         ));
     }
     Ok(DecomposedMatrix { k, r, c, p, center: Center::Point })
 }
 
-/// Decomposes `P = H [r1 0; r2 0; 0 0 0 1]`, where d = r1 x r2 is the null vector of its left 3x3 part M and H a
-/// homography of the image plane; for an affine camera H is upper triangular with positive focal lengths, and K.
+/// Decomposes `P = H [r1 0; r2 0; 0 0 0 1]`. Here d = r1 x r2 is the null vector of P's left 3x3 part M, and H is a
+/// homography of the image plane. For an affine camera, H is K: upper triangular with positive focal lengths.
 fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     let rank = numerical_rank(p);
     if rank < 3 {
         return Err(SceneError::Camera(
-            ErrorCode::InvalidMatrix.message(format!("P = {p:?} has rank {rank}: a camera matrix has rank 3")),
+            ErrorCode::InvalidMatrix.message(format!("P = {p:?} has rank {rank}; a camera matrix must have rank 3")),
         ));
     }
     let [m1, m2, m3] = p.map(|row| DVec3::new(row[0], row[1], row[2]));
@@ -96,7 +98,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if affine {
         let scale = p4.z;
         let (m1, m2, p4) = (m1 / scale, m2 / scale, p4 / scale);
-        // As RQ of a finite camera, without its third row.
+        // Like RQ of a finite camera, without its third row.
         let b = m2.length();
         let r2 = m2 / b;
         let once = m1 - m1.dot(r2) * r2;
@@ -104,7 +106,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
         let k = DMat3::from_cols(DVec3::new(m1.dot(r1), 0.0, 0.0), DVec3::new(m1.dot(r2), b, 0.0), p4);
         return decomposed_parallel(p, k, r1, r2, scale);
     }
-    // The null vector is at right angles to all rows: their largest cross product.
+    // The null vector is perpendicular to all rows: it is their largest cross product.
     let unit = |v: DVec3| v.try_normalize().unwrap_or_default();
     let (u1, u2, u3) = (unit(m1), unit(m2), unit(m3));
     let crosses = [u2.cross(u3), u3.cross(u1), u1.cross(u2)];
@@ -114,7 +116,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     let r2 = forward.cross(r1);
     let m = DMat3::from_cols(m1, m2, m3).transpose();
     let h = DMat3::from_cols(m * r1, m * r2, p4);
-    // At the point that H⁻¹ gives the pixel (0, 0) the image is mirrored where the determinants disagree.
+    // At the point that H⁻¹ assigns to pixel (0, 0), the image is mirrored if the determinants have different signs.
     let at = h.inverse() * DVec3::Z;
     let w = h.row(2).dot(at) / at.z;
     let mirrored = h.determinant() / (w * w * w) < 0.0;
@@ -126,7 +128,7 @@ fn decomposed_parallel(p: [[f64; 4]; 3], k: DMat3, r1: DVec3, r2: DVec3, scale: 
     let r = DMat3::from_cols(r1, r2, r1.cross(r2)).transpose();
     if !(k.is_finite() && k.determinant() != 0.0 && r.is_finite()) {
         return Err(SceneError::Camera(ErrorCode::InvalidMatrix.message(format!(
-            "P = {p:?} has its centre at infinity, and its numbers are too far apart to say where"
+            "P = {p:?}: its centre is at infinity, and its numbers differ too much in size to compute the direction"
         ))));
     }
     Ok(DecomposedMatrix { k, r, c: DVec3::ZERO, p: p.map(|row| row.map(|v| v / scale)), center: Center::Infinity })

@@ -1,4 +1,4 @@
-//! The intrinsic matrix K.
+//! Intrinsic matrix K.
 
 use glam::{DMat3, DVec3};
 
@@ -7,27 +7,28 @@ use crate::camera::validate::format_matrix;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 
-/// Intrinsics with square pixels of a vertical field of view in degrees, the principal point at the image's centre.
+/// Returns intrinsics with square pixels for a vertical field of view in degrees; the principal point is the image
+/// centre.
 ///
 /// # Errors
-/// [`SceneError::Camera`] where the field of view is not between 0 and 180 degrees.
+/// [`SceneError::Camera`] if the field of view is not between 0 and 180 degrees.
 pub fn intrinsics_from_fov(fov_vertical: f64, size: [u32; 2], pixel_center: PixelCenter) -> Result<DMat3> {
     if !(fov_vertical > 0.0 && fov_vertical < 180.0) {
         return Err(SceneError::Camera(ErrorCode::OutOfRange.message(format!(
-            "a vertical field of view of {fov_vertical}: expected degrees between 0 and 180, both excluded"
+            "the vertical field of view is {fov_vertical}; expected degrees greater than 0 and less than 180"
         ))));
     }
     let focal = f64::from(size[1]) / 2.0 / (fov_vertical.to_radians() / 2.0).tan();
     Ok(intrinsics_from_focal(focal, size, pixel_center))
 }
 
-/// Intrinsics with square pixels of a focal length in pixels, the principal point at the image's centre.
+/// Returns intrinsics with square pixels for a focal length in pixels; the principal point is the image centre.
 pub fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: PixelCenter) -> DMat3 {
     let [cx, cy] = size.map(|side| f64::from(side) / 2.0 - 0.5 + pixel_center.offset());
     DMat3::from_cols(DVec3::new(focal, 0.0, 0.0), DVec3::new(0.0, focal, 0.0), DVec3::new(cx, cy, 1.0))
 }
 
-/// Intrinsics of parallel rays from half the width and height that they see, in units of the world.
+/// Returns the intrinsics of parallel rays from half the width and height of their view, in world units.
 pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: PixelCenter) -> DMat3 {
     let mut k = intrinsics_from_focal(1.0, size, pixel_center);
     k.x_axis.x = f64::from(size[0]) / (2.0 * half[0]);
@@ -35,7 +36,7 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
     k
 }
 
-/// `k / K[2][2]`, or an error message.
+/// Returns `k / K[2][2]`, or an error message.
 pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
     let fail = |message: String| {
         Err(SceneError::Camera(ErrorCode::InvalidMatrix.message(format!("K = {}: {message}", format_matrix(k)))))
@@ -45,10 +46,10 @@ pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
     }
     let below = [k.x_axis.y, k.x_axis.z, k.y_axis.z].into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
     if below > 1e-12 * k.z_axis.z.abs() {
-        return fail("it must be upper triangular, [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]; is it transposed?".into());
+        return fail("K must be upper triangular, [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]; is it transposed?".into());
     }
     if k.z_axis.z == 0.0 || !(k * (1.0 / k.z_axis.z)).is_finite() {
-        return fail("K[2][2] must not be 0; it is 1 in pixels".into());
+        return fail("K[2][2] must not be 0; expected 1 for K in pixels".into());
     }
     let s = k.z_axis.z;
     let (fx, fy) = (k.x_axis.x / s, k.y_axis.y / s);
@@ -57,8 +58,8 @@ pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
     }
     if fx < 0.0 || fy < 0.0 {
         return fail(format!(
-            "focal lengths must be greater than 0, got {fx} and {fy}: a negative one mirrors the image, and the \
-             forward direction of P would contradict the third row of R; turn the axes of R instead"
+            "focal lengths must be greater than 0, got {fx} and {fy}; a negative focal length mirrors the image and \
+             contradicts the viewing direction in R, so turn the axes of R instead"
         ));
     }
     Ok(DMat3::from_cols(

@@ -1,5 +1,5 @@
-//! Cameras: P = K R [I | -C], and those whose centre lies at infinity (Hartley and Zisserman, Multiple View Geometry,
-//! chapter 6), with what their lens, aperture and shutter do.
+//! Cameras: P = K R [I | -C], and cameras whose centre is at infinity (Hartley and Zisserman, Multiple View Geometry,
+//! chapter 6), with lens, aperture and shutter.
 
 mod aperture;
 mod background_fit;
@@ -41,26 +41,27 @@ use self::undistort_table::UndistortTable;
 use crate::math::rotation;
 use crate::up::Up;
 
-/// A camera: `x = K R (X - C)`, with what its lens does between R and K. Axes x right, y down, z forward. All float64.
+/// Camera: `x = K R (X - C)`, with the lens applied between R and K. Axes: x right, y down, z forward. All values are
+/// float64.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     k: DMat3,
     r: DMat3,
     c: DVec3,
-    /// `K R [I | -C]`, or what [`Camera::from_matrix`] was given: an ill-conditioned matrix survives to the last
+    /// `K R [I | -C]`, or the matrix given to [`Camera::from_matrix`], so that an ill-conditioned matrix keeps all its
     /// digits.
     p: [[f64; 4]; 3],
     size: [u32; 2],
     pixel_center: PixelCenter,
     center: Center,
-    /// The matrix that the camera was created from.
+    /// Matrix that the camera was created from.
     matrix: Option<[[f64; 4]; 3]>,
     lens: Lens,
     #[serde(skip)]
     undistort_table: UndistortTable,
     aperture: Option<Aperture>,
     vignetting: Option<Vignetting>,
-    /// Its middle is the pose.
+    /// Motion while the shutter is open; the pose in its middle is the camera's pose.
     motion: Option<ShutterMotion>,
     /// Depth at which the rays of [`Center::Infinity`] start.
     ray_start_depth: f64,
@@ -71,48 +72,49 @@ pub struct Camera {
 /// Background image of a camera: a photo taken by the real camera, or any other image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Background {
-    /// The image file.
+    /// Image file.
     pub image: String,
     /// Fit of the background image.
     pub fit: BackgroundFit,
-    /// The camera that took it, by its intrinsics and lens; `None` for the camera that has it.
+    /// Camera that took the image, given by its intrinsics and lens; `None` if it is the camera that has the
+    /// background.
     pub camera: Option<Arc<Camera>>,
 }
 
 impl Camera {
-    /// The background image.
+    /// Background image.
     pub fn background(&self) -> Option<&Background> {
         self.background.as_deref()
     }
 
-    /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels. Of parallel rays, focal lengths are in pixels per unit
-    /// of the world; of a matrix with its centre at infinity that is not affine, K is any homography.
+    /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels. For parallel rays, focal lengths are in pixels per world
+    /// unit. For a matrix with its centre at infinity that is not affine, K is a general homography.
     pub fn k(&self) -> DMat3 {
         self.k
     }
 
-    /// camera_from_world.
+    /// Rotation camera_from_world.
     pub fn r(&self) -> DMat3 {
         self.r
     }
 
-    /// The centre in the world; of parallel rays, what [`Center`] says.
+    /// Centre in the world; for parallel rays, see [`Center`].
     pub fn c(&self) -> DVec3 {
         self.c
     }
 
-    /// `-R C`.
+    /// Translation `-R C`.
     pub fn t(&self) -> DVec3 {
         -(self.r * self.c)
     }
 
-    /// The 3x4 camera matrix `K R [I | -C]`, scaled so that its left 3x3 part has a third row of length 1 that points
-    /// forward; of parallel rays, with a last row of 0 0 0 1, or else of length 1.
+    /// 3x4 camera matrix `K R [I | -C]`, scaled so that the third row of its left 3x3 part has length 1 and points
+    /// forward. For parallel rays, the last row is 0 0 0 1, or otherwise has length 1.
     pub fn p(&self) -> [[f64; 4]; 3] {
         self.p
     }
 
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
@@ -122,7 +124,7 @@ impl Camera {
         self.pixel_center
     }
 
-    /// The principal axis in the world, unit length: the third row of R.
+    /// Unit principal axis in the world: the third row of R.
     pub fn forward(&self) -> DVec3 {
         self.r.row(2)
     }
@@ -133,7 +135,7 @@ impl Camera {
         rotation::rpy_from_rotation(rotation::world_from_reference(up).transpose() * world_from_body)
     }
 
-    /// The pixel coordinates of the centre of a pixel.
+    /// Pixel coordinates of a pixel's centre.
     #[inline]
     pub fn pixel_center_of(&self, column: u32, row: u32) -> DVec2 {
         DVec2::new(f64::from(column), f64::from(row)) + self.pixel_center.offset()

@@ -1,4 +1,4 @@
-//! Lens, aperture, vignetting and shutter of a camera, and the same camera at other poses.
+//! Lens, aperture, vignetting and shutter of a camera, and copies with another pose.
 
 use std::sync::Arc;
 
@@ -23,10 +23,10 @@ impl Camera {
         has.into_iter().filter(|(_, has)| *has).map(|(what, _)| what)
     }
 
-    /// The same camera with another lens; every constructor gives a pinhole.
+    /// Returns a copy with another lens; every constructor creates a pinhole.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where its rays are parallel: a lens bends the rays of a point.
+    /// [`SceneError::Camera`] if its rays are parallel, because a lens bends rays through a point.
     pub fn with_lens(self, lens: Lens) -> Result<Self> {
         if self.center != Center::Point && lens != Lens::Pinhole {
             return Err(parallel_rays_error("a lens"));
@@ -34,10 +34,10 @@ impl Camera {
         Ok(Self { lens, undistort_table: UndistortTable::default(), ..self })
     }
 
-    /// The same camera with an aperture, or with a pinhole.
+    /// Returns a copy with an aperture, or as a pinhole.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where its rays are parallel.
+    /// [`SceneError::Camera`] if its rays are parallel.
     pub fn with_aperture(self, aperture: Option<Aperture>) -> Result<Self> {
         if self.center != Center::Point && aperture.is_some() {
             return Err(parallel_rays_error("an aperture"));
@@ -45,15 +45,15 @@ impl Camera {
         Ok(Self { aperture, ..self })
     }
 
-    /// Returns the camera with this background image, or without one.
+    /// Returns a copy with this background image, or without one.
     pub fn with_background(self, background: Option<Background>) -> Self {
         Self { background: background.map(Arc::new), ..self }
     }
 
-    /// The same camera with vignetting, or without.
+    /// Returns a copy with vignetting, or without.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] for coefficients that are not finite, and where its rays are parallel.
+    /// [`SceneError::Camera`] for coefficients that are not finite, or if its rays are parallel.
     pub fn with_vignetting(self, vignetting: Option<Vignetting>) -> Result<Self> {
         if let Some(vignetting) = &vignetting {
             vignetting.validate()?;
@@ -64,15 +64,16 @@ impl Camera {
         Ok(Self { vignetting, ..self })
     }
 
-    /// The same camera moving: its pose becomes that of the middle of the motion.
+    /// Returns a moving copy: its pose becomes the pose in the middle of the motion.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where a pose is no rotation and finite centre, or the camera is made of a matrix with its
-    /// centre at infinity, which has no place to move from.
+    /// [`SceneError::Camera`] if a pose is not a rotation with a finite centre, or if the camera's matrix has its
+    /// centre at infinity, so that it has no position to move from.
     pub fn with_motion(self, motion: ShutterMotion) -> Result<Self> {
         if self.center == Center::Infinity {
             return Err(SceneError::camera(
-                "a camera of a matrix with its centre at infinity cannot move: it is nowhere; an orthographic camera can",
+                "a camera whose matrix has its centre at infinity cannot move, because it has no position; use an \
+                 orthographic camera",
             ));
         }
         for (_, pose) in motion.poses() {
@@ -83,10 +84,10 @@ impl Camera {
         Ok(Self { motion: Some(motion), ..still.at_pose(middle.r, middle.c)? })
     }
 
-    /// The same camera at another pose: camera_from_world, and its centre. A moving camera moves along.
+    /// Returns a copy with another pose: camera_from_world, and the centre. The motion of a moving camera is moved too.
     ///
     /// # Errors
-    /// The errors of [`Camera::new`] about R and C.
+    /// Errors of [`Camera::new`] about R and C.
     pub fn at_pose(&self, r: DMat3, c: DVec3) -> Result<Self> {
         let r = validated_rotation(r)?;
         if self.center == Center::Infinity {
@@ -98,21 +99,21 @@ impl Camera {
             return Err(SceneError::camera(format!("the camera centre {c} is not finite")));
         }
         let motion = self.motion.as_ref().map(|motion| {
-            // The rotation that takes the world as seen from the old pose to the world as seen from the new one.
+            // Rotation that maps the world as seen from the old pose to the world as seen from the new pose.
             let turn = r.transpose() * self.r;
             motion.map_poses(|pose| Pose { r: pose.r * turn.transpose(), c: c + turn * (pose.c - self.c) })
         });
         Ok(Self { r, c, p: camera_matrix(self.k, r, c, self.center)?, matrix: None, motion, ..self.clone() })
     }
 
-    /// The same camera with other intrinsics and another size of its image.
+    /// Returns a copy with other intrinsics and another image size.
     ///
     /// # Errors
-    /// The errors of [`Camera::new`] about K and the size.
+    /// Errors of [`Camera::new`] about K and the size.
     pub fn with_intrinsics(&self, k: DMat3, size: [u32; 2]) -> Result<Self> {
         check_size(size)?;
         let k = match self.center {
-            // Any homography.
+            // A general homography.
             Center::Infinity => k,
             _ => validated_intrinsics(k)?,
         };
@@ -126,7 +127,8 @@ impl Camera {
         })
     }
 
-    /// The same camera whose rays, if they come from infinity, start before a ball; others start where they do.
+    /// Returns a copy whose rays, if they come from infinity, start in front of a sphere; rays of other cameras start
+    /// at their usual origin.
     pub fn with_ray_origins_outside(&self, center: DVec3, radius: f64) -> Self {
         let start = match self.center {
             Center::Infinity => (center - self.c).dot(self.forward()) - 1.5 * radius,
@@ -135,37 +137,37 @@ impl Camera {
         Self { ray_start_depth: start, ..self.clone() }
     }
 
-    /// The depth at which rays start: 0 but for [`Camera::with_ray_origins_outside`].
+    /// Depth at which rays start: 0 except after [`Camera::with_ray_origins_outside`].
     pub fn ray_start_depth(&self) -> f64 {
         self.ray_start_depth
     }
 
-    /// Its lens.
+    /// Lens.
     pub fn lens(&self) -> &Lens {
         &self.lens
     }
 
-    /// The aperture; `None` for a pinhole.
+    /// Aperture; `None` for a pinhole.
     pub fn aperture(&self) -> Option<&Aperture> {
         self.aperture.as_ref()
     }
 
-    /// How much light arrives where.
+    /// Vignetting.
     pub fn vignetting(&self) -> Option<&Vignetting> {
         self.vignetting.as_ref()
     }
 
-    /// How it moves while its shutter is open.
+    /// Motion while the shutter is open.
     pub fn motion(&self) -> Option<&ShutterMotion> {
         self.motion.as_ref()
     }
 
-    /// The origin of its rays.
+    /// Origin of its rays.
     pub fn center(&self) -> Center {
         self.center
     }
 
-    /// The matrix that the camera was created from, at its original scale and sign; `None` for other constructors.
+    /// Matrix that the camera was created from, with its original scale and sign; `None` for other constructors.
     pub fn matrix(&self) -> Option<[[f64; 4]; 3]> {
         self.matrix
     }

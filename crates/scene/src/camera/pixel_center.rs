@@ -1,9 +1,9 @@
-//! The place of pixel centres in pixel coordinates.
+//! Position of pixel centres in pixel coordinates.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The pixel coordinates of the centre of the first pixel.
+/// Pixel coordinates of the first pixel's centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PixelCenter {
@@ -15,7 +15,7 @@ pub enum PixelCenter {
 }
 
 impl PixelCenter {
-    /// The coordinate of a pixel's centre less its column or row: 0 or 0.5.
+    /// Coordinate of a pixel's centre minus its column or row: 0 or 0.5.
     pub fn offset(self) -> f64 {
         match self {
             PixelCenter::Integer => 0.0,

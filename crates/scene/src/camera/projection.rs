@@ -1,4 +1,4 @@
-//! Points to pixels, and pixels to rays.
+//! Projection of points to pixels, and of pixels to rays.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -8,36 +8,36 @@ use crate::camera::lens::Lens;
 use crate::camera::shutter::{Pose, ShutterMotion};
 use crate::camera::{Camera, Center};
 
-/// Steps in which the line that sees a point is looked for, if it is not found at once.
+/// Number of steps in the search for the line that shows a point, if it is not found immediately.
 const LINE_STEPS: u32 = 64;
 
-/// A ray of a pixel through some point of the lens at some time.
+/// Ray of a pixel through a point of the lens at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraRay {
-    /// Start, in the world.
+    /// Start in the world.
     pub origin: DVec3,
     /// Unit length; NaN, which hits nothing, if no point projects to the pixel.
     pub direction: DVec3,
 }
 
-/// A static pinhole camera, all of whose samples are rays from its centre: see [`Camera::pinhole`].
+/// Static pinhole camera, all of whose samples are rays from its centre: see [`Camera::pinhole`].
 #[derive(Clone, Copy, Debug)]
 pub struct Pinhole {
     k: DMat3,
     world_from_camera: DMat3,
-    /// In the world.
+    /// Centre in the world.
     pub center: DVec3,
 }
 
 impl Pinhole {
-    /// The direction of [`Camera::generate_ray`], bit for bit.
+    /// Direction of [`Camera::generate_ray`], bit for bit.
     #[inline(always)]
     pub fn direction(&self, pixel: DVec2) -> DVec3 {
         (self.world_from_camera * image_plane_point(self.k, pixel).extend(1.0)).normalize()
     }
 }
 
-/// The point of the image plane at focal length 1 of a pixel.
+/// Point of the image plane at focal length 1 for a pixel.
 #[inline(always)]
 fn image_plane_point(k: DMat3, pixel: DVec2) -> DVec2 {
     let y = (pixel.y - k.z_axis.y) / k.y_axis.y;
@@ -46,12 +46,12 @@ fn image_plane_point(k: DMat3, pixel: DVec2) -> DVec2 {
 }
 
 impl Camera {
-    /// True if the rays through the middle of its aperture are those of a static pinhole.
+    /// True if the rays through the middle of its aperture equal those of a static pinhole.
     fn is_static_pinhole(&self) -> bool {
         self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
     }
 
-    /// The camera as a [`Pinhole`]; `None` if it has a lens, an aperture or motion.
+    /// Returns the camera as a [`Pinhole`]; `None` if it has a lens, an aperture or motion.
     pub fn pinhole(&self) -> Option<Pinhole> {
         (self.is_static_pinhole() && self.aperture.is_none()).then(|| Pinhole {
             k: self.k,
@@ -60,21 +60,23 @@ impl Camera {
         })
     }
 
-    /// The pixel coordinates of a world point, and whether the camera sees it there.
+    /// Returns the pixel coordinates of a world point, and true if the camera sees the point there.
     ///
-    /// A pinhole sees what lies in front (depth > 0); behind it, the pixel is where the line through point and centre
-    /// meets the image, and at depth 0 it is not finite. Parallel rays from a plane see what lies in front of it; those
-    /// from infinity see everything. Another [`Lens`] sees what it has an image of, which ends where its model folds
-    /// over and may be behind; the pixel of anything else is NaN.
+    /// A pinhole sees points in front of it (depth > 0). For a point behind it, the pixel is where the line through the
+    /// point and the centre meets the image; at depth 0 the pixel is not finite. Parallel rays from a plane see points
+    /// in front of the plane; parallel rays from infinity see everything. Any other [`Lens`] sees the points that it
+    /// images, possibly including points behind it, up to the angle at which its model folds over; all other points
+    /// have the pixel NaN.
     ///
-    /// A camera whose lines open one after another sees a point where the line that is open shows it, at the middle of
-    /// its exposure: on the first such line if there are several, nowhere if there is none.
+    /// A camera with a rolling shutter sees a point on the line that shows it in the middle of that line's exposure: on
+    /// the first such line if there are several, and nowhere if there is none.
     pub fn project(&self, point: DVec3) -> (DVec2, bool) {
         self.project_moving(|_| point)
     }
 
-    /// The same of a point that moves while the lines are read: `point` says where it is when the line at a fraction of
-    /// the image, from 0 to 1, is in the middle of its exposure; 0.5 where all lines are open at once.
+    /// Same as [`Camera::project`], for a point that moves while the lines are read. `point` returns its position in
+    /// the middle of the exposure of the line at a fraction of the image, from 0 to 1; 0.5 if all lines are open at
+    /// once.
     pub fn project_moving(&self, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
         match &self.motion {
             Some(motion) if motion.readout() > 0.0 => self.project_rolling(motion, point),
@@ -87,7 +89,7 @@ impl Camera {
         Pose { r: self.r, c: self.c }
     }
 
-    /// The pose when the line of a pixel is at a part of its exposure.
+    /// Pose at a fraction of the exposure of a pixel's line.
     #[inline]
     fn pose_at(&self, pixel: DVec2, part: f64) -> Pose {
         match &self.motion {
@@ -125,7 +127,7 @@ impl Camera {
             let off = motion.line_fraction(self.offset_from_corner(pixel), self.size) - line;
             (seen && off.is_finite()).then_some((pixel, off))
         };
-        // Newton's method with secants: two lines differ by little, so that it is a matter of a few steps.
+        // Secant method: consecutive lines differ little, so that it takes only a few steps.
         let (mut before, mut at) = (0.5, 0.5);
         let mut off_before = None;
         for _ in 0..20 {
@@ -140,7 +142,7 @@ impl Camera {
             }
             (before, off_before, at) = (at, Some(off), next);
         }
-        // Something moves fast: between which two lines?
+        // For fast motion, search for the two lines that enclose the point.
         let line = |step: u32| f64::from(step) / f64::from(LINE_STEPS);
         for step in 0..LINE_STEPS {
             let (mut low, mut high) = (line(step), line(step + 1));
@@ -171,15 +173,15 @@ impl Camera {
     /// of [`Camera::project`], through the middle of the aperture in the middle of the exposure.
     ///
     /// The ray starts at the camera's centre or, for parallel rays, on the plane through the centre. If no point
-    /// projects to the pixel, the direction is NaN and hits nothing: this happens outside the valid region of a lens
-    /// that folds over, never with a pinhole camera.
+    /// projects to the pixel, the direction is NaN and the ray hits nothing: this happens outside the valid region of a
+    /// lens that folds over, never with a pinhole camera.
     #[inline]
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         self.ray_from(&self.pose_at(pixel, 0.5), pixel)
     }
 
-    /// The rays of many pixel coordinates, each as [`Camera::ray`] gives it. Those of a pinhole that does not move take
-    /// half the time, most of all if neighbours are of one row.
+    /// Returns the rays of many pixel coordinates, each equal to [`Camera::ray`]. For a pinhole that does not move this
+    /// takes half the time, and even less if neighbours are in one row.
     #[inline]
     pub fn rays(&self, pixels: impl Iterator<Item = DVec2>, mut take: impl FnMut((DVec3, DVec3))) {
         if !self.is_static_pinhole() {
@@ -187,7 +189,7 @@ impl Camera {
         }
         let world_from_camera = self.r.transpose();
         let origin = self.c + world_from_camera * DVec3::ZERO;
-        // In the order of [`Camera::ray_from`], so that the bits are the same.
+        // Same order of operations as in [`Camera::ray_from`], so that the bits are equal.
         let (mut row, mut y, mut down) = (f64::NAN, 0.0, DVec3::ZERO);
         for pixel in pixels {
             if pixel.y != row {
@@ -207,7 +209,7 @@ impl Camera {
         (pose.c + pose.r.transpose() * start, (pose.r.transpose() * direction).normalize())
     }
 
-    /// The same in camera axes; the direction has any length.
+    /// Same in camera axes; the direction has any length.
     #[inline]
     fn camera_space_ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         if self.center != Center::Point {
@@ -232,8 +234,8 @@ impl Camera {
         image_plane_point(self.k, pixel)
     }
 
-    /// The ray of a pixel coordinate through a point of the aperture at a part of its line's exposure, of which two
-    /// numbers and one in 0..1 decide.
+    /// Ray of a pixel coordinate through a point of the aperture at a fraction of its line's exposure, selected by two
+    /// numbers and one number in 0..1.
     pub fn generate_ray(&self, pixel: DVec2, lens: [f64; 2], part: f64) -> CameraRay {
         let pixel = self.wrap_panorama(pixel);
         let pose = self.pose_at(pixel, part);
@@ -247,8 +249,8 @@ impl Camera {
         CameraRay { origin: pose.c + world_from_camera * start, direction: (world_from_camera * direction).normalize() }
     }
 
-    /// How far from the middle of its shutter's work the line of a pixel is at a part of its exposure, in seconds; 0
-    /// for a camera without a shutter.
+    /// Time of a pixel's line at a fraction of its exposure, in seconds from the middle of the shutter's time; 0 for a
+    /// camera without a shutter.
     pub fn shutter_offset(&self, pixel: DVec2, part: f64) -> f64 {
         self.motion.as_ref().map_or(0.0, |motion| {
             let pixel = self.offset_from_corner(self.wrap_panorama(pixel));
@@ -261,7 +263,8 @@ impl Camera {
         self.motion.as_ref().map_or(0.5, |motion| motion.line_fraction(self.offset_from_corner(pixel), self.size))
     }
 
-    /// The same pixel on the other side of a panorama that a sample has just left: it has no edge there.
+    /// For a sample that has left a panorama's image: the same pixel on the opposite side, because a panorama has no
+    /// edge there.
     fn wrap_panorama(&self, pixel: DVec2) -> DVec2 {
         let sphere = matches!(self.lens, Lens::Equirectangular);
         if !sphere && !matches!(self.lens, Lens::Cylindrical) {
@@ -272,14 +275,14 @@ impl Camera {
             return pixel;
         }
         if sphere && at.y.abs() > FRAC_PI_2 {
-            // Over the pole.
+            // Across the pole.
             at = DVec2::new(at.x + PI, PI.copysign(at.y) - at.y);
         }
         at.x -= TAU * (at.x / TAU).round();
         (self.k * at.extend(1.0)).truncate()
     }
 
-    /// How much of a pixel's light arrives.
+    /// Fraction of a pixel's light that arrives.
     pub fn vignetting_factor(&self, pixel: DVec2) -> f64 {
         let Some(vignetting) = &self.vignetting else { return 1.0 };
         let pixel = self.wrap_panorama(pixel);
@@ -290,24 +293,24 @@ impl Camera {
         vignetting.factor(self.image(pixel), direction)
     }
 
-    /// camera_from_world when the line of a pixel is in the middle of its exposure.
+    /// camera_from_world in the middle of the exposure of a pixel's line.
     pub fn rotation_at(&self, pixel: DVec2) -> DMat3 {
         self.pose_at(pixel, 0.5).r
     }
 
-    /// z of a world point along the principal axis when the line of a pixel is in the middle of its exposure.
+    /// z of a world point along the principal axis in the middle of the exposure of a pixel's line.
     pub fn depth_at(&self, pixel: DVec2, point: DVec3) -> f64 {
         let pose = self.pose_at(pixel, 0.5);
         pose.r.row(2).dot(point - pose.c)
     }
 
-    /// Pixels from the corner of the image.
+    /// Pixel coordinates relative to the image's corner.
     pub fn offset_from_corner(&self, pixel: DVec2) -> DVec2 {
         pixel + 0.5 - self.pixel_center.offset()
     }
 }
 
-/// A point of the image plane of parallel rays, in units of the world, from its pixel.
+/// Point of the image plane of parallel rays, in world units, for a pixel.
 fn plane_from_pixel(k: DMat3, pixel: DVec2) -> DVec2 {
     let at = k.inverse() * pixel.extend(1.0);
     at.truncate() / at.z

@@ -8,10 +8,10 @@ use crate::camera::validate::validated_rotation;
 use crate::camera::{Camera, Pose, ShutterMotion};
 use crate::error::{Result, SceneError};
 
-/// A camera with its name.
+/// Camera with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedCamera {
-    /// Unique within the world.
+    /// Name, unique within the world.
     pub name: String,
     /// The camera.
     pub camera: Camera,
@@ -20,22 +20,22 @@ pub struct NamedCamera {
 /// Cameras that a body carries: camera_from_world = camera_from_body * body_from_world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rig {
-    /// Unique within its world.
+    /// Name, unique within its world.
     name: String,
-    /// body_from_world, and where the body is; that of the middle of the motion.
+    /// body_from_world and the body's position, in the middle of the motion.
     body: Pose,
-    /// How the body moves while the shutters are open.
+    /// Motion of the body while the shutters are open.
     motion: Option<ShutterMotion>,
-    /// The cameras, with their R and C in the axes of the body.
+    /// Cameras, with their R and C in the axes of the body.
     mounts: Vec<NamedCamera>,
 }
 
 impl Rig {
-    /// Cameras with R and C in the axes of a body, and the body's pose.
+    /// Creates a rig from cameras with R and C in the axes of a body, and the body's pose.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where the pose is no rotation and finite place, there are no cameras, or two have the
-    /// same name or one has none.
+    /// [`SceneError::Camera`] if the pose is not a rotation with a finite position, if there are no cameras, or if a
+    /// name is empty or used twice.
     pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self> {
         let fail = |message: String| Err(SceneError::camera(message));
         if mounts.is_empty() {
@@ -44,24 +44,25 @@ impl Rig {
         let mut names = HashSet::new();
         for NamedCamera { name, .. } in &mounts {
             if name.is_empty() || !names.insert(name) {
-                return fail(format!("cameras of a rig have names of their own, and {name:?} is empty or there twice"));
+                return fail(format!("cameras of a rig must have distinct names; {name:?} is empty or used twice"));
             }
         }
         if !body.c.is_finite() {
-            return fail(format!("the place {} of a rig is not finite", body.c));
+            return fail(format!("the position {} of a rig is not finite", body.c));
         }
         let r = validated_rotation(body.r)?;
         Ok(Self { name: name.into(), body: Pose { r, ..body }, motion: None, mounts })
     }
 
-    /// The same rig moving while its cameras expose: `motion` is that of the body.
+    /// Returns a copy that moves while its cameras expose; `motion` is that of the body.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where a camera has a shutter of its own, or cannot move.
+    /// [`SceneError::Camera`] if a camera has its own shutter, or cannot move.
     pub fn with_motion(self, motion: ShutterMotion) -> Result<Self> {
         if let Some(mount) = self.mounts.iter().find(|m| m.camera.motion().is_some()) {
             return Err(SceneError::camera(format!(
-                "camera {:?} of the rig has a shutter of its own: give it to the rig or to its cameras",
+                "camera {:?} of the rig has its own shutter; set the shutter on the rig or on its cameras, not on \
+                 both",
                 mount.name
             )));
         }
@@ -70,10 +71,10 @@ impl Rig {
         Ok(moving)
     }
 
-    /// Its cameras in the world.
+    /// Returns its cameras in the world.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where one of them cannot be carried.
+    /// [`SceneError::Camera`] if a camera cannot be moved.
     pub fn cameras(&self) -> Result<Vec<NamedCamera>> {
         let carried = |mount: &NamedCamera| {
             let camera = match &self.motion {
@@ -90,7 +91,8 @@ impl Rig {
         self.mounts.iter().map(carried).collect()
     }
 
-    /// The same rig at another pose: body_from_world, and where the body is. A moving one moves along.
+    /// Returns a copy with another pose: body_from_world, and the body's position. The motion of a moving rig is moved
+    /// too.
     ///
     /// # Errors
     /// The errors of [`Rig::new`] about the pose.
@@ -102,34 +104,34 @@ impl Rig {
         Ok(Self { motion, ..Self::new(self.name.clone(), pose, self.mounts.clone())? })
     }
 
-    /// The same rig under another name.
+    /// Returns a copy with another name.
     pub fn named(self, name: String) -> Self {
         Self { name, ..self }
     }
 
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// body_from_world, and where the body is.
+    /// body_from_world, and the body's position.
     pub fn body(&self) -> Pose {
         self.body
     }
 
-    /// How the body moves while the shutters are open.
+    /// Motion of the body while the shutters are open.
     pub fn motion(&self) -> Option<&ShutterMotion> {
         self.motion.as_ref()
     }
 
-    /// The cameras in the axes of the body.
+    /// Cameras in the axes of the body.
     pub fn mounts(&self) -> &[NamedCamera] {
         &self.mounts
     }
 }
 
 impl Camera {
-    /// The camera in the world, where `self` is in the axes of a body.
+    /// Returns the camera in the world, if `self` is in the axes of a body.
     ///
     /// # Errors
     /// The errors of [`Camera::at_pose`].

@@ -1,5 +1,5 @@
-//! Initial guesses for the inverse of a lens: a table over the image, so near that one step of Newton's method is
-//! enough. It is made for the first ray, and a guess depends on its pixel alone.
+//! Initial guesses for the inverse of a lens: a table over the image, accurate enough for a single step of Newton's
+//! method. It is computed for the first ray, and a guess depends only on its pixel.
 
 use std::sync::{Arc, OnceLock};
 
@@ -7,13 +7,13 @@ use glam::{DMat3, DVec2};
 
 use crate::camera::lens::Lens;
 
-/// Pixels a cell, and the most cells, a side.
+/// Pixels per cell, and the maximum number of cells per side.
 const CELL_PIXELS: u32 = 5;
 const MAX_CELLS: u32 = 128;
-/// There is one more cell around the image, and the nodes of another for the polynomials at the border.
+/// One more cell around the image, and the nodes of another one for the polynomials at the border.
 const BORDER_CELLS: u32 = 2;
 
-/// The table of one camera, shared by its copies; not part of what it is.
+/// Table of one camera, shared by its copies; not part of the camera's value.
 #[derive(Clone, Debug, Default)]
 pub struct UndistortTable(Arc<OnceLock<Box<[DVec2]>>>);
 
@@ -24,8 +24,8 @@ impl PartialEq for UndistortTable {
 }
 
 impl UndistortTable {
-    /// Near the point of the lens's undistorted plane that a pixel shows; nothing outside of the image, and NaN at the
-    /// end of the lens.
+    /// Approximate point of the lens's undistorted plane for a pixel; `None` outside the image, and NaN beyond the
+    /// lens's limit.
     pub fn initial_guess(&self, pixel: DVec2, k: DMat3, size: [u32; 2], lens: &Lens) -> Option<DVec2> {
         let (cells, cell) = grid(size);
         let at = (pixel + 0.5) / cell + f64::from(BORDER_CELLS);
@@ -47,19 +47,19 @@ impl UndistortTable {
     }
 }
 
-/// Cells across and down, and the size of one in pixels.
+/// Number of cells across and down, and the size of a cell in pixels.
 fn grid(size: [u32; 2]) -> ([u32; 2], DVec2) {
     let cells = size.map(|side| side.div_ceil(CELL_PIXELS).min(MAX_CELLS));
     let across = DVec2::from(size.map(f64::from)) / DVec2::from(cells.map(f64::from));
     (cells, across)
 }
 
-/// Nodes a side.
+/// Nodes per side.
 fn grid_nodes(cells: u32) -> usize {
     (cells + 2 * BORDER_CELLS + 1) as usize
 }
 
-/// The weights of the nodes -1, 0, 1 and 2 at 0 <= t < 1: the cubic polynomial through all four (Lagrange).
+/// Weights of the nodes -1, 0, 1 and 2 at 0 <= t < 1: the cubic polynomial through all four (Lagrange).
 fn lagrange_weights(t: f64) -> [f64; 4] {
     let (a, b, c) = (t + 1.0, t - 1.0, t - 2.0);
     [t * b * c / -6.0, a * b * c / 2.0, a * t * c / -2.0, a * t * b / 6.0]
@@ -74,7 +74,7 @@ fn build_table(k: DMat3, size: [u32; 2], lens: &Lens) -> Box<[DVec2]> {
             let node = DVec2::new(column as f64, row as f64) - f64::from(BORDER_CELLS);
             let pixel = node * cell - 0.5;
             let image = (inverse * pixel.extend(1.0)).truncate();
-            // The node before is a start for this one.
+            // The previous node is an initial guess for this one.
             let near = if column > 0 { nodes.last().copied() } else { None };
             nodes.push(lens.undistort_plane(image, near).unwrap_or(DVec2::NAN));
         }

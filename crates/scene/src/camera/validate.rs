@@ -6,12 +6,12 @@ use crate::camera::center::Center;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 
-/// The largest width and height.
+/// Maximum width and height.
 pub const MAX_SIDE: u32 = 65_536;
-/// The most pixels of an image.
+/// Maximum number of pixels in an image.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// The camera matrix.
+/// Camera matrix.
 pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f64; 4]; 3]> {
     let t = -(r * c);
     // [R | t], or its first two rows and 0 0 0 1.
@@ -24,7 +24,7 @@ pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f
         (row.x * pose[0] + row.y * pose[1] + row.z * pose[2]).to_array()
     });
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
-        return Err(SceneError::camera("K R [I | -C] overflows: K or the camera centre is too large"));
+        return Err(SceneError::camera("K R [I | -C] overflows; use smaller values for K or the camera centre"));
     }
     Ok(p)
 }
@@ -35,25 +35,26 @@ pub fn check_size(size: [u32; 2]) -> Result<()> {
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
         return Err(SceneError::Camera(
             ErrorCode::OutOfRange
-                .message(format!("an image of {width} x {height} pixels: expected 1 to {MAX_SIDE} columns and rows")),
+                .message(format!("image size {width} x {height}; expected 1 to {MAX_SIDE} columns and rows")),
         ));
     }
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
         return Err(SceneError::Camera(ErrorCode::TooLarge.message(format!(
-            "an image of {width} x {height} pixels is more than {MAX_PIXELS}: render it in regions or smaller"
+            "image too large: {width} x {height} pixels, limit {MAX_PIXELS}; render it in regions or smaller"
         ))));
     }
     Ok(())
 }
 
-/// Largest difference, in any entry, between a matrix and the nearest rotation at which the matrix counts as a rotation.
+/// Maximum difference in any entry between a matrix and the nearest rotation at which the matrix is accepted as a
+/// rotation.
 pub const ROTATION_TOLERANCE: f64 = 1e-3;
 
-/// The rotation nearest to `m`, its orthogonal polar factor, and the largest difference of an entry. The transpose of `m`
+/// Rotation nearest to `m` (its orthogonal polar factor), and the largest difference of an entry. The transpose of `m`
 /// has the transposed rotation and the same difference.
 ///
 /// # Errors
-/// The reason if `m` differs from a rotation by more than [`ROTATION_TOLERANCE`].
+/// Returns the reason if `m` differs from a rotation by more than [`ROTATION_TOLERANCE`].
 pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
     if !m.is_finite() {
         return Err("every value must be finite".into());
@@ -61,8 +62,8 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
     let off = orthogonality_error(m);
     let refused = |nearest: String| {
         Err(format!(
-            "not a rotation: R R\u{1d40} differs from the identity by {off:.3e}{nearest} (up to {ROTATION_TOLERANCE} in an \
-             entry is accepted), its determinant is {:.6}",
+            "not a rotation: R R\u{1d40} differs from the identity by {off:.3e}{nearest} (at most \
+             {ROTATION_TOLERANCE} per entry is accepted), and its determinant is {:.6}",
             m.determinant()
         ))
     };
@@ -78,18 +79,18 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
     if off <= 1e-14 {
         return Ok((m, 0.0));
     }
-    // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
+    // Newton-Schulz iteration towards the orthogonal polar factor; every step squares the error.
     let step = |r: DMat3| r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
     let steps = if off <= 1e-6 { 3 } else { 6 };
     let rotation = (0..steps).fold(m, |r, _| step(r));
     let difference = (m - rotation).to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
     if difference > ROTATION_TOLERANCE {
-        return refused(format!(", R from the nearest rotation by {difference:.3e}"));
+        return refused(format!(", and R from the nearest rotation by {difference:.3e}"));
     }
     Ok((rotation, difference))
 }
 
-/// The rotation nearest to `r`, which must be within [`ROTATION_TOLERANCE`] of one.
+/// Rotation nearest to `r`, which must be within [`ROTATION_TOLERANCE`] of a rotation.
 pub fn validated_rotation(r: DMat3) -> Result<DMat3> {
     let rotation = nearest_rotation(r);
     rotation.map(|(r, _)| r).map_err(|message| {
@@ -97,13 +98,13 @@ pub fn validated_rotation(r: DMat3) -> Result<DMat3> {
     })
 }
 
-/// The largest entry of `|R Rᵀ - I|`.
+/// Largest entry of `|R Rᵀ - I|`.
 fn orthogonality_error(r: DMat3) -> f64 {
     let e = r * r.transpose() - DMat3::IDENTITY;
     e.to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()))
 }
 
-/// A matrix as people write it.
+/// Formats a matrix for messages.
 pub fn format_matrix(m: DMat3) -> String {
     let row = |i| {
         let v = m.row(i);

@@ -1,4 +1,4 @@
-//! Colour: linear Rec. 709 float32 inside, sRGB bytes outside.
+//! Colour: linear Rec. 709 float32 internally, sRGB bytes in files.
 
 pub mod view_transform;
 
@@ -7,40 +7,40 @@ use std::sync::LazyLock;
 /// Linear Rec. 709 red, green, blue.
 pub type Rgb = [f32; 3];
 
-/// One sRGB channel in 0..=1 to linear (IEC 61966-2-1).
+/// Converts one sRGB channel in 0..=1 to linear (IEC 61966-2-1).
 pub fn linear_from_srgb(v: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// One linear channel to sRGB in 0..=1 (IEC 61966-2-1); the argument is not clamped.
+/// Converts one linear channel to sRGB in 0..=1 (IEC 61966-2-1); the argument is not clamped.
 pub fn srgb_from_linear(v: f32) -> f32 {
     if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// An 8-bit sRGB colour to linear.
+/// Converts an 8-bit sRGB colour to linear.
 pub fn linear_from_srgb8(rgb: [u8; 3]) -> Rgb {
     static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|v| linear_from_srgb(v as f32 / 255.0)));
     rgb.map(|v| LINEAR[usize::from(v)])
 }
 
-/// A linear colour to 8-bit sRGB, rounded to nearest, out-of-range values at the ends, NaN to 0.
+/// Converts a linear colour to 8-bit sRGB, rounded to nearest; out-of-range values are clamped, and NaN becomes 0.
 pub fn srgb8_from_linear(rgb: Rgb) -> [u8; 3] {
     static BYTES: LazyLock<SrgbTable> = LazyLock::new(SrgbTable::new);
     let bytes = &*BYTES;
     rgb.map(|v| bytes.encode(v))
 }
 
-/// One linear channel to a byte, by the curve itself.
+/// Converts one linear channel to a byte, using the curve itself.
 fn srgb_byte(v: f32) -> u8 {
     (srgb_from_linear(v).clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
-/// [`srgb_byte`] as a table. Float32 numbers from [`TABLE_START`] to 1 are put into bins by their upper half, 128 in
-/// each octave: so narrow that the byte changes at most once in each. An entry and the lower half of a number of its
-/// bin add up to the byte and 16 more bits.
+/// Same as [`srgb_byte`], by a table. The upper half of a float32 number from [`TABLE_START`] to 1 selects a bin, 128
+/// in each octave: narrow enough that the byte changes at most once per bin. The sum of an entry and the number's lower
+/// half contains the byte and 16 further bits.
 struct SrgbTable([u32; BINS]);
 
-/// 2^-13, whose byte is 0 still.
+/// 2^-13, which still has the byte 0.
 const TABLE_START: f32 = 1.0 / 8192.0;
 const FIRST_BIN: u32 = TABLE_START.to_bits() >> 16;
 const BINS: usize = ((1f32.to_bits() >> 16) - FIRST_BIN) as usize + 1;
@@ -50,7 +50,7 @@ impl SrgbTable {
         Self(std::array::from_fn(|bin| {
             let number = |lower: u32| f32::from_bits((FIRST_BIN + bin as u32) << 16 | lower);
             let byte = u32::from(srgb_byte(number(0)));
-            // The first lower half with the next byte, 0x10000 if there is none.
+            // First lower half with the next byte; 0x10000 if there is none.
             let (mut below, mut next) = (0, 0x1_0000);
             while below + 1 < next {
                 let middle = (below + next) / 2;
@@ -65,7 +65,7 @@ impl SrgbTable {
     }
 
     fn encode(&self, v: f32) -> u8 {
-        // Not `max`, which may keep a NaN.
+        // Not `max`, which may keep NaN.
         let v = if v > TABLE_START { v } else { TABLE_START };
         let bits = v.min(1.0).to_bits();
         ((self.0[(bits >> 16) as usize - FIRST_BIN as usize] + (bits & 0xffff)) >> 16) as u8
@@ -77,12 +77,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_the_curve() {
+    fn srgb_table_equals_the_curve() {
         let same = |v: f32| assert_eq!(srgb8_from_linear([v; 3]), [srgb_byte(v); 3], "{v:e}");
         let odd = [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -0.0, 0.0];
         let more = [f32::MIN_POSITIVE, 1e-40, TABLE_START, 1.0, 1.5, f32::MAX];
         odd.into_iter().chain(more).for_each(same);
-        // Every number near where the byte changes, and many others.
+        // Every number near a change of the byte, and many others.
         let mut last = TABLE_START.to_bits();
         let mut changes = 0;
         for bits in (TABLE_START.to_bits()..1f32.to_bits()).step_by(97) {

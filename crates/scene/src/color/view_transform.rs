@@ -1,29 +1,30 @@
 //! View transforms: from linear radiance to display values.
 //!
-//! All of them take linear Rec. 709 with white D65 and give the same, 0..=1, to be encoded as sRGB. None balances
-//! white: light of radiance (1, 1, 1) is the display's white, and lights of a colour colour the image.
+//! All transforms convert linear Rec. 709 with white point D65 to linear Rec. 709 values in 0..=1, which are then
+//! encoded as sRGB. None of them balances white: light of radiance (1, 1, 1) becomes the display's white, and coloured
+//! lights tint the image.
 
 use crate::color::Rgb;
 use crate::named_enum::named_enum;
 use glam::{Mat3, Vec3};
 
 named_enum! {
-    /// The view transforms.
+    /// View transforms.
     #[derive(Default)]
     #[schemars(rename = "View")]
     pub enum ViewTransform {
         /// Unchanged radiance, clipped at 1.
         #[default]
         Standard = "standard",
-        /// AgX: film-like, with soft highlights that lose their colour, for scenes of high contrast.
+        /// AgX: film-like, with soft, desaturated highlights, for scenes of high contrast.
         Agx = "agx",
-        /// Khronos PBR Neutral: base colours as they are, highlights compressed, for products.
+        /// Khronos PBR Neutral: base colours unchanged and highlights compressed, for product images.
         PbrNeutral = "pbr_neutral",
     }
 }
 
 impl ViewTransform {
-    /// The linear display value of linear radiance. `Standard` may return values outside of 0..=1.
+    /// Converts linear radiance to the linear display value. `Standard` may return values outside 0..=1.
     pub fn apply(self, rgb: Rgb) -> Rgb {
         match self {
             Self::Standard => rgb,
@@ -33,8 +34,9 @@ impl ViewTransform {
     }
 }
 
-/// T. Sobotka's AgX (2019) by the fit of B. Wrensch, "Minimal AgX Implementation", 2024: primaries drawn in, 16.5 stops
-/// of log2, a sigmoid, and out again. Its curve is for a display of exponent 2.2.
+/// T. Sobotka's AgX (2019) in the approximation of B. Wrensch, "Minimal AgX Implementation", 2024: inset of the
+/// primaries, 16.5 stops of log2, a sigmoid, and the inverse inset. Its curve is designed for a display with exponent
+/// 2.2.
 fn agx(rgb: Vec3) -> Vec3 {
     const INSET: Mat3 = Mat3::from_cols(
         Vec3::new(0.842_479_06, 0.042_328_242, 0.042_375_655),
@@ -63,7 +65,8 @@ fn pbr_neutral(rgb: Vec3) -> Vec3 {
     const DESATURATION: f32 = 0.15;
     let rgb = rgb.max(Vec3::ZERO).min(Vec3::MAX);
     let least = rgb.min_element();
-    // Fresnel reflection of a dielectric under white light, which renders add to the base colour.
+    // Fresnel reflection of a dielectric under white light, which rendered images contain in addition to the base
+    // colour.
     let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
     let rgb = rgb - offset;
     let peak = rgb.max_element();

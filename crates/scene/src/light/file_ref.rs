@@ -1,20 +1,20 @@
-//! References of lights to files.
+//! File references of lights.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The name of a file, and its content once it is read.
+/// File name, and the content after reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileRef<T> {
     /// As written in the description.
     pub file: String,
-    /// `None` until it is read.
+    /// Content; `None` before it is read.
     pub content: Option<Arc<T>>,
 }
 
 impl<T> FileRef<T> {
-    /// Something that is already there.
+    /// A reference whose content is already available.
     pub fn loaded(file: impl Into<String>, content: Arc<T>) -> Self {
         Self { file: file.into(), content: Some(content) }
     }
@@ -27,7 +27,7 @@ impl<T> FileRef<T> {
     }
 }
 
-// People write the name alone; between machines the content travels with it.
+// Descriptions contain only the name; bundles sent to other machines contain the content.
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for FileRef<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

@@ -1,25 +1,26 @@
-//! How a luminaire spreads its light, as measured.
+//! Measured light distribution of a luminaire.
 
 use crate::error::{Result, SceneError};
 
-/// Luminous intensity by direction: IES type C photometry. The vertical angle is measured from the nadir, the
-/// horizontal one around it, counter-clockwise seen from above a luminaire that shines down.
+/// Luminous intensity by direction: IES type C photometry. The vertical angle is measured from the nadir. The
+/// horizontal angle is measured around the vertical axis, counter-clockwise as seen from above a luminaire that shines
+/// down.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct IesProfile {
-    /// Degrees from the nadir, increasing, within 0..=180. There is no light outside of them.
+    /// Vertical angles in degrees from the nadir, increasing, within 0..=180. Outside of them no light is emitted.
     pub vertical: Vec<f64>,
-    /// Degrees, increasing from 0 to 0 (the same all around), 90 (four quadrants alike), 180 (two halves alike) or up
-    /// to 360.
+    /// Horizontal angles in degrees, increasing from 0 to 0 (rotationally symmetric), 90 (four equal quadrants), 180
+    /// (two equal halves) or up to 360.
     pub horizontal: Vec<f64>,
-    /// In candela, the vertical angles of the first horizontal one first.
+    /// Intensities in candela: all vertical angles for the first horizontal angle, then for the next.
     pub candela: Vec<f32>,
 }
 
 impl IesProfile {
-    /// Checks that its angles and intensities fit together.
+    /// Checks that its angles and intensities are consistent.
     ///
     /// # Errors
-    /// [`SceneError::World`] where they do not.
+    /// [`SceneError::World`] if they are not.
     pub fn validate(&self) -> Result<()> {
         let fail = |message: String| Err(SceneError::light(message));
         let increases = |angles: &[f64], limit: f64| {
@@ -28,30 +29,32 @@ impl IesProfile {
                 && angles.iter().all(|angle| (0.0..=limit).contains(angle))
         };
         if !increases(&self.vertical, 180.0) {
-            return fail("vertical angles: expected increasing ones within 0 to 180".into());
+            return fail("invalid vertical angles; expected increasing angles within 0 to 180".into());
         }
         let last = self.horizontal.last().copied().unwrap_or_default();
         if !increases(&self.horizontal, 360.0)
             || self.horizontal[0] != 0.0
             || !(last == 0.0 || last == 90.0 || last >= 180.0)
         {
-            return fail("horizontal angles: expected increasing ones from 0 to 0, 90, 180 or up to 360".into());
+            return fail(
+                "invalid horizontal angles; expected increasing angles from 0 to 0, 90, 180 or up to 360".into(),
+            );
         }
         if self.candela.len() != self.vertical.len() * self.horizontal.len() {
             return fail(format!(
-                "{} intensities, expected {} x {}",
+                "{} intensities; expected {} x {}",
                 self.candela.len(),
                 self.horizontal.len(),
                 self.vertical.len()
             ));
         }
         match self.candela.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
-            Some(wrong) => fail(format!("{wrong} cd: expected finite numbers >= 0")),
+            Some(wrong) => fail(format!("intensity {wrong} cd; expected finite numbers >= 0")),
             None => Ok(()),
         }
     }
 
-    /// Candela at angles in degrees, linear in both; 0 outside of the vertical angles.
+    /// Intensity in candela at angles in degrees, linear in both; 0 outside the vertical angles.
     pub fn intensity(&self, vertical: f64, horizontal: f64) -> f32 {
         let [first, last] = [self.vertical[0], self.vertical[self.vertical.len() - 1]];
         if !(first..=last).contains(&vertical) {
@@ -78,7 +81,7 @@ impl IesProfile {
         let value = if next < self.horizontal.len() {
             at(column) * (1.0 - across) + at(next) * across
         } else if full > 180.0 && full < 360.0 {
-            // From the last angle round to the first.
+            // From the last angle around to the first.
             let across = (folded - full) / (360.0 - full);
             at(column) * (1.0 - across) + at(0) * across
         } else {
@@ -88,7 +91,7 @@ impl IesProfile {
     }
 }
 
-/// The last angle that is not beyond `angle`, and how far from it towards the next.
+/// Index of the last angle that is not greater than `angle`, and the fraction towards the next one.
 fn bracket(angles: &[f64], angle: f64) -> (usize, f64) {
     let index = angles.partition_point(|&a| a <= angle).saturating_sub(1);
     match angles.get(index + 1) {

@@ -17,29 +17,31 @@ use crate::texture::{Image, Texels};
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
 
-/// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear;
-/// one number instead of red, green and blue is grey.
+/// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear; a single
+/// number instead of red, green and blue means grey.
 ///
-/// A light has no mesh: if it has a size, it is visible directly and in mirrors, but casts no shadow and is in no
-/// ground truth. To make it block light, put an object there; to make an object shine, give it `emission`.
+/// A light has no mesh: if it has a size, it is visible directly and in mirrors, but casts no shadow and does not
+/// appear in ground truth. To make it block light, place an object there; to make an object shine, set its `emission`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-// `schema::node` reads an enum from a table by its `type`, so that errors inside keep their place.
+// `schema::node` reads an enum from a table by its `type`, so that errors inside keep their position.
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 #[schemars(tag = "type")]
 pub enum Light {
-    /// Light from far away: parallel, or from a disk in the sky where `angular_diameter` > 0.
+    /// Distant light: parallel or, with `angular_diameter` > 0, from a disk in the sky.
     Sun {
-        /// The way the light travels, in the world; any length but zero.
+        /// The direction in which the light travels, in the world; any length except zero.
         direction: [f64; 3],
         /// Linear RGB in W/m² on a surface that faces the sun.
         #[serde(deserialize_with = "strength")]
         #[schemars(with = "Strength")]
         irradiance: [f32; 3],
-        /// In degrees, below 180. Earth's sun has 0.53: shadows get soft edges, and the sky has a bright disk.
+        /// In degrees, below 180. Earth's sun has 0.53. A diameter gives shadows soft edges and shows a bright disk in
+        /// the sky.
         #[serde(default)]
         angular_diameter: f64,
     },
-    /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
+    /// A light bulb: a point or, with `radius` > 0, a sphere of uniform radiance. Requires exactly one of `power` and
+    /// `intensity`.
     #[serde(alias = "bulb")]
     Point {
         /// The centre, in the world.
@@ -56,15 +58,15 @@ pub enum Light {
         #[serde(default)]
         radius: f64,
     },
-    /// A point that shines into a cone, as in glTF's `KHR_lights_punctual`: full up to `inner`, nothing beyond `outer`,
-    /// and ((cos a - cos outer) / (cos inner - cos outer))² at an angle a in between. Exactly one of `power` and
-    /// `intensity`.
+    /// A point that shines into a cone, as in glTF's `KHR_lights_punctual`: full intensity up to `inner`, none beyond
+    /// `outer`, and ((cos a - cos outer) / (cos inner - cos outer))² at an angle a in between. Requires exactly one of
+    /// `power` and `intensity`.
     Spot {
         /// The tip of the cone, in the world.
         position: [f64; 3],
-        /// The axis of the cone, the way the light travels; any length but zero.
+        /// The axis of the cone, in the direction in which the light travels; any length except zero.
         direction: [f64; 3],
-        /// Linear RGB in W, all that leaves it.
+        /// Linear RGB in W: all emitted light.
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
@@ -79,14 +81,14 @@ pub enum Light {
         #[serde(default = "default_outer_angle")]
         outer: f64,
     },
-    /// A parallelogram of even radiance.
+    /// A parallelogram of uniform radiance.
     #[serde(rename = "area")]
     Rectangle {
         /// Its centre, in the world.
         position: [f64; 3],
-        /// A whole edge.
+        /// One edge, as a vector over its full length.
         u: [f64; 3],
-        /// The other edge. It shines towards u x v.
+        /// The other edge. The light shines towards u x v.
         v: [f64; 3],
         /// Linear RGB in W/(m² sr).
         #[serde(deserialize_with = "strength")]
@@ -96,11 +98,11 @@ pub enum Light {
         #[serde(default)]
         two_sided: bool,
     },
-    /// A disk of even radiance.
+    /// A disk of uniform radiance.
     Disk {
         /// Its centre, in the world.
         position: [f64; 3],
-        /// Direction of emission, at right angles to the disk; any length but zero.
+        /// Direction of emission, perpendicular to the disk; any length except zero.
         direction: [f64; 3],
         /// In metres.
         radius: f64,
@@ -112,68 +114,70 @@ pub enum Light {
         #[serde(default)]
         two_sided: bool,
     },
-    /// A luminaire as measured: a point with the intensities of an IES file (ANSI/IES LM-63).
+    /// A measured luminaire: a point with the intensities of an IES file (ANSI/IES LM-63).
     Ies {
-        /// The `.ies` file, beside the world file or below.
+        /// The `.ies` file, in the world file's folder or below.
         #[schemars(with = "String")]
         profile: FileRef<IesProfile>,
-        /// In the world.
+        /// Position in the world.
         position: [f64; 3],
-        /// The luminaire's nadir, vertical angle 0: straight down for one that hangs; any length but zero.
+        /// The luminaire's nadir (vertical angle 0): straight down for a hanging luminaire; any length except zero.
         direction: [f64; 3],
-        /// Direction of its horizontal angle 0, as far as it is at right angles to `direction`; any length but zero.
-        /// Default: the one nearest to the world's x axis (its y axis for a light that shines along x).
+        /// Direction of the luminaire's horizontal angle 0; its part perpendicular to `direction` is used. Any length
+        /// except zero. Default: as close as possible to the world's x axis (its y axis for a light that shines along
+        /// x).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         front: Option<[f64; 3]>,
-        /// Linear RGB in W, all that leaves it. Where not given, its candela as white light of 683 lm/W.
+        /// Linear RGB in W: all emitted light. Default: the file's candela values as white light of 683 lm/W.
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
     },
-    /// The background, and light from everywhere: the same `radiance` in all directions, or from `zenith` to `horizon`.
+    /// The background, and light from everywhere: equal `radiance` in all directions, or from `zenith` to `horizon`.
     Sky {
         /// Linear RGB in W/(m² sr).
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         radiance: Option<[f32; 3]>,
-        /// Straight up. Radiance is linear in the sine of the elevation: a horizon of a third of the zenith is the
-        /// overcast sky of Moon and Spencer (1942), a CIE standard.
+        /// Radiance straight up. Radiance is linear in the sine of the elevation: a horizon with a third of the
+        /// zenith's radiance is the overcast sky of Moon and Spencer (1942), a CIE standard.
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         zenith: Option<[f32; 3]>,
-        /// At the horizon, and below unless there is `ground`.
+        /// Radiance at the horizon, and below it if `ground` is not given.
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         horizon: Option<[f32; 3]>,
-        /// Below the horizon.
+        /// Radiance below the horizon.
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         ground: Option<[f32; 3]>,
     },
     /// A clear sky with its sun: A. J. Preetham, P. Shirley and B. Smits, "A practical analytic model for daylight",
-    /// SIGGRAPH 1999. Luminance counts as 683 lm/W, so that a clear noon gives some 150 W/m².
+    /// SIGGRAPH 1999. Luminance is converted with 683 lm/W, so that a clear noon gives about 150 W/m².
     #[serde(rename = "daylight")]
     Preetham {
-        /// The way sunlight travels, in the world: downwards, for the sun is up; any length but zero.
+        /// The direction in which sunlight travels, in the world. It points downwards, because the sun must be above
+        /// the horizon; any length except zero.
         direction: [f64; 3],
-        /// How hazy the air is, 1.9 to 10: 2 is very clear, 3 clear, 6 warm and moist, 10 hazy.
+        /// Haziness of the air, 1.9 to 10: 2 is very clear, 3 clear, 6 warm and moist, 10 hazy.
         #[serde(default = "default_turbidity")]
         turbidity: f64,
-        /// Factor of all its radiance.
+        /// Factor on all its radiance.
         #[serde(default = "default_scale")]
         scale: f32,
     },
-    /// An image around the world, equirectangular: twice as wide as high, up at its top; as a rule high dynamic range.
+    /// An equirectangular image around the world, twice as wide as high, with up at the top; usually high dynamic
+    /// range.
     Environment {
-        /// The image file, beside the world file or below. Its values are radiance in W/(m² sr).
+        /// The image file, in the world file's folder or below. Its values are radiance in W/(m² sr).
         #[schemars(with = "String")]
         image: FileRef<Image>,
-        /// Degrees: where its middle is, as the yaw of a camera that looks there. 0 is along x in a z-up world and
-        /// along
-        /// -z in a y-up one; a positive angle is further left.
+        /// Direction of the image's middle in degrees, like the yaw of a camera that looks there. 0 is along x in a
+        /// z-up world and along -z in a y-up world; positive angles turn left.
         #[serde(default)]
         yaw: f64,
-        /// Factor of its values.
+        /// Factor on its values.
         #[serde(default = "default_scale")]
         scale: f32,
     },
@@ -192,7 +196,7 @@ fn default_outer_angle() -> f64 {
 }
 
 impl Light {
-    /// The name of its type, as people write it.
+    /// The name of its type in descriptions.
     pub fn type_name(&self) -> &'static str {
         match self {
             Self::Sun { .. } => "sun",
@@ -207,7 +211,7 @@ impl Light {
         }
     }
 
-    /// Sets values of its image below 0, which light cannot have, to 0; returns a notice about them.
+    /// Sets negative values of its image to 0, because light cannot be negative; returns a notice about them.
     pub(crate) fn clamp_negative_texels(&mut self) -> Option<Notice> {
         let Self::Environment { image: FileRef { file, content: Some(image) }, .. } = self else { return None };
         let Texels::Float(texels) = &image.texels else { return None };
@@ -217,11 +221,14 @@ impl Light {
         }
         let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
         *image = Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)));
-        let message = format!("environment {file:?}: {count} values are below 0, as light cannot be: they count as 0");
+        let message = format!(
+            "environment {file:?}: {count} negative values are treated as 0, because light cannot \
+            be negative"
+        );
         Some(Notice::new(NoticeCode::ClampedValue, message))
     }
 
-    /// An even sky.
+    /// A uniform sky.
     pub fn uniform_sky(radiance: [f32; 3]) -> Self {
         Self::Sky { radiance: Some(radiance), zenith: None, horizon: None, ground: None }
     }

@@ -1,4 +1,4 @@
-//! The strength of a light as people write it.
+//! Strength of a light in descriptions.
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess};
 
@@ -8,7 +8,7 @@ use crate::written::{written, written_schema};
 pub(crate) struct Strength([f32; 3]);
 
 written! {
-    Strength: "a list of 3 numbers (red, green, blue) or one (grey)",
+    Strength: "a list of 3 numbers (red, green, blue) or one number (grey)",
 
     fn visit_f64<E: Error>(self, v: f64) -> Result<Strength, E> {
         Ok(Strength([v as f32; 3]))
@@ -36,12 +36,12 @@ written_schema!(Strength, "Strength", |_| schemars::json_schema!({ "anyOf": [
     { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 },
 ] }));
 
-/// The strength of a light.
+/// Strength of a light.
 pub(crate) fn strength<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f32; 3], D::Error> {
     Strength::deserialize(deserializer).map(|Strength(rgb)| rgb)
 }
 
-/// The strength under a key that need not be given.
+/// Strength under an optional key.
 pub(crate) fn optional_strength<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 3]>, D::Error> {
     Ok(Option::<Strength>::deserialize(deserializer)?.map(|Strength(rgb)| rgb))
 }

@@ -10,15 +10,15 @@ use crate::up::Up;
 type Validated = Result<()>;
 
 impl Light {
-    /// Checks that its values make sense.
+    /// Checks that its values are valid.
     ///
     /// # Errors
-    /// [`SceneError::World`]: values that are negative or not finite, directions of length 0, shapes without area,
-    /// angles out of range, both of two keys that exclude each other or none, a file that is not read.
+    /// [`SceneError::World`] for values that are negative or not finite, directions of length 0, shapes without area,
+    /// angles out of range, both or neither of two alternative keys, and a file that has not been read.
     pub fn validate(&self) -> Validated {
         match self {
             Self::Sun { direction, irradiance, angular_diameter } => {
-                check_direction("a sun", *direction, "the way its light travels")?;
+                check_direction("a sun", *direction, "the direction in which its light travels")?;
                 check_rgb("irradiance", *irradiance)?;
                 let range = 0.0..180.0;
                 check_range("a sun of angular_diameter", *angular_diameter, range, "0 <= degrees < 180")
@@ -26,7 +26,7 @@ impl Light {
             Self::Point { position, power, intensity, radius } => {
                 check_position("a point light", *position)?;
                 if !(radius.is_finite() && *radius >= 0.0) {
-                    return invalid(format!("a point light of radius {radius}: expected a finite number >= 0"));
+                    return invalid(format!("a point light of radius {radius}; expected a finite number >= 0"));
                 }
                 check_strength("a point light", *power, *intensity, "intensity = power / 4π")
             }
@@ -35,7 +35,7 @@ impl Light {
             Self::Ies { .. } => self.validate_ies(),
             Self::Sky { .. } => self.validate_sky(),
             Self::Preetham { direction, turbidity, scale } => {
-                check_direction("daylight", *direction, "the way sunlight travels")?;
+                check_direction("daylight", *direction, "the direction in which sunlight travels")?;
                 let range = 1.9..10.000_001;
                 check_range("daylight of turbidity", *turbidity, range, "1.9 to 10, the model's range")?;
                 check_scale("daylight", *scale)
@@ -43,14 +43,14 @@ impl Light {
             Self::Environment { image, yaw, scale } => {
                 check_loaded("an environment", image)?;
                 if !yaw.is_finite() {
-                    return invalid(format!("an environment of yaw {yaw}: expected finite degrees"));
+                    return invalid(format!("an environment of yaw {yaw}; expected a finite number of degrees"));
                 }
                 check_scale("an environment", *scale)
             }
         }
     }
 
-    /// Checks that daylight has its sun above the horizon, the model's range.
+    /// Checks that the sun of daylight is above the horizon, as the model requires.
     ///
     /// # Errors
     /// [`SceneError::World`] for a sun below the horizon.
@@ -59,8 +59,8 @@ impl Light {
         let sine = -DVec3::from_array(*direction).normalize_or_zero().dot(up.axis());
         if sine < -1e-6 {
             return invalid(format!(
-                "daylight with the sun {:.1} degrees below the horizon; expected a sun above the horizon, because the model \
-                 has no dusk. Use a sky of low radiance instead",
+                "daylight with the sun {:.1} degrees below the horizon; expected a sun above the horizon, because the \
+                 model has no dusk (use a sky of low radiance instead)",
                 -sine.asin().to_degrees()
             ));
         }
@@ -70,14 +70,14 @@ impl Light {
     fn validate_spot(&self) -> Validated {
         let Self::Spot { position, direction, power, intensity, inner, outer } = self else { return Ok(()) };
         check_position("a spot", *position)?;
-        check_direction("a spot", *direction, "the way its light travels")?;
+        check_direction("a spot", *direction, "the direction in which its light travels")?;
         if !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= 90.0) {
             return invalid(format!(
-                "a spot with inner {inner} and outer {outer}: expected 0 <= inner <= outer <= 90, degrees from its \
+                "a spot with inner {inner} and outer {outer}; expected 0 <= inner <= outer <= 90 degrees from its \
                  axis, and outer > 0"
             ));
         }
-        check_strength("a spot", *power, *intensity, "power is all that leaves it, intensity that on its axis")
+        check_strength("a spot", *power, *intensity, "power is all emitted light, intensity is that on the axis")
     }
 
     /// Validates a rectangle or a disk.
@@ -88,16 +88,16 @@ impl Light {
                 let [along_u, along_v] = [u, v].map(|edge| DVec3::from_array(*edge).normalize_or_zero());
                 if along_u.cross(along_v).length() < 1e-9 {
                     return invalid(format!(
-                        "an area light with edges u {u:?} and v {v:?}: expected two finite edges that span an area"
+                        "an area light with edges u {u:?} and v {v:?}; expected two finite edges that span an area"
                     ));
                 }
                 check_rgb("radiance", *radiance)
             }
             Self::Disk { position, direction, radius, radiance, .. } => {
                 check_position("a disk light", *position)?;
-                check_direction("a disk light", *direction, "where it shines to")?;
+                check_direction("a disk light", *direction, "the direction in which it shines")?;
                 if !(radius.is_finite() && *radius > 0.0) {
-                    return invalid(format!("a disk light of radius {radius}: expected a finite number > 0"));
+                    return invalid(format!("a disk light of radius {radius}; expected a finite number > 0"));
                 }
                 check_rgb("radiance", *radiance)
             }
@@ -113,7 +113,10 @@ impl Light {
             check_direction("an IES light's front", *front, "its horizontal angle 0")?;
             let (nadir, ahead) = (DVec3::from_array(*direction), DVec3::from_array(*front));
             if nadir.normalize().cross(ahead.normalize()).length() < 1e-9 {
-                return invalid(format!("an IES light with front {front:?} along its direction: expected another one"));
+                return invalid(format!(
+                    "an IES light with front {front:?} parallel to its direction; expected a \
+                    different front"
+                ));
             }
         }
         check_loaded("an IES light", profile)?.validate()?;
@@ -130,13 +133,14 @@ impl Light {
                 ground.map_or(Ok(()), |ground| check_rgb("ground", ground))
             }
             (None, None, None, None) => {
-                invalid("a sky without radiance: give radiance, or zenith and horizon, in W/(m² sr)".into())
+                invalid("a sky without radiance; use radiance, or zenith and horizon, in W/(m² sr)".into())
             }
             (Some(_), ..) => invalid(
-                "a sky with both radiance and zenith, horizon or ground: give radiance for an even sky, or the others"
+                "a sky with both radiance and zenith, horizon or ground; use radiance for a uniform sky, or only the \
+                 others"
                     .into(),
             ),
-            _ => invalid("a sky from zenith to horizon: give both, in W/(m² sr)".into()),
+            _ => invalid("a sky with only one of zenith and horizon; use both, in W/(m² sr)".into()),
         }
     }
 }
@@ -149,7 +153,7 @@ fn check_direction(what: &str, direction: [f64; 3], meaning: &str) -> Validated 
     match DVec3::from_array(direction).try_normalize() {
         Some(_) => Ok(()),
         None => {
-            invalid(format!("{what} of direction {direction:?}: expected three finite numbers, not all 0: {meaning}"))
+            invalid(format!("{what} of direction {direction:?}; expected three finite numbers, not all 0 ({meaning})"))
         }
     }
 }
@@ -158,21 +162,21 @@ fn check_position(what: &str, position: [f64; 3]) -> Validated {
     if DVec3::from_array(position).is_finite() {
         return Ok(());
     }
-    invalid(format!("{what} at {position:?}: its position must be finite"))
+    invalid(format!("{what} at {position:?}; expected a finite position"))
 }
 
 fn check_range(what: &str, value: f64, range: std::ops::Range<f64>, expected: &str) -> Validated {
     if range.contains(&value) {
         return Ok(());
     }
-    invalid(format!("{what} {value}: expected {expected}"))
+    invalid(format!("{what} {value}; expected {expected}"))
 }
 
 fn check_scale(what: &str, scale: f32) -> Validated {
     if scale.is_finite() && scale >= 0.0 {
         return Ok(());
     }
-    invalid(format!("{what} of scale {scale}: expected a finite number >= 0"))
+    invalid(format!("{what} of scale {scale}; expected a finite number >= 0"))
 }
 
 fn check_strength(what: &str, power: Option<Rgb>, intensity: Option<Rgb>, relation: &str) -> Validated {
@@ -180,19 +184,24 @@ fn check_strength(what: &str, power: Option<Rgb>, intensity: Option<Rgb>, relati
         (Some(power), None) => check_rgb("power", power),
         (None, Some(intensity)) => check_rgb("intensity", intensity),
         (None, None) => invalid(format!(
-            "{what} without power or intensity: give one of them, power in W over all directions or intensity in W/sr"
+            "{what} without power or intensity; use one of them: power in W over all directions, or intensity in W/sr"
         )),
-        (Some(_), Some(_)) => invalid(format!("{what} with both power and intensity: give one of them ({relation})")),
+        (Some(_), Some(_)) => invalid(format!(
+            "{what} with both power and intensity; use only one of them \
+            ({relation})"
+        )),
     }
 }
 
 fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T> {
-    file.content.as_deref().ok_or_else(|| SceneError::light(format!("{what} of {:?}: the file is not read", file.file)))
+    file.content
+        .as_deref()
+        .ok_or_else(|| SceneError::light(format!("{what} of {:?}: the file has not been read", file.file)))
 }
 
 fn check_rgb(name: &str, rgb: Rgb) -> Validated {
     if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return Ok(());
     }
-    invalid(format!("{name} {rgb:?}: expected red, green, blue that are finite and >= 0"))
+    invalid(format!("{name} {rgb:?}; expected finite red, green and blue >= 0"))
 }

@@ -1,18 +1,18 @@
-//! Glass, water and other clear matter.
+//! Glass, water and other clear media.
 
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};
 
-/// A dielectric: the inside of a closed mesh, or a pane. The base colour tints light that passes the surface.
+/// A dielectric: the interior of a closed mesh, or a pane. The base colour tints light that passes the surface.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Glass {
     /// Index of refraction, >= 1.
     pub ior: f32,
-    /// Perceptual, 0..=1; alpha is its square.
+    /// Perceptual roughness, 0..=1; alpha is its square.
     pub roughness: f32,
-    /// True if each surface is a pane of its own, which light passes straight.
+    /// True if each surface is a separate pane, through which light passes straight.
     pub thin: bool,
-    /// 20 / Abbe number; 0 without.
+    /// 20 / Abbe number; 0 without dispersion.
     pub dispersion: f32,
     /// Transmittance after `attenuation_distance`.
     pub attenuation_color: Rgb,
@@ -38,21 +38,21 @@ impl Glass {
     /// Checks its values.
     ///
     /// # Errors
-    /// [`SceneError::World`]: a value that is not finite or outside of its range.
+    /// [`SceneError::World`] for a value that is not finite or outside its range.
     pub fn validate(&self) -> Result<()> {
         let fail = |message: String| Err(SceneError::material(message));
         if !(self.ior.is_finite() && self.ior >= 1.0) {
-            return fail(format!("ior {}: expected a finite number >= 1", self.ior));
+            return fail(format!("ior {}; expected a finite number >= 1", self.ior));
         }
         if !(self.dispersion.is_finite() && self.dispersion >= 0.0) {
-            return fail(format!("dispersion {}: expected a finite number >= 0", self.dispersion));
+            return fail(format!("dispersion {}; expected a finite number >= 0", self.dispersion));
         }
         if !self.attenuation_color.iter().all(|v| (0.0..=1.0).contains(v)) {
-            return fail(format!("attenuation_color {:?}: expected 0 to 1", self.attenuation_color));
+            return fail(format!("attenuation_color {:?}; expected 0 to 1", self.attenuation_color));
         }
         if self.attenuation_distance.is_nan() || self.attenuation_distance <= 0.0 {
             return fail(format!(
-                "attenuation_distance {}: expected a number > 0, or infinity",
+                "attenuation_distance {}; expected a number > 0, or infinity",
                 self.attenuation_distance
             ));
         }
@@ -64,5 +64,5 @@ pub(crate) fn check_roughness(roughness: f32) -> Result<()> {
     if (0.0..=1.0).contains(&roughness) {
         return Ok(());
     }
-    Err(SceneError::material(format!("roughness {roughness}: expected 0 to 1")))
+    Err(SceneError::material(format!("roughness {roughness}; expected 0 to 1")))
 }

@@ -8,13 +8,13 @@ use crate::error::{Result, SceneError};
 pub struct Metal {
     /// The real part of the index of refraction, per channel.
     pub ior: Rgb,
-    /// Its imaginary part.
+    /// The imaginary part.
     pub extinction: Rgb,
-    /// Perceptual, 0..=1; alpha is its square.
+    /// Perceptual roughness, 0..=1; alpha is its square.
     pub roughness: f32,
 }
 
-/// A row of the table of metals.
+/// Row of the table of metals.
 struct MetalEntry {
     name: &'static str,
     ior: Rgb,
@@ -25,7 +25,7 @@ const fn metal(name: &'static str, ior: Rgb, extinction: Rgb) -> MetalEntry {
     MetalEntry { name, ior, extinction }
 }
 
-/// Indices that reflect, at all angles, what the measured spectra reflect under D65, folded to linear Rec. 709:
+/// Indices with the same reflectance, at all angles, as the measured spectra under D65 converted to linear Rec. 709:
 /// `benchmarks/fold_metals.py`. P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974);
 /// aluminium from F. Cheng et al., ACS Nano 10, 9852 (2016). The comments are the reflectance at normal incidence.
 const METALS: [MetalEntry; 8] = [
@@ -40,12 +40,12 @@ const METALS: [MetalEntry; 8] = [
 ];
 
 impl Metal {
-    /// The names of the metals that are known.
+    /// Names of the known metals.
     pub fn names() -> impl Iterator<Item = &'static str> {
         METALS.iter().map(|row| row.name)
     }
 
-    /// The smooth metal of this name.
+    /// Returns the smooth metal with this name.
     pub fn named(name: &str) -> Option<Self> {
         METALS.iter().find(|row| row.name == name).map(|row| Self {
             ior: row.ior,
@@ -57,12 +57,12 @@ impl Metal {
     /// Checks its values.
     ///
     /// # Errors
-    /// [`SceneError::World`]: indices that are not finite and greater than 0, a roughness outside 0..=1.
+    /// [`SceneError::World`] for indices that are not finite and greater than 0, and for a roughness outside 0..=1.
     pub fn validate(&self) -> Result<()> {
         for (name, values) in [("ior", self.ior), ("extinction", self.extinction)] {
             if !values.iter().all(|v| v.is_finite() && *v > 0.0) {
                 return Err(SceneError::material(format!(
-                    "{name} {values:?}: expected red, green, blue that are finite and > 0"
+                    "{name} {values:?}; expected finite red, green and blue > 0"
                 )));
             }
         }

@@ -1,4 +1,4 @@
-//! Materials: a base colour and how the surface reflects it.
+//! Materials: a base colour, and how the surface reflects it.
 
 pub mod glass;
 pub mod metal;
@@ -16,7 +16,7 @@ use crate::texture::TextureSlot;
 /// and the texture.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
-    /// Empty if absent.
+    /// Name; empty if absent.
     pub name: String,
     /// Linear base colour, each channel 0..=1.
     pub color: Rgb,
@@ -24,49 +24,50 @@ pub struct Material {
     pub texture: Option<TextureSlot>,
     /// 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` specifies how it is used.
     pub opacity: f32,
-    /// The meaning of opacity.
+    /// Meaning of the opacity.
     pub alpha: Alpha,
-    /// True if the back of a triangle is lit as its front is; else backs are culled from the image, as in glTF.
+    /// True if the back of a triangle is lit like its front; otherwise back faces are culled from the image, as in
+    /// glTF.
     pub double_sided: bool,
     /// Emitted radiance, linear, in W/(m² sr). Texture: red, green, blue.
     pub emission: Textured<Rgb>,
-    /// Normals of finer detail than the mesh.
+    /// Normals with finer detail than the mesh.
     pub normal_map: Option<NormalMap>,
-    /// Ambient occlusion, for renderers that do not compute it: strength; texture channel: red.
+    /// Strength of the ambient occlusion texture, for renderers that do not compute occlusion; texture channel: red.
     pub occlusion: Option<Textured<f32>>,
-    /// Priority among overlapping dielectrics: the highest wins; among equals, the inner one.
+    /// Priority among overlapping dielectrics: the highest wins; among equals, the inner body wins.
     #[serde(default)]
     pub priority: i32,
-    /// How the base colour is reflected.
+    /// Reflection model of the base colour.
     pub model: MaterialModel,
 }
 
-/// The meaning of a material's opacity (glTF 2.0, 3.9.4).
+/// Meaning of a material's opacity (glTF 2.0, 3.9.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Alpha {
-    /// Nothing: it is all there.
+    /// Ignored: the surface is fully opaque.
     #[default]
     Opaque,
-    /// There where opacity is at least this, not there elsewhere.
+    /// The surface is opaque where opacity is at least this value, and absent elsewhere.
     Mask {
-        /// 0.5 where a file says nothing.
+        /// Cutoff; 0.5 if a file does not specify it.
         cutoff: f32,
     },
-    /// The share of it that is there; the rest shows what lies behind.
+    /// Opacity is the fraction of the surface that is visible; the rest shows what is behind.
     Blend,
 }
 
-/// The closed set of reflection models.
+/// Reflection models.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum MaterialModel {
-    /// The lecture's: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
+    /// The lecture's model: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
     /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
     Phong {
-        /// 0..=1.
+        /// Fraction in 0..=1.
         diffuse: f32,
         /// Linear, 0..=1 per channel.
         specular: Rgb,
-        /// The Phong exponent, >= 0.
+        /// Phong exponent, >= 0.
         shininess: f32,
     },
     /// The base colour itself, independent of light.
@@ -99,7 +100,7 @@ impl MaterialModel {
     /// Checks its values.
     ///
     /// # Errors
-    /// [`SceneError::World`]: a value that is not finite or outside of its range.
+    /// [`SceneError::World`] for a value that is not finite or outside its range.
     pub fn validate(&self) -> Result<()> {
         match self {
             Self::Unlit => Ok(()),
@@ -113,7 +114,7 @@ impl MaterialModel {
                     return Ok(());
                 }
                 Err(SceneError::material(format!(
-                    "shininess {shininess}: expected a finite number >= 0, the Phong exponent"
+                    "shininess {shininess}; expected a finite number >= 0, the Phong exponent"
                 )))
             }
         }
@@ -141,19 +142,18 @@ impl Default for Material {
 
 impl Material {
     /// The material of a mesh without materials: white if the mesh has vertex colours, otherwise light grey.
-    /// if it has none.
     pub fn for_mesh(mesh: &Mesh) -> Self {
         let colored = mesh.vertex_colors.is_some() || mesh.face_colors.is_some();
         let color = if colored { [1.0; 3] } else { [0.8; 3] };
         Self { color, ..Self::default() }
     }
 
-    /// Every texture it uses.
+    /// Returns every texture that it uses.
     pub fn texture_slots(&self) -> Vec<TextureSlot> {
         self.clone().texture_slots_mut().map(|slot| *slot).collect()
     }
 
-    /// Every texture it uses, to be changed.
+    /// Returns every texture that it uses, as mutable references.
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
         let principled = self.model.as_principled_mut().map(Principled::texture_slots_mut);
         let own = [
@@ -165,7 +165,7 @@ impl Material {
         own.into_iter().flatten().chain(principled.into_iter().flatten())
     }
 
-    /// Returns the material with this name, unless it already has a name.
+    /// Returns the material with this name, unless it already has one.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
         if self.name.is_empty() {
@@ -177,25 +177,26 @@ impl Material {
     /// Checks its values.
     ///
     /// # Errors
-    /// [`SceneError::World`]: colours and shares outside 0..=1, a shininess that is negative or not finite.
+    /// [`SceneError::World`] for colours and fractions outside 0..=1, and for a shininess that is negative or not
+    /// finite.
     pub fn validate(&self) -> Result<()> {
         check_fractions("color", &self.color)?;
         check_fractions("opacity", &[self.opacity])?;
         if let Alpha::Mask { cutoff } = self.alpha
             && !(cutoff.is_finite() && cutoff >= 0.0)
         {
-            return Err(SceneError::material(format!("alpha cutoff {cutoff}: expected a finite number >= 0")));
+            return Err(SceneError::material(format!("alpha cutoff {cutoff}; expected a finite number >= 0")));
         }
         if !self.emission.value.iter().all(|v| v.is_finite() && *v >= 0.0) {
             return Err(SceneError::material(format!(
-                "emission {:?}: expected red, green, blue that are finite and >= 0",
+                "emission {:?}; expected finite red, green and blue >= 0",
                 self.emission.value
             )));
         }
         self.model.validate()
     }
 
-    /// The largest albedo over the channels, if it exceeds 1.
+    /// Maximum albedo over the channels, if it exceeds 1.
     pub fn reflectance_above_one(&self) -> Option<f32> {
         let MaterialModel::Phong { diffuse, specular, .. } = self.model else { return None };
         let total = (0..3).map(|i| diffuse * self.color[i] + specular[i]).fold(0.0, f32::max);
@@ -207,5 +208,5 @@ fn check_fractions(name: &str, values: &[f32]) -> Result<()> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }
-    Err(SceneError::material(format!("{name} {values:?}: expected 0 to 1")))
+    Err(SceneError::material(format!("{name} {values:?}; expected 0 to 1")))
 }

@@ -1,4 +1,4 @@
-//! The principled material: glTF 2.0's metallic-roughness and its extensions, as data.
+//! The principled material: data of glTF 2.0's metallic-roughness model and its extensions.
 
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};
@@ -7,9 +7,9 @@ use crate::texture::TextureSlot;
 /// A number or colour, and a texture that multiplies it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Textured<T> {
-    /// Linear.
+    /// Linear value.
     pub value: T,
-    /// The field's documentation specifies the channels.
+    /// Texture; the field's documentation specifies the channels.
     pub texture: Option<TextureSlot>,
 }
 
@@ -22,60 +22,61 @@ impl<T> From<T> for Textured<T> {
 /// A texture of tangent-space normals.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct NormalMap {
-    /// Red, green, blue are x, y, z, each 0..=1 for -1..=1.
+    /// Red, green, blue are x, y, z; values 0..=1 represent -1..=1.
     pub texture: TextureSlot,
-    /// Factor of x and y.
+    /// Factor on x and y.
     pub scale: f32,
 }
 
-/// Metal and dielectric in one, layered as the glTF 2.0 specification, appendix B, and its `KHR_materials_*` extensions
-/// say. The base colour is the material's.
+/// Metal and dielectric in one material, layered as in the glTF 2.0 specification, appendix B, and its
+/// `KHR_materials_*` extensions. The base colour is the material's.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Principled {
-    /// 0 dielectric, 1 metal. Texture: blue.
+    /// 0 for a dielectric, 1 for a metal. Texture: blue.
     pub metallic: Textured<f32>,
     /// Perceptual roughness 0..=1; alpha is its square. Texture: green.
     pub roughness: Textured<f32>,
-    /// Index of refraction, >= 1; 0 stands for infinite, as in `KHR_materials_ior`.
+    /// Index of refraction, >= 1; 0 means infinite, as in `KHR_materials_ior`.
     pub ior: f32,
     /// Strength of the dielectric's reflection. Texture: alpha.
     pub specular: Textured<f32>,
-    /// Its colour at normal incidence; may exceed 1. Texture: red, green, blue.
+    /// Colour of that reflection at normal incidence; may exceed 1. Texture: red, green, blue.
     pub specular_color: Textured<Rgb>,
-    /// The share of light that is not reflected and passes through. Texture: red.
+    /// Fraction of the light that is not reflected and passes through. Texture: red.
     pub transmission: Textured<f32>,
-    /// In the mesh's units; 0 for thin walls. A ray tracer uses the geometry itself, so only whether it is 0 counts.
-    /// Texture: green.
+    /// Thickness in the mesh's units; 0 for thin walls. A ray tracer uses the geometry itself, so it only matters
+    /// whether the value is 0. Texture: green.
     pub thickness: Textured<f32>,
     /// Transmittance after `attenuation_distance`.
     pub attenuation_color: Rgb,
     /// In metres of the world; infinite without absorption.
     pub attenuation_distance: f32,
-    /// 20 / Abbe number; 0 without.
+    /// 20 / Abbe number; 0 without dispersion.
     pub dispersion: f32,
     /// Strength of a clear layer of index 1.5. Texture: red.
     pub clearcoat: Textured<f32>,
-    /// Its perceptual roughness. Texture: green.
+    /// Perceptual roughness of the clear coat. Texture: green.
     pub clearcoat_roughness: Textured<f32>,
     /// Normals of the coat; the geometry's normals if absent.
     pub clearcoat_normal: Option<NormalMap>,
-    /// Colour of the retroreflection of cloth. Texture: red, green, blue.
+    /// Colour of the sheen (retroreflection of cloth). Texture: red, green, blue.
     pub sheen_color: Textured<Rgb>,
-    /// Its perceptual roughness. Texture: alpha.
+    /// Perceptual roughness of the sheen. Texture: alpha.
     pub sheen_roughness: Textured<f32>,
     /// Strength of a thin film. Texture: red.
     pub iridescence: Textured<f32>,
     /// Index of refraction of the film.
     pub iridescence_ior: f32,
-    /// Thickness in nanometres where the texture is 0 and where it is 1 (or missing). Texture: green.
+    /// Film thickness in nanometres for texture value 0 and for texture value 1 (or no texture). Texture: green.
     pub iridescence_thickness: [f32; 2],
     /// See `iridescence_thickness`.
     pub iridescence_thickness_texture: Option<TextureSlot>,
-    /// How much wider highlights are along the tangent's bitangent. Texture: blue.
+    /// Strength of the anisotropy, which stretches highlights. Texture: blue.
     pub anisotropy: Textured<f32>,
-    /// Counter-clockwise from the tangent, in radians. The texture's red and green are the direction, 0..=1 for -1..=1.
+    /// Direction of the anisotropy in radians, counter-clockwise from the tangent. The texture's red and green are a
+    /// direction; values 0..=1 represent -1..=1.
     pub anisotropy_rotation: f32,
-    /// The share of diffuse light that goes on instead of back. Texture: alpha.
+    /// Fraction of diffuse light that is transmitted instead of reflected. Texture: alpha.
     pub diffuse_transmission: Textured<f32>,
     /// Colour of the diffusely transmitted light. Texture: red, green, blue.
     pub diffuse_transmission_color: Textured<Rgb>,
@@ -113,7 +114,7 @@ impl Default for Principled {
 }
 
 impl Principled {
-    /// Every texture it uses.
+    /// Returns every texture that it uses.
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
         let slots = [
             &mut self.metallic.texture,
@@ -139,10 +140,10 @@ impl Principled {
     /// Checks its values.
     ///
     /// # Errors
-    /// [`SceneError::World`]: a value that is not finite or outside of its range.
+    /// [`SceneError::World`] for a value that is not finite or outside its range.
     pub fn validate(&self) -> Result<()> {
         let check = |name: &str, value: f32, good: bool, expected: &str| {
-            if good { Ok(()) } else { Err(SceneError::material(format!("{name} {value}: expected {expected}"))) }
+            if good { Ok(()) } else { Err(SceneError::material(format!("{name} {value}; expected {expected}"))) }
         };
         for (name, value) in [
             ("metallic", self.metallic.value),

@@ -4,15 +4,15 @@ use glam::{DQuat, DVec3};
 
 /// A value that moves by steps: a location by vectors, a rotation by rotation vectors in its own axes.
 pub trait Interpolate: Copy {
-    /// The step from this value to another; of rotations, the shorter way round.
+    /// Step from this value to another; for rotations, along the shorter arc.
     fn delta_to(self, there: Self) -> DVec3;
-    /// The value that a step leads to.
+    /// Value after a step.
     fn offset_by(self, step: DVec3) -> Self;
 }
 
-/// The point at the fraction `s` of the curve from one value to another with these velocities at its ends, as steps
-/// over the whole segment. A cubic Bézier curve in cumulative form is the same for vectors and for rotations (Kim, Kim
-/// and Shin, "A general construction scheme for unit quaternion curves", SIGGRAPH 1995).
+/// Point at the fraction `s` of the curve from one value to another, with these velocities at its ends, given as steps
+/// over the whole segment. A cubic Bézier curve in cumulative form has the same formula for vectors and for rotations
+/// (Kim, Kim and Shin, "A general construction scheme for unit quaternion curves", SIGGRAPH 1995).
 pub fn hermite<T: Interpolate>(from: T, to: T, velocities: [DVec3; 2], s: f64) -> T {
     let [first, last] = velocities.map(|velocity| velocity / 3.0);
     let middle = from.offset_by(first).delta_to(to.offset_by(-last));

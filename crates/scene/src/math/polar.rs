@@ -2,8 +2,9 @@
 
 use glam::DMat3;
 
-/// The rotation and the stretch (symmetric, positive definite) whose product, in this order, is a matrix; `None` where
-/// it mirrors or flattens. Newton's iteration (N. Higham, "Computing the Polar Decomposition—with Applications", 1986).
+/// Returns the rotation and the stretch (symmetric, positive definite) whose product, in this order, is a matrix;
+/// `None` if the matrix mirrors or flattens. Newton's iteration (N. Higham, "Computing the Polar Decomposition—with
+/// Applications", 1986).
 pub fn polar(matrix: DMat3) -> Option<(DMat3, DMat3)> {
     const MOST_STEPS: usize = 100;
     let determinant = matrix.determinant();
@@ -31,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rotation_after_a_stretch_is_found_again() {
+    fn polar_decomposition_recovers_rotation_and_stretch() {
         let turned = |axis: DVec3, angle: f64| DMat3::from_quat(DQuat::from_axis_angle(axis.normalize(), angle));
         for (i, scale) in [DVec3::ONE, DVec3::new(2.0, 0.1, 7.0), DVec3::new(1e-6, 1e-6, 3e-6)].into_iter().enumerate()
         {

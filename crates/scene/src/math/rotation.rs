@@ -1,7 +1,9 @@
-//! Orientation: roll, pitch and yaw about ROS REP-103 body axes (x forward, y left, z up), and looking at a point.
+//! Orientation: roll, pitch and yaw about ROS REP-103 body axes (x forward, y left, z up), and orientation towards a
+//! point.
 //!
 //! `R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll)`, in degrees, right-handed: positive yaw turns left, positive pitch
-//! looks down, positive roll leans right. All zero looks along +x of a z-up world and along -z of a y-up one.
+//! looks down, positive roll leans right. With all angles zero, the body faces +x in a z-up world and -z in a y-up
+//! world.
 
 use glam::{DMat3, DVec3};
 
@@ -11,8 +13,8 @@ use crate::up::Up;
 pub const CAMERA_FROM_BODY: DMat3 =
     DMat3::from_cols(DVec3::new(0.0, 0.0, 1.0), DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.0, -1.0, 0.0));
 
-/// World axes of reference axes, those of the body at zero roll, pitch and yaw: the identity for a z-up world; forward
-/// is -z, left is -x and up is +y in a y-up one.
+/// World axes of reference axes, which are the body axes at zero roll, pitch and yaw. The identity for a z-up world; in
+/// a y-up world, forward is -z, left is -x and up is +y.
 pub fn world_from_reference(up: Up) -> DMat3 {
     match up {
         Up::Z => DMat3::IDENTITY,
@@ -30,17 +32,17 @@ pub fn rotation_from_rpy(roll: f64, pitch: f64, yaw: f64) -> DMat3 {
     )
 }
 
-/// The rotation world_from_mesh of an object turned by angles in degrees: about the world's forward, left and up axes.
-/// All zero leaves vertices as they are.
+/// Rotation world_from_mesh of an object rotated by angles in degrees about the world's forward, left and up axes. With
+/// all angles zero, vertices are unchanged.
 pub fn object_rotation(roll: f64, pitch: f64, yaw: f64, up: Up) -> DMat3 {
     let world_from_reference = world_from_reference(up);
     world_from_reference * rotation_from_rpy(roll, pitch, yaw) * world_from_reference.transpose()
 }
 
-/// Roll, pitch and yaw in degrees of a rotation: pitch in -90..=90, the others in -180..=180.
+/// Roll, pitch and yaw of a rotation in degrees: pitch in -90..=90, the others in -180..=180.
 ///
-/// Looking straight up or down (gimbal lock: pitch is ±90 and only one combination of roll and yaw is determined), roll
-/// is 0 and yaw carries the whole turn; [`rotation_from_rpy`] still gives the rotation back.
+/// For a direction straight up or down (gimbal lock: pitch is ±90, and only one combination of roll and yaw is
+/// determined), roll is 0 and yaw contains the whole rotation; [`rotation_from_rpy`] still recovers the rotation.
 pub fn rpy_from_rotation(rotation: DMat3) -> [f64; 3] {
     let (x, y, z) = (rotation.x_axis, rotation.y_axis, rotation.z_axis);
     let cos_pitch = x.x.hypot(x.y);
@@ -49,8 +51,8 @@ pub fn rpy_from_rotation(rotation: DMat3) -> [f64; 3] {
     [roll, pitch, yaw].map(f64::to_degrees)
 }
 
-/// World axes of body axes for an observer that faces `direction` with no roll against `up`, or `None` where the two
-/// are parallel or one is zero or not finite.
+/// World axes of body axes for an observer that faces `direction` without roll relative to `up`; `None` if the two are
+/// parallel or one is zero or not finite.
 pub fn rotation_towards(direction: DVec3, up: DVec3) -> Option<DMat3> {
     let (forward, up) = (direction.try_normalize()?, up.try_normalize()?);
     let left = up.cross(forward);
@@ -61,7 +63,7 @@ pub fn rotation_towards(direction: DVec3, up: DVec3) -> Option<DMat3> {
     Some(DMat3::from_cols(forward, left, forward.cross(left).normalize()))
 }
 
-/// Exact at multiples of 90 degrees, where people look.
+/// Exact at multiples of 90 degrees, the most common angles.
 fn sin_cos_degrees(angle: f64) -> (f64, f64) {
     let angle = angle % 360.0;
     let quarter = (angle / 90.0).round();

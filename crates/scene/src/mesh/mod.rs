@@ -1,4 +1,4 @@
-//! A mesh: indexed triangles in float64, with what its corners and faces carry.
+//! Meshes: indexed triangles in float64, with attributes of corners and faces.
 
 pub mod oriented_box;
 pub mod primitive;
@@ -13,20 +13,21 @@ use crate::error::{Result, SceneError};
 
 /// Indexed triangles in mesh-local coordinates. Vertices are used exactly as given.
 ///
-/// Per-vertex arrays are as long as `vertices`, per-triangle arrays as long as `triangles`; an absent one is `None`.
+/// Per-vertex arrays have the length of `vertices`, per-triangle arrays the length of `triangles`; absent arrays are
+/// `None`.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mesh {
     /// Corner positions.
     pub vertices: Vec<DVec3>,
-    /// Corner indices, counter-clockwise seen from outside.
+    /// Corner indices, counter-clockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Shading normals per vertex, of length 1, or 0 where a vertex has none and the triangle's own is meant.
+    /// Unit shading normals per vertex. A zero normal means that the triangle's own normal is used.
     pub normals: Option<Vec<[f32; 3]>>,
     /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
     pub uvs: Option<Vec<[f32; 2]>>,
     /// Further texture coordinates per vertex: sets 1, 2, ...
     pub more_uvs: Vec<Vec<[f32; 2]>>,
-    /// Tangents per vertex of length 1 towards increasing u, with the bitangent's sign (glTF 2.0, 3.7.2.1).
+    /// Unit tangents per vertex towards increasing u, with the bitangent's sign (glTF 2.0, 3.7.2.1).
     pub tangents: Option<Vec<[f32; 4]>>,
     /// Linear colours per vertex, interpolated.
     pub vertex_colors: Option<Vec<Rgb>>,
@@ -34,36 +35,36 @@ pub struct Mesh {
     pub vertex_opacities: Option<Vec<f32>>,
     /// Linear colours per triangle.
     pub face_colors: Option<Vec<Rgb>>,
-    /// Per triangle, which of its object's `materials` it has; all 0 when absent.
+    /// Per triangle: index into its object's `materials`; all 0 if absent.
     pub material_slots: Option<Vec<u16>>,
 }
 
-/// The most triangles of a mesh: ids are int32.
+/// Maximum number of triangles in a mesh, because ids are int32.
 pub const MAX_TRIANGLES: usize = i32::MAX as usize;
 
 impl Mesh {
-    /// Checks that everything fits together.
+    /// Checks that all arrays are consistent.
     ///
     /// # Errors
-    /// [`SceneError::World`]: no triangles, vertices that are not finite, indices out of range, arrays of the wrong
-    /// length, normals or texture coordinates that are not finite, colours outside 0..=1.
+    /// [`SceneError::World`] for no triangles, vertices that are not finite, indices out of range, arrays of the wrong
+    /// length, normals or texture coordinates that are not finite, and colours outside 0..=1.
     pub fn validate(&self) -> Result<()> {
         let fail = |message: String| Err(SceneError::mesh(message));
         let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
         if triangles == 0 {
-            return fail(format!("a mesh of {vertices} vertices without triangles: nothing to see"));
+            return fail(format!("a mesh of {vertices} vertices without triangles; there is nothing to render"));
         }
         if triangles > MAX_TRIANGLES {
-            return fail(format!("a mesh of {triangles} triangles: at most {MAX_TRIANGLES} are possible"));
+            return fail(format!("a mesh of {triangles} triangles; the maximum is {MAX_TRIANGLES}"));
         }
         if let Some(i) = find_first_invalid(&self.vertices, |v| v.is_finite()) {
-            return fail(format!("vertex {i} is {}: coordinates must be finite", self.vertices[i]));
+            return fail(format!("vertex {i} is {}; coordinates must be finite", self.vertices[i]));
         }
         let inside = |&[a, b, c]: &[u32; 3]| (a.max(b).max(c) as usize) < vertices;
         if let Some(i) = find_first_invalid(&self.triangles, inside) {
             let triangle = self.triangles[i];
             return fail(format!(
-                "triangle {i} has corners {triangle:?}, but there are {vertices} vertices: indices are 0 to {}",
+                "triangle {i} has corners {triangle:?}, but there are {vertices} vertices; expected indices 0 to {}",
                 vertices.saturating_sub(1)
             ));
         }
@@ -90,7 +91,7 @@ impl Mesh {
         Ok(())
     }
 
-    /// How many triangles have no area: they are kept, and never hit.
+    /// Number of triangles without area: they are kept, and rays never hit them.
     pub fn degenerate_count(&self) -> usize {
         let flat = |&[a, b, c]: &[u32; 3]| {
             let [a, b, c] = [a, b, c].map(|i| self.vertices[i as usize]);
@@ -99,12 +100,12 @@ impl Mesh {
         self.triangles.iter().filter(|triangle| flat(triangle)).count()
     }
 
-    /// The smallest and largest corner of the vertices that triangles use; `None` without triangles.
+    /// Smallest and largest corner of the vertices that triangles use; `None` without triangles.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.bounds_in(DAffine3::IDENTITY)
     }
 
-    /// [`Mesh::bounds`] of the mesh placed by a transform, as tight as without.
+    /// [`Mesh::bounds`] of the mesh placed by a transform, equally tight.
     pub fn bounds_in(&self, world_from_mesh: DAffine3) -> Option<(DVec3, DVec3)> {
         let mut used = vec![false; self.vertices.len()];
         for &i in self.triangles.as_flattened() {
@@ -117,8 +118,8 @@ impl Mesh {
         })
     }
 
-    /// The same mesh in the coordinates that a transform leads to; where that mirrors, triangles turn the other way, so
-    /// that outside stays outside.
+    /// Returns the mesh in transformed coordinates. If the transform mirrors, triangles are reversed, so that their
+    /// outside stays outside.
     pub fn transformed(&self, world_from_mesh: DAffine3) -> Mesh {
         let mut placed = self.clone();
         if world_from_mesh == DAffine3::IDENTITY {
@@ -174,7 +175,7 @@ impl Mesh {
         self.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|v| v + offset)));
     }
 
-    /// The texture coordinates of a set, where the mesh has it: 0 are [`Mesh::uvs`].
+    /// Texture coordinates of a set, if the mesh has it: set 0 is [`Mesh::uvs`].
     pub fn uv_set(&self, set: usize) -> Option<&[[f32; 2]]> {
         match set {
             0 => self.uvs.as_deref(),
@@ -182,13 +183,13 @@ impl Mesh {
         }
     }
 
-    /// How many material slots its triangles use: one more than the largest.
+    /// Number of material slots that its triangles use: one more than the largest index.
     pub fn slot_count(&self) -> usize {
         self.material_slots.iter().flatten().max().map_or(1, |&slot| usize::from(slot) + 1)
     }
 }
 
-/// Joins two arrays of these lengths; where only one is there, the other is all `neutral`.
+/// Joins two arrays of these lengths. If only one exists, the other is filled with `neutral`.
 fn concat_attribute<T: Clone>(all: &mut Option<Vec<T>>, other: Option<&[T]>, before: usize, more: usize, neutral: T) {
     if all.is_none() && other.is_none() {
         return;
@@ -200,7 +201,7 @@ fn concat_attribute<T: Clone>(all: &mut Option<Vec<T>>, other: Option<&[T]>, bef
     }
 }
 
-/// Which value is the first that is not `valid`. Of many, each half is looked at by a thread of its own.
+/// Index of the first value that is not `valid`. For many values, several threads search.
 fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
     const PARALLEL_THRESHOLD: usize = 1 << 17;
     if values.len() < PARALLEL_THRESHOLD || cfg!(target_family = "wasm") {
@@ -215,7 +216,7 @@ fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) 
     })
 }
 
-/// The same by one thread. Inside a block there is no way out of the loop, which is some times as fast.
+/// The same on one thread. Within a block the loop has no early exit, which is several times as fast.
 fn find_first_invalid_serial<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
     const BLOCK: usize = 256;
     let bad = |block: &[T]| !block.iter().fold(true, |all, value| all & valid(value));
@@ -224,7 +225,7 @@ fn find_first_invalid_serial<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Opt
     Some(block + within)
 }
 
-/// Checks the length and the numbers of a per-vertex or per-triangle array.
+/// Checks the length and the values of a per-vertex or per-triangle array.
 fn check_numbers<const N: usize>(
     name: &str,
     values: Option<&[[f32; N]]>,
@@ -237,7 +238,7 @@ fn check_numbers<const N: usize>(
     check_length(name, values.len(), count, what)?;
     let all = |value: &[f32; N]| value.iter().fold(true, |all, &v| all & valid(v));
     match find_first_invalid(values, all) {
-        Some(i) => Err(SceneError::mesh(format!("{name}[{i}] is {:?}: expected numbers {expected}", values[i]))),
+        Some(i) => Err(SceneError::mesh(format!("{name}[{i}] is {:?}; expected numbers {expected}", values[i]))),
         None => Ok(()),
     }
 }
@@ -246,5 +247,5 @@ fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<(
     if length == count {
         return Ok(());
     }
-    Err(SceneError::mesh(format!("{name} has {length} entries, expected one for each of the {count} {what}")))
+    Err(SceneError::mesh(format!("{name} has {length} entries; expected one for each of the {count} {what}")))
 }

@@ -4,22 +4,22 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::mesh::Mesh;
 
-/// A box in the world.
+/// Box in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientedBox {
     /// world_from_box: a rotation whose columns are the box's axes.
     pub rotation: DMat3,
-    /// Its middle in the world.
+    /// Its centre in the world.
     pub center: DVec3,
-    /// Its full edges along its axes, in metres.
+    /// Its full edge lengths along its axes, in metres.
     pub size: DVec3,
 }
 
 impl OrientedBox {
-    /// The smallest box around a mesh placed by an affine transform whose edges run along the axes of the mesh. Of a
-    /// sheared mesh they run along those of the rotation nearest to the transform (the orthogonal factor of the polar
-    /// decomposition: N. J. Higham, "Computing the Polar Decomposition", 1986), less any mirroring. `None` without
-    /// triangles.
+    /// Returns the smallest box around a mesh placed by an affine transform, with edges along the mesh's axes. For a
+    /// sheared mesh, the edges are along the axes of the rotation nearest to the transform (the orthogonal factor of
+    /// the polar decomposition: N. J. Higham, "Computing the Polar Decomposition", 1986), without any mirroring. `None`
+    /// without triangles.
     pub fn around(mesh: &Mesh, world_from_mesh: DAffine3) -> Option<Self> {
         let rotation = nearest_rotation(world_from_mesh.matrix3);
         let box_from_mesh = DAffine3::from_mat3(rotation.transpose()) * world_from_mesh;
@@ -28,7 +28,7 @@ impl OrientedBox {
     }
 }
 
-/// Newton's iteration for the orthogonal polar factor; the negative of one that mirrors.
+/// Newton's iteration for the orthogonal polar factor; negated if the factor mirrors.
 fn nearest_rotation(linear: DMat3) -> DMat3 {
     const MAX_ITERATIONS: usize = 100;
     let largest = linear.to_cols_array().iter().fold(0.0f64, |m, v| m.max(v.abs()));

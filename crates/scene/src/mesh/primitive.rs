@@ -1,8 +1,8 @@
 //! Primitive shapes as meshes centred at the origin: box, plane, sphere, cylinder, cone, torus.
 //!
-//! Closed ones are watertight: vertices that belong together have the same coordinates to the last bit, though some are
-//! there more than once, as corners and texture seams need normals and texture coordinates of their own. Triangles run
-//! counter-clockwise seen from outside. Round shapes have shading normals.
+//! Closed shapes are watertight: vertices at the same point have exactly equal coordinates. Some vertices occur more
+//! than once, because corners and texture seams require separate normals and texture coordinates. Triangles are
+//! counter-clockwise as seen from outside. Round shapes have shading normals.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -12,21 +12,21 @@ use glam::{DVec2, DVec3};
 use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 
-/// The most times that [`sphere`] splits its faces: 5,242,880 triangles.
+/// Maximum number of times that [`sphere`] splits its faces: 5,242,880 triangles.
 pub const MAX_LEVEL: u32 = 9;
-/// The most segments of [`cylinder`] and [`cone`].
+/// Maximum number of segments of [`cylinder`] and [`cone`].
 pub const MAX_SEGMENTS: u32 = 4096;
-/// The most segments of [`torus`]: 4,194,304 triangles.
+/// Maximum number of segments of [`torus`]: 4,194,304 triangles.
 pub const MAX_TORUS_SEGMENTS: u32 = 2048;
 
-/// An axis-aligned box of edge lengths `size`: 12 triangles, two for each of the faces -x, +x, -y, +y, -z, +z in this
+/// An axis-aligned box of edge lengths `size`: 12 triangles, two for each of the faces -x, +x, -y, +y, -z, +z, in this
 /// order. Texture coordinates cover each face once.
 ///
 /// # Errors
-/// [`SceneError::World`] where an edge length is not finite and > 0.
+/// [`SceneError::World`] if an edge length is not finite and > 0.
 pub fn box_(size: [f64; 3]) -> Result<Mesh> {
     check_lengths("box size", &size)?;
-    // For each face: outwards, then right and up in its image seen from outside.
+    // For each face: outward direction, then right and up in its image as seen from outside.
     let faces = [
         (-DVec3::X, -DVec3::Y, DVec3::Z),
         (DVec3::X, DVec3::Y, DVec3::Z),
@@ -49,7 +49,7 @@ pub fn box_(size: [f64; 3]) -> Result<Mesh> {
 /// A rectangle in the xy plane that faces +z, 2 triangles.
 ///
 /// # Errors
-/// [`SceneError::World`] where an edge length is not finite and > 0.
+/// [`SceneError::World`] if an edge length is not finite and > 0.
 pub fn plane(size: [f64; 2]) -> Result<Mesh> {
     check_lengths("plane size", &size)?;
     let half = DVec3::new(size[0] / 2.0, size[1] / 2.0, 0.0);
@@ -65,15 +65,15 @@ pub fn plane(size: [f64; 2]) -> Result<Mesh> {
 /// Texture coordinates are longitude (u, eastwards; 0.5 at +x) and colatitude (v, from the top at +z).
 ///
 /// # Errors
-/// [`SceneError::World`] where the radius is not finite and > 0, or the level beyond [`MAX_LEVEL`].
+/// [`SceneError::World`] if the radius is not finite and > 0, or if the level exceeds [`MAX_LEVEL`].
 pub fn sphere(radius: f64, level: u32) -> Result<Mesh> {
     check_lengths("sphere radius", &[radius])?;
     if level > MAX_LEVEL {
-        return Err(SceneError::mesh(format!("sphere level {level}: expected 0 to {MAX_LEVEL}")));
+        return Err(SceneError::mesh(format!("sphere level {level}; expected 0 to {MAX_LEVEL}")));
     }
     let (directions, triangles) = icosphere(level);
     let mut builder = MeshBuilder::default();
-    // A vertex is there once for each longitude it has: twice on the seam, once a triangle at the poles.
+    // A vertex occurs once for each of its longitudes: twice on the seam, and once per triangle at the poles.
     let mut copies: HashMap<(u32, u64), u32> = HashMap::new();
     for corners in triangles {
         let axes = corners.map(|corner| directions[corner as usize]);
@@ -102,7 +102,7 @@ pub fn sphere(radius: f64, level: u32) -> Result<Mesh> {
 /// A closed cylinder around the z axis from `-height / 2` to `height / 2`: the side, then the bottom, then the top.
 ///
 /// # Errors
-/// [`SceneError::World`] where a length is not finite and > 0, or segments are not 3..=[`MAX_SEGMENTS`].
+/// [`SceneError::World`] if a length is not finite and > 0, or if segments is not in 3..=[`MAX_SEGMENTS`].
 pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh> {
     check_lengths("cylinder radius and height", &[radius, height])?;
     check_segments("cylinder", segments, MAX_SEGMENTS)?;
@@ -128,7 +128,7 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh> {
 /// A closed cone around the z axis, its base at `-height / 2`, its tip at `height / 2`: the side, then the base.
 ///
 /// # Errors
-/// [`SceneError::World`] where a length is not finite and > 0, or segments are not 3..=[`MAX_SEGMENTS`].
+/// [`SceneError::World`] if a length is not finite and > 0, or if segments is not in 3..=[`MAX_SEGMENTS`].
 pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh> {
     check_lengths("cone radius and height", &[radius, height])?;
     check_segments("cone", segments, MAX_SEGMENTS)?;
@@ -144,7 +144,7 @@ pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh> {
         })
         .collect();
     for (i, pair) in rim.windows(2).enumerate() {
-        // The tip has no normal of its own: each side triangle has a tip that faces its way.
+        // The tip has no unique normal, so each side triangle has its own tip vertex with its own normal.
         let out = (ring[i] + ring[(i + 1) % ring.len()]).normalize_or(DVec3::X);
         let u = (i as f64 + 0.5) / f64::from(segments);
         let tip = builder.vertex(tip, DVec2::new(u, 0.0), normal(out));
@@ -154,18 +154,18 @@ pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh> {
     Ok(builder.smooth())
 }
 
-/// A torus around the z axis: a circle of `radius`, around it a tube of radius `tube` < `radius`; `segments` around the
-/// axis and half as many, at least 3, around the tube.
+/// A torus around the z axis: a tube of radius `tube` < `radius` around a circle of `radius`, with `segments` around
+/// the axis and half as many, at least 3, around the tube.
 ///
 /// # Errors
-/// [`SceneError::World`] where a length is not finite and > 0, `tube >= radius`, or segments are not
+/// [`SceneError::World`] if a length is not finite and > 0, if `tube >= radius`, or if segments is not in
 /// 3..=[`MAX_TORUS_SEGMENTS`].
 pub fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh> {
     check_lengths("torus radius and tube", &[radius, tube])?;
     check_segments("torus", segments, MAX_TORUS_SEGMENTS)?;
     if tube >= radius {
         return Err(SceneError::mesh(format!(
-            "a torus of radius {radius} and tube {tube}: expected tube < radius, or it would pass through itself"
+            "a torus of radius {radius} and tube {tube}; expected tube < radius, otherwise it would intersect itself"
         )));
     }
     let around = unit_circle(segments);
@@ -193,7 +193,7 @@ pub fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh> {
 
 /// Directions of an icosphere with a vertex on the z axis, and its triangles.
 fn icosphere(level: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    // Five-sided rings at latitudes ±atan(1/2), half a side apart.
+    // Rings of five vertices at latitudes ±atan(1/2), offset by half a side.
     let (z, r) = (0.2_f64.sqrt(), 0.8_f64.sqrt());
     let on_ring = |turn: f64, z: f64| {
         let (sin, cos) = (TAU * turn / 5.0).sin_cos();
@@ -238,7 +238,7 @@ fn unit_circle(segments: u32) -> Vec<DVec3> {
         .collect()
 }
 
-/// A mesh in the making, with texture coordinates and normals.
+/// Mesh under construction, with texture coordinates and normals.
 #[derive(Default)]
 struct MeshBuilder {
     mesh: Mesh,
@@ -254,13 +254,13 @@ impl MeshBuilder {
         self.mesh.vertices.len() as u32 - 1
     }
 
-    /// Two triangles between four corners, counter-clockwise.
+    /// Adds two triangles between four corners, counter-clockwise.
     fn quad(&mut self, corners: [(DVec3, DVec2); 4]) {
         let [a, b, c, d] = corners.map(|(position, uv)| self.vertex(position, uv, DVec3::ZERO));
         self.mesh.triangles.extend([[a, b, c], [a, c, d]]);
     }
 
-    /// A disk around a point of the z axis that faces `facing` (1: up, -1: down).
+    /// Adds a disk around a point of the z axis that faces `facing` (1: up, -1: down).
     fn disk(&mut self, ring: &[DVec3], radius: f64, center: DVec3, facing: f64) {
         let normal = DVec3::Z * facing;
         let middle = self.vertex(center, DVec2::splat(0.5), normal);
@@ -277,12 +277,12 @@ impl MeshBuilder {
         }
     }
 
-    /// The mesh with flat triangles.
+    /// Returns the mesh with flat triangles.
     fn flat(self) -> Mesh {
         Mesh { uvs: Some(self.uvs), ..self.mesh }
     }
 
-    /// The mesh with shading normals.
+    /// Returns the mesh with shading normals.
     fn smooth(self) -> Mesh {
         Mesh { uvs: Some(self.uvs), normals: Some(self.normals), ..self.mesh }
     }
@@ -292,12 +292,12 @@ fn check_lengths(what: &str, lengths: &[f64]) -> Result<()> {
     if lengths.iter().all(|v| v.is_finite() && *v > 0.0) {
         return Ok(());
     }
-    Err(SceneError::mesh(format!("{what} {lengths:?}: expected finite lengths greater than 0")))
+    Err(SceneError::mesh(format!("{what} {lengths:?}; expected finite lengths greater than 0")))
 }
 
 fn check_segments(what: &str, segments: u32, most: u32) -> Result<()> {
     if (3..=most).contains(&segments) {
         return Ok(());
     }
-    Err(SceneError::mesh(format!("a {what} of {segments} segments: expected 3 to {most}")))
+    Err(SceneError::mesh(format!("a {what} of {segments} segments; expected 3 to {most}")))
 }

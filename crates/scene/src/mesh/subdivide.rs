@@ -1,8 +1,8 @@
 //! Subdivision of coarse meshes: Loop's scheme with sharp boundaries, and midpoint.
 //!
-//! Each level makes four triangles of one: triangle `i` becomes `4 i` to `4 i + 3`, its three corners in order and then
-//! its middle, and hands on its colour and material slot. Vertices with the same coordinates are one point of the
-//! surface and move together, so that texture seams and hard corners do not tear; texture coordinates and vertex
+//! Each level replaces each triangle by four: triangle `i` becomes `4 i` to `4 i + 3`, first its three corners in order
+//! and then its middle. They inherit its colour and material slot. Vertices with equal coordinates are one point of the
+//! surface and move together, so that texture seams and hard corners do not tear. Texture coordinates and vertex
 //! colours are interpolated linearly along the edges.
 
 use glam::{DVec3, Vec3};
@@ -11,15 +11,15 @@ use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 use crate::mesh::topology::{Edges, has_three_corners, weld_vertices};
 
-/// The most triangles that subdivision may make.
+/// Maximum number of triangles after subdivision.
 pub const MAX_SUBDIVIDED_TRIANGLES: usize = 1 << 25;
 
-/// `levels` steps of Loop's scheme (C. Loop, Smooth Subdivision Surfaces Based on Triangles, 1987). Edges of one
-/// triangle, or of more than two, are sharp: points on them are spline curves of their own (Hoppe et al. 1994), and
-/// stay where they are where more than two such edges meet. The result has shading normals.
+/// Applies `levels` steps of Loop's scheme (C. Loop, Smooth Subdivision Surfaces Based on Triangles, 1987). Edges that
+/// belong to one triangle, or to more than two, are sharp: points on them follow a spline curve along the edge (Hoppe
+/// et al. 1994), and do not move if more than two such edges meet. The result has shading normals.
 ///
 /// # Errors
-/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
+/// [`SceneError::World`] if the mesh is invalid or would have more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
 pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh> {
     let mut refined = SubdividedMesh::new(mesh, levels)?;
     for _ in 0..levels {
@@ -31,10 +31,10 @@ pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh> {
     Ok(refined.mesh)
 }
 
-/// `levels` steps of splitting each triangle in four at its edges' midpoints: the same surface.
+/// Splits each triangle into four at its edges' midpoints, `levels` times; the surface is unchanged.
 ///
 /// # Errors
-/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
+/// [`SceneError::World`] if the mesh is invalid or would have more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
 pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh> {
     let mut refined = SubdividedMesh::new(mesh, levels)?;
     for _ in 0..levels {
@@ -46,15 +46,15 @@ pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh> {
     Ok(refined.mesh)
 }
 
-/// A mesh and the surface under it, on which each point is there once.
+/// Mesh, and its surface, on which each point occurs once.
 struct SubdividedMesh {
     mesh: Mesh,
     points: Vec<DVec3>,
-    /// For each vertex of the mesh, its point.
+    /// Point of each vertex of the mesh.
     point_of_vertex: Vec<u32>,
 }
 
-/// From points and triangles between them, with their edges: the points moved, and then one for each edge.
+/// Returns, for points and the triangles and edges between them, the moved points followed by one new point per edge.
 type SubdivisionRule = fn(&[DVec3], &[[u32; 3]], &Edges) -> Vec<DVec3>;
 
 impl SubdividedMesh {
@@ -64,15 +64,15 @@ impl SubdividedMesh {
         let refined = 4_usize.checked_pow(levels).and_then(|factor| factor.checked_mul(count));
         if refined.is_none_or(|refined| refined > MAX_SUBDIVIDED_TRIANGLES && levels > 0) {
             return Err(SceneError::mesh(format!(
-                "{levels} levels of subdivision make more than {MAX_SUBDIVIDED_TRIANGLES} triangles of {count}: each level makes \
-                 four of one"
+                "{levels} levels of subdivision of {count} triangles create more than {MAX_SUBDIVIDED_TRIANGLES} \
+                 triangles; each level multiplies their number by four"
             )));
         }
         let (points, point_of) = weld_vertices(&mesh.vertices);
         Ok(Self { mesh: mesh.clone(), points, point_of_vertex: point_of })
     }
 
-    /// One level.
+    /// One level of subdivision.
     fn split(&mut self, rule: SubdivisionRule) {
         let surface = self.point_triangles();
         let point_edges = Edges::new(&surface);
@@ -84,7 +84,7 @@ impl SubdividedMesh {
         let mut edge_points = vec![0; edges.ends.len()];
         for (own, shared) in edges.of_triangle.iter().zip(&point_edges.of_triangle) {
             for side in 0..3 {
-                // An edge from a point to itself is that point still.
+                // An edge from a point to itself remains that point.
                 let [a, b] = point_edges.ends[shared[side] as usize];
                 let middle = if a == b { a } else { self.points.len() as u32 + shared[side] };
                 edge_points[own[side] as usize] = middle;
@@ -109,12 +109,12 @@ impl SubdividedMesh {
         repeat_per_triangle(&mut mesh.material_slots);
     }
 
-    /// The triangles between points.
+    /// Triangles between points.
     fn point_triangles(&self) -> Vec<[u32; 3]> {
         self.mesh.triangles.iter().map(|triangle| triangle.map(|v| self.point_of_vertex[v as usize])).collect()
     }
 
-    /// For each vertex, the mean normal of the triangles around its point, weighted by area.
+    /// For each vertex, the area-weighted mean normal of the triangles around its point.
     fn smooth_normals(&self) -> Vec<[f32; 3]> {
         let mut sums = vec![DVec3::ZERO; self.points.len()];
         for triangle in self.point_triangles() {
@@ -131,7 +131,7 @@ impl SubdividedMesh {
 /// Loop's rule.
 fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVec3> {
     let at = |point: u32| points[point as usize];
-    // Sums over neighbours, over those along sharp edges, and over the two corners opposite an edge.
+    // Sums over all neighbours, over the neighbours along sharp edges, and over the two corners opposite an edge.
     let mut around = vec![(0_u32, DVec3::ZERO); points.len()];
     let mut along = around.clone();
     for (&[a, b], &count) in edges.ends.iter().zip(&edges.triangle_count).filter(|(_, count)| **count > 0) {
@@ -175,14 +175,14 @@ fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVe
     moved
 }
 
-/// The weight of each of n neighbours of an interior point (Loop 1987).
+/// Weight of each of n neighbours of an interior point (Loop 1987).
 fn loop_weight(n: u32) -> f64 {
     let n = f64::from(n);
     let c = 0.375 + 0.25 * (std::f64::consts::TAU / n).cos();
     (0.625 - c * c) / n
 }
 
-/// Adds a value for each edge to an array of one for each vertex.
+/// Appends one value per edge to an array with one value per vertex.
 fn interpolate_on_edges<T: Copy>(values: &mut Option<Vec<T>>, edges: &Edges, between: impl Fn(T, T) -> T) {
     if let Some(values) = values {
         let added: Vec<T> = edges.ends.iter().map(|&[a, b]| between(values[a as usize], values[b as usize])).collect();

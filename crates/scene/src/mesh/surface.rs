@@ -1,26 +1,28 @@
-//! Topology of a mesh as a surface: closed, oriented, its boundary, and the triangles around each point.
+//! Topology of a mesh as a surface: whether it is closed and oriented, its boundary, and the triangles around each
+//! point.
 
 use crate::mesh::Mesh;
 use crate::mesh::topology::{has_three_corners, weld_vertices};
 
-/// A mesh as a surface. Vertices at one position are one point; triangles with two corners at one point are left out.
+/// Mesh as a surface. Vertices at the same position are one point; triangles with two corners at one point are omitted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceTopology {
-    /// True if every edge has an even number of triangles.
+    /// True if every edge belongs to an even number of triangles.
     pub is_closed: bool,
-    /// True if every edge is passed as often one way as the other.
+    /// True if every edge is used equally often in both directions.
     pub is_oriented: bool,
-    /// Edges with an odd number of triangles, as vertices of the mesh, the first at each point.
+    /// Edges with an odd number of triangles, as vertices of the mesh (the first vertex at each point).
     pub boundary_edges: Vec<[u32; 2]>,
-    /// Edges that are passed more often from their first vertex to their second than back, by how much.
+    /// Edges that are used more often from their first vertex to their second than in reverse, with the difference.
     pub residual_edges: Vec<([u32; 2], u32)>,
-    /// Signed volume, relative to the first vertex; positive if triangles are counter-clockwise seen from outside.
+    /// Signed volume, computed relative to the first vertex; positive if triangles are counter-clockwise as seen from
+    /// outside.
     pub volume: f64,
-    /// Number of parts that are connected by edges.
+    /// Number of parts connected by edges.
     pub components: usize,
 }
 
-/// A side of a triangle: its points, the smaller first, its direction and its triangle.
+/// Side of a triangle: its points (the smaller index first), its direction and its triangle.
 struct Side {
     ends: [u32; 2],
     direction: i32,
@@ -28,7 +30,7 @@ struct Side {
 }
 
 impl SurfaceTopology {
-    /// Topology of a mesh; sorts its edges.
+    /// Computes the topology of a mesh by sorting its edges.
     pub fn new(mesh: &Mesh) -> Self {
         let (points, point_of) = weld_vertices(&mesh.vertices);
         let mut vertex_of = vec![u32::MAX; points.len()];
@@ -73,7 +75,7 @@ impl SurfaceTopology {
     }
 }
 
-/// Disjoint sets of triangles: each has a parent, roots themselves.
+/// Disjoint sets of triangles: each triangle has a parent, and roots are their own parents.
 struct Parts(Vec<u32>);
 
 impl Parts {
@@ -86,7 +88,7 @@ impl Parts {
         triangle
     }
 
-    /// Joins the sets of two triangles; false if they were one.
+    /// Joins the sets of two triangles; false if they already belong to one set.
     fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
@@ -94,18 +96,18 @@ impl Parts {
     }
 }
 
-/// The triangles around each point of a mesh.
+/// Triangles around each point of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct PointTriangles {
-    /// For each vertex, its point.
+    /// Point of each vertex.
     point_of: Vec<u32>,
-    /// For each point, the first of its triangles; one more at the end.
+    /// For each point, the offset of its first triangle; one additional offset at the end.
     starts: Vec<u32>,
     triangles: Vec<u32>,
 }
 
 impl PointTriangles {
-    /// Triangles around each point; those with two corners at one point are left out.
+    /// Triangles around each point; triangles with two corners at one point are omitted.
     pub fn new(mesh: &Mesh) -> Self {
         let (points, point_of) = weld_vertices(&mesh.vertices);
         let corners = |triangle: &[u32; 3]| triangle.map(|i| point_of[i as usize]);
@@ -134,7 +136,7 @@ impl PointTriangles {
         &self.triangles[self.starts[point] as usize..self.starts[point + 1] as usize]
     }
 
-    /// True if two vertices are one point.
+    /// True if two vertices are the same point.
     pub fn is_same_point(&self, a: u32, b: u32) -> bool {
         self.point_of[a as usize] == self.point_of[b as usize]
     }
@@ -148,7 +150,7 @@ mod tests {
     use crate::mesh::primitive;
 
     #[test]
-    fn boxes_are_closed_and_lids_open_them() {
+    fn closed_boxes_have_no_boundary_and_open_boxes_have_one() {
         let mut mesh = primitive::box_([2.0, 3.0, 4.0]).unwrap();
         let surface = SurfaceTopology::new(&mesh);
         assert!(surface.is_closed && surface.is_oriented);
@@ -165,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_that_share_a_corner_are_two() {
+    fn parts_connected_only_at_a_corner_are_separate_components() {
         let corners: [[f64; 3]; 5] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
         let mesh = Mesh {
             vertices: corners.map(DVec3::from).to_vec(),

@@ -1,19 +1,19 @@
-//! Which vertices are one point, and which edges join them.
+//! Vertices that share a point, and the edges between points.
 
 use glam::DVec3;
 
-/// The edges of triangles.
+/// Edges of triangles.
 pub struct Edges {
     /// The two ends of each edge, the smaller index first.
     pub ends: Vec<[u32; 2]>,
     /// For each triangle, its edges from corner 0 to 1, 1 to 2 and 2 to 0.
     pub of_triangle: Vec<[u32; 3]>,
-    /// For each edge, how many triangles it has; those with a corner twice do not count.
+    /// For each edge, its number of triangles; triangles with a repeated corner do not count.
     pub triangle_count: Vec<u32>,
 }
 
 impl Edges {
-    /// The edges of these triangles, in order of their ends.
+    /// Edges of these triangles, sorted by their ends.
     pub fn new(triangles: &[[u32; 3]]) -> Self {
         let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
         for (i, &[a, b, c]) in triangles.iter().enumerate() {
@@ -40,14 +40,14 @@ impl Edges {
     }
 }
 
-/// True if a triangle's corners are three different points. Other triangles are no neighbours.
+/// True if a triangle's corners are three different points. Other triangles have no neighbours.
 pub fn has_three_corners(&[a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// The different positions among vertices, and for each vertex which of them it has.
+/// Distinct positions of vertices, and for each vertex the index of its position.
 pub fn weld_vertices(vertices: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
-    // Adding 0 makes +0 of -0, which are the same place.
+    // Adding 0 converts -0 to +0, which is the same position.
     let bits = |vertex: DVec3| (vertex + 0.0).to_array().map(f64::to_bits);
     let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
     order.sort_unstable_by_key(|&i| (bits(vertices[i as usize]), i));

@@ -1,12 +1,12 @@
-//! The failure of building a world from a description.
+//! Failure to build a world from a description.
 
 use crate::error::SceneError;
 
-/// The failure: of the description, or of a file that it names.
+/// Failure caused by the description, or by a file that it refers to.
 pub enum BuildFailure<E> {
-    /// The description.
+    /// Error in the description.
     Scene(SceneError),
-    /// A file, and the key that names it.
+    /// Error in a file, and the key that refers to it.
     File(String, E),
 }
 
@@ -17,7 +17,7 @@ impl<E> From<SceneError> for BuildFailure<E> {
 }
 
 impl<E: From<SceneError>> BuildFailure<E> {
-    /// As the error of whoever reads the files.
+    /// Converts to the error type of the file reader.
     pub fn into_error(self) -> E {
         match self {
             Self::Scene(error) => error.into(),

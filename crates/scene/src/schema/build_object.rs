@@ -16,27 +16,27 @@ use crate::texture::Texture;
 use crate::up::Up;
 use crate::world::{Object, World};
 
-/// The keys that each say what the shape is.
+/// Keys that each define the shape.
 pub(super) const SHAPES: [&str; 9] =
     ["box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "instance_of"];
-/// The keys that belong to the mesh, not to where it stands or what it is made of.
+/// Keys that belong to the mesh, not to its placement or material.
 pub(super) const GEOMETRY: [&str; 6] = ["triangles", "refine", "face_colors", "vertex_colors", "uvs", "normals"];
 
-/// The keys that say where it stands.
+/// Keys that define the placement.
 pub(super) const PLACEMENT: [&str; 6] = ["location", "roll", "pitch", "yaw", "scale", "matrix"];
 
 impl ObjectSpec {
-    /// Adds the object it describes to a world, with its mesh and materials, and returns its id. The world is as it was
-    /// where that fails.
+    /// Adds the described object to a world, with its mesh and materials, and returns its id. If that fails, the world
+    /// is unchanged.
     ///
     /// # Errors
-    /// [`SceneError`] where shape, transform or material make no sense, and whatever `files` says.
+    /// [`SceneError`] for an invalid shape, transform or material, and the errors of `files`.
     pub fn build<F: AssetLoader>(self, world: &mut World, files: &mut F) -> Result<usize, F::Error> {
         self.build_object(world, files, &mut LoadedMeshes::default()).map_err(BuildFailure::into_error)
     }
 
-    /// [`ObjectSpec::build`], for who needs to know whether the description or a file is at fault; with the files that were
-    /// read for earlier objects.
+    /// Same as [`ObjectSpec::build`], for callers that distinguish faults of the description from faults of a file;
+    /// reuses the files that were read for earlier objects.
     pub(crate) fn build_object<F: AssetLoader>(
         mut self,
         world: &mut World,
@@ -46,10 +46,10 @@ impl ObjectSpec {
         let keys = self.keys();
         let kind = keys.exactly_one("shape", &SHAPES)?;
         if kind != "vertices" {
-            keys.refuse(&["triangles"], "it goes with \"vertices\", which is missing")?;
+            keys.refuse(&["triangles"], "requires \"vertices\", which is missing")?;
         }
         if kind != "mesh" {
-            keys.refuse(&["upright"], "it goes with \"mesh\", a file that says which axis is up")?;
+            keys.refuse(&["upright"], "requires \"mesh\", a file with an up axis, which is missing")?;
         }
         self.check_material(&keys, self.mesh.is_some() || self.instance_of.is_some())?;
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
@@ -75,7 +75,7 @@ impl ObjectSpec {
                 (index, materials)
             }
             Some(original) => {
-                keys.refuse(&GEOMETRY, "the mesh is that of another object: this belongs there")?;
+                keys.refuse(&GEOMETRY, "the mesh belongs to another object; set this key there")?;
                 let id = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
                 let Object { mesh, materials, category: theirs, .. } = world.objects[id].clone();
                 category = category.or(theirs);
@@ -99,7 +99,7 @@ impl ObjectSpec {
         })?)
     }
 
-    /// The materials of another object with the changes that the description makes, added to the world.
+    /// Materials of another object, with the changes of this description, added to the world.
     fn materials_of_instance<F: AssetLoader>(
         &self,
         mesh: usize,
@@ -121,25 +121,25 @@ impl ObjectSpec {
         Ok(add_materials(changed, textures, name, world)?)
     }
 
-    /// world_from_mesh, and the part of it that is not location and rotation.
+    /// Returns world_from_mesh, and its part other than location and rotation.
     pub(super) fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3)> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
-            keys.refuse(&others, "\"matrix\" is given too, and says it already: give one of them")?;
+            keys.refuse(&others, "\"matrix\" is given too and already contains it; use one of them")?;
             let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;
             return Ok((transform, transform.matrix3));
         }
         let numbers = [("roll", self.roll), ("pitch", self.pitch), ("yaw", self.yaw)];
         if let Some((key, Some(angle))) = numbers.into_iter().find(|(_, v)| v.is_some_and(|v| !v.is_finite())) {
-            return Err(SceneError::schema(key, format!("{angle}: expected a finite number of degrees")));
+            return Err(SceneError::schema(key, format!("{angle}; expected a finite number of degrees")));
         }
         let location = DVec3::from_array(self.location.unwrap_or_default());
         if !location.is_finite() {
-            return Err(SceneError::schema("location", format!("{location}: expected finite numbers")));
+            return Err(SceneError::schema("location", format!("{location}; expected finite numbers")));
         }
         let Splat(scale) = self.scale.unwrap_or(Splat([1.0; 3]));
         if !scale.iter().all(|v| v.is_normal() && v.recip().is_finite()) {
-            return Err(SceneError::schema("scale", format!("{scale:?}: expected finite numbers other than 0")));
+            return Err(SceneError::schema("scale", format!("{scale:?}; expected finite numbers other than 0")));
         }
         let [roll, pitch, yaw] = numbers.map(|(_, angle)| angle.unwrap_or(0.0));
         let rotation = rotation::object_rotation(roll, pitch, yaw, up);
@@ -147,10 +147,14 @@ impl ObjectSpec {
         Ok((DAffine3::from_mat3_translation(rotation * shape, location), shape))
     }
 
-    /// Its name, or the word for what it is.
+    /// Its name, or the word for its shape.
     fn object_name(&self, kind: &str) -> Result<String> {
         match (&self.name, &self.mesh, &self.instance_of) {
-            (Some(name), ..) if name.is_empty() => Err(SceneError::schema("name", "\"\": expected a name, or none")),
+            (Some(name), ..) if name.is_empty() => Err(SceneError::schema(
+                "name",
+                "\"\"; expected a non-empty name, \
+                or no name",
+            )),
             (Some(name), ..) | (None, None, Some(name)) => Ok(name.clone()),
             (None, Some(file), _) => {
                 let file = file.rsplit(['/', '\\']).next().unwrap_or(file);
@@ -161,7 +165,8 @@ impl ObjectSpec {
     }
 }
 
-/// Adds materials, named where they have no name, and the images they use to a world, all or none of them.
+/// Adds materials, with this name if they have none, and the images they use to a world. Either all or none of them are
+/// added.
 fn add_materials(
     materials: Vec<Material>,
     textures: Vec<Texture>,
@@ -176,24 +181,24 @@ fn add_materials(
     materials.into_iter().map(|material| world.add_material(material.named(name))).collect()
 }
 
-/// A 3x4 or 4x4 matrix as an invertible affine transform.
+/// Returns a 3x4 or 4x4 matrix as an invertible affine transform.
 pub(super) fn affine(rows: &[[f64; 4]]) -> Result<DAffine3> {
     let fail = |message: String| Err(SceneError::schema("", message));
     let (&[a, b, c], rest) = rows.split_first_chunk::<3>().map_or((&[[0.0; 4]; 3], rows), |split| split);
     if rows.len() < 3 || rows.len() > 4 {
-        return fail(format!("{} rows of 4: expected 3 or 4", rows.len()));
+        return fail(format!("{} rows of 4; expected 3 or 4 rows", rows.len()));
     }
     if let Some(last) = rest.first().filter(|last| **last != [0.0, 0.0, 0.0, 1.0]) {
-        return fail(format!("the last row is {last:?}, expected 0 0 0 1: is the matrix transposed?"));
+        return fail(format!("the last row is {last:?}; expected 0 0 0 1 (is the matrix transposed?)"));
     }
     let column = |i: usize| DVec3::new(a[i], b[i], c[i]);
     let linear = DMat3::from_cols(column(0), column(1), column(2));
     let transform = DAffine3::from_mat3_translation(linear, column(3));
     if !transform.is_finite() {
-        return fail("every number must be finite".into());
+        return fail("the matrix is not finite; every number must be finite".into());
     }
     if !transform.inverse().is_finite() {
-        return fail("it is singular: it flattens the object".into());
+        return fail("the matrix is singular, so it flattens the object; expected an invertible matrix".into());
     }
     Ok(transform)
 }

@@ -1,4 +1,4 @@
-//! From a texture's description to its image and its place in a material.
+//! From a texture's description to its image and its slot in a material.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use crate::schema::spec::texture::{ImageSpec, TextureSpec, TextureTable};
 use crate::schema::texture_binding::TextureBinding;
 use crate::texture::{ColorUse, Image, Texels, Texture, TextureSampler, TextureSlot};
 
-/// The textures that hold colours, in sRGB where they are 8-bit.
+/// Textures that contain colours; 8-bit values are in sRGB.
 const COLORS: [&str; 5] = ["texture", "emission", "specular_color", "sheen_color", "diffuse_transmission_color"];
 
 impl TextureSpec {
-    /// The texture and its place, as the world's number `next`; `wrap` where it says nothing itself. Values that the key does
-    /// not allow are clamped, with a notice.
+    /// Returns the texture (index `next` in the world) and its slot; `wrap` applies if the texture does not specify a
+    /// wrap mode. Values that the key does not allow are clamped, with a notice.
     pub(crate) fn read<F: AssetLoader>(
         &self,
         key: &'static str,
@@ -56,15 +56,16 @@ impl TextureSpec {
         let rows = [[cos * width, sin * height, x], [-sin * width, cos * height, y]];
         let strength = table.strength.unwrap_or(1.0);
         if !rows.iter().flatten().all(|v| v.is_finite()) {
-            let message = "repeat, rotation and offset: expected finite numbers";
+            let message = "repeat, rotation and offset must be finite numbers";
             return Err(SceneError::schema("", message).into());
         }
         if table.strength.is_some() && !matches!(key, "normal" | "clearcoat_normal" | "occlusion") {
-            let message = "it goes with normal and occlusion; elsewhere the material's value is it";
+            let message = "applies only to normal and occlusion textures; for other textures, set the material's \
+                value instead";
             return Err(SceneError::schema("strength", message).into());
         }
         if !strength.is_finite() || (key == "occlusion" && !(0.0..=1.0).contains(&strength)) {
-            let message = format!("{strength}: expected a finite number, 0 to 1 for occlusion");
+            let message = format!("{strength}; expected a finite number, 0 to 1 for occlusion");
             return Err(SceneError::schema("strength", message).into());
         }
         let put = TextureBinding {
@@ -82,7 +83,7 @@ impl TextureSpec {
 }
 
 impl TextureTable {
-    /// The image as this use sees it: data is linear, and one channel may stand for all.
+    /// The image in the form in which the material uses it: data is linear, and one channel may replace all.
     fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>> {
         let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
         if !data && self.channel.is_none() {
@@ -100,14 +101,14 @@ impl TextureTable {
                 Texels::Srgb8(texels) | Texels::Linear8(texels) => splat_channel(texels, channel),
                 Texels::Linear16(texels) => splat_channel(texels, channel),
                 Texels::Float(texels) => splat_channel(texels, channel),
-                Texels::Paged(_) => {} // was made another above
+                Texels::Paged(_) => {} // created as a different variant above
             }
         }
         Ok(Arc::new(image))
     }
 }
 
-/// The image with its values clamped to the range of a key: emission has no upper limit, all others are 0 to 1.
+/// The image with values clamped to a key's range: emission has no upper limit, all others are 0 to 1.
 fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<Notice>) -> Arc<Image> {
     let Texels::Float(texels) = &image.texels else { return image };
     let largest = if key == "emission" { f32::MAX } else { 1.0 };
@@ -131,11 +132,12 @@ fn splat_channel<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
     }
 }
 
-/// Images, where they go, and notices.
+/// Images, their slots, and notices.
 type BoundTextures = (Vec<Texture>, Vec<TextureBinding>, Vec<Notice>);
 
 impl ObjectSpec {
-    /// Its images and where they go, for a mesh; the first will be the world's texture `next`.
+    /// Returns the description's images and their slots for a mesh; the first image becomes texture `next` of the
+    /// world.
     pub(crate) fn read_textures<F: AssetLoader>(
         &self,
         mesh: &Mesh,
@@ -153,8 +155,8 @@ impl ObjectSpec {
             let set = texture.0.uv_set;
             if mesh.uv_set(set).is_none() {
                 let message = match set {
-                    0 => "the mesh has no texture coordinates: give \"uvs\", one for each vertex".into(),
-                    set => format!("uv_set {set}: the mesh has no such texture coordinates"),
+                    0 => "the mesh has no texture coordinates; add \"uvs\", one per vertex".into(),
+                    set => format!("uv_set {set}: the mesh has no such set of texture coordinates"),
                 };
                 return Err(SceneError::schema(path, message).into());
             }

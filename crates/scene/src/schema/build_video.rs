@@ -12,11 +12,11 @@ use crate::video::{KeyframeInterpolation, KeyframedMotion, Video, check_length};
 use crate::world::World;
 
 impl VideoSpec {
-    /// The video it describes, of a world whose objects and rigs it may name.
+    /// Returns the described video of a world, which may refer to the world's objects and rigs by name.
     ///
     /// # Errors
-    /// [`SceneError::Schema`] where keyframes of one mover are not in order of time, say nothing or contradict each
-    /// other, an object is unknown, or values make no sense.
+    /// [`SceneError::Schema`] if keyframes of one mover are not in order of time, are empty or contradict each other,
+    /// if an object is unknown, or if values are invalid.
     pub fn build(&self, world: &World) -> Result<Video> {
         let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
         let mut camera = Mover::default();
@@ -25,7 +25,7 @@ impl VideoSpec {
         for (i, key) in self.keyframe.iter().enumerate() {
             let place = format!("keyframe[{i}]");
             if key.matrix.is_some() && key.object.is_none() {
-                let message = "it is for objects: give location and angles, or target".into();
+                let message = "applies only to objects; use location and angles, or target".into();
                 return fail(&format!("{place}.matrix"), message);
             }
             let mover = match (&key.object, &key.rig) {
@@ -39,21 +39,21 @@ impl VideoSpec {
                     mover_mut(&mut rigs, id)
                 }
                 (Some(_), Some(_)) => {
-                    let message = "object is given too: expected one of the two".into();
+                    let message = "object is given too; expected only one of the two".into();
                     return fail(&format!("{place}.rig"), message);
                 }
             };
             mover.add(key, world.up, self.interpolation).map_err(|error| error.in_context(&place))?;
         }
         if self.orbit.is_some() && camera.time.is_some() {
-            return fail("orbit", "keyframes of the camera are given too: expected one of the two".into());
+            return fail("orbit", "keyframes of the camera are given too; expected only one of the two".into());
         }
         if let Some(orbit) = &self.orbit
             && !(DVec3::from_array(orbit.target).is_finite() && orbit.degrees.is_finite())
         {
             return fail(
                 "orbit",
-                format!("target {:?}, degrees {}: expected finite numbers", orbit.target, orbit.degrees),
+                format!("target {:?}, degrees {}; expected finite numbers", orbit.target, orbit.degrees),
             );
         }
         let last =
@@ -76,13 +76,13 @@ impl VideoSpec {
     }
 }
 
-/// The keyframes of one mover, as they come in.
+/// Keyframes of one mover, as they are read.
 #[derive(Default)]
 struct Mover {
     /// Time of the last keyframe so far.
     time: Option<f64>,
     motion: KeyframedMotion,
-    /// True if its keyframes have matrices, once there is one.
+    /// True if its keyframes have matrices; `None` before the first keyframe.
     has_matrices: Option<bool>,
 }
 
@@ -91,16 +91,19 @@ impl Mover {
         let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
         let time = key.time;
         if !(time.is_finite() && time >= 0.0) {
-            return fail("time", format!("{time}: expected finite seconds >= 0"));
+            return fail("time", format!("{time}; expected a finite number of seconds >= 0"));
         }
         if let Some(last) = self.time.replace(time)
             && time <= last
         {
-            return fail("time", format!("{time} comes after {last}: keyframes of one mover go in order of time"));
+            return fail("time", format!("{time} follows {last}; expected keyframes of one mover in order of time"));
         }
         let interpolation = key.interpolation.unwrap_or(interpolation);
         if *self.has_matrices.get_or_insert(key.matrix.is_some()) != key.matrix.is_some() {
-            return fail("", "some keyframes of one object have a matrix: give all of them one, or none".into());
+            return fail(
+                "",
+                "only some keyframes of one object have a matrix; use a matrix in all of them or in none".into(),
+            );
         }
         if let Some(rows) = &key.matrix {
             return self.add_matrix(key, rows, up, interpolation);
@@ -108,7 +111,7 @@ impl Mover {
         let angles = [key.roll, key.pitch, key.yaw];
         let numbers = [key.location, key.target].into_iter().flatten().flatten().chain(angles.into_iter().flatten());
         if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
-            return fail("", format!("{number}: locations, targets and angles must be finite"));
+            return fail("", format!("{number}; locations, targets and angles must be finite"));
         }
         if let Some(location) = key.location {
             self.motion.location.push(time, DVec3::from_array(location), interpolation);
@@ -120,10 +123,10 @@ impl Mover {
             let [roll, pitch, yaw] = angles.map(Option::unwrap_or_default);
             self.motion.angles.push(time, DVec3::new(roll, pitch, yaw), interpolation);
         } else if key.location.is_none() && key.target.is_none() {
-            return fail("", "it says nothing: give location, roll, pitch and yaw, or target".into());
+            return fail("", "empty keyframe; expected location, roll, pitch and yaw, or target".into());
         }
         if !(self.motion.angles.is_empty() || self.motion.target.is_empty()) {
-            return fail("", "one mover has both angles and targets: give all its keyframes one of them".into());
+            return fail("", "one mover has both angles and targets; use only one of them in all its keyframes".into());
         }
         Ok(())
     }
@@ -146,11 +149,15 @@ impl Mover {
             ("yaw", key.yaw.is_some()),
         ];
         if let Some((name, _)) = others.into_iter().find(|(_, given)| *given) {
-            return fail(name, "\"matrix\" is given too, and says it already: give one of them");
+            return fail(name, "\"matrix\" is given too and already contains it; use one of them");
         }
         let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;
         let Some((turn, stretch)) = polar(transform.matrix3) else {
-            return fail("matrix", "it mirrors the object: keyframes turn and stretch, expected a determinant above 0");
+            return fail(
+                "matrix",
+                "the matrix mirrors the object, which keyframes cannot do; expected a determinant \
+                greater than 0",
+            );
         };
         let motion = &mut self.motion;
         motion.location.push(key.time, transform.translation, interpolation);
@@ -164,7 +171,7 @@ impl Mover {
     }
 }
 
-/// The mover of an id, new where there is none yet.
+/// Returns the mover with an id; creates it if necessary.
 fn mover_mut(movers: &mut Vec<(usize, Mover)>, id: usize) -> &mut Mover {
     let found = movers.iter().position(|(known, _)| *known == id);
     let found = found.unwrap_or_else(|| {

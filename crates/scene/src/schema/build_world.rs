@@ -1,4 +1,4 @@
-//! From a world file to the world it means.
+//! From a world file's description to a world.
 
 use crate::error::SceneError;
 use crate::light::Light;
@@ -9,10 +9,10 @@ use crate::schema::geometry::LoadedMeshes;
 use crate::world::World;
 
 impl WorldFile {
-    /// The world it describes. `files` reads the meshes and textures it names.
+    /// Returns the described world. `files` reads its meshes and textures.
     ///
     /// # Errors
-    /// [`SceneError::Schema`] with the path of the key at fault, and whatever `files` says.
+    /// [`SceneError::Schema`] with the path of the invalid key, and the errors of `files`.
     pub fn build<F: AssetLoader>(self, files: &mut F) -> Result<World, F::Error> {
         let mut world = World { up: self.up, ..World::default() };
         let mut known = LoadedMeshes::default();
@@ -44,6 +44,9 @@ impl WorldFile {
             let within = |error: SceneError| error.in_context(&format!("rig[{i}]"));
             let rig = spec.build(self.up).map_err(within)?;
             world.add_rig(rig).map_err(within)?;
+        }
+        if let Some(fog) = &self.fog {
+            world.fog = Some(fog.build().map_err(|error| error.in_context("fog"))?);
         }
         self.render.validate().map_err(|error| error.in_context("render"))?;
         world.render = self.render;

@@ -1,4 +1,4 @@
-//! Changes of an object by the keys of its description: what is not given stays.
+//! Changes of an object by the keys of its description; other properties stay unchanged.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -20,33 +20,33 @@ use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 use crate::world::{Names, World};
 
-/// The mesh that a changed object shows.
+/// Mesh that a changed object shows.
 enum ChangedMesh {
     Same,
-    /// The mesh of this index.
+    /// The existing mesh with this index.
     Shared(usize),
     New(Arc<Mesh>),
 }
 
-/// The materials of a changed object's slots, and the images that they add to the world.
+/// Materials of a changed object's slots, and the images that they add to the world.
 struct ChangedMaterials {
     materials: Vec<Material>,
     textures: Vec<Texture>,
     notices: Vec<Notice>,
-    /// False if they take the place of those before, as far as nobody else has these.
+    /// False if they replace the previous materials, unless other objects share those.
     is_of_new_mesh: bool,
 }
 
 impl ObjectSpec {
-    /// Changes the object of this number in what the description says; the world is as it was where that fails, but for images
-    /// that `files` keeps.
+    /// Changes the object with this index as described. If that fails, the world is unchanged except for images that
+    /// `files` keeps.
     ///
-    /// Placement is given as a whole: angles without a location place it at the origin. A mesh that other objects show
-    /// stays theirs. A mesh file brings its materials; other meshes keep the object's.
+    /// Placement is replaced as a whole: angles without a location place the object at the origin. A mesh that other
+    /// objects show remains theirs. A mesh file brings its materials; other meshes keep the object's materials.
     ///
     /// # Errors
-    /// The errors of [`ObjectSpec::build`], [`SceneError::World`] where there is no such object, and where vertices
-    /// are given alone that are not as many as before or leave shading normals behind.
+    /// Errors of [`ObjectSpec::build`]; [`SceneError::World`] if the object does not exist, and if only vertices are
+    /// given whose number differs from before or whose shading normals would become invalid.
     pub fn change<F: AssetLoader>(self, world: &mut World, id: usize, files: &mut F) -> Result<(), F::Error> {
         world.check_object(id).map_err(F::Error::from)?;
         match self.change_placement(world, id) {
@@ -55,8 +55,8 @@ impl ObjectSpec {
         }
     }
 
-    /// Changes where an object is and if it is visible, where the description says nothing else; `None` where it says more.
-    /// It needs no files, and the world is as it was where it fails.
+    /// Changes an object's placement and visibility, if the description contains nothing else; `None` if it contains
+    /// more. No files are needed, and the world is unchanged on failure.
     pub fn change_placement(&self, world: &mut World, id: usize) -> Option<Result<()>> {
         let keys = self.keys();
         let is_more = self.name.is_some() || self.category.is_some() || self.shadow_catcher.is_some();
@@ -85,7 +85,7 @@ impl ObjectSpec {
     ) -> Result<(), BuildFailure<F::Error>> {
         let keys = self.keys();
         if self.name.as_ref().is_some_and(String::is_empty) {
-            return Err(SceneError::schema("name", "\"\": expected a name").into());
+            return Err(SceneError::schema("name", "\"\"; expected a non-empty name").into());
         }
         self.check_material(&keys, true)?;
         let place = match keys.given(&PLACEMENT).is_empty() {
@@ -93,7 +93,7 @@ impl ObjectSpec {
             false => Some(self.object_transform(world.up, &keys)?),
         };
         let (mesh, materials) = self.changed_parts(world, id, &keys, files)?;
-        // Nothing fails from here on.
+        // Nothing fails after this point.
         let before = world.parts_in_use();
         let name = self.name.take();
         if let Some(materials) = materials {
@@ -136,7 +136,7 @@ impl ObjectSpec {
         Ok(())
     }
 
-    /// The mesh and the materials that it has from now on; `None` for materials that stay.
+    /// The object's new mesh and materials; `None` for unchanged materials.
     fn changed_parts<F: AssetLoader>(
         &mut self,
         world: &World,
@@ -151,15 +151,15 @@ impl ObjectSpec {
             false => keys.exactly_one("shape", &SHAPES)?,
         };
         if kind != "mesh" {
-            keys.refuse(&["upright"], "it goes with \"mesh\", a file that says which axis is up")?;
+            keys.refuse(&["upright"], "requires \"mesh\", a file with an up axis, which is missing")?;
         }
         if kind != "vertices" {
-            keys.refuse(&["triangles"], "it goes with \"vertices\", which is missing")?;
+            keys.refuse(&["triangles"], "requires \"vertices\", which is missing")?;
         }
         let moves_vertices = kind == "vertices" && self.triangles.is_none();
         if kind.is_empty() || moves_vertices {
             if moves_vertices {
-                keys.refuse(&["refine"], "it goes with \"faces\" too: the mesh is refined already")?;
+                keys.refuse(&["refine"], "requires \"faces\" too, because the mesh has already been refined")?;
             }
             let changed = !keys.given(&GEOMETRY).is_empty() || moves_vertices;
             let mesh = if changed { Some(self.reshaped(old, &object.name)?) } else { None };
@@ -167,7 +167,7 @@ impl ObjectSpec {
             return Ok((mesh.map_or(ChangedMesh::Same, |mesh| ChangedMesh::New(Arc::new(mesh))), materials));
         }
         if let Some(original) = self.instance_of.take() {
-            keys.refuse(&GEOMETRY, "the mesh is that of another object: this belongs there")?;
+            keys.refuse(&GEOMETRY, "the mesh belongs to another object; set this key there")?;
             let other = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
             let Some(mesh) = world.objects.get(other).map(|other| other.mesh) else {
                 return Ok((ChangedMesh::Same, None));
@@ -206,19 +206,19 @@ impl ObjectSpec {
         Ok((ChangedMesh::New(mesh), kept))
     }
 
-    /// A mesh with other vertices, normals, coordinates or colours.
+    /// Returns a mesh with other vertices, normals, coordinates or colours.
     fn reshaped(&mut self, old: &Arc<Mesh>, name: &str) -> Result<Mesh> {
         let mut mesh = Mesh::clone(old);
         if let Some(vertices) = self.vertices.take() {
             let (given, known) = (vertices.len(), mesh.vertices.len());
             if given != known {
                 return Err(SceneError::world(format!(
-                    "vertices: {given} are given, and the mesh of {name:?} has {known}: give faces too for another mesh"
+                    "{given} vertices, but the mesh of {name:?} has {known}; add faces to replace the mesh"
                 )));
             }
             if mesh.normals.is_some() && self.normals.is_none() {
                 return Err(SceneError::world(format!(
-                    "vertices: the mesh of {name:?} has shading normals, which would stay as they are: give normals too, or \
+                    "vertices: the shading normals of {name:?} would not match the new vertices; add normals, or \
                      normals=None for flat faces"
                 )));
             }
@@ -233,7 +233,7 @@ impl ObjectSpec {
         Ok(Arc::unwrap_or_clone(additions.mesh))
     }
 
-    /// The object's materials with the changes that the description makes; `None` if it makes none.
+    /// Materials of the object with the changes of the description; `None` if there are none.
     fn changed_materials<F: AssetLoader>(
         &self,
         world: &World,
@@ -270,7 +270,7 @@ impl ChangedMaterials {
     }
 }
 
-/// Shows a mesh as an object's, and takes it off nodes that would bend the one before.
+/// Assigns a mesh to an object, and detaches the object from nodes that would deform the previous mesh.
 fn put_mesh(world: &mut World, id: usize, mesh: usize) {
     world.objects[id].mesh = mesh;
     let bends = |tree: &crate::animation::NodeTree| tree.objects.iter().any(|m| m.object == id && m.rest.is_some());
@@ -278,7 +278,7 @@ fn put_mesh(world: &mut World, id: usize, mesh: usize) {
         let name = &world.objects[id].name;
         world.notices.push(Notice::new(
             NoticeCode::DetachedPart,
-            format!("object {name:?} has another mesh, which no animation of its file bends or moves"),
+            format!("object {name:?} has a new mesh, which no animation of its file deforms or moves"),
         ));
         world.change_tree(|tree| tree.objects.retain(|mount| mount.object != id));
     } else {
@@ -290,7 +290,7 @@ fn put_mesh(world: &mut World, id: usize, mesh: usize) {
     }
 }
 
-/// Gives an object its materials: in the place of those before, or as new ones where others have those too.
+/// Assigns materials to an object. They replace the previous ones, or are added as new ones if other objects use those.
 fn put_materials(world: &mut World, id: usize, changed: ChangedMaterials) {
     let ChangedMaterials { materials, textures, notices, is_of_new_mesh } = changed;
     world.notices.extend(notices);

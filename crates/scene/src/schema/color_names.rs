@@ -1,4 +1,4 @@
-//! Names of colours, as CSS has them (CSS Color Module Level 4, section 6.1), in 8-bit sRGB.
+//! CSS colour names (CSS Color Module Level 4, section 6.1), in 8-bit sRGB.
 
 /// Name and 0xrrggbb, in alphabetical order.
 const NAMES: [(&str, u32); 148] = [
@@ -152,7 +152,7 @@ const NAMES: [(&str, u32); 148] = [
     ("yellowgreen", 0x9acd32),
 ];
 
-/// Red, green and blue of a name, in any case; `None` for an unknown one.
+/// Red, green and blue of a name, in upper or lower case; `None` for an unknown name.
 pub(crate) fn srgb8_of_name(name: &str) -> Option<[u8; 3]> {
     let name = name.to_ascii_lowercase();
     let found = NAMES.binary_search_by(|(known, _)| (*known).cmp(&name)).ok()?;
@@ -160,7 +160,7 @@ pub(crate) fn srgb8_of_name(name: &str) -> Option<[u8; 3]> {
     Some([r, g, b])
 }
 
-/// The names, for suggestions.
+/// All names, for suggestions.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     NAMES.iter().map(|(name, _)| *name)
 }

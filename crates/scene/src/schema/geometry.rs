@@ -1,4 +1,4 @@
-//! The mesh that an object describes: a primitive, a file's, or vertices and triangles.
+//! Mesh of an object's description: a primitive, a file's mesh, or vertices and triangles.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -19,34 +19,33 @@ use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 use crate::up::Up;
 
-/// The mesh files that were read so far, by name and the axis they are turned to: one that several objects name is read
-/// once.
+/// Mesh files that have been read, by name and target up axis: a file that several objects name is read once.
 pub type LoadedMeshes = HashMap<(String, Option<Up>), LoadedMesh>;
 
-/// The contents of a mesh file.
+/// Contents of a mesh file.
 #[derive(Clone)]
 pub struct LoadedMesh {
-    /// All its parts.
+    /// All its parts joined.
     pub mesh: Arc<Mesh>,
-    /// Its index in the world, if the world has it unchanged.
+    /// Index of the mesh in the world, if the world contains it unchanged.
     pub index: Option<usize>,
-    /// As in the file; their textures are the world's.
+    /// Materials of the file; their textures are indices into the world's textures.
     pub materials: Vec<Material>,
 }
 
-/// The parts that an object adds to the world besides itself.
+/// Parts that an object adds to the world in addition to itself.
 #[derive(Default)]
 pub(super) struct Additions {
     pub(super) mesh: Arc<Mesh>,
-    /// Index of the mesh, if the world has it already.
+    /// Index of the mesh, if the world already contains it.
     pub(super) index: Option<usize>,
-    /// Their textures are indices into the world's, as if `textures` were added already.
+    /// Materials; their textures are indices into the world's textures, as if `textures` had already been added.
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
     pub(super) notices: Vec<Notice>,
 }
 
-/// The axes of a mesh file in a world: turned to the world's up axis, or kept.
+/// Axes of a mesh file in a world: rotated to the world's up axis, or kept.
 #[derive(Clone, Copy)]
 pub(super) struct FileAxes {
     world_up: Up,
@@ -57,19 +56,19 @@ pub(super) struct FileAxes {
 }
 
 impl FileAxes {
-    /// The up axis that the mesh is turned to; `None` if it keeps the file's axes.
+    /// Up axis to which the mesh is rotated; `None` if it keeps the file's axes.
     pub(super) fn target(self) -> Option<Up> {
         self.upright.unwrap_or(!self.has_matrix).then_some(self.world_up)
     }
 
-    /// The notice for a file whose up axis `from` differs from the world's, `to`; `None` if the description is explicit
-    /// about keeping the axes.
+    /// Notice for a file whose up axis `from` differs from the world's, `to`; `None` if the description explicitly
+    /// keeps the axes.
     fn notice(self, file: &str, from: &str, to: &str) -> Option<Notice> {
         let message = match (self.target(), self.upright) {
-            (Some(_), _) => format!("{file}: its up axis, {from}, is turned to {to}: upright = false keeps it"),
+            (Some(_), _) => format!("{file}: its up axis, {from}, is rotated to {to}; set upright = false to keep it"),
             (None, None) => format!(
-                "{file}: its up axis, {from}, is not turned to {to}, because matrix applies to the file's own axes; \
-                 upright = true turns it before matrix is applied"
+                "{file}: its up axis, {from}, is not rotated to {to}, because matrix applies to the file's own axes; \
+                 set upright = true to rotate it before matrix is applied"
             ),
             (None, Some(_)) => return None,
         };
@@ -78,13 +77,14 @@ impl FileAxes {
 }
 
 impl ObjectSpec {
-    /// The axes of the object's mesh file in a world with this up axis.
+    /// Axes of the object's mesh file in a world with this up axis.
     pub(super) fn file_axes(&self, world_up: Up) -> FileAxes {
         FileAxes { world_up, upright: self.upright, has_matrix: self.matrix.is_some() }
     }
 
-    /// Its own mesh, refined and checked, with its materials and their textures, of which the first will be the world's
-    /// `next_texture`; and what its file gave, where it has one, turned as `axes` say. `plain` is a mesh as it is in the file.
+    /// Returns the object's refined and checked mesh, with its materials and their textures, of which the first becomes
+    /// `next_texture` of the world. If the object has a file, also returns the file's contents, rotated according to
+    /// `axes`. `plain` is true for an unmodified mesh of a file.
     pub(super) fn additions<F: AssetLoader>(
         &mut self,
         keys: &Keys<KEYS>,
@@ -146,23 +146,27 @@ impl ObjectSpec {
         self.apply_material_all(&mut additions.materials, &puts, keys)?;
         let colored = [additions.mesh.face_colors.is_some(), additions.mesh.vertex_colors.is_some()];
         if let Some(file) = self.mesh.as_ref().filter(|_| self.color.is_some() && colored.contains(&true)) {
-            additions.notices.push(Notice::new(NoticeCode::MultipliedColors, format!(
-                "{file}: its vertices or faces have colours, which color = multiplies: color = \"white\" shows them alone"
-            )));
+            additions.notices.push(Notice::new(
+                NoticeCode::MultipliedColors,
+                format!(
+                    "{file}: color multiplies the colours of its vertices or faces; set color = \"white\" to show only \
+                 these"
+                ),
+            ));
         } else if colored == [true; 2] {
             additions.notices.push(Notice::new(
                 NoticeCode::MultipliedColors,
-                "face_colors and vertex_colors are both given: their product is shown",
+                "both face_colors and vertex_colors are given; their product is shown",
             ));
         }
         Ok((additions, read))
     }
 
-    /// Gives the mesh what the description says of it, and checks it.
+    /// Applies the description's attributes to the mesh, and checks it.
     pub(super) fn change_mesh(&mut self, additions: &mut Additions) -> Result<()> {
         let mesh = Arc::make_mut(&mut additions.mesh);
         if self.face_colors.is_some() || self.vertex_colors.is_some() {
-            // Colours named here show as they are, whatever the file's materials say.
+            // Colours specified here are shown unchanged, whatever the file's materials are.
             additions.materials.iter_mut().for_each(|material| material.color = [1.0; 3]);
         }
         mesh.face_colors = self.face_colors.take().or(mesh.face_colors.take());
@@ -182,7 +186,7 @@ impl ObjectSpec {
         Ok(())
     }
 
-    /// The mesh of a primitive, or of vertices and triangles.
+    /// Mesh of a primitive, or of vertices and triangles.
     fn own_mesh(&mut self) -> Result<Mesh> {
         let of = |key: &str, mesh: Result<Mesh>| mesh.map_err(|error| error.in_context(key));
         if let Some(shape) = &self.box_ {
@@ -204,19 +208,19 @@ impl ObjectSpec {
             return of("torus", primitive::torus(shape.radius, shape.tube, shape.segments));
         }
         let Some(triangles) = self.triangles.take() else {
-            return Err(SceneError::schema("vertices", "it goes with \"triangles\", which is missing"));
+            return Err(SceneError::schema("vertices", "requires \"triangles\", which is missing"));
         };
         let vertices = self.vertices.take().unwrap_or_default();
         Ok(Mesh { vertices: vertices.into_iter().map(DVec3::from_array).collect(), triangles, ..Mesh::default() })
     }
 }
 
-/// Normals of length 1.
+/// Normalises normals to length 1.
 fn unit_length(normals: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>> {
     let unit = |(i, normal): (usize, [f32; 3])| {
         let unit = DVec3::from_array(normal.map(f64::from)).try_normalize();
         unit.map(|unit| unit.as_vec3().to_array()).ok_or_else(|| {
-            SceneError::schema(format!("normals[{i}]"), format!("{normal:?}: expected a direction, not 0, all finite"))
+            SceneError::schema(format!("normals[{i}]"), format!("{normal:?}; expected a finite direction other than 0"))
         })
     };
     normals.into_iter().enumerate().map(unit).collect()

@@ -1,8 +1,8 @@
-//! Which keys of a table were written, for the rules about what goes with what.
+//! Keys that a table contains, for rules about their combination.
 
 use crate::error::{Result, SceneError};
 
-/// A method's value of fields of a struct, with their keys: the fields' names, or what stands before them.
+/// Implements a method that returns fields of a struct with their keys: the fields' names, or the string before them.
 macro_rules! by_key {
     ($table:ident, $method:ident: $($($key:literal)? $field:ident),+ $(,)?) => {
         [$((by_key!(@key $($key)? $field), $table.$field.$method())),+]
@@ -16,21 +16,21 @@ macro_rules! by_key {
 }
 pub(crate) use by_key;
 
-/// The optional keys of a table, each with whether it is there.
+/// Optional keys of a table, each with true if present.
 pub struct Keys<const N: usize>(pub [(&'static str, bool); N]);
 
 impl<const N: usize> Keys<N> {
-    /// The keys among `keys` that were written.
+    /// The keys among `keys` that are present.
     pub fn given(&self, keys: &[&str]) -> Vec<&'static str> {
         self.0.iter().filter(|(key, given)| *given && keys.contains(key)).map(|(key, _)| *key).collect()
     }
 
-    /// How many keys were written.
+    /// Number of keys present.
     pub fn count(&self) -> usize {
         self.0.iter().filter(|(_, given)| *given).count()
     }
 
-    /// Refuses some keys, for a reason.
+    /// Rejects some keys, for a reason.
     pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<()> {
         match self.given(keys).first() {
             Some(key) => Err(SceneError::schema(*key, reason)),
@@ -38,14 +38,14 @@ impl<const N: usize> Keys<N> {
         }
     }
 
-    /// The one of some keys that is there.
+    /// Returns the one of several keys that is present.
     pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str> {
         match self.given(keys)[..] {
             [key] => Ok(key),
-            [] => Err(SceneError::schema("", format!("no {what}: expected one of {}", keys.join(", ")))),
+            [] => Err(SceneError::schema("", format!("no {what} given; expected one of {}", keys.join(", ")))),
             [first, second, ..] => Err(SceneError::schema(
                 second,
-                format!("{first:?} is given too: expected one {what}, of {}", keys.join(", ")),
+                format!("{first:?} is given too; expected only one of the keys for the {what}: {}", keys.join(", ")),
             )),
         }
     }

@@ -1,4 +1,4 @@
-//! The material keys of an object's description.
+//! Material keys of an object's description.
 
 use crate::color::Rgb;
 use crate::error::{Result, SceneError, suggestion};
@@ -11,10 +11,10 @@ use crate::schema::shorthand::{Color, Splat};
 use crate::schema::spec::object::{AlphaMode, KEYS, MaterialType, ObjectSpec};
 use crate::schema::texture_binding::TextureBinding;
 
-/// The keys of several types of materials.
+/// Keys that several material types have.
 const COMMON_KEYS: [&str; 10] =
     ["type", "color", "texture", "textures", "wrap", "specular", "emission", "opacity", "alpha", "roughness"];
-/// The keys that the lecture's material alone has, and those of metal, of glass and of principled.
+/// Keys that only the lecture's material has, and those of metal, glass and principled.
 const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
 const METAL_KEYS: [&str; 1] = ["metal"];
 const GLASS_KEYS: [&str; 6] = ["ior", "thin", "dispersion", "attenuation_color", "attenuation_distance", "priority"];
@@ -35,38 +35,38 @@ const PRINCIPLED_KEYS: [&str; 14] = [
     "diffuse_transmission_color",
 ];
 
-/// True if a key is given that changes a material.
+/// True if a key that changes a material is present.
 pub(crate) fn has_material_keys(keys: &Keys<KEYS>) -> bool {
     let all = [&COMMON_KEYS[..], &PHONG_KEYS, &METAL_KEYS, &GLASS_KEYS, &PRINCIPLED_KEYS];
     all.into_iter().any(|some| !keys.given(some).is_empty())
 }
 
 impl ObjectSpec {
-    /// Checks that the material keys go together and that their values make sense, where a file or an object `has_material`
-    /// already.
+    /// Checks that the material keys can be combined and that their values are valid. `has_material` is true if a file
+    /// or another object already provides a material.
     pub(crate) fn check_material(&self, keys: &Keys<KEYS>, has_material: bool) -> Result<()> {
         if self.alpha == Some(AlphaMode::Opaque) {
-            keys.refuse(&["opacity"], "alpha = \"opaque\" is given too, which leaves no opacity: give one of them")?;
+            keys.refuse(&["opacity"], "alpha = \"opaque\" is given too, which excludes opacity; use one of them")?;
         }
-        let needs = |named: &str| format!("it goes with type = {named}");
-        // The material of a file or of another object may be changed: see `apply_material_all`.
+        let needs = |named: &str| format!("requires type = {named}");
+        // The material of a file or of another object may be changed; see `apply_material_all`.
         let known = self.type_.is_none() && has_material;
         match self.type_ {
             Some(MaterialType::Unlit) => {
-                let reason = "type = \"unlit\" shows the base colour itself and reflects no light";
+                let reason = "type = \"unlit\" shows only the base colour and reflects no light";
                 keys.refuse(&["diffuse", "specular", "shininess", "roughness"], reason)?;
             }
             Some(MaterialType::Matte) => {
-                let reason = "type = \"matte\" is diffuse alone; leave out the type for diffuse and specular";
+                let reason = "type = \"matte\" is only diffuse; omit the type for diffuse and specular";
                 keys.refuse(&["specular", "shininess", "roughness"], reason)?;
             }
             Some(MaterialType::Metal | MaterialType::Glass) => {
-                let reason = "metal and glass have no diffuse part; leave out the type for diffuse and specular";
+                let reason = "metal and glass have no diffuse part; omit the type for diffuse and specular";
                 keys.refuse(&["diffuse", "specular", "shininess"], reason)?;
             }
             Some(MaterialType::Principled) => {
                 let reason =
-                    "type = \"principled\" has metallic and roughness; leave out the type for diffuse and shininess";
+                    "type = \"principled\" has metallic and roughness; omit the type for diffuse and shininess";
                 keys.refuse(&PHONG_KEYS, reason)?;
             }
             None if known => {}
@@ -85,10 +85,10 @@ impl ObjectSpec {
             keys.refuse(&PRINCIPLED_KEYS, &needs("\"principled\""))?;
         }
         if self.metal.is_some() {
-            keys.refuse(&["color"], "a metal has either a name or a color of its own")?;
+            keys.refuse(&["color"], "a metal has either a name or a color; use one of them")?;
         }
         if self.texture.is_none() && self.textures.is_none() {
-            keys.refuse(&["wrap"], "it goes with \"texture\", which is missing")?;
+            keys.refuse(&["wrap"], "requires \"texture\", which is missing")?;
         }
         self.check_material_values()
     }
@@ -100,7 +100,7 @@ impl ObjectSpec {
                 return Ok(());
             }
             let given = if let [value] = values { value.to_string() } else { format!("{values:?}") };
-            Err(SceneError::schema(key, format!("{given}: expected 0 to 1")))
+            Err(SceneError::schema(key, format!("{given}; expected 0 to 1")))
         };
         if let Some(Color(color)) = self.color {
             share("color", &color.map(f64::from))?;
@@ -116,14 +116,18 @@ impl ObjectSpec {
             let known: Vec<_> = Metal::names().collect();
             return Err(SceneError::schema(
                 "metal",
-                format!("no metal {name:?}{}; there are {}", suggestion(name, known.iter().copied()), known.join(", ")),
+                format!(
+                    "unknown metal {name:?}{}; available: {}",
+                    suggestion(name, known.iter().copied()),
+                    known.join(", ")
+                ),
             ));
         }
         if self.shininess.is_some_and(|v| !(v.is_finite() && v >= 0.0)) {
             let given = self.shininess.unwrap_or_default();
             return Err(SceneError::schema(
                 "shininess",
-                format!("{given}: expected a finite number >= 0, the Phong exponent"),
+                format!("{given}; expected a finite number >= 0, the Phong exponent"),
             ));
         }
         let mut material = Material::default();
@@ -131,10 +135,10 @@ impl ObjectSpec {
         material.validate().map_err(|error| SceneError::schema("type", error.to_string()))
     }
 
-    /// Changes materials to what is said here.
+    /// Changes materials as described.
     ///
     /// # Errors
-    /// [`SceneError::Schema`] where something is said that none of them has.
+    /// [`SceneError::Schema`] if none of the materials has a described property.
     pub(crate) fn apply_material_all(
         &self,
         materials: &mut [Material],
@@ -149,9 +153,9 @@ impl ObjectSpec {
         }
         if let Some((put, _)) = textures.iter().zip(unused).find(|(_, unused)| *unused) {
             let path = format!("textures.{}", put.key);
-            return Err(SceneError::schema(path, "it goes with type = \"principled\""));
+            return Err(SceneError::schema(path, "requires type = \"principled\""));
         }
-        // With a type, `check_material` has looked.
+        // If there is a type, `check_material` has already checked this.
         let takes = |material: &Material, key: &str| match &material.model {
             MaterialModel::Principled(_) => !METAL_KEYS.contains(&key),
             MaterialModel::Glass(_) => GLASS_KEYS.contains(&key) || key == "roughness",
@@ -164,15 +168,15 @@ impl ObjectSpec {
         let lacking = |key: &&&str| !materials.iter().any(|material| takes(material, key));
         match given.iter().find(lacking) {
             Some(key) if self.type_.is_none() => {
-                Err(SceneError::schema(*key, "no material of this object has it: say a type that has"))
+                Err(SceneError::schema(*key, "no material of this object has this property; add a type that has it"))
             }
             _ => Ok(()),
         }
     }
 
-    /// Changes a material to what is said here, and says which of the textures it has a place for.
+    /// Changes a material as described, and returns which of the textures it has a slot for.
     fn apply_material(&self, material: &mut Material, textures: &[TextureBinding]) -> Vec<bool> {
-        // An image named here shows as it is, unless a colour to multiply it by is named here too.
+        // An image specified here is shown unchanged, unless a colour that multiplies it is specified too.
         let textured = textures.iter().any(|put| put.key == "texture");
         match self.color {
             Some(Color(color)) => material.color = color,
@@ -194,7 +198,7 @@ impl ObjectSpec {
             }
             None => {}
         }
-        // With a type, all begins anew.
+        // With a type, the material starts from its defaults.
         let known = if self.type_.is_some() { 0 } else { material.priority };
         material.priority = self.priority.unwrap_or(known);
         let reflectance = std::mem::replace(&mut material.model, MaterialModel::Unlit);
@@ -202,7 +206,7 @@ impl ObjectSpec {
         textures.iter().map(|put| put.bind(material, !self.has_value(put.key))).collect()
     }
 
-    /// How it reflects light, where it did so before.
+    /// The material's previous reflection model.
     fn material_model(&self, base: MaterialModel) -> MaterialModel {
         match (self.type_, base) {
             (Some(MaterialType::Unlit), _) => MaterialModel::Unlit,
@@ -245,7 +249,7 @@ impl ObjectSpec {
         !self.keys().given(&[key]).is_empty()
     }
 
-    /// True if the colour filters light that passes or is reflected; it is then white where not given.
+    /// True if the colour filters transmitted or reflected light; its default is then white.
     fn color_is_filter(&self) -> bool {
         self.metal.is_some() || self.type_ == Some(MaterialType::Glass)
     }
@@ -260,7 +264,7 @@ impl ObjectSpec {
         }
     }
 
-    /// The glass of the given keys over a base.
+    /// Glass with the given keys, based on another material.
     fn glass(&self, base: Glass) -> Glass {
         Glass {
             ior: self.ior.unwrap_or(base.ior),
@@ -272,7 +276,8 @@ impl ObjectSpec {
         }
     }
 
-    /// The principled material of the given keys over a base. A value given here keeps the texture that multiplies it.
+    /// Principled material with the given keys, based on another material. A given value keeps the texture that
+    /// multiplies it.
     fn principled(&self, mut p: Principled) -> Principled {
         fn set<T>(value: &mut T, given: Option<T>) {
             if let Some(given) = given {
@@ -304,18 +309,18 @@ impl ObjectSpec {
         p
     }
 
-    /// True if a key of the Phong model alone is given.
+    /// True if a key that only the Phong model has is given.
     fn is_phong(&self) -> bool {
         self.diffuse.is_some() || self.shininess.is_some()
     }
 
-    /// True if a given key needs light.
+    /// True if a given key requires light.
     fn needs_lighting(&self) -> bool {
         self.diffuse.is_some() || self.specular.is_some() || self.shininess.is_some()
     }
 }
 
-/// A colour, or another where none is given.
+/// A colour, or this default if none is given.
 fn rgb(given: Option<Color>, otherwise: Rgb) -> Rgb {
     given.map_or(otherwise, |Color(rgb)| rgb)
 }

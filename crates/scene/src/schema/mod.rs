@@ -1,8 +1,8 @@
-//! The schema of world files and Python dicts.
+//! Schema of world files and Python dicts.
 //!
-//! The structs are the reference: their doc comments are the documentation, and [`json_schema`] is made from them. A text
-//! or a dict becomes a [`SpannedValue`] first; [`from_value`] reads a struct from it, with errors that name the key, its place in
-//! the text and the nearest valid name.
+//! The structs are the reference: their doc comments are the documentation, and [`json_schema`] is generated from them.
+//! A text or a dict first becomes a [`SpannedValue`]; [`from_value`] reads a struct from it, with errors that name the
+//! key, its position in the text and the nearest valid name.
 
 mod build_failure;
 mod build_object;
@@ -26,6 +26,7 @@ pub use crate::schema::deserialize::from_value;
 pub use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
 pub use crate::schema::spec::camera::{CameraSpec, Projection};
+pub use crate::schema::spec::fog::FogSpec;
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
 pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use crate::schema::spec::pose::PoseSpec;
@@ -39,19 +40,18 @@ use crate::render_options::RenderOptions;
 use crate::schema::shorthand::one_or_many;
 use crate::up::Up;
 
-/// A world: its objects, lights and cameras, how to render it and its video.
+/// A world: its objects, lights and cameras, how to render it, and its video.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(title = "raycam world")]
 pub struct WorldFile {
-    /// Which axis points up: "z" or "y". It matters to roll, pitch and yaw, orbits and the sky; vertices are never
-    /// turned.
+    /// Axis that points up: "z" or "y". It affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
     pub up: Up,
     /// The cameras: one table or several, the default camera first.
     #[schemars(schema_with = "one_or_many::<CameraSpec>")]
     pub camera: Vec<CameraSpec>,
-    /// The rigs, several cameras on one body: one table or several. Their cameras come after those of `camera`, under
-    /// the names rig/camera.
+    /// The rigs, each with several cameras on one body: one table or several. Their cameras follow those of `camera`,
+    /// with names of the form rig/camera.
     #[schemars(schema_with = "one_or_many::<RigSpec>")]
     pub rig: Vec<RigSpec>,
     /// The objects: one table or several.
@@ -60,13 +60,15 @@ pub struct WorldFile {
     /// The lights: one table or several.
     #[schemars(schema_with = "one_or_many::<Light>")]
     pub light: Vec<Light>,
+    /// Fog that fills the world.
+    pub fog: Option<FogSpec>,
     /// Render settings. Arguments of the call and options of the command line take precedence.
     pub render: RenderOptions,
-    /// A video of it.
+    /// A video of the world.
     pub video: Option<VideoSpec>,
 }
 
-/// The JSON Schema (2020-12) of a world file, for editors and the reference.
+/// Returns the JSON Schema (2020-12) of a world file, for editors and the reference.
 pub fn json_schema() -> schemars::Schema {
     schemars::schema_for!(WorldFile)
 }

@@ -1,4 +1,4 @@
-//! Values that may be written in more than one way.
+//! Values with several notations.
 
 use std::fmt;
 
@@ -12,35 +12,35 @@ use crate::schema::color_names::{self, srgb8_of_name};
 use crate::texture::Wrap;
 use crate::written::{written, written_schema};
 
-/// `N` numbers, or one that stands for all of them.
+/// `N` numbers, or one number that stands for all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Splat<const N: usize>(pub [f64; N]);
 
-/// A colour: linear red, green, blue from 0 to 1, or "#rrggbb" in 8-bit sRGB. Always linear here.
+/// A colour: linear red, green, blue from 0 to 1, or "#rrggbb" in 8-bit sRGB. Stored as linear values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Color(pub Rgb);
 
 /// Subdivision of the mesh: a number of levels, or `{ levels, scheme }`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refine {
-    /// Each level makes four triangles of one.
+    /// Number of levels; each level replaces each triangle by four.
     pub levels: u32,
-    /// How the new vertices are placed.
+    /// Placement of the new vertices.
     pub scheme: Scheme,
 }
 
-/// How subdivision places new vertices.
+/// Placement of new vertices by subdivision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Scheme {
-    /// Loop (1987): towards a smooth surface, with boundary edges kept sharp.
+    /// Loop (1987): approaches a smooth surface, with boundary edges kept sharp.
     #[default]
     Loop,
-    /// At the middle of the edges: the same surface in smaller triangles.
+    /// At the midpoints of the edges: the same surface with smaller triangles.
     Midpoint,
 }
 
-/// A class of objects: a name, or a whole number, which becomes the name that is written like it.
+/// A class of objects: a name, or a whole number, which is converted to the name with the same digits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Category(pub String);
 
@@ -125,7 +125,7 @@ impl<const N: usize> JsonSchema for Splat<N> {
 }
 
 written! {
-    Color: "3 numbers (linear, 0 to 1), one (grey), \"#rrggbb\" (8-bit sRGB) or a name (\"red\")",
+    Color: "3 numbers (linear, 0 to 1), one number (grey), \"#rrggbb\" (8-bit sRGB) or a name (\"red\")",
 
     fn visit_f64<E: Error>(self, v: f64) -> Result<Color, E> {
         refuse_bytes([v; 3])?;
@@ -146,7 +146,7 @@ written! {
             return Ok(Color(linear_from_srgb8(srgb)));
         }
         let near = if v.starts_with('#') { String::new() } else { suggestion(v, color_names::names()) };
-        Err(E::custom(format_args!("{v:?}: expected {}{near}", &self as &dyn Expected)))
+        Err(E::custom(format_args!("{v:?}; expected {}{near}", &self as &dyn Expected)))
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
@@ -159,7 +159,7 @@ written! {
     }
 }
 
-/// Refuses what can only be bytes, with the way in which they are written.
+/// Rejects values that can only be bytes, and suggests the notation for bytes.
 fn refuse_bytes<E: Error>(rgb: [f64; 3]) -> Result<(), E> {
     let is_byte = |v: f64| (0.0..=255.0).contains(&v) && v.fract() == 0.0;
     if !rgb.iter().all(|&v| is_byte(v)) || !rgb.iter().any(|&v| v > 1.0) {
@@ -167,8 +167,8 @@ fn refuse_bytes<E: Error>(rgb: [f64; 3]) -> Result<(), E> {
     }
     let [r, g, b] = rgb.map(|v| v as u8);
     Err(E::custom(format_args!(
-        "[{r}, {g}, {b}]: numbers are linear, from 0 to 1; these look like bytes, which are written \
-         \"#{r:02x}{g:02x}{b:02x}\" (in Python also numpy.uint8([{r}, {g}, {b}]))"
+        "[{r}, {g}, {b}]: expected linear numbers from 0 to 1; for bytes, write \"#{r:02x}{g:02x}{b:02x}\" (or in \
+         Python numpy.uint8([{r}, {g}, {b}]))"
     )))
 }
 
@@ -182,9 +182,9 @@ written_schema!(Color, "Color", |_| schemars::json_schema!({ "anyOf": [
 #[derive(serde::Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RefineTable {
-    /// Each level makes four triangles of one.
+    /// Number of levels; each level replaces each triangle by four.
     levels: u32,
-    /// How the new vertices are placed.
+    /// Placement of the new vertices.
     #[serde(default)]
     scheme: Scheme,
 }
@@ -230,7 +230,7 @@ written_schema!(Wraps, "Wraps", |generator| {
     schemars::json_schema!({ "anyOf": [wrap, { "type": "array", "items": wrap, "minItems": 2, "maxItems": 2 }] })
 });
 
-/// The JSON Schema of a list, or of a table that stands for a list of one.
+/// JSON Schema of a list, or of a table that counts as a list of one.
 pub(crate) fn one_or_many<T: JsonSchema>(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
     let one = generator.subschema_for::<T>();
     schemars::json_schema!({ "anyOf": [one, { "type": "array", "items": one }] })

@@ -1,21 +1,21 @@
-//! Binding of a description's textures to the slots of a material.
+//! Assignment of a description's textures to the slots of a material.
 
 use crate::material::principled::{NormalMap, Textured};
 use crate::material::{Material, MaterialModel};
 use crate::texture::TextureSlot;
 
-/// A texture's place in a material.
+/// Slot of a texture in a material.
 pub(crate) struct TextureBinding {
-    /// The key of the value that it multiplies; "texture" for the base colour.
+    /// Key of the value that it multiplies; "texture" for the base colour.
     pub key: &'static str,
     pub slot: TextureSlot,
     pub strength: f32,
-    /// True if it is the base colour's and has alpha.
+    /// True if it is the base colour's texture and has alpha.
     pub translucent: bool,
 }
 
 impl TextureBinding {
-    /// Puts it where it belongs; whether the material has such a place. `plain` values become 1.
+    /// Assigns the texture to its slot; false if the material has no such slot. `plain` values become 1.
     pub(crate) fn bind(&self, material: &mut Material, plain: bool) -> bool {
         let slot = Some(self.slot);
         let normal = Some(NormalMap { texture: self.slot, scale: self.strength });

@@ -1,11 +1,11 @@
-//! Encoded images: the files that texels were decoded from, kept so that a world's bytes hold them instead of texels.
+//! Encoded images: the files that texels were decoded from, stored in a world's bytes instead of the texels.
 
 use std::fmt;
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The bytes of an image file, and how they were decoded.
+/// Bytes of an image file, and how they were decoded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EncodedImage {
     /// The file's bytes, for example a PNG.
@@ -14,7 +14,7 @@ pub struct EncodedImage {
     pub is_data: bool,
 }
 
-/// Bytes that serde stores as a byte string, not as a list of numbers.
+/// Bytes that serde stores as a byte string instead of a list of numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ByteString(pub Vec<u8>);
 
@@ -43,7 +43,7 @@ impl<'de> Deserialize<'de> for ByteString {
                 Ok(ByteString(bytes))
             }
 
-            // Formats without byte strings, such as JSON, have lists of numbers.
+            // Formats without byte strings, such as JSON, contain lists of numbers.
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<ByteString, A::Error> {
                 let mut bytes = Vec::new();
                 while let Some(byte) = list.next_element()? {

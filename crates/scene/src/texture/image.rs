@@ -1,4 +1,4 @@
-//! Images: texels, wherever they lie.
+//! Images: texels, in memory or in a file.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -13,27 +13,27 @@ use crate::texture::cache::paged::PagedTexels;
 use crate::texture::encoded::{ByteString, EncodedImage};
 use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad, decode_linear8, decode_linear16, decode_srgb8};
 
-/// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
+/// Texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texels {
     /// Colours in sRGB.
     Srgb8(Vec<[u8; 4]>),
-    /// Linear values, 255 stands for 1.
+    /// Linear values; 255 represents 1.
     Linear8(Vec<[u8; 4]>),
-    /// Linear values, 65535 stands for 1.
+    /// Linear values; 65535 represents 1.
     Linear16(Vec<[u16; 4]>),
-    /// Linear values of any size: high dynamic range.
+    /// Linear values without a limit: high dynamic range.
     Float(Vec<[f32; 4]>),
-    /// Any of these, in the temporary file of a [`TextureMemory`](super::TextureMemory).
+    /// Any of these formats, in the temporary file of a [`TextureMemory`](super::TextureMemory).
     Paged(PagedTexels),
 }
 
-/// Use of an image. It decides how integers are read; images of floats are linear for any use.
+/// Use of an image. It determines how integers are interpreted; float images are always linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColorUse {
     /// Colours, stored in sRGB.
     Color,
-    /// Anything else (normals, roughness, occlusion), stored as it is.
+    /// Anything else (normals, roughness, occlusion), stored without conversion.
     Data,
 }
 
@@ -49,7 +49,7 @@ impl From<ResidentTexels> for Texels {
 }
 
 impl Texels {
-    /// Linear texels of 16-bit colours in sRGB.
+    /// Converts 16-bit sRGB colours to linear texels.
     pub fn from_srgb16(mut texels: Vec<[u16; 4]>) -> Self {
         static LINEAR: LazyLock<Vec<u16>> = LazyLock::new(|| {
             let linear = |v: u16| (65535.0 * linear_from_srgb(f32::from(v) / 65535.0)).round();
@@ -62,7 +62,7 @@ impl Texels {
         Self::Linear16(texels)
     }
 
-    /// How many there are.
+    /// Number of texels.
     pub fn len(&self) -> usize {
         match self {
             Self::Srgb8(texels) | Self::Linear8(texels) => texels.len(),
@@ -72,12 +72,12 @@ impl Texels {
         }
     }
 
-    /// The number of bytes that they take.
+    /// Size in bytes.
     pub fn bytes(&self) -> usize {
         self.len() * self.kind().bytes()
     }
 
-    /// True if some texel in memory is not opaque.
+    /// True if any texel in memory is not opaque.
     pub fn has_alpha(&self) -> bool {
         match self {
             Self::Srgb8(texels) | Self::Linear8(texels) => texels.iter().any(|texel| texel[3] != u8::MAX),
@@ -87,12 +87,12 @@ impl Texels {
         }
     }
 
-    /// True if there are none.
+    /// True if there are no texels.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The linear value of one.
+    /// Linear value of a texel.
     #[inline]
     pub fn linear(&self, index: usize) -> [f32; 4] {
         match self {
@@ -104,7 +104,7 @@ impl Texels {
         }
     }
 
-    /// The linear values where two columns meet two rows, row by row, of an image of this width.
+    /// Linear values where two columns meet two rows, row by row, in an image of this width.
     #[inline]
     pub(super) fn fetch_quad(&self, width: usize, [x0, x1]: [usize; 2], rows: [usize; 2]) -> TexelQuad {
         fn fetch<T: Copy>(texels: &[T], all: [[usize; 2]; 2], linear: impl Fn(T) -> [f32; 4]) -> TexelQuad {
@@ -120,10 +120,10 @@ impl Texels {
         }
     }
 
-    /// The same texels, all in memory.
+    /// Returns the same texels, all in memory.
     ///
     /// # Errors
-    /// [`SceneError::Storage`] where the file that they are in cannot be read.
+    /// [`SceneError::Storage`] if their file cannot be read.
     pub fn in_memory(&self) -> Result<Cow<'_, Texels>> {
         Ok(match self {
             Self::Paged(texels) => Cow::Owned(texels.read_all()?.into()),
@@ -131,7 +131,7 @@ impl Texels {
         })
     }
 
-    /// The same texels, all in memory, without a copy of those that are there already.
+    /// Returns the same texels, all in memory, without copying texels that already are.
     ///
     /// # Errors
     /// The errors of [`Texels::in_memory`].
@@ -152,7 +152,7 @@ impl Texels {
         }
     }
 
-    /// Appends the bytes of some, which are in memory.
+    /// Appends the bytes of some texels, which must be in memory.
     pub(super) fn write_bytes(&self, range: Range<usize>, bytes: &mut Vec<u8>) {
         match self {
             Self::Srgb8(texels) | Self::Linear8(texels) => {
@@ -174,26 +174,26 @@ impl Texels {
 /// An image.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Image {
-    /// The file it came from, or empty.
+    /// Source file; empty if there is none.
     pub name: String,
     /// Columns and rows.
     pub size: [u32; 2],
-    /// Row-major, row 0 at the top. Empty in the bytes of a world that hold `encoded` instead.
+    /// Row-major, row 0 at the top. Empty in the bytes of a world that contain `encoded` instead.
     pub texels: Texels,
-    /// The file that the texels were decoded from, if they have not been changed since and the file is shorter.
+    /// File that the texels were decoded from, if they are unchanged and the file is smaller.
     #[serde(default)]
     pub encoded: Option<Arc<EncodedImage>>,
 }
 
-/// Equal texels of equal files: how they were encoded does not count.
+/// Images are equal if texels and file are equal; their encoding does not count.
 impl PartialEq for Image {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name && self.size == other.size && self.texels == other.texels
     }
 }
 
-/// The form of an [`Image`] in the bytes of a world: its file, if there is one, or else the texels. The file's name has no
-/// folder, so that the same image is the same data wherever it was read from, and wherever its texels are.
+/// Form of an [`Image`] in the bytes of a world: its file if there is one, otherwise the texels. The file's name has no
+/// folder, so that equal images are equal data wherever they were read from and wherever their texels are.
 #[derive(Serialize)]
 struct StoredImage<'a> {
     name: &'a str,
@@ -239,7 +239,7 @@ impl<'de> Deserialize<'de> for Texels {
 }
 
 impl Image {
-    /// An image of texels that no file holds.
+    /// Creates an image of texels without a file.
     pub fn new(name: impl Into<String>, size: [u32; 2], texels: Texels) -> Self {
         Self { name: name.into(), size, texels, encoded: None }
     }
@@ -247,13 +247,13 @@ impl Image {
     /// Checks that the number of texels matches the size.
     ///
     /// # Errors
-    /// [`SceneError::World`] if it differs, the image is empty, or a texel is not finite.
+    /// [`SceneError::World`] if it does not, if the image is empty, or if a texel is not finite.
     pub fn validate(&self) -> Result<()> {
         let Image { name, size, texels, .. } = self;
         let [width, height] = *size;
         if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
             return Err(SceneError::world(format!(
-                "texture {name:?} has {} texels, expected {width} x {height}, and at least one",
+                "texture {name:?} has {} texels; expected {width} x {height}, and at least one",
                 texels.len()
             )));
         }
@@ -261,7 +261,7 @@ impl Image {
             && let Some(i) = texels.iter().position(|texel| texel.iter().any(|v| !v.is_finite()))
         {
             return Err(SceneError::world(format!(
-                "texture {name:?} has a texel {:?} at {i}: expected finite numbers",
+                "texture {name:?} has a texel {:?} at {i}; expected finite numbers",
                 texels[i]
             )));
         }

@@ -8,15 +8,16 @@ use crate::texture::texel::TexelKind;
 use crate::texture::texel_weight::{AlphaMean, TexelWeight};
 
 impl Image {
-    /// Its mip map: the image itself, then each half as large as the one before.
+    /// Returns its mip map: the image itself, then images that are each half as large as the previous one.
     ///
-    /// Images of 8 and 16 bits give 16, linear; floats give floats. Texels are the means of those that they cover, so
-    /// that every level has the image's mean up to rounding.
+    /// Images of 8 and 16 bits give linear 16-bit levels; floats give floats. Texels are the means of the texels that
+    /// they cover, so that every level has the image's mean up to rounding.
     pub fn mip_map(self: &Arc<Self>) -> Vec<Arc<Image>> {
         self.levels(TexelWeight::Area)
     }
 
-    /// [`Image::mip_map`] of an image whose alpha is the opacity: see [`Texture::lookup_by_alpha`](crate::Texture::lookup_by_alpha).
+    /// Same as [`Image::mip_map`] for an image whose alpha is the opacity: see
+    /// [`Texture::lookup_by_alpha`](crate::Texture::lookup_by_alpha).
     pub fn mip_map_by_alpha(self: &Arc<Self>) -> Vec<Arc<Image>> {
         self.levels(TexelWeight::Alpha)
     }
@@ -46,8 +47,8 @@ impl Image {
         levels
     }
 
-    /// Image of half the size, each texel the mean of the texels that it covers, in linear values. `None` for an image of a
-    /// single texel.
+    /// Returns an image of half the size; each texel is the mean of the texels that it covers, in linear values. `None`
+    /// for an image of a single texel.
     pub(super) fn halved(&self, weight: TexelWeight) -> Option<Image> {
         let [width, height] = self.size;
         if self.size == [1, 1] {
@@ -94,7 +95,7 @@ fn halved(size: [u32; 2]) -> [u32; 2] {
     size.map(|n| (n / 2).max(1))
 }
 
-/// The texels of an axis that texel `i` of a shorter one covers, and the share of it that each has.
+/// Texels of an axis that texel `i` of a shorter axis covers, and the fraction of it that each occupies.
 fn covered_texels(i: u32, long: u32, short: u32) -> impl Iterator<Item = (u32, f32)> {
     let ratio = f64::from(long) / f64::from(short);
     let (start, end) = (f64::from(i) * ratio, f64::from(i + 1) * ratio);
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_level_has_the_mean_of_the_image() {
+    fn every_mip_level_has_the_mean_of_the_image() {
         for size in [[8, 8], [7, 5], [1, 13], [64, 3]] {
             let value = |i: u32| (((i % size[0]) * 7 + (i / size[0]) * 13) % 11) as f32;
             let texels = (0..size[0] * size[1]).map(|i| [value(i); 4]).collect();
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn small_numbers_become_sixteen_bits() {
+    fn mip_levels_of_8_bit_images_have_16_bits() {
         let texels = (0..6).map(|i| [i, 2 * i, 3 * i, 255]).collect();
         let image = Arc::new(Image::new("", [3, 2], Texels::Linear8(texels)));
         assert_eq!(image.bytes(), 6 * 4 + 8);

@@ -22,27 +22,27 @@ pub use crate::texture::cache::{PageInStats, TextureCache};
 use crate::texture::texel::TexelQuad;
 pub use crate::texture::texel_weight::AlphaMean;
 
-/// The wrap mode of texture coordinates beyond 0..1.
+/// Wrap mode of texture coordinates outside 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Wrap {
-    /// Starts again.
+    /// The image repeats.
     #[default]
     Repeat,
-    /// Keeps its border.
+    /// The border texels continue.
     Clamp,
-    /// Turns back.
+    /// The image repeats, mirrored every other time.
     Mirror,
 }
 
-/// The filter between texels.
+/// Filter between texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "TextureFilter")]
 pub enum TexelFilter {
     /// The nearest texel.
     Nearest,
-    /// Between the four nearest.
+    /// Interpolation between the four nearest texels.
     #[default]
     Linear,
 }
@@ -52,11 +52,11 @@ pub enum TexelFilter {
 pub struct TextureSampler {
     /// Wrap modes of u and v.
     pub wrap: [Wrap; 2],
-    /// The filter where a texel covers more than a pixel.
+    /// The filter if a texel covers more than a pixel.
     pub magnification: TexelFilter,
-    /// The filter where a pixel covers more than a texel.
+    /// The filter if a pixel covers more than a texel.
     pub minification: TexelFilter,
-    /// Between the levels of a mip map; `None` uses the image alone.
+    /// The filter between the levels of a mip map; `None` uses only the image.
     pub mip: Option<TexelFilter>,
 }
 
@@ -72,21 +72,21 @@ impl Default for TextureSampler {
     }
 }
 
-/// An image and how it is looked up. Several textures may share an image.
+/// An image and its lookup options. Several textures may share an image.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct Texture {
     /// The image.
     pub image: Arc<Image>,
-    /// How it is looked up.
+    /// Lookup options.
     pub sampler: TextureSampler,
 }
 
-/// A reference of a material to a texture.
+/// Reference from a material to a texture.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct TextureSlot {
     /// Index into the world's textures.
     pub texture: usize,
-    /// Which texture coordinates of the mesh: 0 for [`Mesh::uvs`](crate::Mesh::uvs), others for those in
+    /// Index of the mesh's texture coordinates: 0 for [`Mesh::uvs`](crate::Mesh::uvs), others for those in
     /// [`Mesh::more_uvs`](crate::Mesh::more_uvs).
     pub uv_set: usize,
     /// Matrix by which the mesh's coordinates (u, v, 1) are multiplied, row by row, as in `KHR_texture_transform`.
@@ -94,12 +94,12 @@ pub struct TextureSlot {
 }
 
 impl TextureSlot {
-    /// The texture as the mesh's first coordinates have it.
+    /// The texture with the mesh's first texture coordinates.
     pub fn plain(texture: usize) -> Self {
         Self { texture, uv_set: 0, image_from_mesh: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] }
     }
 
-    /// The coordinates in the image of coordinates of the mesh.
+    /// Converts the mesh's coordinates to coordinates in the image.
     pub fn coordinates(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         self.image_from_mesh
             .map(|[a, b, c]| (f64::from(a) * f64::from(u) + f64::from(b) * f64::from(v) + f64::from(c)) as f32)
@@ -129,8 +129,9 @@ impl Texture {
         self.image.validate()
     }
 
-    /// The value at texture coordinates (u right, v down), linear, with alpha; texel centres lie at half integers, and
-    /// a texel at its centre comes back exactly. Interpolation is of linear values, as `magnification` says.
+    /// Value at texture coordinates (u right, v down), linear, with alpha. Texel centres are at half integers, and a
+    /// lookup at a texel's centre returns exactly that texel. Linear values are interpolated with the filter
+    /// `magnification`.
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
         match self.fetch(uv) {
             Fetched::Texel(texel) => texel,
@@ -138,9 +139,9 @@ impl Texture {
         }
     }
 
-    /// [`Texture::lookup`] for a texture whose alpha is the opacity: colours are averaged in proportion to their alpha, so that
-    /// the colour of transparent texels, which is arbitrary, does not show at their edges (T. Porter and T. Duff, "Compositing
-    /// Digital Images", SIGGRAPH 1984). The returned colour is not multiplied by alpha.
+    /// [`Texture::lookup`] for a texture whose alpha is the opacity: colours are averaged in proportion to their alpha,
+    /// so that the arbitrary colour of transparent texels is not visible at their edges (T. Porter and T. Duff,
+    /// "Compositing Digital Images", SIGGRAPH 1984). The returned colour is not multiplied by alpha.
     pub fn lookup_by_alpha(&self, uv: [f32; 2]) -> [f32; 4] {
         let (quad, fractions) = match self.fetch(uv) {
             Fetched::Texel(texel) => return texel,
@@ -171,14 +172,14 @@ impl Texture {
     }
 }
 
-/// The texels of a lookup.
+/// Texels of a lookup.
 enum Fetched {
     Texel([f32; 4]),
     /// Four texels, row by row, and the fractions along u and v.
     Quad(TexelQuad, [f32; 2]),
 }
 
-/// Between which two texels a coordinate lies along one axis, and how far from the first towards the second.
+/// The two texels on either side of a coordinate along one axis, and the fraction from the first to the second.
 struct Axis {
     texels: [usize; 2],
     fraction: f32,
@@ -188,10 +189,11 @@ impl Axis {
     fn new(coordinate: f32, size: u32, wrap: Wrap) -> Self {
         let length = f64::from(size);
         let position = f64::from(coordinate) * length - 0.5;
-        // Float32 coordinates of a texel's centre miss it by their rounding error, which a large image magnifies to a
-        // visible share of the neighbour: that close to a centre is at it.
+        // Float32 coordinates of a texel's centre have rounding errors, which a large image magnifies to a visible
+        // fraction of the neighbour. Positions this close to a centre count as the centre.
         let rounding = (4.0 * f64::from(f32::EPSILON) * length * f64::from(coordinate.abs())).min(1.0 / 256.0);
-        // Beyond 2^52 there are no fractions; NaN is taken for 0. By casts: rounding to whole numbers may be a call.
+        // Beyond 2^52 there are no fractions; NaN counts as 0. Uses casts, because rounding to whole numbers may be a
+        // function call.
         let position = position.clamp(-4.5e15, 4.5e15);
         let whole = position as i64;
         let mut first = whole - i64::from(position < whole as f64);
@@ -210,10 +212,10 @@ impl Axis {
 }
 
 impl Wrap {
-    /// The texel at position `i` of an axis of `size` texels.
+    /// Texel at position `i` of an axis of `size` texels.
     #[inline]
     fn index(self, i: i64, size: i64) -> usize {
-        // Nearly always; a division takes longer than all else.
+        // This is the usual case; a division would take longer than the rest of the function.
         if (0..size).contains(&i) {
             return i as usize;
         }

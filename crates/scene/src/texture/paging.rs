@@ -1,4 +1,4 @@
-//! Images into the texture cache, and out of memory into its file.
+//! Moves images into the texture cache, and from memory into its file.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -10,7 +10,7 @@ use crate::texture::image::{Image, Texels};
 use crate::texture::texel_weight::TexelWeight;
 
 impl TextureCache {
-    /// The image, counted, and paged where those kept so far do not fit with it.
+    /// Counts an image and returns it, paged if it does not fit next to the images stored so far.
     ///
     /// # Errors
     /// The errors of [`Image::validate`] and [`TextureCache::page_out`].
@@ -25,10 +25,10 @@ impl TextureCache {
         self.requested_bytes.fetch_add(image.bytes(), Ordering::Relaxed);
     }
 
-    /// The image with its texels, and those of its mip map, in the temporary file.
+    /// Returns the image with its texels and mip map in the temporary file.
     ///
     /// # Errors
-    /// [`crate::SceneError::Storage`] where that cannot be written.
+    /// [`crate::SceneError::Storage`] if the file cannot be written.
     pub fn page_out(self: &Arc<Self>, image: &Image) -> Result<Image> {
         if matches!(image.texels, Texels::Paged(_)) {
             return Ok(image.clone());

@@ -1,4 +1,4 @@
-//! Textures as serde's data, an image that several of them share only once.
+//! Serde representation of textures that stores a shared image only once.
 
 use std::collections::HashMap;
 use std::sync::Arc;

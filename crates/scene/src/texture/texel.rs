@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::color::linear_from_srgb8;
 
-/// How a texel is stored.
+/// Storage format of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum TexelKind {
     Srgb8,
@@ -14,7 +14,7 @@ pub(crate) enum TexelKind {
 }
 
 impl TexelKind {
-    /// The bytes of a texel.
+    /// Bytes per texel.
     pub fn bytes(self) -> usize {
         match self {
             Self::Srgb8 | Self::Linear8 => 4,
@@ -23,7 +23,7 @@ impl TexelKind {
         }
     }
 
-    /// The kind of the mip map.
+    /// Format of the mip map.
     pub fn halved(self) -> Self {
         match self {
             Self::Float => Self::Float,
@@ -60,7 +60,7 @@ pub(crate) enum ResidentTexels {
 }
 
 impl ResidentTexels {
-    /// The linear value of a texel.
+    /// Linear value of a texel.
     #[inline]
     pub fn linear(&self, index: usize) -> [f32; 4] {
         match self {

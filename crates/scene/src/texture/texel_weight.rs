@@ -1,15 +1,15 @@
 //! Weights of texels in means.
 
-/// The weight of a texel's colour in a mean.
+/// Weight of a texel's colour in a mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TexelWeight {
     /// The texel's area.
     Area,
-    /// Its area times its alpha, which is the opacity.
+    /// The texel's area times its alpha, which is the opacity.
     Alpha,
 }
 
-/// Mean of texels whose colours count in proportion to their alpha.
+/// Mean of texels whose colours are weighted by their alpha.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AlphaMean {
     /// Sum of the weighted texels.
@@ -29,7 +29,7 @@ impl AlphaMean {
         }
     }
 
-    /// The mean: its colour is not multiplied by alpha. Without any opaque texel it is the plain mean.
+    /// The mean; its colour is not multiplied by alpha. If all texels are transparent, it is the plain mean.
     pub fn texel(&self) -> [f32; 4] {
         let [.., alpha] = self.plain;
         let [r, g, b] = self.colored.map(|sum| sum / alpha);

@@ -15,7 +15,7 @@ use crate::error_code::ErrorCode;
 use crate::math::rotation;
 use crate::up::Up;
 
-/// The most frames of a video: more than nine hours at 30 a second.
+/// Maximum number of frames in a video: more than nine hours at 30 frames per second.
 pub const MAX_FRAMES: f64 = 1_000_000.0;
 
 /// Moves the camera around the vertical axis through a target; the first frame equals the still image.
@@ -23,9 +23,9 @@ pub const MAX_FRAMES: f64 = 1_000_000.0;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "OrbitSpec")]
 pub struct Orbit {
-    /// The point to go around.
+    /// Centre of the orbit.
     pub target: [f64; 3],
-    /// Angle over the whole video in degrees, counter-clockwise seen from above; default 360.
+    /// Angle over the whole video in degrees, counter-clockwise as seen from above; default 360.
     #[serde(default = "full_turn")]
     pub degrees: f64,
 }
@@ -34,7 +34,7 @@ fn full_turn() -> f64 {
     360.0
 }
 
-/// A `[video]` whose object names are resolved and whose keyframes are in order.
+/// A `[video]` with resolved object names and keyframes in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Video {
     pub(crate) fps: f64,
@@ -48,16 +48,16 @@ pub struct Video {
     pub(crate) rigs: Vec<(usize, KeyframedMotion)>,
 }
 
-/// Tracks of a moving camera, object or rig. Rotations are world_from_body, body axes x forward, y left, z up.
+/// Tracks of a moving camera, object or rig. Rotations are world_from_body, with body axes x forward, y left, z up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct KeyframedMotion {
     pub(crate) location: Track<DVec3>,
     /// Roll, pitch and yaw in degrees. They are interpolated as numbers, so that 0 to 720 is two turns.
     pub(crate) angles: Track<DVec3>,
-    /// Rotations of matrices, which turn the shorter way round.
+    /// Rotations of matrices, which follow the shorter arc.
     pub(crate) rotation: Track<DQuat>,
     pub(crate) target: Track<DVec3>,
-    /// Diagonal and off-diagonal (yz, xz, xy) of an object's stretch, which replaces its scale and shear.
+    /// Diagonal and off-diagonal elements (yz, xz, xy) of an object's stretch, which replaces its scale and shear.
     pub(crate) stretch: [Track<DVec3>; 2],
 }
 
@@ -72,7 +72,7 @@ impl KeyframedMotion {
         self.rotation.evaluate(time).map(DMat3::from_quat)
     }
 
-    /// The stretch at a time, if keyframes give it.
+    /// The stretch at a time, if keyframes specify it.
     pub(crate) fn stretch_at(&self, time: f64) -> Option<DMat3> {
         let [diagonal, rest] = &self.stretch;
         let (d, r) = (diagonal.evaluate(time)?, rest.evaluate(time)?);
@@ -81,20 +81,21 @@ impl KeyframedMotion {
 }
 
 impl Video {
-    /// Checks that it moves only objects and rigs below these counts.
+    /// Checks that it moves only objects and rigs with indices below these counts.
     ///
     /// # Errors
-    /// [`SceneError`] if it moves unknown objects, or has no length or no end.
+    /// [`SceneError`] if it moves unknown objects, or if its length is zero or infinite.
     pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<()> {
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::World(
-                ErrorCode::IndexOutOfRange.message(format!("the video moves rig {id} of {rigs}")),
+                ErrorCode::IndexOutOfRange.message(format!("the video moves rig {id}, but the world has {rigs} rigs")),
             ));
         }
         if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
-            return Err(SceneError::World(
-                ErrorCode::IndexOutOfRange.message(format!("the video moves object {id} of {objects}")),
-            ));
+            return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
+                "the video moves object {id}, but the world has {objects} \
+                    objects"
+            ))));
         }
         check_length(self.fps, self.seconds)
     }
@@ -109,21 +110,22 @@ impl Video {
         self.seconds
     }
 
-    /// How many frames it has: `fps * seconds` to the nearest, at least one.
+    /// Number of frames: `fps * seconds`, rounded to nearest, at least one.
     pub fn frame_count(&self) -> usize {
         ((self.fps * self.seconds).round() as usize).max(1)
     }
 
-    /// When a frame is, in seconds: `frame / fps`, so that an orbit of 360 degrees repeats without a stop.
+    /// Time of a frame in seconds: `frame / fps`, so that an orbit of 360 degrees repeats without a pause.
     pub fn time(&self, frame: usize) -> f64 {
         frame as f64 / self.fps
     }
 
-    /// `base` (one of the world's cameras, or another) as the video moves it, at a time in seconds. One that stands
-    /// while its shutter is open moves on as the video does; the time is that of the middle of its motion.
+    /// Returns `base` (one of the world's cameras, or another one) as moved by the video, at a time in seconds. A
+    /// camera without its own motion continues to move with the video while its shutter is open; the time is the middle
+    /// of its motion.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where it has to look straight up or down at its target.
+    /// [`SceneError::Camera`] if it would have to look straight up or down at its target.
     pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera> {
         let moved = self.camera_pose(base, time)?;
         let still = self.orbit.is_none() && self.camera == KeyframedMotion::default();
@@ -166,12 +168,12 @@ impl Video {
 /// Checks the length of a video.
 pub(crate) fn check_length(fps: f64, seconds: f64) -> Result<()> {
     if !(fps.is_finite() && fps > 0.0) {
-        return Err(SceneError::schema("fps", format!("{fps}: expected a finite number greater than 0")));
+        return Err(SceneError::schema("fps", format!("{fps}; expected a finite number greater than 0")));
     }
     if !(seconds.is_finite() && seconds > 0.0 && fps * seconds <= MAX_FRAMES) {
         return Err(SceneError::schema(
             "seconds",
-            format!("{seconds}: expected more than 0, and at most {MAX_FRAMES} frames"),
+            format!("{seconds}; expected a number greater than 0, and at most {MAX_FRAMES} frames"),
         ));
     }
     Ok(())

@@ -8,11 +8,11 @@ use crate::error::{Result, SceneError};
 use crate::math::rotation;
 
 impl Video {
-    /// A rig as the video moves it, at a time in seconds: by the keyframes of that index in the world, or else as it
-    /// moves the camera.
+    /// Returns a rig as moved by the video, at a time in seconds: by the keyframes of the rig with this index in the
+    /// world, otherwise by those of the camera.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where it has to look straight up or down at its target.
+    /// [`SceneError::Camera`] if it would have to look straight up or down at its target.
     pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig> {
         let moved = self.rig_pose(rig, index, time)?;
         let Some(shutter) = rig.motion().filter(|shutter| shutter.is_static()) else { return Ok(moved) };
@@ -24,7 +24,7 @@ impl Video {
         let own = self.rigs.iter().find(|(id, _)| Some(*id) == index);
         let body = rig.body();
         let Some((_, motion)) = own else {
-            // As a camera that looks along the body's x axis.
+            // Like a camera that looks along the body's x axis.
             let k = DMat3::IDENTITY;
             let ahead = Camera::new(k, rotation::CAMERA_FROM_BODY * body.r, body.c, [1, 1], PixelCenter::Integer)?;
             let moved = self.camera_pose(&ahead, time)?;
@@ -39,7 +39,8 @@ impl Video {
             (Some(target), _) => rotation::rotation_towards(target - c, self.up.axis())
                 .ok_or_else(|| {
                     SceneError::camera(format!(
-                        "rig {:?} at {c} cannot face {target} at {time} s: it is there, or straight above or below it",
+                        "rig {:?} at {c} cannot face {target} at {time} s; expected a target that is not its \
+                         location, or straight above or below it",
                         rig.name()
                     ))
                 })?

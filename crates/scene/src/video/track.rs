@@ -1,4 +1,4 @@
-//! Values at times, and between them.
+//! Values at times, and the values between them.
 
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::hermite::{Interpolate, hermite};
 
-/// The curve between keyframes.
+/// Curve between keyframes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "Interpolation")]
@@ -28,7 +28,7 @@ pub struct Track<T> {
 struct Keyframe<T> {
     time: f64,
     value: T,
-    /// Up to the next key.
+    /// Interpolation up to the next key.
     interpolation: KeyframeInterpolation,
 }
 
@@ -39,7 +39,7 @@ impl<T> Default for Track<T> {
 }
 
 impl<T: Interpolate> Track<T> {
-    /// Adds a key, later than all before.
+    /// Adds a key, which must be later than all previous ones.
     pub fn push(&mut self, time: f64, value: T, interpolation: KeyframeInterpolation) {
         self.keys.push(Keyframe { time, value, interpolation });
     }
@@ -49,7 +49,7 @@ impl<T: Interpolate> Track<T> {
         self.keys.is_empty()
     }
 
-    /// The value at a time; before the first key and after the last, theirs. `None` without keys.
+    /// Value at a time; before the first key and after the last, the value of that key. `None` without keys.
     pub fn evaluate(&self, time: f64) -> Option<T> {
         let next = self.keys.partition_point(|key| key.time <= time);
         let Some(i) = next.checked_sub(1) else { return self.keys.first().map(|key| key.value) };
@@ -66,7 +66,8 @@ impl<T: Interpolate> Track<T> {
         })
     }
 
-    /// Catmull-Rom: the velocity at a key is that of the parabola through it and its neighbours. At both ends it is 0.
+    /// Catmull-Rom: the velocity at a key is that of the parabola through the key and its neighbours. At both ends it
+    /// is 0.
     fn velocity(&self, i: usize) -> DVec3 {
         if i == 0 || i + 1 == self.keys.len() {
             return DVec3::ZERO;

@@ -16,8 +16,8 @@ use crate::video::KeyframedMotion;
 use crate::world::{Object, World, WorldTime};
 
 impl World {
-    /// The world at a time: moved by one of its animations, if it has any, and by its video. What does not
-    /// move is shared. Cameras are as they are; see [`Video::camera_at`].
+    /// Returns the world at a time: moved by one of its animations, if it has any, and by its video. Parts that do not
+    /// move are shared. Cameras are unchanged; see [`Video::camera_at`].
     ///
     /// # Errors
     /// The errors of [`World::animated_at`] and of [`World::at_video_time`].
@@ -29,7 +29,7 @@ impl World {
         Ok(World { time: Some(clock), ..moved })
     }
 
-    /// The world in the middle of the exposure of a pixel's line; unchanged if the world has no time.
+    /// Returns the world in the middle of the exposure of a pixel's line; unchanged if the world has no time.
     ///
     /// # Errors
     /// The errors of [`World::at_time`].
@@ -38,17 +38,17 @@ impl World {
         self.at_time(WorldTime { time: clock.time + camera.shutter_offset(pixel, 0.5), ..clock })
     }
 
-    /// True if anything in it moves.
+    /// True if any part moves.
     pub fn is_animated(&self) -> bool {
         let animated = self.node_tree.iter().any(|rig| !rig.animations.is_empty());
         animated || self.video.iter().any(|video| !video.objects.is_empty())
     }
 
-    /// The world at a time of its video in seconds: objects moved, geometry shared. Cameras are as they are; see
-    /// [`Video::camera_at`].
+    /// Returns the world at a time of its video in seconds; objects are moved, geometry is shared. Cameras are
+    /// unchanged; see [`Video::camera_at`].
     ///
     /// # Errors
-    /// [`SceneError::World`] where an object has to face a point straight above or below it, or its own location.
+    /// [`SceneError::World`] if an object would have to face a point straight above or below it, or its own location.
     pub fn at_video_time(&self, time: f64) -> Result<World> {
         let mut moved = World { time: Some(WorldTime { time, animation: None }), ..self.clone() };
         for (id, motion) in self.video.iter().flat_map(|video| &video.objects) {
@@ -59,7 +59,7 @@ impl World {
         Ok(moved)
     }
 
-    /// The number of the animation of this name.
+    /// Returns the index of the animation with this name.
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
@@ -68,12 +68,12 @@ impl World {
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
         names.iter().position(|other| *other == name).ok_or_else(|| {
             let near = suggestion(name, names.iter().copied());
-            SceneError::unknown_name(format!("no animation {name:?} among {}{near}", names.len()))
+            SceneError::unknown_name(format!("no animation named {name:?}; the world has {}{near}", names.len()))
         })
     }
 
-    /// The world at a time in seconds of one of its animations. What does not move is shared; meshes that bend keep
-    /// their triangles.
+    /// Returns the world at a time in seconds of one of its animations. Parts that do not move are shared; deformed
+    /// meshes keep their triangles.
     ///
     /// # Errors
     /// [`SceneError::World`] if the animation does not exist.
@@ -81,16 +81,17 @@ impl World {
         let count = self.node_tree.as_ref().map_or(0, |rig| rig.animations.len());
         match &self.node_tree {
             Some(rig) if animation < count => self.apply_pose(&rig.evaluate(Some((animation, time))), rig),
-            _ => Err(SceneError::World(
-                ErrorCode::IndexOutOfRange.message(format!("animation {animation}, but the world has {count}")),
-            )),
+            _ => Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
+                "animation {animation} does not exist; the world has \
+                    {count} animations"
+            )))),
         }
     }
 
-    /// The world as its rig is when nothing has moved yet; each mesh that bends is kept there for comparison.
+    /// Returns the world in its rig's rest pose; each deformed mesh is kept there for comparison.
     ///
     /// # Errors
-    /// [`SceneError::World`] where a camera cannot be placed.
+    /// [`SceneError::World`] if a camera cannot be placed.
     pub fn at_rest(mut self) -> Result<World> {
         let Some(mut rig) = self.node_tree.take() else { return Ok(self) };
         let pose = rig.evaluate(None);
@@ -150,21 +151,22 @@ impl World {
 }
 
 impl KeyframedMotion {
-    /// world_from_mesh of an object at a time.
+    /// Returns world_from_mesh of an object at a time.
     pub(crate) fn world_from_mesh_at(&self, object: &Object, up: Up, time: f64) -> Result<DAffine3> {
         let location = self.location.evaluate(time).unwrap_or(object.world_from_mesh.translation);
         let world_from_body = match (self.target.evaluate(time), self.rotation_at(up, time)) {
             (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
                 SceneError::world(format!(
-                    "object {:?} at {location} cannot face {target} at {time} s: it is there, or straight above or \
-                     below it",
+                    "object {:?} at {location} cannot face {target} at {time} s; expected a target that is not its \
+                     location, or straight above or below it",
                     object.name
                 ))
             })?,
             (None, Some(world_from_body)) => world_from_body,
             (None, None) => return Ok(DAffine3 { translation: location, ..object.world_from_mesh }),
         };
-        // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
+        // At zero roll, pitch and yaw the body's axes equal the reference axes, and the object has its mesh's
+        // orientation.
         let rotation = world_from_body * rotation::world_from_reference(up).transpose();
         let shape = self.stretch_at(time).unwrap_or(object.scale_shear);
         Ok(DAffine3::from_mat3_translation(rotation * shape, location))

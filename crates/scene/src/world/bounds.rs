@@ -6,8 +6,7 @@ use crate::mesh::oriented_box::OrientedBox;
 use crate::world::World;
 
 impl World {
-    /// The smallest and largest corner of all visible objects, as tight as their vertices; `None` when there is
-    /// nothing.
+    /// Smallest and largest corner of all visible objects, computed from their vertices; `None` if there are none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.objects
             .iter()
@@ -16,8 +15,8 @@ impl World {
             .reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))
     }
 
-    /// The box around an object along the axes of its mesh: see [`OrientedBox::around`]. `None` for an index beyond the
-    /// last object.
+    /// Box around an object along the axes of its mesh: see [`OrientedBox::around`]. `None` if the object does not
+    /// exist.
     pub fn oriented_box(&self, object: usize) -> Option<OrientedBox> {
         let object = self.objects.get(object)?;
         OrientedBox::around(&self.meshes[object.mesh], object.world_from_mesh)

@@ -1,4 +1,4 @@
-//! Adding parts to a world, each checked.
+//! Adding parts to a world, with validation.
 
 use std::sync::Arc;
 
@@ -14,18 +14,18 @@ use crate::world::names::Names;
 use crate::world::{Object, World};
 
 impl World {
-    /// Adds a mesh to be placed by objects and returns its index.
+    /// Adds a mesh, which objects can place, and returns its index.
     pub fn add_mesh(&mut self, mesh: Mesh) -> usize {
         self.add_shared_mesh(Arc::new(mesh))
     }
 
-    /// [`World::add_mesh`], for a mesh that others have too.
+    /// Same as [`World::add_mesh`], for a shared mesh.
     pub fn add_shared_mesh(&mut self, mesh: Arc<Mesh>) -> usize {
         self.meshes.push(mesh);
         self.meshes.len() - 1
     }
 
-    /// Adds an image for materials and returns its index.
+    /// Adds an image, which materials can use, and returns its index.
     pub fn add_texture(&mut self, texture: Texture) -> usize {
         self.textures.push(Arc::new(texture));
         self.textures.len() - 1
@@ -34,12 +34,12 @@ impl World {
     /// Adds a material and returns its index, with a notice if it reflects more light than arrives.
     ///
     /// # Errors
-    /// The errors of [`Material::validate`], and a texture that there is not.
+    /// Errors of [`Material::validate`]; a texture that does not exist.
     pub fn add_material(&mut self, material: Material) -> Result<usize> {
         material.validate()?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
             return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
-                "texture {} of {}",
+                "texture {} does not exist; the world has {} textures",
                 slot.texture,
                 self.textures.len()
             ))));
@@ -49,48 +49,61 @@ impl World {
         Ok(self.materials.len() - 1)
     }
 
-    /// Notes a material that reflects more light than arrives.
+    /// Adds a notice if a material reflects more light than arrives.
     pub(crate) fn note_reflectance(&mut self, material: &Material) {
         if let Some(total) = material.reflectance_above_one() {
             let name = if material.name.is_empty() { String::new() } else { format!(" {:?}", material.name) };
             self.notices.push(Notice::new(
                 NoticeCode::ReflectanceAboveOne,
                 format!(
-                    "material{name} reflects {total} of the light that arrives (diffuse * color + specular), more than \
-                 all of it"
+                    "material{name} reflects {total} of the arriving light (diffuse * color + specular); expected at \
+                     most all of it"
                 ),
             ));
         }
     }
 
-    /// Adds an object and returns its id. A name in use gets a number; an empty name becomes `object`.
+    /// Adds an object and returns its id. A number is appended to a name in use; an empty name becomes `object`.
     ///
     /// # Errors
-    /// [`SceneError::World`] where an index is out of range, the transform is singular or not finite, or there are
+    /// [`SceneError::World`] if an index is out of range, if the transform is singular or not finite, or if there are
     /// fewer materials than slots.
     pub fn add_object(&mut self, mut object: Object) -> Result<usize> {
         let fail = |message: String| Err(SceneError::world(message));
         let Some(mesh) = self.meshes.get(object.mesh) else {
-            return fail(format!("object {:?} has mesh {} of {}", object.name, object.mesh, self.meshes.len()));
+            return fail(format!(
+                "object {:?} refers to mesh {}, but the world has {} meshes",
+                object.name,
+                object.mesh,
+                self.meshes.len()
+            ));
         };
         if mesh.slot_count() > object.materials.len() {
             return fail(format!(
-                "object {:?} has {} materials, its mesh uses {} slots",
+                "object {:?} has {} materials; its mesh uses {} slots",
                 object.name,
                 object.materials.len(),
                 mesh.slot_count()
             ));
         }
         if let Some(material) = object.materials.iter().find(|&&material| material >= self.materials.len()) {
-            return fail(format!("object {:?} has material {material} of {}", object.name, self.materials.len()));
+            return fail(format!(
+                "object {:?} refers to material {material}, but the world has {} materials",
+                object.name,
+                self.materials.len()
+            ));
         }
         let transform = object.world_from_mesh;
         if !transform.is_finite() {
-            return fail(format!("object {:?} is placed by {transform:?}: every number must be finite", object.name));
+            return fail(format!(
+                "object {:?} has the transform {transform:?}; every number must be finite",
+                object.name
+            ));
         }
         if !transform.inverse().is_finite() {
             return fail(format!(
-                "object {:?} is placed by {transform:?}, which is singular: it flattens the object",
+                "object {:?} has the transform {transform:?}, which is singular and flattens it; expected an \
+                 invertible transform",
                 object.name
             ));
         }
@@ -111,7 +124,7 @@ impl World {
         Ok(self.lights.len() - 1)
     }
 
-    /// Adds a camera under a name, made unique, and returns its index.
+    /// Adds a camera under a name, made unique if necessary, and returns its index.
     pub fn add_camera(&mut self, name: &str, camera: Camera) -> usize {
         let mut names = Names::default();
         for camera in &self.cameras {

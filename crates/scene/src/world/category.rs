@@ -4,18 +4,18 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::world::World;
 
-/// The numbers of a world's categories.
+/// Numbers of a world's categories.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Categories {
-    /// The name of every category, by its number.
+    /// Name of every category, indexed by its number.
     pub names: BTreeMap<i32, String>,
-    /// The number of each object's category; -1 for one without.
+    /// Number of each object's category; -1 for an object without one.
     pub of_objects: Vec<i32>,
 }
 
 impl World {
-    /// The categories of its objects. A name that is a whole number, as in `category = 7`, is that number; the others
-    /// get the free numbers from 1 in the order in which objects name them: 0 is what many formats call background.
+    /// Returns the categories of its objects. A name that is a whole number, as in `category = 7`, is that number.
+    /// Other names get the free numbers from 1 on, in the order of the objects; many formats use 0 for the background.
     pub fn categories(&self) -> Categories {
         let numbered = self.objects.iter().filter_map(|object| {
             let name = object.category.as_ref()?;
@@ -43,7 +43,7 @@ impl World {
     }
 }
 
-/// The number that a name is, written as numbers are.
+/// Number that a name represents, if it has the canonical form of a number.
 fn number(name: &str) -> Option<i32> {
     let id: i32 = name.parse().ok()?;
     (id >= 0 && id.to_string() == name).then_some(id)

@@ -1,4 +1,4 @@
-//! The default camera of a world without cameras: it frames everything.
+//! Default camera of a world without cameras: it frames everything.
 
 use glam::{BVec3, DVec2, DVec3};
 
@@ -8,24 +8,25 @@ use crate::error_code::ErrorCode;
 use crate::up::Up;
 use crate::world::World;
 
-/// The direction from the middle to the eye, to the right, to the front and up. It is 1.1 degrees or more off every
-/// plane whose normal is of whole numbers up to 3, so that no slanted plane that people model is seen from its edge.
+/// Direction from the middle to the eye: to the right, to the front and up. It is at least 1.1 degrees off every plane
+/// whose normal has whole components up to 3, so that common slanted planes are not seen edge-on.
 const AWAY: [f64; 3] = [1.0, 2.463, 1.085];
 
 impl World {
-    /// The first camera, or one of 45 degrees that frames everything from the front right above. `size` is for the
-    /// latter.
+    /// Returns the first camera, or a camera with a field of view of 45 degrees that frames everything from the front,
+    /// right and above. `size` applies to the latter.
     ///
     /// # Errors
-    /// [`SceneError`] where there is neither a camera nor anything to frame, or the size is out of range.
+    /// [`SceneError`] if there is neither a camera nor an object, or if the size is out of range.
     pub fn default_camera(&self, size: [u32; 2]) -> Result<Camera> {
         if let Some(first) = self.cameras.first() {
             return Ok(first.camera.clone());
         }
         let Some((low, high)) = self.bounds() else {
-            return Err(SceneError::World(
-                ErrorCode::NothingVisible.message("the world has no objects: there is nothing to look at"),
-            ));
+            return Err(SceneError::World(ErrorCode::NothingVisible.message(
+                "the world has no objects, so there is nothing to frame; add an \
+                    object or a camera",
+            )));
         };
         let pixel_center = PixelCenter::default();
         let k = intrinsics_from_fov(45.0, size, pixel_center)?;
@@ -35,7 +36,7 @@ impl World {
         };
         let center = (low + high) / 2.0;
         let facing = Camera::look_at(away, DVec3::ZERO, self.up.axis(), k, size, pixel_center)?;
-        // Near enough for every corner of the bounds to lie within nine tenths of the image.
+        // As close as possible such that every corner of the bounds is within 90 % of the image.
         let reach = 0.9 * DVec2::new(f64::from(size[0]) / k.x_axis.x, f64::from(size[1]) / k.y_axis.y) / 2.0;
         let distance = (0..8)
             .map(|i| {

@@ -1,4 +1,4 @@
-//! Changes of a world's parts in place. Each is checked before anything changes.
+//! Changes of a world's parts in place. Each change is validated before it is applied.
 
 use glam::DAffine3;
 
@@ -11,8 +11,8 @@ use crate::world::World;
 use crate::world::names::Names;
 
 impl World {
-    /// Removes an object and its unshared parts. Later objects move down by one; videos, animations and
-    /// variants follow.
+    /// Removes an object and its unshared parts. The indices of later objects decrease by one; videos, animations and
+    /// variants are updated.
     ///
     /// # Errors
     /// [`SceneError::World`] if the object does not exist.
@@ -36,12 +36,13 @@ impl World {
     /// Places an object. In a world at a time, the object stays there: animations no longer move it.
     ///
     /// # Errors
-    /// [`SceneError::World`] if the object does not exist, or the transform flattens it or is not finite.
+    /// [`SceneError::World`] if the object does not exist, or if the transform flattens it or is not finite.
     pub fn place_object(&mut self, id: usize, world_from_mesh: DAffine3) -> Result<()> {
         self.check_object(id)?;
         if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
             return Err(SceneError::world(format!(
-                "object {:?} placed by {world_from_mesh:?}: expected finite numbers that do not flatten it",
+                "object {:?} has the transform {world_from_mesh:?}; expected finite numbers and an invertible \
+                 transform",
                 self.objects[id].name
             )));
         }
@@ -51,7 +52,8 @@ impl World {
         Ok(())
     }
 
-    /// Takes a placed object off the nodes that would put it back, and in a world at a time off its keyframes as well.
+    /// Detaches a placed object from the nodes that would move it back and, in a world at a time, also from its
+    /// keyframes.
     pub(crate) fn release_object(&mut self, id: usize) {
         let is_moment = self.time.is_some();
         if let Some(video) = self.video.as_mut().filter(|_| is_moment) {
@@ -61,7 +63,7 @@ impl World {
         let mounted = tree.objects.iter().any(|mount| mount.object == id);
         if mounted && !is_moment && tree.moves_object(id) {
             self.notices.push(Notice::new(NoticeCode::DetachedPart, format!(
-                "object {:?} is placed anew at rest; an animation of its file still moves it: world.at(time) shows that",
+                "object {:?} has a new placement at rest; an animation of its file still moves it in world.at(time)",
                 self.objects[id].name
             )));
         } else if mounted {
@@ -69,10 +71,10 @@ impl World {
         }
     }
 
-    /// Replaces a light, which hangs on no node any more.
+    /// Replaces a light and detaches it from its node.
     ///
     /// # Errors
-    /// [`SceneError::World`] if the light does not exist, and those of [`Light::validate`].
+    /// [`SceneError::World`] if the light does not exist, and the errors of [`Light::validate`].
     pub fn set_light(&mut self, number: usize, mut light: Light) -> Result<()> {
         self.check_light(number)?;
         light.validate()?;
@@ -83,7 +85,7 @@ impl World {
         Ok(())
     }
 
-    /// Removes a light. The lights after it move down by one.
+    /// Removes a light. The indices of later lights decrease by one.
     ///
     /// # Errors
     /// [`SceneError::World`] if the light does not exist.
@@ -94,10 +96,10 @@ impl World {
         Ok(())
     }
 
-    /// Replaces a camera, which hangs on no node any more.
+    /// Replaces a camera and detaches it from its node.
     ///
     /// # Errors
-    /// [`SceneError::World`] if the camera does not exist, or it is one of a rig.
+    /// [`SceneError::World`] if the camera does not exist or belongs to a rig.
     pub fn set_camera(&mut self, name: &str, camera: Camera) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras[number].camera = camera;
@@ -108,7 +110,7 @@ impl World {
     /// Removes a camera.
     ///
     /// # Errors
-    /// [`SceneError::World`] if the camera does not exist, or it is one of a rig.
+    /// [`SceneError::World`] if the camera does not exist or belongs to a rig.
     pub fn remove_camera(&mut self, name: &str) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras.remove(number);
@@ -116,15 +118,15 @@ impl World {
         Ok(())
     }
 
-    /// The number of a camera that is no part of a rig.
+    /// Index of a camera that does not belong to a rig.
     fn own_camera(&self, name: &str) -> Result<usize> {
         self.find_camera(name)?;
         for rig in &self.rigs {
             let of_rig = name.strip_prefix(rig.name()).is_some_and(|rest| rest.starts_with('/'));
             if of_rig && rig.cameras()?.iter().any(|own| name == format!("{}/{}", rig.name(), own.name)) {
                 return Err(SceneError::world(format!(
-                    "camera {name:?} is part of the rig {:?}, which moves as a whole: add_rig a changed rig, or add_camera \
-                     under a name of its own",
+                    "camera {name:?} belongs to the rig {:?}, which moves as a whole; replace the rig with add_rig, \
+                     or add the camera under another name with add_camera",
                     rig.name()
                 )));
             }
@@ -132,7 +134,7 @@ impl World {
         Ok(self.cameras.iter().position(|camera| camera.name == name).unwrap_or_default())
     }
 
-    /// Checks that there is an object of this number.
+    /// Checks that an object with this index exists.
     ///
     /// # Errors
     /// [`SceneError::World`] if it does not exist.
@@ -140,7 +142,7 @@ impl World {
         check_number("object", id, self.objects.len())
     }
 
-    /// Checks that there is a light of this number.
+    /// Checks that a light with this index exists.
     ///
     /// # Errors
     /// [`SceneError::World`] if it does not exist.
@@ -155,13 +157,13 @@ fn check_number(what: &str, number: usize, count: usize) -> Result<()> {
     }
     let known = match count {
         0 => "the world has none".into(),
-        1 => "the world has one, 0".into(),
-        _ => format!("the world has {count}, 0 to {}", count - 1),
+        1 => "the world has one, with index 0".into(),
+        _ => format!("the world has {count}, with indices 0 to {}", count - 1),
     };
-    Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!("no {what} {number}: {known}"))))
+    Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!("{what} {number} does not exist; {known}"))))
 }
 
-/// Moves an index down if it follows the removed one; false for the removed index.
+/// Decrements an index if it is above the removed one; false for the removed index.
 fn follow(index: &mut usize, removed: usize) -> bool {
     let stays = *index != removed;
     *index -= usize::from(*index > removed);

@@ -1,11 +1,11 @@
-//! Parts of a world by their names.
+//! Parts of a world by name.
 
 use crate::camera::NamedCamera;
 use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 
 impl World {
-    /// The camera of this name.
+    /// Returns the camera with this name.
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
@@ -13,11 +13,14 @@ impl World {
         self.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
             let names = self.cameras.iter().map(|camera| camera.name.as_str());
             let count = self.cameras.len();
-            SceneError::unknown_name(format!("no camera {name:?} among {count}{}", suggestion(name, names)))
+            SceneError::unknown_name(format!(
+                "no camera named {name:?}; the world has {count}{}",
+                suggestion(name, names)
+            ))
         })
     }
 
-    /// The id of the object of this name.
+    /// Returns the id of the object with this name.
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
@@ -25,7 +28,10 @@ impl World {
         self.objects.iter().position(|object| object.name == name).ok_or_else(|| {
             let names = self.objects.iter().map(|object| object.name.as_str());
             let count = self.objects.len();
-            SceneError::unknown_name(format!("no object {name:?} among {count}{}", suggestion(name, names)))
+            SceneError::unknown_name(format!(
+                "no object named {name:?}; the world has {count}{}",
+                suggestion(name, names)
+            ))
         })
     }
 }

@@ -4,7 +4,7 @@ use crate::model::{MeshFile, MeshPart};
 use crate::world::{Object, World};
 
 impl MeshFile {
-    /// The objects of a world as parts, where they are; its lights and cameras have no place in a model.
+    /// Returns the objects of a world as parts at their positions; a mesh file cannot contain lights and cameras.
     pub fn from_world(world: World) -> Self {
         let part = |object: &Object| MeshPart {
             name: object.name.clone(),

@@ -1,4 +1,4 @@
-//! The world: everything there is, by index.
+//! The world: all parts, by index.
 
 mod at_time;
 mod bounds;
@@ -26,6 +26,7 @@ use crate::animation::NodeTree;
 use crate::camera::{NamedCamera, Rig};
 use crate::light::Light;
 use crate::material::Material;
+use crate::medium::fog::Fog;
 use crate::mesh::Mesh;
 use crate::notice::Notice;
 use crate::render_options::RenderOptions;
@@ -33,7 +34,7 @@ use crate::texture::{Texture, TextureCache};
 use crate::up::Up;
 use crate::video::Video;
 
-/// A placed mesh: what the ground truth calls an instance. Its id is its index in [`World::objects`].
+/// A placed mesh, called an instance in ground truth. Its id is its index in [`World::objects`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Object {
     /// Unique within the world; derived from the shape if not given.
@@ -44,10 +45,9 @@ pub struct Object {
     pub mesh: usize,
     /// Indices into the world's materials, one per material slot of the mesh; never empty.
     pub materials: Vec<usize>,
-    /// Any invertible affine transform, mirroring included.
+    /// Any invertible affine transform, including mirroring.
     pub world_from_mesh: DAffine3,
-    /// The scale (and shear) in `world_from_mesh = translation * rotation * scale_shear`: what keyframes leave as it
-    /// is.
+    /// Scale (and shear) in `world_from_mesh = translation * rotation * scale_shear`, which keyframes do not change.
     pub scale_shear: DMat3,
     /// False for an object that is excluded from images, shadows, light and queries; its index stays.
     #[serde(default = "visible")]
@@ -62,7 +62,7 @@ fn visible() -> bool {
 }
 
 impl Object {
-    /// An object placed by any affine transform, all of whose linear part is its shape.
+    /// Creates an object placed by any affine transform, whose whole linear part is its scale and shear.
     pub fn new(name: impl Into<String>, mesh: usize, materials: Vec<usize>, world_from_mesh: DAffine3) -> Self {
         Self {
             name: name.into(),
@@ -77,17 +77,18 @@ impl Object {
     }
 }
 
-/// Meshes, materials, lights and cameras, joined by index. Cloning is cheap: geometry and images are shared.
+/// Meshes, materials, lights and cameras, which refer to each other by index. Cloning is fast, because geometry and
+/// images are shared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct World {
-    /// Which way is up.
+    /// Axis that points up.
     pub up: Up,
     /// Shared geometry.
     pub meshes: Vec<Arc<Mesh>>,
     /// Shared images.
     #[serde(with = "crate::texture::serde_shared")]
     pub textures: Vec<Arc<Texture>>,
-    /// The cache that bounds the memory of images, if one does; not part of the data.
+    /// Cache that limits the memory of images, if there is one; not part of the data.
     #[serde(skip)]
     pub texture_cache: Option<Arc<TextureCache>>,
     /// Shared materials.
@@ -98,41 +99,44 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
-    /// True if emissive surfaces do not replace default lights: a world without other lights gets some all the same. So
-    /// it is in glTF, whose viewers light everything by an environment of their own.
+    /// Fog outside of objects.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fog: Option<Fog>,
+    /// True if a world with emissive surfaces but without other lights still gets default lights, as in glTF, whose
+    /// viewers light every scene by an environment.
     pub emission_keeps_default_lights: bool,
-    /// Named cameras, the default one first.
+    /// Named cameras; the first is the default.
     pub cameras: Vec<NamedCamera>,
-    /// Rigs, whose cameras are among the others.
+    /// Rigs; their cameras are also in `cameras`.
     pub rigs: Vec<Rig>,
     /// Render options of the world.
     pub render: RenderOptions,
-    /// The video that `raycam video` makes of it.
+    /// Video that `raycam video` renders.
     pub video: Option<Video>,
-    /// The nodes that animations move.
+    /// Nodes that animations move.
     pub node_tree: Option<Arc<NodeTree>>,
-    /// Looks to choose from.
+    /// Material variants.
     pub variants: Vec<Variant>,
-    /// When it is, if it was moved to a time: a camera's shutter sees it move on from there.
+    /// Time of the world, if it was moved to a time; a camera's shutter shows motion from there on.
     pub time: Option<WorldTime>,
-    /// Notices of its readers: skipped, repaired, counted. Never silent.
+    /// Notices of the readers about everything that was skipped, repaired or counted.
     pub notices: Vec<Notice>,
 }
 
-/// A look: other materials for some objects.
+/// A variant: other materials for some objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Variant {
     /// Its name.
     pub name: String,
-    /// Object, material slot and the material it gets.
+    /// Object, material slot and the new material.
     pub materials: Vec<(usize, usize, usize)>,
 }
 
-/// A time of a world, in seconds: of its video, and of one of its animations.
+/// Time of a world, in seconds: of its video, and of one of its animations.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WorldTime {
     /// In seconds.
     pub time: f64,
-    /// By number; the first where there are any.
+    /// Index of the animation; default: the first, if there is one.
     pub animation: Option<usize>,
 }

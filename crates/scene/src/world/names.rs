@@ -12,7 +12,7 @@ pub struct Names {
 }
 
 impl Names {
-    /// The names of these, all in use.
+    /// Creates the set of these names, all in use.
     pub fn from_used<'a>(names: impl Iterator<Item = &'a str>) -> Self {
         let mut known = Self::default();
         for name in names {
@@ -21,7 +21,7 @@ impl Names {
         known
     }
 
-    /// The name if it is free, otherwise with the first free number appended: `box`, `box-2`, `box-3`.
+    /// Returns the name if it is free, otherwise with the first free number appended: `box`, `box-2`, `box-3`.
     pub fn unique(&mut self, wanted: &str) -> String {
         let Some(next) = self.next.get(wanted).copied() else {
             self.next.insert(wanted.into(), 2);

@@ -24,7 +24,7 @@ impl World {
         Ok(self.rigs.len() - 1)
     }
 
-    /// The rig of this name.
+    /// Returns the rig with this name.
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
@@ -32,7 +32,7 @@ impl World {
         self.rigs.iter().position(|rig| rig.name() == name).ok_or_else(|| {
             let count = self.rigs.len();
             SceneError::unknown_name(format!(
-                "no rig {name:?} among {count}{}",
+                "no rig named {name:?}; the world has {count}{}",
                 suggestion(name, self.rigs.iter().map(Rig::name))
             ))
         })

@@ -14,7 +14,7 @@ pub struct WorldStats {
     pub mesh_triangles: usize,
     /// Triangles of all objects.
     pub object_triangles: usize,
-    /// Triangles without area, each mesh once: kept, never hit.
+    /// Triangles without area, counting each mesh once: they are kept, but rays never hit them.
     pub degenerate_triangles: usize,
     /// Vertices of all meshes, each mesh once.
     pub vertices: usize,
@@ -29,7 +29,7 @@ pub struct WorldStats {
 }
 
 impl World {
-    /// Counts of its parts.
+    /// Returns the counts of its parts.
     pub fn stats(&self) -> WorldStats {
         let sum = |of: fn(&Mesh) -> usize| self.meshes.iter().map(|mesh| of(mesh)).sum();
         WorldStats {

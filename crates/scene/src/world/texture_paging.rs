@@ -1,4 +1,4 @@
-//! A world's textures within their memory.
+//! Limit on the memory of a world's textures.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::texture::{Image, Texels, Texture, TextureCache};
 use crate::world::World;
 
 impl World {
-    /// The same, its images within a memory for textures.
+    /// Returns the world with its images paged within `texture_memory`.
     ///
     /// # Errors
     /// The errors of [`World::page_textures`].
@@ -29,12 +29,12 @@ impl World {
     /// Checks that all textures fit into their memory.
     ///
     /// # Errors
-    /// [`SceneError::World`] where they do not.
+    /// [`SceneError::World`] if they do not.
     pub fn check_textures_in_memory(&self) -> Result<()> {
         match &self.texture_cache {
             Some(memory) if memory.is_exceeded() => Err(SceneError::world(format!(
-                "the textures, which need {}, exceed texture_memory = {}; a job (a video, a data set, workers) sends all \
-                 of them: raise texture_memory, or render picture by picture",
+                "the textures require {}, which exceeds texture_memory = {}; a job (a video, a data set, workers) \
+                 sends all of them, so raise texture_memory or render the images one by one",
                 mebibytes(memory.requested_bytes.load(Ordering::Relaxed)),
                 mebibytes(memory.limit)
             ))),
@@ -42,11 +42,10 @@ impl World {
         }
     }
 
-    /// Once the images do not fit into the memory for textures: sees to it that all of them lie in its file, and says
-    /// so.
+    /// If the images exceed the texture memory: moves all of them to its file, and adds a notice.
     ///
     /// # Errors
-    /// [`SceneError::Storage`] where the file cannot be written.
+    /// [`SceneError::Storage`] if the file cannot be written.
     pub fn page_textures(&mut self) -> Result<()> {
         let Some(memory) = &self.texture_cache else { return Ok(()) };
         if !memory.is_exceeded() {

@@ -1,11 +1,11 @@
-//! Removal of parts that nothing uses any more.
+//! Removal of unused parts.
 
 use std::sync::Arc;
 
 use crate::animation::{AnimationTarget, NodeTree};
 use crate::world::World;
 
-/// Parts of a world that something used before a change.
+/// Parts of a world that were in use before a change.
 #[derive(Debug, Default)]
 pub(crate) struct PartsInUse {
     meshes: Vec<bool>,
@@ -14,7 +14,7 @@ pub(crate) struct PartsInUse {
 }
 
 impl World {
-    /// The parts in use now.
+    /// Parts in use now.
     pub(crate) fn parts_in_use(&self) -> PartsInUse {
         let mut used = PartsInUse {
             meshes: vec![false; self.meshes.len()],
@@ -45,7 +45,7 @@ impl World {
         used
     }
 
-    /// Removes what was in use `before` and is not any more. Those after it move down.
+    /// Removes parts that were in use `before` and are unused now. The indices of later parts decrease.
     pub(crate) fn remove_unused(&mut self, before: &PartsInUse) {
         let now = self.parts_in_use();
         let kept = |before: &[bool], now: &[bool]| -> Vec<bool> {
@@ -98,7 +98,7 @@ impl World {
     }
 }
 
-/// Removes the items that are not kept; returns the new index of each old one, or `None` if all stay.
+/// Removes the items that are not kept; returns the new index of each old item, or `None` if all are kept.
 fn retain<T>(items: &mut Vec<T>, kept: &[bool]) -> Option<Vec<usize>> {
     if kept.iter().all(|&kept| kept) {
         return None;

@@ -1,15 +1,14 @@
-//! Validation of a world that came as data.
+//! Validation of a world that was read as data.
 
 use crate::animation::{AnimatedMaterial, NodeCamera, NodeLight, NodeObject, NodeTree, Skin};
 use crate::error::{Result, SceneError};
 use crate::world::World;
 
 impl World {
-    /// Builds it again in their way, for worlds that come as data: every part is valid, and every index leads
-    /// somewhere.
+    /// Builds the world again with the methods that add parts, so that every part is valid and every index exists.
     ///
     /// # Errors
-    /// The errors of the methods that add its parts.
+    /// Errors of the methods that add its parts.
     pub fn validated(mut self) -> Result<World> {
         for mesh in &self.meshes {
             mesh.validate()?;
@@ -29,6 +28,9 @@ impl World {
         for light in std::mem::take(&mut self.lights) {
             self.add_light(light)?;
         }
+        if let Some(fog) = &self.fog {
+            fog.validate()?;
+        }
         self.render.validate()?;
         if let Some(video) = &self.video {
             video.validate(self.objects.len(), self.rigs.len())?;
@@ -39,17 +41,17 @@ impl World {
         if let Some(rig) = &self.node_tree {
             rig.validate(&self)?;
         }
-        self.names = names; // in which more numbers may be in use
+        self.names = names; // This may include further numbers.
         self.notices = notices;
         Ok(self)
     }
 }
 
 impl NodeTree {
-    /// Checks that every index leads somewhere in a world.
+    /// Checks that every index exists in a world.
     ///
     /// # Errors
-    /// [`SceneError::World`] where one does not.
+    /// [`SceneError::World`] if an index does not exist.
     pub(crate) fn validate(&self, world: &World) -> Result<()> {
         let nodes = self.nodes.len();
         let node = |node: usize| node < nodes;
@@ -76,7 +78,7 @@ impl NodeTree {
         if good {
             return Ok(());
         }
-        let message = "an animation that moves what the world does not have";
+        let message = "an animation moves a part that the world does not have";
         Err(SceneError::world(message))
     }
 }

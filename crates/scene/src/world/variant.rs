@@ -1,10 +1,10 @@
-//! Variants of a world: the same things in other materials.
+//! Material variants of a world.
 
 use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 
 impl World {
-    /// The world with one of its variants' materials.
+    /// Returns the world with the materials of one of its variants.
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
@@ -13,7 +13,7 @@ impl World {
             let names = self.variants.iter().map(|variant| &variant.name[..]);
             let count = self.variants.len();
             let near = suggestion(name, names);
-            return Err(SceneError::unknown_name(format!("no variant {name:?} among {count}{near}")));
+            return Err(SceneError::unknown_name(format!("no variant named {name:?}; the world has {count}{near}")));
         };
         let mut world = self.clone();
         for &(object, slot, material) in &variant.materials {

@@ -1,4 +1,4 @@
-//! The opening of a lens, and the light that it lets in.
+//! The opening of a lens, and its light falloff.
 
 use glam::{DMat3, DVec2, DVec3};
 use raycam_scene::camera::{Aperture, Vignetting};
@@ -14,7 +14,7 @@ fn grid() -> impl Iterator<Item = [f64; 2]> {
 }
 
 #[test]
-fn points_in_focus_are_sharp() {
+fn points_in_focus_have_the_same_pixel_through_the_whole_aperture() {
     let aperture = Aperture::new(0.3, 4.0, 0, 0.0).unwrap();
     let flat = camera().with_aperture(Some(aperture)).unwrap();
     let pixel = DVec2::new(180.0, 10.0);
@@ -26,7 +26,7 @@ fn points_in_focus_are_sharp() {
         let meets = sample.origin + t * sample.direction;
         assert!((meets - chief * (4.0 / chief.z)).length() < 1e-12);
     }
-    // A fisheye is focused at a distance, and opens towards the light, which may come from behind.
+    // A fisheye is focused at a distance, and its opening faces the light, which may come from behind.
     let lens = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();
     let round = flat.with_lens(lens).unwrap();
     for pixel in [DVec2::new(100.0, 80.0), DVec2::new(-250.0, 90.0)] {
@@ -41,9 +41,9 @@ fn points_in_focus_are_sharp() {
 }
 
 #[test]
-fn openings_are_evenly_filled() {
+fn aperture_samples_are_uniformly_distributed() {
     for (blades, expected) in [(0, 0.5), (3, 0.25), (6, 5.0 / 12.0)] {
-        // The mean squared radius: R²/2 of a disc, R² (2 + cos(2π/n)) / 6 of a polygon.
+        // The mean squared radius is R²/2 for a disc and R² (2 + cos(2π/n)) / 6 for a polygon.
         let formula = if blades == 0 { 0.5 } else { (2.0 + (std::f64::consts::TAU / f64::from(blades)).cos()) / 6.0 };
         assert!((formula - expected).abs() < 1e-12);
         let aperture = Aperture::new(1.0, 4.0, blades, 15.0).unwrap();
@@ -58,7 +58,7 @@ fn openings_are_evenly_filled() {
         assert!((square - expected).abs() < 2e-3, "{blades} {square}");
         assert!(mean.length() < 1e-2 && far <= 1.0);
     }
-    // A corner lies at the rotation.
+    // A corner is at the angle `rotation`.
     let aperture = Aperture::new(1.0, 4.0, 3, 90.0).unwrap();
     let camera = camera().with_aperture(Some(aperture)).unwrap();
     let corner = camera.generate_ray(DVec2::new(100.0, 80.0), [0.0, 1.0], 0.5).origin;
@@ -80,7 +80,7 @@ fn invalid_apertures_are_refused() {
 }
 
 #[test]
-fn light_falls_off() {
+fn vignetting_follows_cos4_and_the_polynomial() {
     let vignetting = |cos4, polynomial: &[f64]| {
         let polynomial = polynomial.to_vec();
         camera().with_vignetting(Some(Vignetting { cos4, polynomial })).unwrap()

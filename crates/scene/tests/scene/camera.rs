@@ -24,7 +24,7 @@ fn message(result: Result<Camera, SceneError>) -> String {
 }
 
 #[test]
-fn a_matrix_of_any_scale_and_sign_gives_the_camera_back() {
+fn camera_matrices_of_any_scale_and_sign_are_decomposed() {
     let mut random = Random(1);
     for _ in 0..1000 {
         let camera = camera(&mut random);
@@ -40,7 +40,7 @@ fn a_matrix_of_any_scale_and_sign_gives_the_camera_back() {
 }
 
 #[test]
-fn an_ill_conditioned_matrix_survives() {
+fn ill_conditioned_camera_matrices_keep_their_digits() {
     let mut random = Random(2);
     for _ in 0..300 {
         let m = rotation(&mut random) * DMat3::from_diagonal(DVec3::new(1.0, 1e-3, 1e-8)) * rotation(&mut random);
@@ -48,7 +48,7 @@ fn an_ill_conditioned_matrix_survives() {
         let given = [0, 1, 2].map(|i| [m.row(i).x, m.row(i).y, m.row(i).z, column[i]]);
         let camera = Camera::from_matrix(given, SIZE, PixelCenter::Half).unwrap();
         let p = camera.p();
-        // As directions in twelve dimensions, whatever scale and sign.
+        // Compared as directions in twelve dimensions, independent of scale and sign.
         let dot = |a: &[[f64; 4]; 3], b: &[[f64; 4]; 3]| -> f64 {
             a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
         };
@@ -57,7 +57,7 @@ fn an_ill_conditioned_matrix_survives() {
         for (found, given) in p.as_flattened().iter().zip(given.as_flattened()) {
             assert!((found - scale * given).abs() <= 1e-12 * largest, "{p:?}");
         }
-        // K R is M up to scale as well, and R is a rotation whatever the condition.
+        // K R equals M up to scale, and R is a rotation for any condition number.
         let kr = camera.k() * camera.r();
         for (i, row) in p.iter().enumerate() {
             let row = DVec3::from_slice(&row[..3]);
@@ -115,7 +115,7 @@ fn batched_rays_equal_single_rays() {
 }
 
 #[test]
-fn a_pinhole_has_the_samples_of_its_camera() {
+fn pinholes_have_the_rays_of_their_camera() {
     let mut random = Random(5);
     for _ in 0..300 {
         let camera = camera(&mut random);
@@ -134,7 +134,7 @@ fn a_pinhole_has_the_samples_of_its_camera() {
 }
 
 #[test]
-fn the_forward_direction_is_the_lectures() {
+fn forward_direction_matches_the_lecture() {
     let mut random = Random(4);
     for _ in 0..200 {
         let camera = camera(&mut random);
@@ -164,7 +164,7 @@ fn roll_pitch_yaw_round_trip() {
 }
 
 #[test]
-fn zero_angles_look_ahead_and_signs_are_those_of_the_conventions() {
+fn zero_angles_look_ahead_and_signs_follow_the_conventions() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     let pose = |roll, pitch, yaw, up| {
         Camera::from_pose(DVec3::ZERO, roll, pitch, yaw, up, k, SIZE, PixelCenter::Integer).unwrap()
@@ -176,13 +176,13 @@ fn zero_angles_look_ahead_and_signs_are_those_of_the_conventions() {
         assert_eq!(-zero.r().row(0), left);
         assert_eq!(pose(0.0, 0.0, 90.0, up).forward(), left, "positive yaw turns left");
         assert_eq!(pose(0.0, 90.0, 0.0, up).forward(), -up.axis(), "positive pitch looks down");
-        // Positive roll leans right: what was up in the image now points right of up in the world.
+        // Positive roll tilts to the right: the image's former up direction now points to the right of the world's up.
         assert_eq!(-pose(90.0, 0.0, 0.0, up).r().row(1), -left);
     }
 }
 
 #[test]
-fn straight_down_puts_the_whole_turn_into_yaw() {
+fn straight_down_views_have_zero_roll() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     for pitch in [90.0, -90.0] {
         let given = Camera::from_pose(DVec3::ZERO, 20.0, pitch, 50.0, Up::Z, k, SIZE, PixelCenter::Integer).unwrap();
@@ -195,7 +195,7 @@ fn straight_down_puts_the_whole_turn_into_yaw() {
 }
 
 #[test]
-fn look_at_sees_the_target_at_the_principal_point_and_up_upwards() {
+fn look_at_puts_the_target_at_the_principal_point_and_up_upwards() {
     let mut random = Random(6);
     let k = DMat3::from_cols(DVec3::new(700.0, 0.0, 0.0), DVec3::new(3.0, 650.0, 0.0), DVec3::new(11.0, 22.0, 1.0));
     for _ in 0..200 {
@@ -213,7 +213,7 @@ fn look_at_sees_the_target_at_the_principal_point_and_up_upwards() {
 }
 
 #[test]
-fn opencv_and_opengl_poses_are_the_same_camera() {
+fn opencv_and_opengl_poses_give_the_same_camera() {
     let mut random = Random(7);
     for _ in 0..100 {
         let camera = camera(&mut random);
@@ -238,7 +238,7 @@ fn opencv_and_opengl_poses_are_the_same_camera() {
 }
 
 #[test]
-fn intrinsics_have_the_principal_point_at_the_centre_of_the_image() {
+fn default_principal_point_is_the_image_centre() {
     let integer = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     assert_eq!([integer.z_axis.x, integer.z_axis.y], [319.5, 239.5]);
     let half = intrinsics_from_fov(90.0, SIZE, PixelCenter::Half).unwrap();
@@ -259,7 +259,7 @@ fn homogeneous_intrinsics_are_normalised() {
 }
 
 #[test]
-fn a_rotation_read_from_text_becomes_the_nearest_rotation() {
+fn rotations_rounded_in_text_become_the_nearest_rotation() {
     let mut random = Random(8);
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     for _ in 0..50 {
@@ -301,12 +301,12 @@ fn invalid_cameras_are_refused_with_a_reason() {
     assert!(new(intrinsics_from_focal(0.0, SIZE, PixelCenter::Half), DMat3::IDENTITY, SIZE).contains("not invertible"));
     assert!(
         new(intrinsics_from_focal(-5.0, SIZE, PixelCenter::Half), DMat3::IDENTITY, SIZE)
-            .contains("a negative one mirrors the image")
+            .contains("a negative focal length mirrors the image")
     );
     assert!(new(k * f64::NAN, DMat3::IDENTITY, SIZE).contains("must be finite"));
     assert!(new(k, DMat3::IDENTITY, [0, 480]).contains("0 x 480"));
     assert!(new(k, DMat3::IDENTITY, [65_537, 1]).contains("1 to 65536"));
-    assert!(new(k, DMat3::IDENTITY, [65_536, 65_536]).contains("more than 268435456"));
+    assert!(new(k, DMat3::IDENTITY, [65_536, 65_536]).contains("limit 268435456"));
     let centre = Camera::new(k, DMat3::IDENTITY, DVec3::new(0.0, f64::INFINITY, 0.0), SIZE, PixelCenter::Half);
     assert!(message(centre).contains("not finite"));
 

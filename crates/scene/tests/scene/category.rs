@@ -17,12 +17,12 @@ fn world(categories: &[Option<&str>]) -> World {
 }
 
 #[test]
-fn names_get_the_free_numbers() {
+fn category_names_get_the_free_numbers() {
     let categories = world(&[Some("car"), None, Some("2"), Some("tree"), Some("car"), Some("0")]).categories();
     assert_eq!(categories.of_objects, [1, -1, 2, 3, 1, 0]);
     let names: Vec<_> = categories.names.iter().map(|(id, name)| (*id, &name[..])).collect();
     assert_eq!(names, [(0, "0"), (1, "car"), (2, "2"), (3, "tree")]);
-    // Written otherwise, a number is a name.
+    // A number in another notation is a name.
     assert_eq!(world(&[Some("07"), Some("-1"), Some("7")]).categories().of_objects, [1, 2, 7]);
     assert_eq!(world(&[]).categories(), Default::default());
 }
@@ -54,7 +54,7 @@ fn categories_are_read_from_numbers_or_names() {
 }
 
 #[test]
-fn an_instance_has_the_category_of_its_original() {
+fn instances_inherit_the_category_of_their_original() {
     let mut world = World::default();
     let spec = schema::ObjectSpec {
         name: Some("a".into()),

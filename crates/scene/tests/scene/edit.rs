@@ -1,11 +1,11 @@
-//! Changes in place: indices follow, and parts that nothing uses any more are gone.
+//! Changes in place: indices are updated, and unused parts are removed.
 
 use glam::{DAffine3, DVec3};
 use raycam_scene::mesh::primitive;
 use raycam_scene::world::Variant;
 use raycam_scene::{Light, Material, Object, Texture, TextureSlot, World};
 
-/// Objects a, b, c, each with a mesh, a material and a texture of its own; c shows the mesh of a too.
+/// Objects a, b and c, each with its own mesh, material and texture; c shows the mesh of a.
 fn three() -> World {
     let mut world = World::default();
     for (i, name) in ["a", "b", "c"].into_iter().enumerate() {
@@ -21,14 +21,14 @@ fn three() -> World {
 }
 
 #[test]
-fn indices_follow_a_removed_object() {
+fn indices_are_updated_after_removing_an_object() {
     let mut world = three();
     world.variants.push(Variant { name: "v".into(), materials: vec![(1, 0, 0), (2, 0, 1)] });
     world.remove_object(1).unwrap();
     assert_eq!(world.variants[0].materials, [(1, 0, 1)]);
     let names: Vec<_> = world.objects.iter().map(|object| &object.name[..]).collect();
     assert_eq!(names, ["a", "c"]);
-    // The mesh of b is gone, its material stays: the variant shows it. What was never used stays.
+    // The mesh of b is removed, but its material stays because the variant uses it. Parts that were never used stay.
     assert_eq!((world.meshes.len(), world.materials.len(), world.textures.len()), (2, 3, 3));
     assert_eq!(world.objects[1].materials, [2]);
     // The name is free again.
@@ -46,7 +46,7 @@ fn unused_parts_are_removed_with_their_last_user() {
     let texture = world.materials[1].texture.unwrap().texture;
     assert_eq!(world.textures[texture].image.name, "c");
     world.remove_object(1).unwrap();
-    // The mesh of c's own was never shown.
+    // c's own mesh was never shown.
     assert_eq!((world.meshes.len(), world.materials.len(), world.textures.len()), (2, 1, 1));
 }
 
@@ -55,7 +55,7 @@ fn missing_objects_and_flat_transforms_are_refused() {
     let mut world = three();
     let before = world.clone();
     let message = world.remove_object(3).unwrap_err().to_string();
-    assert_eq!(message, "no object 3: the world has 3, 0 to 2");
+    assert_eq!(message, "object 3 does not exist; the world has 3, with indices 0 to 2");
     assert!(world.place_object(0, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0))).is_err());
     assert!(world.set_light(0, Light::uniform_sky([1.0; 3])).is_err());
     assert!(world.remove_light(0).is_err());

@@ -11,7 +11,7 @@ fn matrix(random: &mut Random) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|_| [0, 1, 2, 3].map(|_| random.between(-5.0, 5.0)))
 }
 
-/// The pixel computed from P.
+/// Pixel computed from P.
 fn through(p: [[f64; 4]; 3], point: DVec3) -> DVec2 {
     let x = p.map(|row| DVec4::from_array(row).dot(point.extend(1.0)));
     DVec2::new(x[0] / x[2], x[1] / x[2])
@@ -32,7 +32,7 @@ fn check(p: [[f64; 4]; 3], random: &mut Random) -> Camera {
         let (pixel, seen) = camera.project(point);
         let scale = 1.0 + expected.length();
         assert!(seen);
-        // Near the plane that goes to infinity both lose digits.
+        // Near the plane that maps to infinity, both lose precision.
         assert!((pixel - expected).length() < 1e-9 * scale * scale, "{pixel} {expected}");
         let (origin, direction) = camera.ray(pixel);
         assert!((direction - forward).length() < 1e-14);
@@ -44,7 +44,7 @@ fn check(p: [[f64; 4]; 3], random: &mut Random) -> Camera {
 }
 
 #[test]
-fn an_affine_matrix_is_a_camera() {
+fn affine_matrices_are_valid_cameras() {
     let mut random = Random(1);
     for scale in [1.0, -3.0, 1e-30] {
         for _ in 0..200 {
@@ -66,7 +66,7 @@ fn an_affine_matrix_is_a_camera() {
 }
 
 #[test]
-fn any_singular_left_part_is_a_camera() {
+fn matrices_with_a_singular_left_part_are_valid_cameras() {
     let mut random = Random(2);
     for _ in 0..200 {
         let mut p = matrix(&mut random);
@@ -106,7 +106,7 @@ fn orthographic_rays_start_on_a_plane() {
 }
 
 #[test]
-fn parallel_rays_have_no_lens_and_no_aperture() {
+fn parallel_rays_refuse_lens_and_aperture() {
     let k = DMat3::from_diagonal(DVec3::new(50.0, 50.0, 1.0));
     let camera = Camera::orthographic(k, DMat3::IDENTITY, DVec3::ZERO, SIZE, PixelCenter::Half).unwrap();
     let lens = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();
@@ -115,7 +115,7 @@ fn parallel_rays_have_no_lens_and_no_aperture() {
 }
 
 #[test]
-fn rays_from_infinity_start_before_the_world() {
+fn rays_from_infinity_start_in_front_of_the_world() {
     let p = [[2.0, 0.0, 0.0, 5.0], [0.0, 2.0, 0.0, 6.0], [0.0, 0.0, 0.0, 1.0]];
     let camera = Camera::from_matrix(p, SIZE, PixelCenter::Integer).unwrap();
     let center = DVec3::new(10.0, 20.0, -1e5);

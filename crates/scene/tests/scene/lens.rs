@@ -1,10 +1,10 @@
-//! Lenses: project and ray as inverses, and nothing where a model folds over.
+//! Lenses: project and ray as inverses, and no projection beyond the angle at which a model folds over.
 
 use crate::common::Random;
 use glam::{DMat3, DVec2, DVec3};
 use raycam_scene::{Camera, Lens, LensModel, PixelCenter};
 
-/// Every number of coefficients; calibrations of real cameras and some stronger ones.
+/// Every valid number of coefficients: calibrations of real cameras and some with stronger distortion.
 const LENSES: [(LensModel, &[f64]); 27] = [
     (LensModel::OpenCv, &[-0.28, 0.07, 2e-4, 2e-5]),
     (LensModel::OpenCv, &[-0.26637, -0.038589, 1.7832e-3, -2.8122e-4, 0.23839]),
@@ -46,7 +46,7 @@ fn camera(model: LensModel, coefficients: &[f64]) -> Camera {
 }
 
 #[test]
-fn the_ray_of_a_pixel_projects_to_it() {
+fn pixel_rays_project_back_to_their_pixel() {
     for (model, coefficients) in LENSES {
         let camera = camera(model, coefficients);
         let mut random = Random(5);
@@ -88,19 +88,19 @@ fn projected_points_lie_on_the_ray_of_their_pixel() {
             if seen {
                 let direction = camera.r() * camera.ray(pixel).1;
                 let off = (direction - local.normalize()).length();
-                // Near the fold, a pixel hardly determines the angle from the axis.
+                // Near the fold, a pixel hardly determines the angle to the axis.
                 assert!(off < 1e-6, "{coefficients:?} {local} {off}");
             }
         }
     }
 }
 
-/// A model is one-to-one up to its maximum angle: the radius along a meridian grows until it ends, and the pixels of
-/// two directions differ.
+/// A model is one-to-one up to its maximum angle: the radius along a meridian increases up to the end, and two
+/// directions have different pixels.
 #[test]
-fn radii_grow_to_the_end() {
+fn radii_increase_up_to_the_maximum_angle() {
     for (model, coefficients) in LENSES {
-        // A tilted sensor is nearer to the axis on one side.
+        // A tilted sensor is closer to the axis on one side.
         if model.is_panorama() || coefficients.len() == 14 {
             continue;
         }
@@ -123,9 +123,9 @@ fn radii_grow_to_the_end() {
     }
 }
 
-/// The widest angles of the papers.
+/// The maximum angles stated in the papers.
 #[test]
-fn wide_models_end_where_their_papers_say() {
+fn wide_models_end_at_the_angles_of_their_papers() {
     let end = |model, coefficients: &[f64]| {
         let lens = Lens::new(model, coefficients).unwrap();
         let sees = |angle: f64| {
@@ -146,9 +146,9 @@ fn wide_models_end_where_their_papers_say() {
     // Mei's model: cos θ > -min(ξ, 1 / ξ).
     assert!((end(LensModel::Omni, &[0.7]) - (-0.7_f64).acos()).abs() < 1e-9);
     assert!((end(LensModel::Omni, &[2.0]) - (-0.5_f64).acos()).abs() < 1e-9);
-    // The second sphere's angle φ ends at cos φ = -w1, and the direction with this φ is the end. Usenko's bound,
-    // equations 43 to 45, z > -w2 d, takes the point of the second sphere for one of the first: it stops a little
-    // earlier.
+    // The second sphere's angle φ ends at cos φ = -w1, and the direction with this φ is the end. Usenko's bound
+    // (equations 43 to 45), z > -w2 d, uses the point of the second sphere as if it were on the first, and therefore
+    // ends slightly earlier.
     let (xi, alpha) = (-0.2_f64, 0.59);
     let w1 = (1.0 - alpha) / alpha;
     let w2 = (w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt();
@@ -178,8 +178,8 @@ fn colmap_models_round_trip() {
 }
 
 #[test]
-fn a_lens_ends_where_its_model_folds_over() {
-    // r (1 - 0.4 r²) grows up to r = sqrt(1 / 1.2), where it is 2/3 r.
+fn lenses_end_where_their_model_folds_over() {
+    // r (1 - 0.4 r²) increases up to r = sqrt(1 / 1.2), where it is 2/3 r.
     let camera = camera(LensModel::OpenCv, &[-0.4, 0.0, 0.0, 0.0]);
     let fold = (1.0_f64 / 1.2).sqrt();
     let at = |r: f64| camera.c() + camera.r().transpose() * DVec3::new(0.0, r, 1.0);
@@ -204,7 +204,7 @@ fn fisheye_cameras_project_points_behind_them() {
 }
 
 #[test]
-fn no_lens_changes_nothing() {
+fn zero_distortion_equals_a_pinhole() {
     let lens = Lens::new(LensModel::OpenCv, &[0.0; 5]).unwrap();
     assert_eq!(lens, Lens::Pinhole);
     for (model, wrong) in [

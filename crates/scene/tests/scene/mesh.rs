@@ -1,4 +1,4 @@
-//! Meshes: what fits together and what does not.
+//! Meshes: valid and inconsistent arrays.
 
 use glam::{DAffine3, DVec3};
 use raycam_scene::mesh::primitive;
@@ -12,7 +12,7 @@ fn message(change: impl FnOnce(&mut Mesh)) -> String {
 }
 
 #[test]
-fn mesh_errors_report_the_first_fault() {
+fn mesh_errors_report_the_first_invalid_entry() {
     let count = 400_000;
     let mut mesh = Mesh { vertices: vec![DVec3::ONE; count], triangles: vec![[0, 1, 2]; count], ..Mesh::default() };
     mesh.validate().unwrap();
@@ -30,14 +30,14 @@ fn mesh_errors_report_the_first_fault() {
 }
 
 #[test]
-fn mesh_errors_name_the_fault() {
+fn mesh_errors_name_the_array_and_the_fault() {
     assert!(message(|m| m.triangles.clear()).contains("without triangles"));
     assert!(message(|m| *m = Mesh::default()).contains("a mesh of 0 vertices without triangles"));
     assert!(message(|m| m.vertices[2].y = f64::NAN).contains("vertex 2 is [0.5, NaN, 0]"));
     assert!(message(|m| m.vertices[0].y = f64::INFINITY).contains("must be finite"));
     let out_of_range = message(|m| m.triangles[1][2] = 4);
-    assert_eq!(out_of_range, "triangle 1 has corners [0, 2, 4], but there are 4 vertices: indices are 0 to 3");
-    assert!(message(|m| m.uvs = Some(vec![])).contains("uvs has 0 entries, expected one for each of the 4 vertices"));
+    assert_eq!(out_of_range, "triangle 1 has corners [0, 2, 4], but there are 4 vertices; expected indices 0 to 3");
+    assert!(message(|m| m.uvs = Some(vec![])).contains("uvs has 0 entries; expected one for each of the 4 vertices"));
     assert!(message(|m| m.normals = Some(vec![[f32::NAN; 3]; 4])).contains("normals[0] is [NaN, NaN, NaN]"));
     assert!(message(|m| m.face_colors = Some(vec![[1.5; 3]; 2])).contains("face_colors[0] is [1.5, 1.5, 1.5]"));
     assert!(message(|m| m.face_colors = Some(vec![[0.5; 3]; 3])).contains("each of the 2 triangles"));
@@ -58,7 +58,7 @@ fn triangles_without_area_are_counted_and_kept() {
 }
 
 #[test]
-fn bounds_are_those_of_the_triangles_and_tight_when_turned() {
+fn bounds_follow_the_triangles_and_stay_tight_after_rotation() {
     let mut mesh = primitive::box_([1.0, 2.0, 3.0]).unwrap();
     mesh.vertices.push(DVec3::splat(100.0));
     assert_eq!(mesh.bounds(), Some((DVec3::new(-0.5, -1.0, -1.5), DVec3::new(0.5, 1.0, 1.5))));
@@ -69,7 +69,7 @@ fn bounds_are_those_of_the_triangles_and_tight_when_turned() {
 }
 
 #[test]
-fn the_parts_of_a_model_become_one_mesh() {
+fn parts_of_a_model_are_joined_to_one_mesh() {
     let part = |mesh: Mesh, materials: Vec<usize>| MeshPart { name: String::new(), mesh, materials };
     let mut first = primitive::plane([1.0, 1.0]).unwrap();
     first.material_slots = Some(vec![1, 0]);
@@ -98,6 +98,6 @@ fn the_parts_of_a_model_become_one_mesh() {
     model.parts[0].materials = vec![7, 8];
     fails(&model, "uses a material that is missing");
     model.parts[0].mesh.triangles[0][0] = u32::MAX;
-    fails(&model, "indices are 0 to 3");
+    fails(&model, "expected indices 0 to 3");
     fails(&MeshFile::default(), "without triangles");
 }

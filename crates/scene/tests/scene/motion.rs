@@ -67,7 +67,7 @@ fn project_finds_the_row_that_sees_a_point() {
                 let (origin, ray) = camera.ray(pixel);
                 let (found, seen) = camera.project(origin + random.between(2.0, 40.0) * ray);
                 assert!(seen);
-                // A camera that turns against the readout may show a point twice; either is valid.
+                // If a camera rotates against the readout direction, it may show a point twice; either pixel is valid.
                 if (found - pixel).length() > 1e-8 {
                     let again = camera.ray(found);
                     assert!(turn < 0.0 || direction != ReadoutDirection::Down, "{found} {pixel} {again:?}");
@@ -84,7 +84,7 @@ fn moved_cameras_keep_their_motion() {
     let camera = still().with_motion(motion).unwrap();
     let r = rotation(&mut random);
     let there = camera.at_pose(r, DVec3::new(5.0, 6.0, 7.0)).unwrap();
-    // The same points seen from there, in the moving body's axes of the middle.
+    // The same points as seen from there, in the moving body's axes at the middle of the motion.
     for pixel in [DVec2::new(3.0, 9.0), DVec2::new(600.0, 400.0)] {
         let (a, b) = (camera.ray(pixel), there.ray(pixel));
         let local =

@@ -1,4 +1,4 @@
-//! Oriented boxes against their closed form.
+//! Oriented boxes compared with closed forms.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::mesh::primitive;
@@ -16,7 +16,7 @@ fn placed(world_from_mesh: DAffine3) -> raycam_scene::mesh::oriented_box::Orient
 }
 
 #[test]
-fn a_turned_and_scaled_box_is_itself() {
+fn oriented_box_of_a_rotated_and_scaled_box_is_that_box() {
     let turn = DMat3::from_axis_angle(DVec3::new(1.0, -2.0, 0.3).normalize(), 2.5);
     let shift = DVec3::new(100.0, -7.0, 3.0);
     for scale in [DVec3::ONE, DVec3::new(0.01, 3.0, 500.0), DVec3::new(-1.0, 2.0, 3.0)] {
@@ -34,7 +34,7 @@ fn a_turned_and_scaled_box_is_itself() {
 }
 
 #[test]
-fn a_sheared_box_is_inside_of_its_box() {
+fn sheared_boxes_are_inside_their_oriented_box() {
     let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.8, 1.0, 0.0), DVec3::new(0.0, 0.5, 0.6));
     let found = placed(DAffine3::from_mat3(shear));
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -1,4 +1,4 @@
-//! Roll, pitch and yaw: the axes they turn about and their order.
+//! Roll, pitch and yaw: rotation axes and order.
 
 use crate::common::Random;
 use glam::{DMat3, DVec3};
@@ -12,7 +12,7 @@ fn distance(a: DMat3, b: DMat3) -> f64 {
 }
 
 #[test]
-fn the_order_is_yaw_pitch_roll() {
+fn rotations_apply_yaw_pitch_roll_in_this_order() {
     let mut random = Random(1);
     for _ in 0..200 {
         let [roll, pitch, yaw]: [f64; 3] = std::array::from_fn(|_| random.between(-400.0, 400.0));
@@ -52,7 +52,7 @@ fn reference_axes_are_right_handed_and_point_up() {
         let axes = world_from_reference(up);
         assert_eq!(axes.determinant(), 1.0);
         assert_eq!(axes.z_axis, up.axis());
-        // Turning an object about nothing leaves it alone; yaw turns it about up.
+        // Zero angles leave an object unchanged; yaw rotates it about the up axis.
         assert_eq!(object_rotation(0.0, 0.0, 0.0, up), DMat3::IDENTITY);
         assert!(
             distance(object_rotation(0.0, 0.0, 33.0, up), DMat3::from_axis_angle(up.axis(), 33_f64.to_radians()))

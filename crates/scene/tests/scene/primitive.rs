@@ -1,4 +1,4 @@
-//! Primitives: closed, outward, watertight, and of the requested size.
+//! Primitives: closed, facing outwards, watertight, and of the requested size.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -58,7 +58,7 @@ fn assert_sound(mesh: &Mesh) {
 }
 
 #[test]
-fn a_box_has_twelve_outward_triangles() {
+fn boxes_have_twelve_outward_triangles() {
     let mesh = primitive::box_([1.0, 2.0, 3.0]).unwrap();
     assert_sound(&mesh);
     assert_closed(&mesh);
@@ -70,7 +70,7 @@ fn a_box_has_twelve_outward_triangles() {
 }
 
 #[test]
-fn a_plane_faces_up() {
+fn planes_face_up() {
     let mesh = primitive::plane([4.0, 3.0]).unwrap();
     assert_sound(&mesh);
     assert_eq!(mesh.triangles.len(), 2);
@@ -80,7 +80,7 @@ fn a_plane_faces_up() {
 }
 
 #[test]
-fn a_sphere_is_closed_and_round_at_every_level() {
+fn spheres_are_closed_and_round_at_every_level() {
     for level in 0..6 {
         let mesh = primitive::sphere(2.0, level).unwrap();
         assert_sound(&mesh);
@@ -89,7 +89,7 @@ fn a_sphere_is_closed_and_round_at_every_level() {
         assert!(mesh.vertices.iter().all(|v| (v.length() - 2.0).abs() < 1e-14));
         let ball = 4.0 / 3.0 * PI * 8.0;
         let missing = 1.0 - volume(&mesh) / ball;
-        // The volume that is missing falls by four with each level.
+        // The missing volume decreases by a factor of four per level.
         assert!(missing > 0.0 && missing < 0.6 / 4_f64.powi(level as i32), "{level} {missing}");
     }
     let uvs = primitive::sphere(1.0, 3).unwrap().uvs.unwrap();
@@ -97,7 +97,7 @@ fn a_sphere_is_closed_and_round_at_every_level() {
 }
 
 #[test]
-fn no_texture_seam_is_stretched_over_the_sphere() {
+fn sphere_textures_are_not_stretched_across_the_seam() {
     let mesh = primitive::sphere(1.0, 3).unwrap();
     let uvs = mesh.uvs.as_ref().unwrap();
     for &[a, b, c] in &mesh.triangles {
@@ -108,7 +108,7 @@ fn no_texture_seam_is_stretched_over_the_sphere() {
 }
 
 #[test]
-fn cylinders_cones_and_tori_are_closed_and_have_their_volume() {
+fn cylinders_cones_and_tori_are_closed_and_have_the_exact_volume() {
     // Exact volumes of the polyhedra: a regular n-gon has the area n/2 sin(2 pi / n) r^2.
     for n in [3_u32, 4, 7, 64, 301] {
         let polygon = |r: f64| f64::from(n) / 2.0 * (2.0 * PI / f64::from(n)).sin() * r * r;
@@ -137,7 +137,7 @@ fn cylinders_cones_and_tori_are_closed_and_have_their_volume() {
 }
 
 #[test]
-fn impossible_shapes_are_refused() {
+fn shapes_with_invalid_sizes_are_refused() {
     for error in [
         primitive::box_([1.0, 0.0, 1.0]),
         primitive::box_([1.0, f64::NAN, 1.0]),

@@ -1,4 +1,4 @@
-//! Subdivision: the surfaces that it should tend to, and what the new triangles inherit.
+//! Subdivision: the limit surfaces, and the attributes that new triangles inherit.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,7 +11,7 @@ fn bits(v: DVec3) -> [u64; 3] {
     v.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-/// Edges between coordinates, and how many triangles each has.
+/// Edges between coordinates, and the number of triangles of each.
 fn edges(mesh: &Mesh) -> HashMap<[[u64; 3]; 2], usize> {
     let mut edges = HashMap::new();
     for &[a, b, c] in &mesh.triangles {
@@ -47,7 +47,7 @@ fn grid(n: u32) -> Mesh {
 }
 
 #[test]
-fn an_octahedron_goes_one_step_by_the_book() {
+fn loop_step_of_an_octahedron_matches_the_paper() {
     // Valence 4: beta = 1/4 (5/8 - (3/8 + 1/4 cos 90°)^2) = 31/256; the neighbours of a corner sum to 0.
     let corners = [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y, DVec3::Z, -DVec3::Z];
     let mut mesh = Mesh { vertices: corners.to_vec(), ..Mesh::default() };
@@ -59,7 +59,7 @@ fn an_octahedron_goes_one_step_by_the_book() {
     for (found, corner) in refined.vertices.iter().zip(corners) {
         assert!((*found - corner * (1.0 - 4.0 * 31.0 / 256.0)).length() < 1e-15);
     }
-    // 3/8 of both ends; the opposite corners cancel.
+    // 3/8 of both ends; the contributions of the opposite corners cancel.
     for vertex in &refined.vertices[6..] {
         let mut sorted = vertex.abs().to_array();
         sorted.sort_by(f64::total_cmp);
@@ -68,8 +68,8 @@ fn an_octahedron_goes_one_step_by_the_book() {
 }
 
 #[test]
-fn a_corner_tends_to_its_limit() {
-    // The limit of a vertex: weight 1 / (n + 3 / (8 beta)) for each neighbour (Loop 1987).
+fn corners_converge_to_their_limit_position() {
+    // Limit position of a vertex: each neighbour has the weight 1 / (n + 3 / (8 beta)) (Loop 1987).
     let mesh = primitive::sphere(1.0, 0).unwrap();
     let (n, beta) = (5.0, {
         let c: f64 = 0.375 + 0.25 * (std::f64::consts::TAU / 5.0).cos();
@@ -89,14 +89,14 @@ fn a_corner_tends_to_its_limit() {
 }
 
 #[test]
-fn a_regular_plane_keeps_its_inside_and_its_straight_sides() {
+fn regular_planes_keep_their_inside_and_straight_sides() {
     let mesh = grid(4);
     let refined = loop_subdivide(&mesh, 2).unwrap();
     let exact = midpoint(&mesh, 2).unwrap();
     assert_eq!(refined.triangles, exact.triangles);
     for (found, expected) in refined.vertices.iter().zip(&exact.vertices) {
         assert_eq!(found.z, 0.0);
-        // Away from the corners nothing moves: the rules reproduce linear functions.
+        // Away from the corners nothing moves, because the rules reproduce linear functions.
         let (j, inset) = (expected.y / 0.75_f64.sqrt(), 1.5);
         let i = expected.x - 0.5 * j;
         let at_corner = (i < inset || i > 4.0 - inset) && (j < inset || j > 4.0 - inset);
@@ -105,8 +105,8 @@ fn a_regular_plane_keeps_its_inside_and_its_straight_sides() {
 }
 
 #[test]
-fn a_boundary_is_a_spline_of_itself() {
-    // 1/8 3/4 1/8 on the corner of a triangle.
+fn boundaries_follow_the_spline_of_boundary_points() {
+    // Weights 1/8, 3/4, 1/8 at the corner of a triangle.
     let mesh = Mesh { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2]], ..Mesh::default() };
     let refined = loop_subdivide(&mesh, 1).unwrap();
     assert_eq!(refined.vertices[0], DVec3::new(0.125, 0.125, 0.0));
@@ -116,7 +116,7 @@ fn a_boundary_is_a_spline_of_itself() {
 
 #[test]
 fn corners_of_many_sharp_edges_stay_in_place() {
-    // Three sheets on one edge: the edge is sharp, and each of its ends has more than two sharp edges.
+    // Three sheets share one edge: the edge is sharp, and more than two sharp edges meet at each of its ends.
     let mesh = Mesh {
         vertices: vec![DVec3::ZERO, DVec3::Z, DVec3::X, DVec3::Y, -DVec3::X],
         triangles: vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]],
@@ -127,7 +127,7 @@ fn corners_of_many_sharp_edges_stay_in_place() {
 }
 
 #[test]
-fn seams_do_not_tear() {
+fn texture_seams_do_not_tear() {
     for mesh in [
         primitive::box_([1.0, 2.0, 3.0]).unwrap(),
         primitive::cylinder(1.0, 1.0, 12).unwrap(),
@@ -143,7 +143,7 @@ fn seams_do_not_tear() {
 }
 
 #[test]
-fn midpoint_keeps_the_surface() {
+fn midpoint_subdivision_keeps_the_surface() {
     let mesh = primitive::box_([1.0, 2.0, 3.0]).unwrap();
     let refined = midpoint(&mesh, 3).unwrap();
     assert!(positions(&mesh).is_subset(&positions(&refined)));
@@ -154,7 +154,7 @@ fn midpoint_keeps_the_surface() {
 }
 
 #[test]
-fn triangles_inherit() {
+fn subdivided_triangles_inherit_colours_and_materials() {
     let mut mesh = primitive::box_([1.0; 3]).unwrap();
     mesh.face_colors = Some((0..12).map(|i| [i as f32 / 12.0; 3]).collect());
     mesh.material_slots = Some((0..12).collect());
@@ -189,11 +189,11 @@ fn triangles_without_area_do_not_affect_refinement() {
 }
 
 #[test]
-fn too_many_triangles_are_refused_before_they_are_made() {
+fn subdivision_beyond_the_limit_is_refused_before_it_starts() {
     let mesh = primitive::box_([1.0; 3]).unwrap();
     for levels in [11, 31, u32::MAX] {
         let error = loop_subdivide(&mesh, levels).unwrap_err().to_string();
-        assert!(error.contains("make more than 33554432 triangles of 12"), "{error}");
+        assert!(error.contains("12 triangles create more than 33554432"), "{error}");
     }
     assert_eq!(midpoint(&mesh, 0).unwrap(), mesh);
 }

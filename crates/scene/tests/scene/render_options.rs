@@ -31,7 +31,7 @@ fn every_default_is_valid_and_options_without_one_are_off() {
 }
 
 #[test]
-fn values_outside_of_the_range_are_refused_with_the_name_and_the_range() {
+fn values_outside_the_range_are_refused_with_name_and_range() {
     for (json, name) in [
         (r#"{"samples": 0}"#, "samples"),
         (r#"{"samples": 16777217}"#, "samples"),
@@ -92,7 +92,7 @@ fn adaptive_sampling_raises_the_default_number_of_samples() {
 }
 
 #[test]
-fn names_of_closed_sets_are_read_and_written_alike() {
+fn enum_names_are_read_and_written_equally() {
     for &name in Integrator::NAMES {
         assert_eq!(Integrator::from_name(name).unwrap().name(), name);
         assert_eq!(options(&format!(r#"{{"integrator": "{name}"}}"#)).integrator, Integrator::from_name(name));

@@ -46,7 +46,7 @@ fn rig_cameras_use_the_axes_of_the_body() {
 }
 
 #[test]
-fn a_turning_body_carries_its_cameras_on_arcs() {
+fn turning_bodies_move_their_cameras_on_arcs() {
     let mut random = Random(2);
     let turn = |angle: f64| Pose { r: DMat3::from_rotation_z(angle).transpose(), c: DVec3::ZERO };
     let poses = vec![(0.0, turn(0.0)), (1.0, turn(2.0))];
@@ -61,7 +61,7 @@ fn a_turning_body_carries_its_cameras_on_arcs() {
         let expected = 2.0 * DVec3::new(angle.cos(), angle.sin(), 0.0);
         assert!((origin - expected).length() < 1e-12, "{origin} {expected}");
     }
-    // Elsewhere, all of it is elsewhere.
+    // Placed elsewhere, the whole rig is translated.
     let pose = pose(&mut random);
     let moved = rig.at_pose(pose).unwrap().cameras().unwrap();
     let step = pose.r.transpose() * rig.body().r;
@@ -86,7 +86,7 @@ fn rig_descriptions_round_trip() {
 }
 
 #[test]
-fn angles_are_those_of_a_body_that_looks_along_x() {
+fn body_angles_refer_to_a_body_facing_x() {
     let world = build(
         r#"{"rig": {"name": "car", "location": [5, 0, 1], "yaw": 90, "camera": [
             {"name": "front", "focal": 100, "location": [2, 0, 0]},
@@ -106,7 +106,7 @@ fn angles_are_those_of_a_body_that_looks_along_x() {
 }
 
 #[test]
-fn a_video_moves_a_rig_by_its_keyframes_or_as_its_camera() {
+fn videos_move_rigs_by_keyframes_or_like_the_camera() {
     let text = |keys: &str| {
         format!(
             r#"{{"rig": {{"name": "car", "camera": {{"focal": 100, "location": [1, 0, 0]}}}},
@@ -134,14 +134,14 @@ fn invalid_rig_values_are_refused() {
         (r#"{"rig": {"name": "a"}}"#, "a rig without cameras"),
         (
             r#"{"rig": {"camera": [{"name": "a", "focal": 9, "location": [0, 0, 0]}, {"name": "a", "focal": 9, "location": [1, 0, 0]}]}}"#,
-            "names of their own",
+            "must have distinct names",
         ),
         (r#"{"rig": {"camera": [{"name": "a", "focal": 9, "location": [0, 0]}]}}"#, "rig[0].camera[0].location"),
         (
             r#"{"rig": {"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "camera": {"focal": 9, "location": [0, 0, 0]}}}"#,
-            "position beside R",
+            "camera position",
         ),
-        (r#"{"video": {"keyframe": {"time": 0, "rig": "car", "yaw": 1}}}"#, "no rig \"car\""),
+        (r#"{"video": {"keyframe": {"time": 0, "rig": "car", "yaw": 1}}}"#, "no rig named \"car\""),
     ] {
         let error = build(json).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");

@@ -30,7 +30,7 @@ fn fails(json: &str, words: &str) {
 }
 
 #[test]
-fn textures_are_accepted_for_every_value() {
+fn every_material_value_accepts_a_texture() {
     let world = build(
         r#"{ "plane": {}, "type": "principled", "texture": "color.png", "metallic": 0.5, "textures": {
             "roughness": "rough.png",
@@ -45,7 +45,7 @@ fn textures_are_accepted_for_every_value() {
     .unwrap();
     let (material, p) = (&world.materials[0], principled(&world));
     let texture = |slot: Option<raycam_scene::TextureSlot>| &world.textures[slot.unwrap().texture];
-    // Colours are sRGB, data is not; a value that is not given is 1.
+    // Colours are sRGB and data is linear; a value that is not given is 1.
     assert!(matches!(texture(material.texture).image.texels, Texels::Srgb8(_)));
     assert_eq!(
         (p.roughness.value, &texture(p.roughness.texture).image.texels),
@@ -88,7 +88,7 @@ fn texture_coordinates_are_transformed_as_in_gltf() {
 fn invalid_material_values_are_refused() {
     fails(
         r#"{ "plane": {}, "textures": { "roughness": "a.png" } }"#,
-        "textures.roughness: it goes with type = \"principled\"",
+        "textures.roughness: requires type = \"principled\"",
     );
     fails(r#"{ "plane": {}, "type": "principled", "textures": { "rougness": "a.png" } }"#, "roughness");
     fails(r#"{ "plane": {}, "textures": { "normal": { "image": "a.png", "uv_set": 1 } } }"#, "uv_set 1");
@@ -122,7 +122,7 @@ fn file_materials_can_be_overridden() {
     assert!(matches!(&world.materials[0].model, MaterialModel::Glass(g) if g.ior == 1.3));
     let error = build_from(r#"{ "mesh": "a.glb", "metallic": 1 }"#, glass).unwrap_err();
     assert!(error.to_string().starts_with("metallic: no material"), "{error}");
-    // So do the materials of another object, which keeps its own.
+    // The same applies to the materials of another object, which keeps its own.
     let mut world = build_from(r#"{ "mesh": "a.glb", "name": "first" }"#, gold()).unwrap();
     let other = node(r#"{ "instance_of": "first", "roughness": 1.0, "textures": { "normal": "n.png" } }"#);
     let other = schema::from_value::<ObjectSpec>(&other).unwrap();

@@ -1,4 +1,4 @@
-//! Textures: texels at their centres, what lies between them, and what lies beyond the image.
+//! Textures: texels at their centres, interpolation between them, and coordinates outside the image.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ fn center(i: i64, size: u32) -> f32 {
 }
 
 #[test]
-fn every_8_bit_colour_survives_linear_light() {
+fn byte_colours_survive_conversion_to_linear_and_back() {
     for v in 0..=255 {
         assert_eq!(srgb8_from_linear(linear_from_srgb8([v; 3])), [v; 3]);
     }
@@ -33,7 +33,7 @@ fn every_8_bit_colour_survives_linear_light() {
 }
 
 #[test]
-fn a_texel_at_its_centre_comes_back_byte_for_byte() {
+fn lookup_at_a_texel_centre_returns_the_exact_texel() {
     for size in [[1, 1], [2, 3], [5, 7], [640, 480], [1000, 999]] {
         let image = texture(size, Wrap::Repeat);
         for y in 0..size[1] {
@@ -44,7 +44,7 @@ fn a_texel_at_its_centre_comes_back_byte_for_byte() {
             }
         }
     }
-    // Black next to white shows the smallest share of a neighbour, most in the widest images.
+    // Black next to white reveals the smallest fraction of a neighbour, especially in the widest images.
     let width = 65_536;
     let texels = (0..width).map(|x| [255 * (x % 2) as u8; 3]);
     let stripes = Texture::from_srgb8("", [width, 1], texels, [Wrap::Clamp; 2]);
@@ -57,7 +57,7 @@ fn a_texel_at_its_centre_comes_back_byte_for_byte() {
 }
 
 #[test]
-fn between_centres_linear_values_are_mixed() {
+fn lookups_between_centres_interpolate_linear_values() {
     let texels = [[0; 3], [255; 3], [255; 3], [255; 3]];
     let image = Texture::from_srgb8("", [2, 2], texels, [Wrap::Clamp; 2]);
     assert_eq!(rgb(image.lookup([0.5, 0.25])), [0.5; 3]);
@@ -67,8 +67,8 @@ fn between_centres_linear_values_are_mixed() {
 }
 
 #[test]
-fn wrapping() {
-    // Texel numbers beyond the image, for a width of 3.
+fn wrap_modes_repeat_clamp_and_mirror() {
+    // Texel indices outside the image, for a width of 3.
     let expected: [(Wrap, [u32; 10]); 3] = [
         (Wrap::Repeat, [2, 0, 1, 2, 0, 1, 2, 0, 1, 2]),
         (Wrap::Clamp, [0, 0, 0, 0, 0, 1, 2, 2, 2, 2]),
@@ -97,10 +97,10 @@ fn texture_coordinates_of_any_size_are_wrapped() {
 }
 
 #[test]
-fn texels_and_size_must_agree() {
+fn texel_counts_that_differ_from_the_size_are_refused() {
     texture([3, 2], Wrap::Repeat).validate().unwrap();
     let short = Texture::from_srgb8("", [3, 2], [[0; 3]; 5], [Wrap::Repeat; 2]);
-    assert!(short.validate().unwrap_err().to_string().contains("5 texels, expected 3 x 2"));
+    assert!(short.validate().unwrap_err().to_string().contains("5 texels; expected 3 x 2"));
     let empty = Texture::from_srgb8("", [0, 0], [], [Wrap::Repeat; 2]);
     assert!(empty.validate().is_err());
 }

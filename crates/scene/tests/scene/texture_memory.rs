@@ -1,4 +1,4 @@
-//! Textures that do not fit into their memory: the same values from the temporary file, whatever the limit.
+//! Textures that exceed their memory: equal values from the temporary file, for any limit.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::common::Random;
 use raycam_scene::texture::{PageInStats, TextureCache};
 use raycam_scene::{Image, NoticeCode, SceneError, TexelFilter, Texels, Texture, TextureSampler, World, Wrap};
 
-/// Noise of every kind that there is.
+/// Noise in every texel format.
 fn images(size: [u32; 2]) -> Vec<Arc<Image>> {
     let mut random = Random(u64::from(size[0] * 1000 + size[1]));
     let count = size[0] * size[1];
@@ -26,7 +26,7 @@ fn paged(memory: &Arc<TextureCache>, image: &Image) -> Arc<Image> {
     paged
 }
 
-/// Points all over an image and beyond it, at the borders of tiles above all.
+/// Points inside and outside the image, mainly at the borders of tiles.
 fn points(size: [u32; 2]) -> Vec<[f32; 2]> {
     let mut random = Random(7);
     let mut points: Vec<[f32; 2]> =
@@ -48,7 +48,7 @@ fn bits(texel: [f32; 4]) -> [u32; 4] {
 }
 
 #[test]
-fn every_lookup_is_the_same_with_any_limit() {
+fn memory_limit_does_not_change_lookups() {
     for size in [[1, 1], [63, 65], [64, 64], [130, 67], [3, 200], [257, 129]] {
         let points = points(size);
         for image in images(size) {
@@ -81,7 +81,7 @@ fn every_lookup_is_the_same_with_any_limit() {
 }
 
 #[test]
-fn threads_share_tiles_and_see_the_same() {
+fn threads_share_tiles_and_read_equal_values() {
     let image = images([300, 500]).remove(0);
     let memory = Arc::new(TextureCache::new(100_000));
     let paged = paged(&memory, &image);
@@ -97,7 +97,7 @@ fn threads_share_tiles_and_see_the_same() {
             });
         }
     });
-    // Six tiles of 16 KiB are kept of forty: most of 80 000 lookups found theirs gone, but not all.
+    // Of forty tiles of 16 KiB, six are kept: most of 80,000 lookups do not find their tile in memory, but some do.
     let PageInStats { tiles, bytes } = memory.page_in_stats();
     assert!((20_000..75_000).contains(&tiles), "{tiles}");
     assert!(bytes > tiles * 8_000 && bytes <= tiles * 16_384);
@@ -157,7 +157,7 @@ fn textures_are_paged_only_above_the_limit() {
 }
 
 #[test]
-fn a_world_of_data_gets_a_memory_afterwards() {
+fn texture_memory_can_be_set_on_an_existing_world() {
     let mut world = World::default();
     for image in images([70, 70]) {
         world.add_texture(Texture { image, sampler: TextureSampler::default() });
@@ -183,7 +183,7 @@ fn missing_temporary_folders_are_reported_with_a_remedy() {
     assert_eq!(*path, folder);
     assert!(number.is_some());
     assert!(message.contains("TMPDIR") && message.contains("texture_memory"), "{message}");
-    // With a key prefixed, the variant stays the same.
+    // Adding a key prefix does not change the error's variant.
     assert_eq!(error.clone().in_context("object[0].texture"), error);
 }
 

@@ -1,4 +1,4 @@
-//! Looks of a world.
+//! Material variants of a world.
 
 use glam::DAffine3;
 use raycam_scene::mesh::primitive;
@@ -6,7 +6,7 @@ use raycam_scene::world::Variant;
 use raycam_scene::{Material, Object, World};
 
 #[test]
-fn a_variant_changes_materials_and_nothing_else() {
+fn variants_change_only_materials() {
     let mut world = World::default();
     let mesh = world.add_mesh(primitive::plane([1.0; 2]).unwrap());
     for _ in 0..2 {
@@ -19,5 +19,5 @@ fn a_variant_changes_materials_and_nothing_else() {
     assert_eq!(night.objects[0].materials, [1]);
     assert_eq!((world.objects[0].materials[0], &night.meshes), (0, &world.meshes));
     let error = world.with_variant("nigth").unwrap_err().to_string();
-    assert_eq!(error, "no variant \"nigth\" among 1; did you mean \"night\"?");
+    assert_eq!(error, "no variant named \"nigth\"; the world has 1; did you mean \"night\"?");
 }

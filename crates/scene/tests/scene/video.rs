@@ -1,4 +1,4 @@
-//! Videos: orbits, keyframes, and what lies between them.
+//! Videos: orbits, keyframes, and interpolation between them.
 
 use crate::common::node;
 use glam::{DMat3, DVec3};
@@ -29,7 +29,7 @@ fn close(a: DVec3, b: DVec3) -> bool {
 }
 
 #[test]
-fn an_orbit_starts_with_the_still_picture_and_keeps_its_distance() {
+fn orbits_start_with_the_still_image_and_keep_their_distance() {
     for (up, axis) in [("z", DVec3::Z), ("y", DVec3::Y)] {
         let world = world(up, r#"{ "fps": 10, "seconds": 2, "orbit": { "target": [0, 0, 0.5] } }"#).unwrap();
         let still = &world.cameras[0].camera;
@@ -44,7 +44,7 @@ fn an_orbit_starts_with_the_still_picture_and_keeps_its_distance() {
             assert!((camera.project(target).0 - still.project(target).0).length() < 1e-9, "the target stays put");
             assert_eq!(camera.k(), still.k());
         }
-        // Counter-clockwise seen from above: a quarter turn takes east to north.
+        // Counter-clockwise as seen from above: a quarter turn moves east to north.
         let quarter = video.camera_at(still, 0.5).unwrap().c() - target;
         let expected = DMat3::from_axis_angle(axis, std::f64::consts::FRAC_PI_2) * (still.c() - target);
         assert!(close(quarter, expected));
@@ -99,7 +99,7 @@ fn smooth_keyframes_have_continuous_speed() {
             assert!(after.length() > 0.1);
         }
     }
-    // The velocity at an inner key is the parabola's through three: (v- dt+ + v+ dt-) / (dt- + dt+).
+    // The velocity at an inner key is that of the parabola through three keys: (v- dt+ + v+ dt-) / (dt- + dt+).
     let expected = (DVec3::new(1.0, 1.0, 0.0) * 2.0 + DVec3::new(1.5, -0.5, 1.0)) / 3.0;
     let found = (position(1.0 + h) - position(1.0 - h)) / (2.0 * h);
     assert!((found - expected).length() < 1e-5, "{found} {expected}");
@@ -109,7 +109,7 @@ fn smooth_keyframes_have_continuous_speed() {
 }
 
 #[test]
-fn two_smooth_keyframes_are_a_smoothstep() {
+fn two_smooth_keyframes_give_a_smoothstep() {
     let world = keyframes("smooth", r#"{ "time": 0, "yaw": -10 }, { "time": 2, "yaw": 70 }"#);
     for time in [0.0, 0.3, 1.0, 1.7, 2.0] {
         let s: f64 = time / 2.0;
@@ -120,7 +120,7 @@ fn two_smooth_keyframes_are_a_smoothstep() {
 }
 
 #[test]
-fn angles_are_interpolated_as_numbers() {
+fn angles_are_interpolated_as_plain_numbers() {
     for from in [-400, -180, -10, 0, 90, 350] {
         for turn in [-720, -360, -190, -60, 20, 180, 270, 360, 1000] {
             let keys = format!(r#"{{ "time": 0, "yaw": {from} }}, {{ "time": 1, "yaw": {} }}"#, from + turn);
@@ -151,8 +151,8 @@ fn angles_are_interpolated_as_numbers() {
 }
 
 #[test]
-fn rotations_of_matrices_take_the_shorter_way() {
-    // 10 to 350 degrees about z: 20 degrees backwards.
+fn matrix_rotations_follow_the_shorter_arc() {
+    // From 10 to 350 degrees about z: 20 degrees backwards.
     let matrix = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         format!("[[{cos}, {}, 0, 0], [{sin}, {cos}, 0, 0], [0, 0, 1, 0]]", -sin)
@@ -189,7 +189,7 @@ fn objects_move_and_keep_their_scale() {
     let moved = world.at_video_time(0.5).unwrap();
     let now = moved.objects[0].world_from_mesh;
     assert!(close(now.translation, DVec3::X));
-    // One key of angles: it holds throughout; the scale of the description stays.
+    // A single key of angles applies at all times; the scale of the description is kept.
     let expected =
         DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2) * DMat3::from_diagonal(DVec3::new(1.0, -2.0, 3.0));
     assert!((now.matrix3 - expected).to_cols_array().iter().all(|v| v.abs() < 1e-12));
@@ -199,7 +199,7 @@ fn objects_move_and_keep_their_scale() {
 }
 
 #[test]
-fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
+fn objects_keep_their_angles_unless_a_target_is_given() {
     let world = keyframes("linear", r#"{ "object": "box", "time": 0, "location": [7, 7, 7] }"#);
     let placed = world.at_video_time(0.0).unwrap().objects[0].world_from_mesh;
     assert_eq!(placed.matrix3, world.objects[0].world_from_mesh.matrix3);
@@ -220,32 +220,38 @@ fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
 fn invalid_video_values_are_refused() {
     let fails = |video: &str, expected: &str| {
         let error = world("z", video).expect_err("an error").to_string();
-        assert_eq!(error.split(" (there are: ").next(), Some(expected));
+        assert_eq!(error.split(" (available: ").next(), Some(expected));
     };
-    fails(r#"{ "fps": 0 }"#, "video.fps: 0: expected a finite number greater than 0");
-    fails(r#"{ "seconds": -1 }"#, "video.seconds: -1: expected more than 0, and at most 1000000 frames");
-    fails(r#"{ "seconds": 1e9 }"#, "video.seconds: 1000000000: expected more than 0, and at most 1000000 frames");
+    fails(r#"{ "fps": 0 }"#, "video.fps: 0; expected a finite number greater than 0");
+    fails(r#"{ "seconds": -1 }"#, "video.seconds: -1; expected a number greater than 0, and at most 1000000 frames");
+    fails(
+        r#"{ "seconds": 1e9 }"#,
+        "video.seconds: 1000000000; expected a number greater than 0, and at most 1000000 frames",
+    );
     fails(
         r#"{ "keyframe": [{ "time": 2, "yaw": 3 }, { "time": 1, "yaw": 4 }] }"#,
-        "video.keyframe[1].time: 1 comes after 2: keyframes of one mover go in order of time",
+        "video.keyframe[1].time: 1 follows 2; expected keyframes of one mover in order of time",
     );
-    fails(r#"{ "keyframe": { "time": -1, "yaw": 3 } }"#, "video.keyframe[0].time: -1: expected finite seconds >= 0");
+    fails(
+        r#"{ "keyframe": { "time": -1, "yaw": 3 } }"#,
+        "video.keyframe[0].time: -1; expected a finite number of seconds >= 0",
+    );
     fails(r#"{ "keyframe": { "yaw": 3 } }"#, r#"video.keyframe[0]: the key "time" is missing"#);
     fails(
         r#"{ "keyframe": { "time": 1 } }"#,
-        "video.keyframe[0]: it says nothing: give location, roll, pitch and yaw, or target",
+        "video.keyframe[0]: empty keyframe; expected location, roll, pitch and yaw, or target",
     );
     fails(
         r#"{ "keyframe": { "time": 1, "yaw": 1, "target": [0, 0, 0] } }"#,
-        "video.keyframe[0]: one mover has both angles and targets: give all its keyframes one of them",
+        "video.keyframe[0]: one mover has both angles and targets; use only one of them in all its keyframes",
     );
     fails(
         r#"{ "keyframe": { "time": 1, "object": "bx", "yaw": 1 } }"#,
-        r#"video.keyframe[0].object: no object "bx" among 1; did you mean "box"?"#,
+        r#"video.keyframe[0].object: no object named "bx"; the world has 1; did you mean "box"?"#,
     );
     fails(
         r#"{ "orbit": { "target": [0, 0, 0] }, "keyframe": { "time": 1, "yaw": 1 } }"#,
-        "video.orbit: keyframes of the camera are given too: expected one of the two",
+        "video.orbit: keyframes of the camera are given too; expected only one of the two",
     );
     fails(
         r#"{ "orbit": { "targt": [0, 0, 0] } }"#,

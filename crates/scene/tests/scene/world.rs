@@ -21,7 +21,7 @@ fn one_box() -> World {
 }
 
 #[test]
-fn names_are_made_unique() {
+fn duplicate_names_get_a_number() {
     let world = world(
         r#"{ "object": [{ "box": {} }, { "box": {} }, { "box": {}, "name": "box-3" }, { "box": {} }, { "sphere": {} }],
              "camera": [{ "focal": 1, "location": [0, 0, 0] }, { "focal": 1, "location": [0, 0, 0] }] }"#,
@@ -33,7 +33,7 @@ fn names_are_made_unique() {
 }
 
 #[test]
-fn naming_many_objects_takes_no_time() {
+fn naming_many_objects_is_fast() {
     let mut world = one_box();
     for _ in 0..100_000 {
         world.add_object(Object::new("box", 0, vec![0], DAffine3::IDENTITY)).unwrap();
@@ -42,16 +42,19 @@ fn naming_many_objects_takes_no_time() {
 }
 
 #[test]
-fn an_object_must_fit_into_the_world() {
+fn objects_with_invalid_indices_or_transforms_are_refused() {
     let mut world = one_box();
     let before = world.clone();
     let mut fails = |object: Object, expected: &str| {
         let error = world.add_object(object).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
-    fails(Object::new("a", 1, vec![0], DAffine3::IDENTITY), r#"object "a" has mesh 1 of 1"#);
-    fails(Object::new("a", 0, vec![2], DAffine3::IDENTITY), r#"object "a" has material 2 of 1"#);
-    fails(Object::new("a", 0, vec![], DAffine3::IDENTITY), "has 0 materials, its mesh uses 1 slots");
+    fails(Object::new("a", 1, vec![0], DAffine3::IDENTITY), r#"object "a" refers to mesh 1, but the world has 1 mesh"#);
+    fails(
+        Object::new("a", 0, vec![2], DAffine3::IDENTITY),
+        r#"object "a" refers to material 2, but the world has 1 mat"#,
+    );
+    fails(Object::new("a", 0, vec![], DAffine3::IDENTITY), "has 0 materials; its mesh uses 1 slots");
     fails(Object::new("a", 0, vec![0], DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0))), "which is singular");
     fails(Object::new("a", 0, vec![0], DAffine3::from_translation(DVec3::NAN)), "every number must be finite");
     assert_eq!(world, before);
@@ -60,7 +63,7 @@ fn an_object_must_fit_into_the_world() {
 }
 
 #[test]
-fn bounds_are_those_of_all_objects() {
+fn world_bounds_contain_all_visible_objects() {
     let world = world(
         r#"{ "object": [{ "box": {} }, { "sphere": { "radius": 1 }, "location": [5, 0, 0], "scale": [1, 2, 3] }] }"#,
     );
@@ -71,7 +74,7 @@ fn bounds_are_those_of_all_objects() {
 }
 
 #[test]
-fn the_default_camera_frames_everything() {
+fn default_camera_frames_everything() {
     for up in ["z", "y"] {
         for (size, scale) in [([640, 480], "1"), ([480, 640], "[100, 1, 1]"), ([100, 1000], "1e-6"), ([7, 7], "1e9")] {
             let world = world(&format!(
@@ -86,8 +89,8 @@ fn the_default_camera_frames_everything() {
                 let relative = (pixel.x / f64::from(size[0] - 1) - 0.5, pixel.y / f64::from(size[1] - 1) - 0.5);
                 extent = extent.max(relative.0.abs()).max(relative.1.abs());
             }
-            // The farthest point reaches 90 % of half the image, and none goes beyond; pixel centres are a
-            // little inside its sides.
+            // The farthest point is at 90 % of half the image, and no point is beyond; pixel centres are slightly
+            // inside the image's sides.
             let slack = 1.0 / f64::from(size[0].min(size[1]) - 1);
             assert!((extent - 0.45).abs() < 0.01 + slack, "{extent} {size:?} {scale}");
             assert!((camera.r() * world.up.axis()).y < 0.0, "upright");
@@ -99,7 +102,7 @@ fn the_default_camera_frames_everything() {
 }
 
 #[test]
-fn the_first_camera_is_the_default() {
+fn first_camera_is_the_default_camera() {
     let mut world = one_box();
     let k = intrinsics_from_focal(300.0, [64, 48], PixelCenter::Half);
     let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, [64, 48], PixelCenter::Half).unwrap();
@@ -119,6 +122,6 @@ fn counts_match_the_contents() {
 }
 
 #[test]
-fn up_is_a_direction() {
+fn up_axis_is_a_unit_direction() {
     assert_eq!((Up::Z.axis(), Up::Y.axis()), (DVec3::Z, DVec3::Y));
 }

@@ -10,7 +10,7 @@ import { showExplanation } from "./panel/explain.js";
 import { fillLegend } from "./panel/legend.js";
 import { sixDigits } from "./image/numbers.js";
 import { paint } from "./image/paint.js";
-import { PictureView, layerOf } from "./picture.js";
+import { PictureView, layerOf, resizedLayer } from "./picture.js";
 import { fillReadout, readoutText } from "./panel/readout.js";
 
 /** @typedef {import("./image/planes.js").Plane} Plane */
@@ -85,7 +85,7 @@ export class Client {
     if (message.type === "picture") this.showPicture(message);
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
-    if (message.type === "explained") showExplanation(/** @type {any} */ (message));
+    if (message.type === "explained") showExplanation(/** @type {any} */ (message), this.picture.layers.a);
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
     if (message.type === "file") saveFile(message.name, message.media, message.bytes);
@@ -227,6 +227,15 @@ export class Client {
     this.taken = { plane: this.plane, layer: this.picture.layers.a };
     this.frameB = null;
     this.say("This image is B now.", "notice");
+    this.repaint();
+  }
+
+  /** Makes an image B. @param {HTMLCanvasElement} layer @param {string} text that is shown */
+  takeLayer(layer, text) {
+    this.taken = { plane: null, layer: resizedLayer(layer, this.picture.width, this.picture.height) };
+    this.frameB = null;
+    this.say(text, "notice");
+    this.wantPlanes();
     this.repaint();
   }
 

@@ -10,6 +10,8 @@ const PIECE = 45000; // bytes, 60000 letters of base64
 const LONGEST_NAME = 1000, LARGEST_FILE = 2 ** 28; // as the server takes them
 const LISTED = 3; // names of ignored files in a notice
 const ARCHIVE = /\.zip$/i;
+const MODEL = /\.(glb|gltf|vrm|obj|ply|stl|off|usd[acz]?)$/i; // models that can be shown together
+const MAX_MODELS = 100;
 
 /**
  * Listens to files that are dropped anywhere on the page.
@@ -24,8 +26,9 @@ export function listenToDrops(client, types) {
     if (!dataTransfer?.files.length) return;
     const known = types();
     if (!known) return client.say("This view cannot open files: start it with --allow-open.", "notice");
+    const dropped = new Set([...dataTransfer.files].map(({ name }) => name));
     filesOf(dataTransfer)
-      .then((files) => sendFiles(client, files, known))
+      .then((files) => sendFiles(client, files, known, dropped))
       .catch((error) => client.say(`The files could not be read: ${error}`, "error"));
   });
 }
@@ -35,8 +38,9 @@ export function listenToDrops(client, types) {
  * @param {Client} client
  * @param {NamedFile[]} files
  * @param {FileTypes} types
+ * @param {Set<string>} dropped names of the files that were dropped themselves, instead of in a folder
  */
-async function sendFiles(client, files, types) {
+async function sendFiles(client, files, types, dropped) {
   const depth = (/** @type {NamedFile} */ { name }) => name.split("/").length;
   const used = files.filter(({ name, file }) => (isKnown(name, types) || ARCHIVE.test(name)) && file.size > 0);
   const worlds = used.filter(({ name }) => isWorld(name, types) || ARCHIVE.test(name)).sort((a, b) => depth(a) - depth(b));
@@ -44,11 +48,8 @@ async function sendFiles(client, files, types) {
   if (!world) return client.say(`No world found in these files; supported: ${types.worlds.join(", ")}, zip.`, "error");
   const refused = used.find(({ name, file }) => name.length > LONGEST_NAME || file.size > LARGEST_FILE);
   if (refused) return client.say(whyNot(refused), "error");
-  const ignored = files.filter((each) => !used.includes(each)).map(({ name }) => name);
-  if (ignored.length) {
-    const more = ignored.length > LISTED ? ` and ${ignored.length - LISTED} more` : "";
-    client.say(`Ignored: ${ignored.slice(0, LISTED).join(", ")}${more}.`, "notice");
-  }
+  const ignored = files.filter((each) => !used.includes(each));
+  if (ignored.length) client.say(`Ignored: ${listOf(ignored)}.`, "notice");
   for (const { name, file } of used) {
     const bytes = new Uint8Array(await file.arrayBuffer());
     for (let offset = 0; offset < bytes.length; offset += PIECE) {
@@ -56,7 +57,25 @@ async function sendFiles(client, files, types) {
       client.transport.send({ type: "upload", name, bytes: bytes.length, offset, data });
     }
   }
-  client.transport.send({ type: "open", name: world.name });
+  const more = othersOf(world, worlds, dropped);
+  const unused = worlds.filter(({ name }) => name !== world.name && !more.includes(name) && depth(world) === name.split("/").length);
+  if (unused.length && !/\.toml$/i.test(world.name)) {
+    client.say(`Shows ${world.name}; drop ${listOf(unused)} alone to show another world.`, "notice", true);
+  }
+  client.transport.send({ type: "open", name: world.name, others: more });
+}
+
+/**
+ * The models that are shown together with the first one: those that were dropped next to it, if none is a world file.
+ * @param {NamedFile} first
+ * @param {NamedFile[]} worlds
+ * @param {Set<string>} dropped
+ * @returns {string[]}
+ */
+function othersOf(first, worlds, dropped) {
+  const beside = worlds.filter(({ name }) => dropped.has(name));
+  if (!beside.includes(first) || beside.some(({ name }) => !MODEL.test(name))) return [];
+  return beside.filter((each) => each !== first).map(({ name }) => name).slice(0, MAX_MODELS);
 }
 
 /**
@@ -66,6 +85,12 @@ async function sendFiles(client, files, types) {
 function whyNot({ name, file: { size } }) {
   if (size > LARGEST_FILE) return `${name} is too large: ${Math.ceil(size / 2 ** 20)} MiB, the limit is 256 MiB; open it with raycam view FILE.`;
   return `${name.slice(0, 40)}...: the name is longer than ${LONGEST_NAME} characters; rename the file.`;
+}
+
+/** @param {NamedFile[]} files @returns {string} the first names, and the number of the others */
+function listOf(files) {
+  const more = files.length > LISTED ? ` and ${files.length - LISTED} more` : "";
+  return files.slice(0, LISTED).map(({ name }) => name).join(", ") + more;
 }
 
 /**

@@ -9,6 +9,7 @@ import { LensControls } from "./panel/lens.js";
 import { Axes } from "./panel/axes.js";
 import { LookControls } from "./panel/look.js";
 import { ViewLink } from "./panel/view_link.js";
+import { PhotographControls } from "./panel/photograph.js";
 import { PoseControls } from "./panel/pose.js";
 import { ScriptControls } from "./panel/script.js";
 import { Timeline } from "./panel/timeline.js";
@@ -47,6 +48,7 @@ export class LiveView {
     this.timeline = new Timeline(client);
     this.lens = new LensControls(client);
     this.pose = new PoseControls(client);
+    this.photograph = new PhotographControls(client);
     this.gizmo = new Gizmo(client);
     /** Types of the files that the server opens; null if it opens none. @type {import("./files.js").FileTypes | null} */
     this.opens = null;
@@ -113,6 +115,8 @@ export class LiveView {
     }
     if (message.type === "welcome") this.timeline.welcome(message);
     if (message.type === "welcome") this.opens = message.opens || null;
+    if (message.type === "welcome") this.photograph.begin(message.photographs || []);
+    if (message.type === "photograph") this.photograph.receive(message);
     if (message.type === "welcome") this.navigator.welcome(message.camera);
     if (message.type === "welcome") this.showCamera(message.camera);
     if (message.type === "welcome") this.begin(message);
@@ -148,6 +152,7 @@ export class LiveView {
   /** @param {any} camera as the message `camera` describes it */
   showCamera({ name, lens, pose }) {
     this.camera.value = name;
+    this.photograph.showFor(name);
     this.looked = name || this.looked;
     if (lens) this.lens.show((this.link.lens = lens));
     if (pose) this.pose.show(pose);
@@ -232,6 +237,7 @@ export class LiveView {
   /** After each move: the camera is a free one, and the held pixel shows another point. */
   moved() {
     this.camera.value = "";
+    this.photograph.showFor("");
     if (this.client.held) this.client.hold(null);
   }
 

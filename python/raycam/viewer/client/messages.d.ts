@@ -56,6 +56,12 @@ export interface LookThrough {
   name: string;
 }
 
+/** Requests the photograph of a camera of the world. */
+export interface Photograph {
+  type: "photograph";
+  name: string;
+}
+
 /** Sets the world's time in seconds, and the animation (empty for the first one). */
 export interface Time {
   type: "time";
@@ -223,10 +229,11 @@ export interface Upload {
   data: string;
 }
 
-/** Opens an uploaded file as the world. */
+/** Opens an uploaded file as the world; `others` are models that are shown in the same world. */
 export interface Open {
   type: "open";
   name: string;
+  others: string[];
 }
 
 /** Requests the camera as text, or the command that renders the image. */
@@ -269,6 +276,7 @@ export type ClientMessage =
   | Locate
   | Ground
   | LookThrough
+  | Photograph
   | Time
   | Variant
   | FromSide

@@ -8,6 +8,8 @@ import { inkOn } from "./image/colormap.js";
  * @property {HTMLCanvasElement | null} a
  * @property {HTMLCanvasElement | null} b
  * @property {"off" | "slider" | "flip" | "difference"} mode
+ * @property {HTMLCanvasElement | null} photo a photograph over the picture
+ * @property {number} photoOpacity 0 to 1
  * @property {number} divider share of the picture's width that shows A
  * @property {boolean} flipped
  * @property {Pixel | null} held
@@ -27,7 +29,7 @@ export class PictureView {
     this.canvas = canvas;
     this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
     /** @type {Layers} */
-    this.layers = { a: null, b: null, mode: "off", divider: 0.5, flipped: false, held: null, overlay: [], marks: [], valuesIn: null };
+    this.layers = { a: null, b: null, photo: null, photoOpacity: 0, mode: "off", divider: 0.5, flipped: false, held: null, overlay: [], marks: [], valuesIn: null };
     this.width = 1;
     this.height = 1;
     this.zoom = 1; // CSS pixels per pixel of the picture
@@ -187,6 +189,11 @@ export class PictureView {
     context.imageSmoothingQuality = "high";
     const showsB = layers.b && (layers.mode === "difference" || (layers.mode === "flip" && layers.flipped));
     this.drawLayer(showsB ? layers.b : layers.a, 0, 1);
+    if (layers.photo && layers.photoOpacity > 0) {
+      context.globalAlpha = layers.photoOpacity;
+      this.drawLayer(layers.photo, 0, 1);
+      context.globalAlpha = 1;
+    }
     if (layers.mode === "slider" && layers.b) {
       this.drawLayer(layers.b, layers.divider, 1);
       this.drawDivider();
@@ -348,6 +355,20 @@ export function layerOf(image) {
   const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { willReadFrequently: true }));
   if (image instanceof ImageData) context.putImageData(image, 0, 0);
   else context.drawImage(image, 0, 0);
+  return canvas;
+}
+
+/**
+ * A copy of a layer in another size.
+ * @param {HTMLCanvasElement} layer @param {number} width @param {number} height
+ * @returns {HTMLCanvasElement}
+ */
+export function resizedLayer(layer, width, height) {
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, height];
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { willReadFrequently: true }));
+  context.imageSmoothingQuality = "high";
+  context.drawImage(layer, 0, 0, width, height);
   return canvas;
 }
 

@@ -1,4 +1,4 @@
-"""Files that are dropped on the page: they are stored in a private folder and opened there.
+"""Files dropped on the page, which are stored in a private folder and opened there.
 
 A client sends names and bytes. A name is a relative path without "..", so that the file stays in the folder; the
 readers then open nothing outside of the folder. Archives (.zip) are unpacked within the same limits.
@@ -9,23 +9,20 @@ from __future__ import annotations
 import base64
 import contextlib
 import tempfile
-import zipfile
-from pathlib import Path, PurePosixPath
+from collections.abc import Sequence
+from pathlib import Path
 from typing import IO
 
 from ..._core import file_extensions
 from ...errors import Error, SettingsError
 from ...world import World
 from ...world.load import load
+from .sources import ARCHIVE, check_name, combine_models, first_world, unpack
 
 __all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types"]
 
 MAX_BYTES = 256 * 2**20
 MAX_FILES = 200
-MAX_DEPTH = 16
-MAX_PART_BYTES = 255
-"""The longest name of a file or folder in a path, as UTF-8."""
-ARCHIVE = ".zip"
 
 
 def file_types() -> dict[str, list[str]]:
@@ -49,9 +46,9 @@ class Uploads:
     def add(self, name: str, size: int, offset: int, data: str) -> bool:
         """Adds a piece of a file; True if the file is complete. Files of other types are ignored.
 
-        Raises `SettingsError`, and then drops the file.
+        Raises `SettingsError` for invalid pieces, and then deletes the file.
         """
-        name = _checked_name(name)
+        name = check_name(name)
         if not name.lower().endswith(self._known):
             return False
         piece = base64.b64decode(data, validate=True)
@@ -70,9 +67,31 @@ class Uploads:
         self._received[name] = offset + len(piece)
         return self._received[name] == size
 
-    def open(self, name: str) -> World:
-        """The world of a complete file or archive. Raises `SettingsError` and the errors of `raycam.load`."""
-        name = _checked_name(name)
+    def open(self, name: str, more: Sequence[str] = ()) -> World:
+        """The world of a complete file or archive, with `more` models in it if there are any.
+
+        Raises `SettingsError` and the errors of `raycam.load`.
+        """
+        names = [self._complete(each) for each in (name, *more)]
+        try:
+            if more:
+                world = combine_models([self._path() / each for each in names], self._path())
+            else:
+                world = load(self._path() / names[0], folder=self._path())
+        except FileNotFoundError as error:
+            missing = Path(str(error.filename)).name
+            raise SettingsError(
+                f"{names[0]} needs {missing}, which is missing; drop both files together",
+                code="missing_value",
+            ) from None
+        except Error as error:
+            raise type(error)(self._without_folder(str(error)), code=error.code) from None
+        self._opened = set(self._sizes)
+        return world
+
+    def _complete(self, name: str) -> str:
+        """The name of a world that was received completely; of the world in an archive. Raises `SettingsError`."""
+        name = check_name(name)
         if not name.lower().endswith((*self._worlds, ARCHIVE)):
             raise SettingsError(
                 f"{name} is not a world; supported: {', '.join((*self._worlds, ARCHIVE))}",
@@ -80,20 +99,7 @@ class Uploads:
             )
         if name not in self._sizes or self._received[name] != self._sizes[name]:
             raise SettingsError(f"{name} was not uploaded completely; drop it again")
-        if name.lower().endswith(ARCHIVE):
-            name = self._unpack(name)
-        path = self._path() / name
-        try:
-            world = load(path, folder=self._path())
-        except FileNotFoundError as error:
-            missing = Path(str(error.filename)).name
-            raise SettingsError(
-                f"{name} needs {missing}, which is missing; drop both files together", code="missing_value"
-            ) from None
-        except Error as error:
-            raise type(error)(self._without_folder(str(error)), code=error.code) from None
-        self._opened = set(self._sizes)
-        return world
+        return self._unpack(name) if name.lower().endswith(ARCHIVE) else name
 
     def close(self) -> None:
         """Removes the files."""
@@ -105,34 +111,21 @@ class Uploads:
     def _unpack(self, archive: str) -> str:
         """Unpacks the known files of an archive; returns its world, the one nearest to the top."""
         folder = f"{archive}.files"
-        try:
-            with zipfile.ZipFile(self._path() / archive) as opened:
-                entries = [
-                    (f"{folder}/{_checked_name(each.filename)}", each)
-                    for each in opened.infolist()
-                    if not each.is_dir() and each.filename.lower().endswith(self._known[:-1])
-                ]
-                for name, entry in entries:
-                    self._check_room(name, entry.file_size)
-                    self._sizes[name] = self._received[name] = entry.file_size
-                for name, entry in entries:
-                    with opened.open(entry) as packed, self._file(name, "wb") as file:
-                        file.write(packed.read(entry.file_size + 1)[: entry.file_size])
-        except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
-            raise SettingsError(f"{archive}: cannot unpack this archive ({error})") from None
-        names = [name for name, _ in entries if name.lower().endswith(self._worlds)]
-        if not names:
+
+        def check(name: str, size: int) -> None:
+            self._check_room(f"{folder}/{name}", size)
+            self._sizes[f"{folder}/{name}"] = self._received[f"{folder}/{name}"] = size
+
+        names = unpack(self._path() / archive, self._path() / folder, check)
+        name = first_world(names)
+        if name is None:
             raise SettingsError(
                 f"{archive} contains no world; supported: {', '.join(self._worlds)}", code="missing_value"
             )
-
-        def rank(name: str) -> tuple[int, int, str]:
-            return (name.count("/"), self._worlds.index(Path(name).suffix.lower()), name)
-
-        return min(names, key=rank)
+        return f"{folder}/{name}"
 
     def _without_folder(self, text: str) -> str:
-        """An error of a reader without the private folder's path, which means nothing to a client."""
+        """A reader's error without the private folder's path, which is meaningless for a client."""
         text = text.replace(f"{self._path()}/", "").replace(str(self._path()), "the dropped files")
         kept, is_outside, _ = text.partition("; to allow it")
         return f"{kept}; a dropped world can only use files dropped with it" if is_outside else kept
@@ -177,20 +170,3 @@ class Uploads:
         if self._folder is not None:
             with contextlib.suppress(OSError):
                 (self._path() / name).unlink(missing_ok=True)
-
-
-def _checked_name(name: str) -> str:
-    """A name as a relative path. Raises `SettingsError` for one that could leave the folder."""
-    parts = PurePosixPath(name.replace("\\", "/")).parts
-    is_bad = (
-        not parts
-        or len(parts) > MAX_DEPTH
-        or any(part in ("..", "/") or ":" in part for part in parts)
-        or any(len(part.encode("utf-8", "surrogatepass")) > MAX_PART_BYTES for part in parts)
-        or any(not letter.isprintable() for letter in name)
-    )
-    if is_bad:
-        raise SettingsError(
-            f"{name[:80]!r} cannot be used as a file name; rename the file", code="invalid_value"
-        )
-    return "/".join(parts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,6 +19,7 @@ from ...world import World
 from .. import client_messages as messages
 from ..client_messages import MAX_IMAGE_SIZE, Message
 from ..controls import Control, Controls
+from ..files.photographs import Photographs
 from ..files.uploads import Uploads, file_types
 from ..probe import ground_below, locate
 from ..scene.edits import Edits
@@ -50,6 +51,7 @@ class Session:
         source: Path | None = None,
         added: frozenset[str] = frozenset(),
         allows_open: bool = False,
+        photographs: Photographs | None = None,
         start: dict[str, Any] | None = None,
         framing: Mapping[str, Any] | None = None,
         look: Look | None = None,
@@ -72,6 +74,7 @@ class Session:
         self.images = Images(samples, threads)
         self.uploads = Uploads()
         self.allows_open = allows_open
+        self._photographs = photographs
         self.lock = threading.Lock()
         """Held while the view and its version change together."""
         self.view = View.start(opened, integrator=integrator, start=start, look=look)
@@ -116,7 +119,7 @@ class Session:
                 self.send_camera()
 
     def greet(self) -> None:
-        """Sends everything that a client needs to know about the view."""
+        """Sends the complete view to the client."""
         self._outline = self.view.outline()
         self.connection.send(self.welcome())
         self.connection.send(self.view.opened.edits.about())
@@ -137,6 +140,7 @@ class Session:
             "version": __version__,
             "session": self.connection.id,
             "opens": file_types() if self.allows_open else None,
+            "photographs": self._photographed(),
             "overlay": {
                 "cameras": self.overlays.cameras,
                 "explained": self.overlays.explained,
@@ -156,7 +160,7 @@ class Session:
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def send_camera(self) -> None:
-        """Sends the camera that the view has now."""
+        """Sends the current camera of the view."""
         self.connection.send(self.view.camera_message(self._last_move))
 
     def rebase(self) -> None:
@@ -167,20 +171,38 @@ class Session:
         self.connection.send(self.selection.about())
 
     def follow(self, other: Session) -> None:
-        """Shows what another session shows, in this client's own size."""
+        """Shows the view of another session, in this client's own size."""
         with self._changes:
             mine = self.view
             self.show(other.view.with_space(mine.space))
 
-    def open_upload(self, name: str) -> None:
-        """Opens an uploaded file for this client. Raises `SettingsError` and the errors of `raycam.load`."""
+    def open_upload(self, name: str, more: Sequence[str] = ()) -> None:
+        """Opens an uploaded file for this client, with `more` models in the same world.
+
+        Raises `SettingsError` and the errors of `raycam.load`.
+        """
         self._require_open()
         with collected():
-            world = self.uploads.open(name)
+            world = self.uploads.open(name, more)
         edits = Edits(world, allowed=self.view.opened.edits.allowed)
         view = View.start(Opened(edits, name, fixed_size=self.view.opened.fixed_size))
         with self._changes:
             self.show(view.with_space(self.view.space))
+
+    def _photographed(self) -> list[str]:
+        """The cameras of the world that have a photograph."""
+        named = [] if self._photographs is None else self._photographs.cameras
+        return [name for name in named if name in self.view.base.cameras]
+
+    def send_photograph(self, name: str) -> None:
+        """Sends the photograph of a camera. Raises `SettingsError` and the errors of its file."""
+        view = self.view
+        if self._photographs is None or name not in self._photographed():
+            raise SettingsError(f"camera {name} has no photograph", code="missing_photograph")
+        data, notices = self._photographs.jpeg(name, view.camera_of(name))
+        self.connection.send({"type": "photograph", "camera": name}, [data])
+        for text in notices:
+            self.notify(text)
 
     def _require_open(self) -> None:
         if not self.allows_open:
@@ -210,7 +232,7 @@ class Session:
                 np.array(message.pivot, float),
             )
         except Error:
-            self.send_camera()  # the client returns to the last pose that was valid
+            self.send_camera()  # the client returns to the last valid pose
             raise
         self.show(view)
 
@@ -353,7 +375,7 @@ class Session:
     # Lines over the image ---------------------------------------------------------------------------------
 
     def show_rays(self, rays: list[Line], world: World) -> None:
-        """Draws the rays of an explained pixel over the image, unless the view shows another world than `world` now."""
+        """Draws the rays of an explained pixel over the image, unless the view no longer shows `world`."""
         with self._changes:
             if self.view.world is not world:
                 return

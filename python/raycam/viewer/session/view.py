@@ -1,4 +1,4 @@
-"""What a client views: an immutable state, from which each message makes the next one."""
+"""The view of a client: an immutable state, from which each message creates the next one."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FIRST_SPACE = (640, 480)
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """The world that is open, and where its view starts."""
+    """The open world and its initial view."""
 
     edits: Edits
     """The world with its changes; several sessions may share it."""
@@ -43,14 +43,22 @@ class Opened:
     """The names of cameras that the file does not contain."""
     camera: Camera | None = None
     """The first camera; None for the world's first camera, or one that frames the world."""
+    camera_name: str = field(init=False, default="")
+    """The name of the first camera, if it is one of the world's; it stays if the world's file is loaded again."""
     framing: Mapping[str, Any] = field(default_factory=dict)
     """The arguments of `World.view_from` for a camera that frames the world: `direction`, `zoom`, `fov`."""
     fixed_size: tuple[int, int] | None = None
     """The space for images that the script chose, instead of the space in the client's window."""
 
+    def __post_init__(self) -> None:
+        """Finds the name of the first camera."""
+        named = self.edits.world.cameras if self.camera is not None else {}
+        name = next((name for name, each in named.items() if each == self.camera), "")
+        object.__setattr__(self, "camera_name", name)
+
     @property
     def fills_window(self) -> bool:
-        """True if the first camera frames the world, and so has the shape of the window."""
+        """True if the first camera frames the world and therefore has the shape of the window."""
         base = self.edits.world
         return self.camera is None and base.bounds is not None and bool(self.framing or not base.cameras)
 
@@ -67,6 +75,8 @@ class Opened:
         base = self.edits.world
         if self.fills_window:
             return world.view_from(size=size, **self.framing), ""
+        if self.camera_name in base.cameras:
+            return base.cameras[self.camera_name], self.camera_name
         camera = base.default_camera() if self.camera is None else self.camera
         for name, each in base.cameras.items():
             if each == camera:
@@ -78,7 +88,7 @@ class Opened:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Everything that a client shows. `View.start` creates one; the other methods return changed copies."""
+    """The complete state of a client's view. `View.start` creates one; the other methods return changed copies."""
 
     opened: Opened
     world: World
@@ -116,7 +126,7 @@ class View:
 
         `look` is by default the look that `raycam render` chooses.
 
-        Raises `SettingsError` for a value that the world does not have.
+        Raises `SettingsError` for a value that does not exist in the world.
         """
         base = opened.edits.world
         given = {name: value for name, value in (start or {}).items() if value is not None}
@@ -325,7 +335,7 @@ class View:
         return replace(self.with_camera(camera), pivot=self.bounds.mean(axis=0))
 
     def with_space(self, space: tuple[int, int]) -> View:
-        """The view in another space of the client's window."""
+        """The view for another size of the client's window."""
         view = replace(self, space=space)
         if self.shape == "own":
             return view
@@ -414,7 +424,7 @@ class View:
         return f"{number}\n\n{self.camera!r}"
 
     def camera_message(self, seq: int) -> dict[str, Any]:
-        """The message `camera`: all that the client needs to navigate. `seq` is the last move that it contains."""
+        """The message `camera` with all data for navigation. `seq` is the last move that it contains."""
         camera = self.still_camera
         (width, height), corner = camera.size, camera.corner
         x, y = corner + width / 2, corner + height / 2

@@ -72,6 +72,9 @@ impl Writer<'_> {
         if world.render != RenderOptions::default() {
             self.note(NoticeCode::NotWritten, "[render] is left out: glTF does not say how to render");
         }
+        if world.fog.is_some() {
+            self.note(NoticeCode::NotWritten, "the fog is not written: glTF has no fog");
+        }
         let hidden = world.objects.iter().filter(|object| !object.visible).count();
         if hidden > 0 {
             self.note(NoticeCode::NotWritten, format!("{hidden} objects that are not visible are left out"));

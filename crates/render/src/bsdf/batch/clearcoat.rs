@@ -1,18 +1,18 @@
-//! Clear coats of many points.
+//! Clear coats of many points at once.
 
 use crate::bsdf::batch::LaneContext;
 use crate::lobes::clearcoat::Clearcoat;
 use crate::lobes::ggx::Ggx;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// The coat of every lane that has one.
+/// Coat of every lane that has one.
 #[derive(Debug, Default)]
 pub(crate) struct ClearcoatLanes {
     pub is_active: [bool; LANES],
     pub any_active: bool,
     weight: [f32; LANES],
     alpha: [f32; LANES],
-    /// Bent towards the viewer.
+    /// Normals, bent towards the viewer.
     normals: Vec3xN<f32, LANES>,
 }
 

@@ -1,4 +1,4 @@
-//! Lambertian reflection of many points, whose samples may be guided.
+//! Lambertian reflection of many points at once. Samples may be guided.
 
 use glam::Vec3;
 
@@ -8,17 +8,17 @@ use crate::bsdf::diffuse::{Diffuse, lambert};
 use crate::lobes::cone_mixture::{ConeMixture, mixture_weight};
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Albedos, and the directions that sampling returns.
+/// Albedos, and the sampled directions.
 #[derive(Debug, Default)]
 pub(crate) struct DiffuseModel {
     pub albedo: Vec3xN<f32, LANES>,
     pub guiding: ConeMixture<LANES>,
-    /// Drawn by [`crate::bsdf::diffuse::SampleCosineHemisphere`] or by guiding, for every lane of any model.
+    /// Sampled by [`crate::bsdf::diffuse::SampleCosineHemisphere`] or by path guiding, for every lane of any model.
     pub directions: Vec3xN<f32, LANES>,
 }
 
 impl DiffuseModel {
-    /// The BSDF of a lane alone.
+    /// BSDF of a single lane.
     pub fn lane(&self, lane: usize) -> Diffuse<'_> {
         Diffuse {
             albedo: lane_vec3(&self.albedo, lane),

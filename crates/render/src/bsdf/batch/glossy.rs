@@ -1,4 +1,4 @@
-//! Rough conductors and glTF's principled material of many points, also under clear coats and sheens.
+//! Rough conductors and glTF's principled material for many points at once, including clear coats and sheens.
 
 use glam::Vec3;
 
@@ -23,8 +23,8 @@ pub(crate) struct GlossyModel {
     is_conductor: [bool; LANES],
     any_conductor: bool,
     alpha: [f32; LANES],
-    /// Reflectance of the interface, and that by which the interface dims the base. Conductors have their tint for
-    /// both.
+    /// Reflectance of the interface, and the reflectance by which the interface dims the base. For conductors, both are
+    /// the tint.
     f0_f90: F0F90Lanes,
     base_f0_f90: F0F90Lanes,
     /// Albedo of the base.
@@ -33,23 +33,23 @@ pub(crate) struct GlossyModel {
     ior: Vec3xN<f32, LANES>,
     extinction: Vec3xN<f32, LANES>,
     coat: ClearcoatLanes,
-    /// Sheens are evaluated lane by lane: their time is spent in powers.
+    /// Sheens are evaluated lane by lane, because computing powers takes most of their time.
     sheen: [Option<Sheen>; LANES],
     any_sheen: bool,
 }
 
-/// Terms that depend on the view alone.
+/// Terms that depend only on the viewing direction.
 #[derive(Debug, Default)]
 pub(crate) struct GlossyView {
     local: LocalView,
-    /// Energy loss of the interface from `wo`, its mean albedo, and the colour of its multi-scatter lobe.
+    /// Energy loss of the interface for light from `wo`, its mean albedo, and the colour of its multi-scatter lobe.
     energy_loss: [f32; LANES],
     mean_albedo: [f32; LANES],
     multi_scatter: Vec3xN<f32, LANES>,
-    /// Fraction of light that the interface passes to the base: from `wo`, and in the mean.
+    /// Fraction of light that the interface passes to the base: from `wo`, and the mean over all directions.
     base_transmittance: [f32; LANES],
     mean_base_transmittance: [f32; LANES],
-    /// Directions towards the viewer local to the coats, and the coats' albedos there.
+    /// Directions towards the viewer in the coats' local frames, and the coats' albedos for these directions.
     coat_wo: Vec3xN<f32, LANES>,
     coat_albedo: [f32; LANES],
     /// Probabilities of the interface, the base and the coat.
@@ -91,7 +91,7 @@ impl GlossyModel {
         Ggx::from_alpha(self.alpha[lane])
     }
 
-    /// The reflectance of the interfaces at these cosines.
+    /// Reflectance of the interfaces at these cosines.
     #[inline(always)]
     fn reflectance(&self, cosines: &[f32; LANES]) -> Vec3xN<f32, LANES> {
         let mut reflectance = [[0.0; LANES]; 3];
@@ -103,7 +103,7 @@ impl GlossyModel {
         reflectance
     }
 
-    /// The reflectance at normal incidence.
+    /// Reflectance at normal incidence.
     #[inline(always)]
     fn f0(&self) -> Vec3xN<f32, LANES> {
         let mut f0 = [[0.0; LANES]; 3];
@@ -114,7 +114,7 @@ impl GlossyModel {
         f0
     }
 
-    /// Sets the lanes of conductors to their reflectance.
+    /// Sets the lanes of conductors to the conductors' reflectance.
     #[inline(always)]
     fn select_conductors(&self, out: &mut Vec3xN<f32, LANES>, cosines: &[f32; LANES]) {
         if !self.any_conductor {
@@ -130,7 +130,7 @@ impl GlossyModel {
         }
     }
 
-    /// Samples the coat in the lanes whose random number chooses it.
+    /// Samples the coat in those lanes whose random number selects it.
     #[inline(always)]
     fn sample_coat(&self, view: &GlossyView, context: LaneContext, randoms: LaneRandoms, samples: &mut BsdfSamples) {
         for lane in 0..LANES {
@@ -291,7 +291,7 @@ impl BatchModel for GlossyModel {
             let wo = view.local.wo(lane);
             let [specular, diffuse, _] = view.probabilities(lane);
             let random = randoms.direction_of(lane);
-            // Never a lobe without a probability, as for `LayeredBsdf`.
+            // A lobe with a zero probability is never selected, as in `LayeredBsdf`.
             let is_specular = (randoms.lobe[lane] < specular) | (diffuse == 0.0);
             let wm = self.ggx(lane).sample_wm(wo, random);
             let reflected = 2.0 * wo.dot(wm) * wm - wo;

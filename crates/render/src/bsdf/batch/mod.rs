@@ -1,8 +1,8 @@
 //! BSDFs of [`LANES`] points at a time, field by field.
 //!
-//! A model is the parameters of its lanes and three pure functions: view terms, sampling, evaluation. Their loops over
-//! lanes call the same formulas of `lobes` and `bsdf` as the BSDF of one point, select instead of branching, and
-//! compile to vector code. Every lane has the bits that [`crate::bsdf::layered::LayeredBsdf`] would have; a test
+//! A model consists of its lanes' parameters and three pure functions: view terms, sampling and evaluation. Their loops
+//! over lanes call the same formulas of `lobes` and `bsdf` as the BSDF of one point, select values instead of
+//! branching, and compile to vector code. Every lane has the same bits as [`crate::bsdf::layered::LayeredBsdf`]; a test
 //! compares them.
 
 pub(crate) mod clearcoat;
@@ -23,14 +23,14 @@ use crate::lobes::shading_frame::ShadingFrame;
 use crate::prepare::geometry::Geometry;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// The points of the lanes, and the world around them.
+/// Points of the lanes, and the world around them.
 #[derive(Clone, Copy)]
 pub(crate) struct LaneContext<'a> {
     pub geometry: &'a Geometry,
     pub interactions: &'a SurfaceInteractions<LANES>,
 }
 
-/// Random numbers of the lanes: two for a direction, one for the choice of a lobe.
+/// Random numbers of the lanes: two for a direction, and one that selects a lobe.
 #[derive(Clone, Copy)]
 pub(crate) struct LaneRandoms<'a> {
     pub direction: &'a [[f32; LANES]; 2],
@@ -44,7 +44,7 @@ impl LaneRandoms<'_> {
     }
 }
 
-/// A BSDF of many points: the parameters of all lanes.
+/// BSDF of many points: the parameters of all lanes.
 pub(crate) trait BatchModel: Default {
     /// True if light sampling never contributes.
     const IS_SPECULAR: bool = false;
@@ -53,20 +53,20 @@ pub(crate) trait BatchModel: Default {
     /// True if materials of this model may emit.
     const MAY_EMIT: bool = false;
 
-    /// Terms that depend on the viewing directions alone.
+    /// Terms that depend only on the viewing directions.
     type View: Default;
 
-    /// Resets what holds for all lanes together.
+    /// Resets the values that all lanes share.
     fn clear(&mut self) {}
 
-    /// The view terms of lanes with these normals.
+    /// Computes the view terms of lanes with these normals.
     fn prepare_view(&self, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms) -> Self::View;
 
-    /// A sample for every lane.
+    /// Samples a direction for every lane.
     fn sample(&self, view: &Self::View, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms)
     -> BsdfSamples;
 
-    /// The values and densities of world directions.
+    /// Values and densities of world directions.
     fn eval(&self, view: &Self::View, lanes: &ActiveLanes, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals;
 
     /// True if light from the far side of a lane's surface reaches the viewer.
@@ -74,24 +74,24 @@ pub(crate) trait BatchModel: Default {
         Self::IS_TRANSMISSIVE
     }
 
-    /// The BSDF of a lane alone, for a model whose lights may be sampled out of step with the batch.
+    /// BSDF of a single lane, for models whose lights may be sampled separately from the batch.
     fn single(&self, _lane: usize) -> Option<Diffuse<'_>> {
         None
     }
 
-    /// The refracted sample of a lane whose path follows both branches, and the origin of its ray.
+    /// Refracted sample of a lane whose path follows both branches, and the origin of its ray.
     fn transmitted_sample(_view: &Self::View, _lane: usize) -> Option<(BsdfSample, Vec3)> {
         None
     }
 }
 
-/// A model whose lanes are set from layers.
+/// Model whose lanes are set from layers.
 pub(crate) trait LayeredBatchModel: BatchModel {
-    /// Sets a lane; false if these layers are more than the model covers.
+    /// Sets a lane. Returns false if the model does not support these layers.
     fn set_layers(&mut self, lane: usize, hit: &MaterialHit, stack: &LayerStack) -> bool;
 }
 
-/// The lanes that a model has, and their shading normals.
+/// Active lanes of a model, and their shading normals.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ActiveLanes {
     pub is_active: [bool; LANES],
@@ -99,7 +99,7 @@ pub(crate) struct ActiveLanes {
     pub normals: Vec3xN<f32, LANES>,
 }
 
-/// A model with its lanes, and what was computed for them.
+/// Model with its lanes and the values computed for them.
 #[derive(Default)]
 pub(crate) struct BsdfBatch<M: BatchModel> {
     pub lanes: ActiveLanes,
@@ -141,7 +141,7 @@ impl<M: BatchModel> BsdfBatch<M> {
         }
     }
 
-    /// The values and densities of world directions.
+    /// Values and densities of world directions.
     #[inline(always)]
     pub fn eval(&self, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals {
         self.model.eval(&self.view, &self.lanes, context, wi)
@@ -149,7 +149,7 @@ impl<M: BatchModel> BsdfBatch<M> {
 }
 
 impl<M: LayeredBatchModel> BsdfBatch<M> {
-    /// Activates a lane if the model covers the material at a hit; true if so.
+    /// Activates a lane if the model supports the material at a hit. Returns true if it does.
     #[inline]
     pub fn load(&mut self, lane: usize, hit: &MaterialHit) -> bool {
         let Some(stack) = hit.layer_stack() else {
@@ -228,7 +228,7 @@ impl BsdfSamples {
         }
     }
 
-    /// The sample of a lane and the origin of its ray.
+    /// Returns a lane's sample and the origin of its ray.
     #[inline]
     pub fn get(&self, lane: usize) -> Option<(BsdfSample, Vec3)> {
         self.is_valid[lane].then(|| {
@@ -252,7 +252,7 @@ pub(crate) struct BsdfEvals {
 }
 
 impl BsdfEvals {
-    /// Sets a lane, to zero unless `is_lit`.
+    /// Sets a lane, or clears it to zero unless `is_lit`.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, is_lit: bool, BsdfEval { value, pdf }: BsdfEval) {
         let value = if is_lit { value } else { Vec3::ZERO };
@@ -260,7 +260,7 @@ impl BsdfEvals {
         set_lane(&mut self.value, lane, value.to_array());
     }
 
-    /// Takes the masked lanes from `others`.
+    /// Copies the masked lanes from `others`.
     #[inline(always)]
     pub fn select_lanes(&mut self, mask: &[bool; LANES], others: &Self) {
         for (lane, &is_selected) in mask.iter().enumerate() {
@@ -289,7 +289,7 @@ impl F0F90Lanes {
     }
 }
 
-/// The shading normals, bent towards the viewer, and the local directions towards the viewer.
+/// Shading normals, bent towards the viewer, and the local directions towards the viewer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LocalView {
     normals: Vec3xN<f32, LANES>,
@@ -321,7 +321,7 @@ impl LocalView {
         lane_vec3(&self.wo, lane)
     }
 
-    /// The cosines between the normals and the directions towards the viewer.
+    /// Cosines between the normals and the directions towards the viewer.
     #[inline(always)]
     pub fn cosines(&self) -> &[f32; LANES] {
         &self.wo[2]

@@ -1,4 +1,4 @@
-//! Rough glass of many points, and glTF's principled material where all light enters.
+//! Rough glass of many points, and glTF's principled material if all light enters it.
 
 use glam::Vec3;
 
@@ -26,7 +26,7 @@ pub(crate) struct RoughDielectricModel {
     /// True for Fresnel's equations, false for Schlick's approximation.
     is_exact: [bool; LANES],
     alpha: [f32; LANES],
-    /// Reflectance of the interface, and that by which the interface dims the far side.
+    /// Reflectance of the interface, and the reflectance by which the interface dims the far side.
     f0_f90: F0F90Lanes,
     base_f0_f90: F0F90Lanes,
     /// Colour of refracted light.
@@ -35,11 +35,11 @@ pub(crate) struct RoughDielectricModel {
     material: [u32; LANES],
 }
 
-/// Terms that depend on the view alone.
+/// Terms that depend only on the viewing direction.
 #[derive(Debug, Default)]
 pub(crate) struct RoughDielectricView {
     local: LocalView,
-    /// Energy loss of reflection alone from `wo`, its mean albedo, and the colour of its multi-scatter lobe.
+    /// Energy loss of reflection only for light from `wo`, its mean albedo, and the colour of its multi-scatter lobe.
     energy_loss: [f32; LANES],
     mean_albedo: [f32; LANES],
     multi_scatter: Vec3xN<f32, LANES>,
@@ -52,7 +52,7 @@ pub(crate) struct RoughDielectricView {
     lobe_probabilities: [[f32; LANES]; 3],
 }
 
-/// Table values of the lanes by their viewing directions.
+/// Table values of the lanes for their viewing directions.
 struct ViewLosses {
     /// Albedo of one reflection and of one refraction, averaged over the colours.
     single_scatter: [[f32; LANES]; 2],
@@ -61,7 +61,7 @@ struct ViewLosses {
     mean_loss: [Vec3xN<f32, LANES>; 2],
 }
 
-/// A [`MicrofacetEval`] of every lane.
+/// [`MicrofacetEval`] of every lane.
 #[derive(Default)]
 struct FacetLanes {
     cosines: [f32; LANES],
@@ -69,7 +69,7 @@ struct FacetLanes {
     pdfs: [f32; LANES],
 }
 
-/// The table that a lane used last: most neighbours use the same one.
+/// Table that a lane used last; most neighbours use the same table.
 type CachedLoss<'a> = Option<(u32, f32, EnergyLoss<'a>)>;
 
 impl LayeredBatchModel for RoughDielectricModel {
@@ -111,13 +111,14 @@ impl RoughDielectricModel {
         lane_vec3(&self.transmission, lane)
     }
 
-    /// True if the isotropic albedo table holds the reflection: Schlick's approximation, seen from the thinner side.
+    /// True if the isotropic albedo table contains the reflection: Schlick's approximation, seen from the side with the
+    /// lower index of refraction.
     #[inline(always)]
     fn uses_table(&self, lane: usize) -> bool {
         !self.is_exact[lane] & (self.eta[lane] >= 1.0)
     }
 
-    /// The reflectance of the interfaces at these cosines, and that by which the interfaces dim the far side.
+    /// Reflectance of the interfaces at these cosines, and the reflectance by which the interfaces dim the far side.
     #[inline(always)]
     fn reflectances(&self, cosines: &[f32; LANES]) -> [Vec3xN<f32, LANES>; 2] {
         let mut reflectances = [[[0.0; LANES]; 3]; 2];
@@ -136,7 +137,7 @@ impl RoughDielectricModel {
         reflectances
     }
 
-    /// The energy loss of light at these cosines, on the viewer's side or the far side, in some of the lanes.
+    /// Energy loss of light at these cosines, on the viewer's side or the far side, for some of the lanes.
     #[inline(always)]
     fn energy_loss(
         &self,
@@ -157,7 +158,7 @@ impl RoughDielectricModel {
         loss
     }
 
-    /// The table values of active lanes at these cosines of `wo`.
+    /// Table values of active lanes for these cosines of `wo`.
     #[inline(always)]
     fn view_losses(&self, geometry: &Geometry, is_active: &[bool; LANES], cosines: &[f32; LANES]) -> ViewLosses {
         let mut losses = ViewLosses {
@@ -181,7 +182,7 @@ impl RoughDielectricModel {
         losses
     }
 
-    /// The microfacets that reflect or refract the local directions `wi`.
+    /// Microfacets that reflect or refract the local directions `wi`.
     #[inline(always)]
     fn eval_microfacets(
         &self,
@@ -224,7 +225,7 @@ impl RoughDielectricView {
         [single[lane], up[lane], down[lane]]
     }
 
-    /// The multi-scatter lobes at a loss of reflection and refraction, and one of reflection alone.
+    /// Multi-scatter lobes for a loss by reflection and refraction, and for a loss by reflection only.
     #[inline(always)]
     fn eval_multiscatter(&self, lane: usize, loss: Vec3, reflected: f32, cosine: f32) -> Vec3 {
         let terms = MultiscatterTerms {
@@ -318,7 +319,7 @@ impl BatchModel for RoughDielectricModel {
         for lane in 0..LANES {
             let (wo, wm, eta) = (view.local.wo(lane), lane_vec3(&facets, lane), self.eta[lane]);
             let [single, up, down] = view.probabilities(lane);
-            // Never a lobe without a probability, as for `LayeredBsdf`.
+            // A lobe with a zero probability is never selected, as in `LayeredBsdf`.
             let choice = randoms.lobe[lane];
             let (second, third) = (choice - single, choice - single - up);
             let is_down = (choice >= single) & (second >= up) & (down > 0.0);
@@ -327,7 +328,7 @@ impl BatchModel for RoughDielectricModel {
             let rest = if choice < single {
                 choice
             } else {
-                // After rounding errors, beyond the last lobe.
+                // Rounding errors may lead past the last lobe.
                 third - down
             };
             let refracted = Vec3::ONE - lane_vec3(&base_reflectance, lane);

@@ -12,7 +12,7 @@ use crate::bsdf::specular::{FORCE_TRANSMISSION, SpecularBsdf};
 use crate::lobes::fresnel::{Fresnel, conductors, dielectric, schlick_two_sided, thin_dielectric};
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Each branch of a split is followed this many times as often as its fraction of the light.
+/// Factor by which each branch of a split path is followed more often than in proportion to its fraction of the light.
 const SPLIT_OVERSAMPLING: f32 = 3.0;
 
 /// Smooth interfaces without other layers.
@@ -21,23 +21,23 @@ pub(crate) struct SpecularModel {
     is_conductor: [bool; LANES],
     uses_schlick: [bool; LANES],
     is_thin: [bool; LANES],
-    /// True if some lane has that formula of reflectance.
+    /// True if any lane uses this reflectance formula.
     any_conductor: bool,
     any_dielectric: bool,
     any_schlick: bool,
-    /// Tint of a conductor's reflection, or of light that a dielectric transmits.
+    /// Tint of a conductor's reflection, or of the light that a dielectric transmits.
     base: Vec3xN<f32, LANES>,
     /// Complex index of conductors.
     ior: Vec3xN<f32, LANES>,
     extinction: Vec3xN<f32, LANES>,
     f0_f90: F0F90Lanes,
-    /// Index of the far side of a dielectric relative to the viewer's side, or a pane's own.
+    /// Index of the far side of a dielectric relative to the viewer's side; for a pane, the pane's own index.
     eta: [f32; LANES],
     /// True if the lane's path may follow both branches.
     pub may_split: [bool; LANES],
 }
 
-/// Reflectances by the view, and the refracted branch of split paths.
+/// Reflectances for the viewing direction, and the refracted branch of split paths.
 #[derive(Debug, Default)]
 pub(crate) struct SpecularView {
     local: LocalView,
@@ -82,19 +82,19 @@ impl LayeredBatchModel for SpecularModel {
 }
 
 impl SpecularModel {
-    /// Lets the path of a lane follow both branches, if it has two.
+    /// Lets the path of a lane follow both branches if there are two.
     #[inline]
     pub fn allow_split(&mut self, lane: usize) {
         self.may_split[lane] = !self.is_conductor[lane];
     }
 
-    /// The colour of light that passes a lane's surface.
+    /// Colour of light that passes a lane's surface.
     #[inline(always)]
     pub fn transmission(&self, lane: usize) -> Vec3 {
         if self.is_conductor[lane] { Vec3::ZERO } else { lane_vec3(&self.base, lane) }
     }
 
-    /// The reflectance of every lane at a cosine.
+    /// Reflectance of every lane at a cosine.
     #[inline(always)]
     fn reflectance(&self, cosines: &[f32; LANES]) -> Vec3xN<f32, LANES> {
         let mut reflectance = [[0.0; LANES]; 3];
@@ -128,7 +128,7 @@ impl SpecularModel {
         reflectance
     }
 
-    /// The BSDF of a lane alone.
+    /// BSDF of a single lane.
     #[inline(always)]
     fn lane(&self, view: &SpecularView, lane: usize) -> SpecularBsdf {
         let is_straight = self.is_conductor[lane] | self.is_thin[lane];

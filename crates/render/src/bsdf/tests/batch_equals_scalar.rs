@@ -1,4 +1,4 @@
-//! Every lane of a batch has the bits of the BSDF of one point.
+//! Every lane of a batch has the same bits as the BSDF of a single point.
 
 use glam::{DAffine3, Vec3};
 use raycam_bvh::{Hit, WithSimd, dispatch_simd};
@@ -19,7 +19,7 @@ use crate::interaction::batch::SurfaceInteractions;
 use crate::prepare::world::PreparedWorld;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane, set_triangle};
 
-/// A ball of each of these.
+/// One ball of each of these materials.
 fn world(models: &[MaterialModel]) -> PreparedWorld {
     let mut world = World::default();
     let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
@@ -37,7 +37,7 @@ fn randoms(first: usize, step: usize) -> [f32; LANES] {
     std::array::from_fn(|lane| unit(first + step * lane).x.abs())
 }
 
-/// Hits of rays along [`unit`] of `first` and on.
+/// Hits of rays along [`unit`] of `first` and the following indices.
 struct Hits {
     hits: [Hit; LANES],
     directions: [Vec3; LANES],
@@ -67,7 +67,7 @@ impl Hits {
     }
 }
 
-/// Evaluates a batch, compiled as the integrator compiles it.
+/// Evaluates a batch, compiled in the same way as in the integrator.
 struct Evaluate<'a, M: BatchModel> {
     batch: &'a BsdfBatch<M>,
     context: LaneContext<'a>,
@@ -82,7 +82,7 @@ impl<M: BatchModel> WithSimd for Evaluate<'_, M> {
     }
 }
 
-/// Numbers of samples and of lit directions that a comparison met.
+/// Numbers of samples and of lit directions that were compared.
 #[derive(Default)]
 struct Counts {
     reflected: usize,
@@ -92,7 +92,7 @@ struct Counts {
     lit: [usize; 2],
 }
 
-/// Compares samples and values of a model with those of single points, in empty space.
+/// Compares samples and values of a model with those of single points in empty space.
 fn compare<M: LayeredBatchModel>(world: &PreparedWorld, object: impl Fn(usize) -> usize) -> Counts {
     let mut counts = Counts::default();
     let mut batch = BsdfBatch::<M>::default();
@@ -145,7 +145,7 @@ fn metal(name: &str, roughness: f32) -> MaterialModel {
 }
 
 #[test]
-fn specular() {
+fn specular_lanes_equal_single_points() {
     let glass = |thin| MaterialModel::Glass(Glass { thin, ..Glass::default() });
     let principled = |thickness| {
         let mut p = Principled::default();
@@ -156,7 +156,7 @@ fn specular() {
     };
     let world =
         world(&[glass(false), glass(true), metal("gold", 0.0), metal("silver", 0.0), principled(0.0), principled(1.0)]);
-    // Glass alone, metal alone, glTF's glass alone, and all.
+    // Only glass, only metal, only glTF's glass, and all of them.
     let object = |i: usize| match i / LANES % 4 {
         kind @ 0..3 => 2 * kind + i % 2,
         _ => i * 7 / 3 % 6,
@@ -221,7 +221,7 @@ fn specular() {
 }
 
 #[test]
-fn glossy() {
+fn glossy_lanes_equal_single_points() {
     let principled = |metallic, roughness| {
         let mut p = Principled::default();
         (p.metallic.value, p.roughness.value) = (metallic, roughness);
@@ -246,7 +246,7 @@ fn glossy() {
         layered([0.5, 0.2], [0.3, 0.6, 0.2]),
         layered([0.0, 0.0], [0.9; 3]),
     ]);
-    // The principled material alone, metal alone, coats alone, and all.
+    // Only the principled material, only metal, only coats, and all of them.
     let counts = compare::<GlossyModel>(&world, |i| match i / LANES % 4 {
         0 => i % 3,
         1 => 3 + i % 2,
@@ -259,7 +259,7 @@ fn glossy() {
 }
 
 #[test]
-fn rough_dielectric() {
+fn rough_dielectric_lanes_equal_single_points() {
     let glass = |roughness, ior| MaterialModel::Glass(Glass { roughness, ior, ..Glass::default() });
     let principled = |roughness, metallic| {
         let mut p = Principled::default();
@@ -268,7 +268,7 @@ fn rough_dielectric() {
         p.specular_color.value = [1.0, 0.5, 2.0];
         MaterialModel::Principled(p.into())
     };
-    // The second loses next to nothing.
+    // The second material loses almost nothing.
     let world =
         world(&[glass(0.4, 1.5), glass(0.04, 1.3), glass(1.0, 1.1), principled(0.3, 0.0), principled(0.9, 0.4)]);
     let counts = compare::<RoughDielectricModel>(&world, |i| match i / LANES % 3 {

@@ -1,4 +1,4 @@
-//! Samples are as dense as they say, and the whole density is one.
+//! Samples have the density that is reported for them, and the density integrates to one.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,8 @@ use crate::bsdf::BsdfEval;
 use crate::bsdf::tests::*;
 use crate::sampling::chi_squared::{limit, statistic};
 
-/// The directions on one side of the surface, by how far they are from a centre and which way: finer the nearer.
+/// Grid over the directions on one side of the surface, by distance and azimuth around a centre; cells are finer near
+/// the centre.
 struct Chart {
     center: DVec3,
     right: DVec3,
@@ -22,7 +23,7 @@ impl Chart {
         Self { center, right, up, side }
     }
 
-    /// A direction at a place in the unit square, with its solid angle per area; `None` on the other side.
+    /// Direction at a point of the unit square, with its solid angle per area; `None` if it is on the other side.
     fn at(&self, place: DVec2) -> Option<(DVec3, f64)> {
         let height = 2.0 * place.x.powi(4);
         let (sin, cos) = (TAU * place.y).sin_cos();
@@ -33,20 +34,20 @@ impl Chart {
     }
 
     fn of(&self, d: DVec3) -> DVec2 {
-        // 1 - cos from the distance: near the centre it keeps its digits.
+        // Computing 1 - cos from the distance keeps precision near the centre.
         let height = (d - self.center).length_squared() / 2.0;
         let turn = d.dot(self.up).atan2(d.dot(self.right)) / TAU;
         DVec2::new((height / 2.0).clamp(0.0, 1.0).powf(0.25), turn.rem_euclid(1.0))
     }
 }
 
-/// Cells outwards and around, on both sides; points of a quadrature in each.
+/// Numbers of cells outwards and around, on both sides, and of quadrature points in each cell.
 const OUT: usize = 24;
 const AROUND: usize = 16;
 const FINE: usize = 14;
 const SAMPLES: usize = 1 << 20;
 
-/// The faults of a material's density.
+/// Deviations of a material's samples from its density.
 fn check(
     name: &str,
     scatter: &Bsdf,
@@ -72,7 +73,7 @@ fn check(
             }
         }
     }
-    // The whole is one: what is not found is what evenly spread numbers reject.
+    // The total probability is one: the part without samples must equal the part that uniform random numbers reject.
     let total: f64 = expected.iter().sum();
     let mut kept = 0.0;
     const SPREAD: usize = 1 << 19;
@@ -113,7 +114,7 @@ fn check(
     (chi2 >= limit).then(|| format!("{name}: chi squared {chi2} > {limit} of {freedom} cells"))
 }
 
-/// The centre of a refracting lobe, or its opposite.
+/// Centre of a refracting lobe, or the opposite direction.
 fn refracted(name: &str, frame: &ShadingFrame) -> Vec3 {
     let eta = match name.split(' ').collect::<Vec<_>>()[..] {
         ["glass", _, "false", "true"] | ["solid", _, "true"] => 1.5,
@@ -128,13 +129,13 @@ fn bsdf_samples_follow_their_density() {
     let cases = || {
         let (lossless, lossy) = all();
         let all: Vec<_> = lossless.into_iter().chain(lossy).collect();
-        // Mirrors have no density; the furnace knows lobes that are thin strips.
+        // Mirrors have no density. The furnace test covers lobes that are thin strips.
         let dense = |name: &str| name != "brushed 0.1" && !format!("{name} ").contains(" 0 ");
         let dense: Vec<_> = all.into_iter().filter(|(name, _)| dense(name)).collect();
         dense
     };
     let tests = 2 * cases().len();
-    // Both cores, each with its own numbers.
+    // Two threads, each with its own random numbers.
     let wrong = std::thread::scope(|scope| {
         let halves = [20.0f32, 70.0].map(|degrees| {
             scope.spawn(move || {

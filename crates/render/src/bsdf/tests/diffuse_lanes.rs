@@ -1,4 +1,4 @@
-//! Diffuse lanes on a ball, some of them guided; their samples equal those of single points.
+//! Diffuse lanes on a ball, some of them guided: their samples equal those of single points.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raycam_bvh::{Hit, dispatch_simd};
@@ -28,8 +28,8 @@ fn ball() -> PreparedWorld {
     PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
 }
 
-/// Hits of a ball by rays along [`unit`] of `first` and on, and their diffuse batch, of which every second one is
-/// guided.
+/// Hits of a ball by rays along [`unit`] of `first` and the following indices, and their diffuse batch, in which every
+/// second lane is guided.
 pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBatch<DiffuseModel>) {
     let world = ball();
     let mut interactions = SurfaceInteractions::<LANES>::default();
@@ -68,7 +68,7 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
 }
 
 #[test]
-fn batch_equals_scalar() {
+fn guided_and_unguided_lanes_equal_single_points() {
     let world = ball();
     let mut valid = 0;
     for first in (0..320).step_by(LANES) {

@@ -1,10 +1,11 @@
-//! Energy: what comes back of a white sky.
+//! Energy conservation: the light that a surface returns under a white sky.
 
 use glam::Vec3;
 
 use crate::bsdf::tests::*;
 
-/// Energy returned under a white sky, by well spread samples, with the scaling of radiance by refraction undone.
+/// Energy returned under a white sky, estimated with evenly distributed samples. The scaling of radiance by refraction
+/// is undone.
 fn furnace(scatter: &Bsdf, frame: &ShadingFrame, samples: u32) -> Vec3 {
     let mut sum = glam::DVec3::ZERO;
     for i in 0..samples {
@@ -27,13 +28,13 @@ fn white_furnace_losses_match_the_documented_bounds() {
             let scatter = make(&frame);
             let off = |found: Vec3| (found - Vec3::ONE).abs().max_element();
             let mut found = furnace(&scatter, &frame, 1 << 17);
-            // Where that is not enough to tell.
+            // More samples if these are not sufficient.
             for samples in [1 << 19, 1 << 21] {
                 if off(found) > 8e-4 {
                     found = furnace(&scatter, &frame, samples);
                 }
             }
-            // The tables of refraction are least exact for the roughest skin, from inside at grazing angles.
+            // The refraction tables are least exact for the roughest surface, seen from inside at grazing angles.
             let coarse = degrees > 85.0 && (name.ends_with("1 false") || name.ends_with("1 false false"));
             if off(found) > if coarse { 4e-3 } else { 1e-3 } {
                 worst.push(format!("{name} at {degrees}: {found}"));
@@ -109,7 +110,7 @@ fn mixed_transmission_conserves_energy() {
     assert!(worst.is_empty(), "{} points:\n{}", worst.len(), worst.join("\n"));
 }
 
-/// Losses of materials as `docs/light-and-material.md` states them: roughness 0.1, 0.3, 0.6 and 1, in percent.
+/// Losses of materials as stated in `docs/light-and-material.md`: roughness 0.1, 0.3, 0.6 and 1, in percent.
 #[test]
 fn documented_losses_equal_the_measured_ones() {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/light-and-material.md");
@@ -135,7 +136,7 @@ fn documented_losses_equal_the_measured_ones() {
     assert!(page.contains(&found), "the page lacks\n{found}");
 }
 
-/// A lobe without a probability is found by light sampling and lost to BSDF samples.
+/// Light from a lobe without a sampling probability is found by light sampling but missed by BSDF samples.
 #[test]
 fn sample_weights_integrate_to_the_albedo() {
     let (lossless, _) = all();

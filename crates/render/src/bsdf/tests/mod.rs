@@ -1,4 +1,4 @@
-//! Properties of every BSDF: energy conservation, reciprocity, and samples with the density that they state.
+//! Properties of every BSDF: energy conservation, reciprocity, and samples that follow the reported density.
 
 pub(crate) mod batch_equals_scalar;
 pub(crate) mod density;
@@ -25,7 +25,7 @@ use crate::lobes::shading_frame::ShadingFrame;
 use crate::lobes::sheen::Sheen;
 use crate::lobes::thin_film::ThinFilm;
 
-/// True for the exhaustive form of the tests: `make proof` sets `RAYCAM_PROOF`.
+/// True for the exhaustive form of the tests; `make proof` sets `RAYCAM_PROOF`.
 fn is_proof() -> bool {
     std::env::var_os("RAYCAM_PROOF").is_some()
 }
@@ -40,7 +40,7 @@ pub(crate) fn seen_from(view: Vec3) -> ShadingFrame {
     ShadingFrame { geometric: Vec3::Z, normal: Vec3::Z, tangent: Vec3::X, bitangent: Vec3::Y, wo: view }
 }
 
-/// The integral over all directions above the surface, by points that are denser towards the horizon.
+/// Integral over all directions above the surface, with points that are denser towards the horizon.
 pub(crate) fn over_the_hemisphere(f: impl Fn(Vec3) -> f32) -> f64 {
     const RINGS: u32 = 400;
     const TURNS: u32 = 400;
@@ -58,7 +58,7 @@ pub(crate) fn over_the_hemisphere(f: impl Fn(Vec3) -> f32) -> f64 {
     sum * std::f64::consts::TAU / f64::from(RINGS * TURNS)
 }
 
-/// A white dielectric without anything else.
+/// A white dielectric without other layers.
 fn plastic(roughness: f32) -> LayerStack<'static> {
     let fresnel = Fresnel::Schlick { f0: Vec3::splat(0.04), f90: Vec3::ONE, eta: None };
     LayerStack {
@@ -80,7 +80,7 @@ fn white_metal(roughness: f32) -> LayerStack<'static> {
     LayerStack { fresnel, diffuse: Vec3::ZERO, ..plastic(roughness) }
 }
 
-/// A metal that is rougher along the tangent, as `KHR_materials_anisotropy` has it.
+/// A metal that is rougher along the tangent, as in `KHR_materials_anisotropy`.
 fn brushed(roughness: f32, strength: f32) -> LayerStack<'static> {
     let alpha = (roughness * roughness).max(1e-3);
     LayerStack { ggx: Ggx { alpha_x: alpha + (1.0 - alpha) * strength * strength, alpha_y: alpha }, ..white_metal(0.0) }
@@ -93,7 +93,7 @@ fn coated<'a>(layers: LayerStack<'a>, frame: &ShadingFrame) -> LayerStack<'a> {
 static EXACT: LazyLock<DielectricAlbedo> = LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Exact));
 static SCHLICK: LazyLock<DielectricAlbedo> = LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Schlick));
 
-/// White principled matter with an inside, of index 1.5.
+/// A white principled material with a volume, of index 1.5.
 fn solid(roughness: f32, front: bool) -> LayerStack<'static> {
     let eta = if front { 1.5 } else { 1.0 / 1.5 };
     let fresnel = Fresnel::Schlick { f0: Vec3::splat(0.04), f90: Vec3::ONE, eta: (!front).then_some(eta) };
@@ -114,7 +114,7 @@ type Make = Box<dyn Fn(&ShadingFrame) -> Bsdf<'static>>;
 /// Name with roughness, and constructor.
 type Named = Vec<(String, Make)>;
 
-/// Every kind of scattering by name: lossless ones, and the rest.
+/// All kinds of scattering by name: lossless ones, and the rest.
 fn all() -> (Named, Named) {
     fn layers(name: String, make: impl Fn(&ShadingFrame) -> LayerStack<'static> + 'static) -> (String, Make) {
         let make = move |frame: &ShadingFrame| Bsdf::Layered(LayeredBsdf::new(make(frame), frame));
@@ -189,7 +189,7 @@ impl Random {
     }
 }
 
-/// The i-th of three well spread numbers: R. Roberts's additive sequence.
+/// The i-th of three evenly distributed numbers: R. Roberts's additive sequence.
 fn spread(i: u32) -> [f32; 3] {
     let at = |step: f64| ((0.5 + step * f64::from(i)).fract() * 0.999_999_9) as f32;
     [at(0.819_172_513_396_164_4), at(0.671_043_606_703_789_2), at(0.549_700_477_901_970_3)]

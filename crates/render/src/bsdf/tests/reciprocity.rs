@@ -1,4 +1,4 @@
-//! Light may go both ways.
+//! Reciprocity: values are the same if light travels in the opposite direction.
 
 use glam::Vec3;
 use raycam_scene::Glass;

@@ -1,4 +1,4 @@
-//! The BSDFs of a chunk's lanes, of every batched kind.
+//! BSDFs of a chunk's lanes, for every batched kind.
 
 use crate::bsdf::batch::diffuse::DiffuseModel;
 use crate::bsdf::batch::glossy::GlossyModel;
@@ -7,7 +7,7 @@ use crate::bsdf::batch::specular::SpecularModel;
 use crate::bsdf::batch::{BsdfBatch, BsdfEvals, LaneContext, LaneRandoms};
 use crate::soa::{LANES, Vec3xN, set_lane};
 
-/// One batch for each kind of BSDF; a lane is active in one of them at most.
+/// One batch for each kind of BSDF; a lane is active in at most one of them.
 #[derive(Default)]
 pub(crate) struct BatchBsdf {
     pub diffuse: BsdfBatch<DiffuseModel>,
@@ -43,7 +43,7 @@ impl BatchBsdf {
         self.diffuse.is_active(lane) || self.glossy.is_active(lane) || self.rough_dielectric.is_active(lane)
     }
 
-    /// The normals of [`crate::light::LightSampleContext`].
+    /// Normals of [`crate::light::LightSampleContext`].
     pub fn light_sample_normals(&self, context: LaneContext) -> Vec3xN<f32, LANES> {
         let mut normals = *context.interactions.side_normals();
         for lane in (0..LANES).filter(|&lane| self.rough_dielectric.is_active(lane)) {
@@ -52,7 +52,7 @@ impl BatchBsdf {
         normals
     }
 
-    /// The values and densities of world directions.
+    /// Values and densities of world directions.
     #[inline(always)]
     pub fn eval(&self, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals {
         let Self { diffuse, glossy, rough_dielectric, .. } = self;
@@ -83,7 +83,7 @@ mod tests {
     use crate::soa::get_lane;
 
     #[test]
-    fn each_lane_has_the_values_of_its_kind() {
+    fn each_lane_has_the_values_of_its_bsdf_kind() {
         let mut world = World::default();
         let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
         let glass = Glass { roughness: 0.5, ..Glass::default() };

@@ -1,4 +1,4 @@
-//! Direct lighting of a chunk: light samples of all lanes, and their shadow rays.
+//! Direct lighting of a chunk: light samples of all lanes and their shadow rays.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Ray, WithSimd, dispatch_simd};
@@ -15,11 +15,11 @@ use crate::light::samples::{EnvironmentSample, LightLiSamples, LightRandom, ONE_
 use crate::light::tree::importance::{ComputeNodeImportances, NodeImportances};
 use crate::soa::{LANES, Vec3xN, get_lane, lane_dvec3, lane_vec3, set_lane};
 
-/// Random numbers of all hits of a bounce, and light samples and shadow rays of one chunk.
+/// Random numbers of all hits of a bounce; light samples and shadow rays of one chunk.
 #[derive(Default)]
 pub(crate) struct DirectLightingBatch {
     pub randoms: LightRandoms,
-    /// The random numbers that choose a lobe and a light.
+    /// Random numbers that select a lobe and a light.
     pub light_choices: Vec<[f32; 2]>,
     pub samples: [LightLiSamples<LANES>; MAX_SPLIT_SAMPLES],
     shadow_rays: [ShadowRayLanes; MAX_SPLIT_SAMPLES],
@@ -33,7 +33,7 @@ pub(crate) struct DirectLightingBatch {
 #[derive(Default)]
 pub(crate) struct LightRandoms {
     pub numbers: [Vec<[f32; 2]>; MAX_SPLIT_SAMPLES],
-    /// Samples of the environment by these numbers, and the index of the environment among the infinite lights.
+    /// Samples of the environment for these random numbers, and the environment's index among the infinite lights.
     environment_samples: [Vec<EnvironmentSample>; MAX_SPLIT_SAMPLES],
     environment_index: usize,
 }
@@ -55,7 +55,7 @@ impl LightRandoms {
         }
     }
 
-    /// The random numbers of a hit for a light sample.
+    /// Random numbers of a hit for a light sample.
     pub fn random_for(&self, sample: usize, hit: usize) -> LightRandom {
         let environment = self.environment_samples[sample].get(hit);
         LightRandom {
@@ -66,8 +66,8 @@ impl LightRandoms {
 }
 
 impl DirectLightingBatch {
-    /// Samples lights for the lanes of a chunk, and evaluates the BSDFs. Samples of a rectangle that is the only light
-    /// are there already.
+    /// Samples lights for the lanes of a chunk, and evaluates the BSDFs. If a rectangle is the only light, its samples
+    /// already exist.
     pub fn evaluate_chunk(
         &mut self,
         tracer: &PathTracer,
@@ -126,7 +126,7 @@ impl DirectLightingBatch {
         }
     }
 
-    /// Pushes the shadow rays of a lane, for the path of a camera ray.
+    /// Pushes the shadow rays of a lane whose path belongs to this camera ray.
     #[inline(always)]
     pub fn push_shadow_rays(&self, lane: usize, ray_index: usize, queues: &mut [ShadowRayQueue]) {
         for (rays, queue) in self.shadow_rays[..self.count].iter().zip(queues) {
@@ -137,8 +137,8 @@ impl DirectLightingBatch {
         }
     }
 
-    /// Pushes the shadow rays of a lane through media. `transmittance` is a function of the direction and the point on
-    /// the light.
+    /// Pushes the shadow rays of a lane through media. `transmittance` is a function of the direction and of the point
+    /// on the light.
     #[inline]
     pub fn push_attenuated_shadow_rays(
         &self,
@@ -161,7 +161,7 @@ impl DirectLightingBatch {
     }
 }
 
-/// One shadow ray of every lane, and the light that the ray adds if it is unoccluded.
+/// Pushes one shadow ray per lane, and the light that the ray adds if it is unoccluded.
 #[derive(Clone, Copy, Debug, Default)]
 struct ShadowRayLanes {
     is_active: [bool; LANES],
@@ -182,7 +182,7 @@ impl ShadowRayLanes {
     }
 }
 
-/// Evaluates the contribution of one light sample of every lane.
+/// Evaluates the contribution of one light sample in every lane.
 struct EvaluateDirect<'a> {
     context: LaneContext<'a>,
     bsdf: &'a BatchBsdf,
@@ -235,7 +235,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn batch_equals_scalar() {
+    fn lanes_equal_single_points() {
         let mut lit = 0;
         let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
         for first in (0..320).step_by(LANES) {

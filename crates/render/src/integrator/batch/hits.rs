@@ -1,4 +1,4 @@
-//! The hits of a bounce: their random numbers, and the interactions and BSDFs of one chunk at a time.
+//! Hits of a bounce: their random numbers, and the interactions and BSDFs of one chunk at a time.
 
 use glam::Vec3;
 use raycam_bvh::{Hit, dispatch_simd};
@@ -21,7 +21,7 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::soa::{LANES, TriangleXN, lane_vec3, set_lane, set_triangle};
 
-/// The number of times that a path from the camera may follow both branches of a dielectric.
+/// Maximum number of times that a path from the camera may follow both branches of a dielectric.
 const MAX_SPLITS: u8 = 2;
 
 /// At most [`LANES`] hits of a bounce.
@@ -29,18 +29,18 @@ const MAX_SPLITS: u8 = 2;
 pub(crate) struct Chunk<'a> {
     pub index: usize,
     pub hits: &'a [Hit],
-    /// Indices of their paths.
+    /// Indices of the hits' paths.
     pub paths: &'a [u32],
 }
 
-/// Random numbers of all hits of a bounce, and what one chunk of them needs.
+/// Random numbers of all hits of a bounce, and the data of one chunk.
 #[derive(Default)]
 pub(crate) struct HitBatch {
     corners: Vec<TriangleXN<LANES>>,
     bsdf_randoms: Vec<[f32; 2]>,
     pub interactions: SurfaceInteractions<LANES>,
     pub path_lanes: PathLanes,
-    /// True if the ray passes the surface by its opacity.
+    /// True if the ray passes the surface because of its opacity.
     pub alpha_rejected: [bool; LANES],
     pub bsdf: BatchBsdf,
     /// Media behind the surfaces of transmissive batched BSDFs.
@@ -51,8 +51,8 @@ pub(crate) struct HitBatch {
 }
 
 impl HitBatch {
-    /// Draws the random numbers of a bounce and gathers the triangles of its hits. One pass for each over all hits:
-    /// triangles lie scattered in memory, and their cache misses overlap.
+    /// Draws the random numbers of a bounce and gathers the triangles of its hits. Each is one pass over all hits:
+    /// triangles are scattered in memory, and their cache misses overlap.
     pub fn begin_bounce(&mut self, tracer: &PathTracer, paths: &[PathState], active: &[u32], hits: &[Hit]) {
         self.draw_randoms(tracer, paths, active);
         let chunks = hits.chunks(LANES);
@@ -78,7 +78,7 @@ impl HitBatch {
         let out = &mut self.bsdf_randoms;
         let has_lights = modes.has_light_samples();
         let has_choice = modes.needs_light_choice() || modes.needs_lobe_choice;
-        // Dimensions of one group are cheapest together.
+        // Drawing the dimensions of one group together is fastest.
         match (has_lights, has_choice) {
             (true, true) => {
                 let dimensions = [bsdf, light, choice];
@@ -144,7 +144,7 @@ impl HitBatch {
         self.evaluate_bsdfs(tracer, chunk, &random);
     }
 
-    /// Loads the path of a lane, and the BSDF of its hit if that is batched.
+    /// Loads the path of a lane, and the BSDF of its hit if that BSDF is batched.
     fn load_lane(&mut self, tracer: &PathTracer, path: &PathState, hit: &Hit, lane: usize) {
         let (geometry, interactions) = (tracer.geometry, &self.interactions);
         let prepared = geometry.material(hit);
@@ -202,7 +202,7 @@ impl HitBatch {
             return;
         };
         if self.bsdf.rough_dielectric.load(lane, &material_hit) && !path.interior_list.is_empty() {
-            // Direct lighting needs the throughput at the surface.
+            // Direct lighting requires the throughput at the surface.
             let mut path = *path;
             let position = self.interactions.position(lane);
             let distance = path.distance_to(position);
@@ -243,13 +243,13 @@ impl HitBatch {
         }
     }
 
-    /// True if the ray of a lane does not pass its hit as if nothing were there.
+    /// False if the ray of a lane passes its hit as if there were no surface.
     pub fn is_solid(&self, tracer: &PathTracer, path: &PathState, (hit, lane): (&Hit, usize)) -> bool {
         let material = &tracer.geometry.material(hit).material;
         !self.alpha_rejected[lane] && !tracer.is_culled_back_face(path, material, self.interactions.is_front(lane))
     }
 
-    /// The hit of a lane, for shading alone.
+    /// Hit of a lane, for shading only that lane.
     #[inline]
     pub fn view<'a>(&self, tracer: &PathTracer<'a>, chunk: Chunk<'a>, lane: usize) -> HitView<'a> {
         let index = chunk.index * LANES + lane;
@@ -269,13 +269,13 @@ impl HitBatch {
     }
 }
 
-/// True if direct lighting of a path's hit is evaluated for the chunk or not at all.
+/// True if direct lighting of a path's hit is evaluated together with its chunk, or not at all.
 fn is_lit_in_batch(tracer: &PathTracer, path: &PathState) -> bool {
     let is_unlit = !tracer.modes.has_light_samples() && tracer.settings.ambient_term.is_none();
     tracer.samples_lights_in_step(path) && (tracer.modes.batch_direct_lighting || is_unlit)
 }
 
-/// The hit of a lane on the border of a medium, and the media behind it. `None` for a false intersection, and for the
+/// Hit of a lane at the boundary of a medium, and the media behind it. `None` for a false intersection, and for the
 /// rare path that leaves a medium without having entered it.
 #[inline]
 fn interface_at<'a>(

@@ -1,7 +1,7 @@
-//! The hits of one bounce, [`crate::soa::LANES`] at a time: loading, BSDFs, direct lighting, shading.
+//! Hits of one bounce, [`crate::soa::LANES`] at a time: loading, BSDFs, direct lighting, shading.
 //!
-//! [`sort`] brings hits of a kind together, [`hits`] holds what all hits of the bounce need, and evaluates the
-//! materials of a chunk; [`shade`] then advances each path of the chunk. This folder uses the steps of
+//! [`sort`] groups hits by kind. [`hits`] stores the data that all hits of the bounce require, and evaluates the
+//! materials of a chunk. [`shade`] then advances each path of the chunk. This folder uses the steps of
 //! [`crate::integrator::path_tracer`].
 
 pub(crate) mod bsdf;

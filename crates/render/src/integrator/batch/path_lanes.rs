@@ -28,7 +28,7 @@ impl PathLanes {
         set_lane(&mut self.throughput, lane, throughput.to_array());
     }
 
-    /// Tests the last segments, in these directions, against the bounds of lights without a mesh.
+    /// Tests the last segments, which have these directions, against the bounds of lights without a mesh.
     pub fn test_light_bounds(&mut self, lights: &Lights, directions: &Vec3xN<f32, LANES>) {
         lights.may_intersect_any(&self.prev_point, directions, &mut self.may_cross_light);
     }

@@ -1,4 +1,4 @@
-//! Shading of the hits of a chunk, each by its batched BSDF or alone.
+//! Shading of a chunk's hits, each with its batched BSDF or individually.
 
 use glam::Vec3;
 
@@ -108,7 +108,7 @@ impl PathTracer<'_> {
         continues
     }
 
-    /// Queues the shadow rays of a lane: those evaluated for the chunk, or else those of the lane alone.
+    /// Queues the shadow rays of a lane: those evaluated for the chunk, or otherwise those of that lane alone.
     #[inline(always)]
     fn queue_direct_lighting<M: BatchModel>(
         &self,

@@ -11,7 +11,7 @@ use crate::prepare::geometry::Geometry;
 /// Number of [`BatchKind`]s.
 const KINDS: usize = 5;
 
-/// Memory of a sort, reused from bounce to bounce.
+/// Buffers of a sort, reused for every bounce.
 #[derive(Default)]
 pub(crate) struct KindSort {
     kinds: Vec<u8>,
@@ -20,8 +20,8 @@ pub(crate) struct KindSort {
 }
 
 impl KindSort {
-    /// Sorts hits and the indices of their paths by kind. The order within a kind stays, so that the order in which the
-    /// branches of one camera ray add their light depends on those branches alone.
+    /// Sorts hits and the indices of their paths by kind. The sort is stable, so that the order in which the branches
+    /// of one camera ray add their light depends only on those branches.
     pub fn sort(&mut self, geometry: &Geometry, paths: &mut Vec<u32>, hits: &mut Vec<Hit>) {
         self.kinds.clear();
         self.kinds.extend(hits.iter().map(|hit| kind_index(geometry.material(hit).kind)));
@@ -70,7 +70,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn hits_of_a_kind_are_neighbours_in_their_order() {
+    fn hits_are_grouped_by_kind_in_their_original_order() {
         let mut world = World::default();
         let mesh = world.add_mesh(primitive::plane([1.0, 1.0]).unwrap());
         let models = [

@@ -14,7 +14,7 @@ pub(crate) struct EnvironmentImage {
     pub scale: f32,
 }
 
-/// Image coordinates in 0..=1 (right, down) and the four texels around each.
+/// Image coordinates in 0..=1 (right, down) and the four texels around each position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BilinearTaps<const N: usize> {
     uv: [[f32; N]; 2],
@@ -41,7 +41,7 @@ impl EnvironmentImage {
     /// Prefetches the texels of a lane.
     #[inline]
     pub fn prefetch<const N: usize>(&self, taps: &BilinearTaps<N>, lane: usize) {
-        // High dynamic range images are stored as float32; others have a quarter of the size.
+        // High dynamic range images are stored as float32; others take a quarter of the memory.
         if let Texels::Float(texels) = &self.image.texels {
             let [above, below] = self.indices(taps, lane);
             for index in above.into_iter().chain(below) {

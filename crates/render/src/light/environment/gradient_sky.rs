@@ -1,4 +1,4 @@
-//! Gradient sky: radiance by elevation, or the same in every direction.
+//! Gradient sky: radiance by elevation, or equal in every direction.
 
 use std::f32::consts::PI;
 

@@ -18,7 +18,7 @@ use crate::light::samples::{EnvironmentSample, LightLiSample};
 use crate::sampling::piecewise_constant_2d::PiecewiseConstant2D;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
-/// Largest number of columns, and of rows, of a sampling distribution; cells of larger images are merged.
+/// Maximum number of columns, and of rows, of a sampling distribution; cells of larger images are merged.
 const MAX_CELLS: usize = 2048;
 
 /// Columns and rows of the sampling distribution of a Preetham sky.
@@ -58,7 +58,7 @@ impl<const N: usize> PendingLookups<'_, N> {
 }
 
 impl EnvironmentLight {
-    /// Environment light of an image; one of `known` lights of the same image lends its table.
+    /// Environment light of an image; it shares the table of one of the `known` lights that has the same image.
     pub fn new(image: Arc<Image>, up: Up, yaw: f64, scale: f32, known: &[&EnvironmentLight]) -> Self {
         let is_same = |other: &&&EnvironmentLight| match &other.source {
             EnvironmentSource::Image(source) => Arc::ptr_eq(&source.image, &image) && source.scale > 0.0,
@@ -75,7 +75,7 @@ impl EnvironmentLight {
         }
     }
 
-    /// Environment light of a Preetham sky; one of `known` lights of the same sky lends its table.
+    /// Environment light of a Preetham sky; it shares the table of one of the `known` lights that has the same sky.
     pub fn of_sky(sky: PreethamSky, up: Up, known: &[&EnvironmentLight]) -> Self {
         let frame = EquirectFrame::new(up, 0.0);
         let is_same = |other: &&&EnvironmentLight| match &other.source {
@@ -199,7 +199,7 @@ fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
         };
         spread(row(y.saturating_sub(1)), row(y), row((y + 1).min(height - 1)))
     };
-    // A cell may cover parts of texels: every texel that it touches counts.
+    // A cell may cover parts of texels; every texel that it touches counts.
     let range = |cell: usize, cells: usize, texels: usize| cell * texels / cells..((cell + 1) * texels).div_ceil(cells);
     PiecewiseConstant2D::new([columns, rows], |column, row| {
         let mut sum = 0.0;
@@ -214,8 +214,8 @@ fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
     })
 }
 
-/// Sampling distribution of a sky: the brightest of each cell's corners and centre, so that the glow around the sun
-/// is covered.
+/// Sampling distribution of a sky: the brightest of each cell's corners and centre, so that it includes the glow around
+/// the sun.
 fn sky_distribution(sky: &PreethamSky, frame: &EquirectFrame) -> Option<PiecewiseConstant2D> {
     let [columns, rows] = SKY_CELLS.map(|n| n as f64);
     PiecewiseConstant2D::new(SKY_CELLS, |column, row| {
@@ -252,7 +252,7 @@ mod tests {
         DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
     }
 
-    /// Looks many directions up and checks that each equals a single lookup; returns the radiance of each.
+    /// Looks up many directions and checks that each result equals a single lookup; returns the radiance of each.
     fn many(environment: &EnvironmentLight, count: usize) -> Vec<Vec3> {
         let random = |i: usize| [(i * 53 % 211) as f32 / 210.0, (i % 97) as f32 / 96.0];
         let random: Vec<[f32; 2]> = (0..count).map(random).collect();

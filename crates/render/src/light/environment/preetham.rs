@@ -27,8 +27,8 @@ pub(crate) struct PreethamSky {
     up: Vec3,
     /// Towards the sun.
     sun: Vec3,
-    /// Factors of luminance and both chromaticities: by the cosine of the zenith angle, scaled by the values at the
-    /// zenith over F(0, sun angle), and by [`sun_distance`].
+    /// Factors of luminance and of both chromaticities: a factor by the cosine of the zenith angle, scaled by the
+    /// zenith value divided by F(0, sun angle), and a factor by [`sun_distance`].
     zenith_curves: LinearTable,
     sun_curves: LinearTable,
     scale: f32,
@@ -66,7 +66,7 @@ impl PreethamSky {
         (sky, sun)
     }
 
-    /// Irradiance of a horizontal plane by the sky alone: the midpoint rule.
+    /// Irradiance of a horizontal plane by the sky without the sun, with the midpoint rule.
     fn irradiance(&self, up: Up) -> DVec3 {
         const QUADRATURE_RADIAL: usize = 64;
         const QUADRATURE_ANGULAR: usize = 128;
@@ -121,8 +121,8 @@ impl<const N: usize> WithSimd for EvaluateSky<'_, N> {
     }
 }
 
-/// Distance to the sun on the unit sphere, from 0 to 1: by the chord to the sun, or to the opposite direction where
-/// that is shorter. Nearly the angle near the sun, without an arc cosine.
+/// Distance to the sun on the unit sphere, from 0 to 1: the chord to the sun or, if that is shorter, to the opposite
+/// direction. Near the sun it is almost the angle, without computing an arc cosine.
 #[inline(always)]
 fn sun_distance(direction: Vec3, sun: Vec3) -> f32 {
     let position = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
@@ -135,8 +135,8 @@ fn angle_of_sun_distance(position: f64) -> f64 {
     if position <= 0.5 { angle } else { PI - angle }
 }
 
-/// Three functions on 0..=1, tabulated at even steps and interpolated linearly: accurate to 1e-4 for the sky's
-/// curves, and cheaper than their exponentials.
+/// Three functions on 0..=1, tabulated at even steps and interpolated linearly: accurate to 1e-4 for the sky's curves,
+/// and faster than their exponentials.
 #[derive(Debug, PartialEq)]
 struct LinearTable(Vec<Vec3>);
 

@@ -1,4 +1,4 @@
-//! Received light against closed forms.
+//! Received light compared with closed forms.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,18 +8,18 @@ use raycam_scene::{Light, Up};
 use super::*;
 
 #[test]
-fn a_sun_with_a_disk_has_the_irradiance_of_a_point() {
+fn irradiance_of_a_sun_does_not_depend_on_its_diameter() {
     for diameter in [0.0, 0.53, 5.0, 60.0] {
         let found = irradiance(&source(sun([1.0, 0.0, -1.5], diameter)), &AT_ORIGIN, 1 << 12);
         close(found, 3.0 * 1.5 / 3.25f64.sqrt(), 1e-4);
     }
-    // Half of a sun on the horizon is below: E of a disk of radius a seen edge on is its radiance times a - sin(a)
-    // cos(a) (projected solid angle of half a cone).
+    // Half of a sun on the horizon is below it. The irradiance by a disk of angular radius a seen edge-on is its
+    // radiance times a - sin(a) cos(a), the projected solid angle of half a cone.
     let a = 30f64.to_radians();
     let radiance = 3.0 / (PI * a.sin().powi(2));
     let found = irradiance(&source(sun([1.0, 0.0, 0.0], 60.0)), &AT_ORIGIN, 1 << 14);
     close(found, radiance * (a - a.sin() * a.cos()), 1e-3);
-    // The disk is visible, and nothing beyond it.
+    // The disk is visible, and nothing outside it.
     let sky = lights(&[sun([0.0, 0.0, -1.0], 2.0)]);
     let at = |degrees: f64| {
         sky.escaped_radiance(DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()).as_vec3(), None)
@@ -30,7 +30,7 @@ fn a_sun_with_a_disk_has_the_irradiance_of_a_point() {
 }
 
 #[test]
-fn a_spot_fades_as_gltf_says_and_its_power_is_all_that_leaves_it() {
+fn spots_follow_the_gltf_falloff_and_emit_their_power() {
     let spot_at = |x: f64, inner, outer| {
         let from = LightSampleContext { position: DVec3::new(x, 0.0, 0.0), ..AT_ORIGIN };
         irradiance(&source(spot(inner, outer, false)), &from, 1)
@@ -77,13 +77,13 @@ fn lambert(corners: &[DVec3]) -> f64 {
 }
 
 #[test]
-fn area_lights_follow_lamberts_formula() {
+fn area_light_irradiance_follows_lamberts_formula() {
     for (position, u, v) in [
         ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]),
         ([1.0, 0.5, 2.0], [0.0, 3.0, 0.5], [1.0, 0.0, 0.0]),
-        // Not a rectangle.
+        // A parallelogram that is not a rectangle.
         ([1.0, 0.5, 2.0], [0.5, 1.0, 0.0], [1.0, 0.0, 0.3]),
-        // Far away and small.
+        // A far and small light.
         ([30.0, 0.0, 400.0], [0.0, 0.1, 0.0], [0.1, 0.0, 0.0]),
     ] {
         let [p, u1, v1] = [position, u, v].map(DVec3::from);
@@ -92,7 +92,7 @@ fn area_lights_follow_lamberts_formula() {
         let source = source(area(position, u, v));
         close(irradiance(&source, &AT_ORIGIN, 1 << 14), 2.0 * lambert(&corners), 1e-3);
     }
-    // The back does not emit, unless the light has two sides.
+    // The back does not emit unless the light has two sides.
     let up = area([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     assert_eq!(irradiance(&source(up.clone()), &AT_ORIGIN, 16), 0.0);
     let Light::Rectangle { position, u, v, radiance, .. } = up else {
@@ -112,12 +112,12 @@ fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) ->
         let sample = source.sample(&from, random(n))?;
         Some(f64::from(sample.radiance.x) / f64::from(sample.pdf) * f64::from(sample.direction.dot(normal).max(0.0)))
     };
-    // Reciprocity: both have the area 1. The light sends out pi times its radiance.
+    // Reciprocity: both squares have the area 1. The light emits pi times its radiance.
     (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES) / (2.0 * PI)
 }
 
 #[test]
-fn form_factors_of_squares() {
+fn light_between_squares_follows_form_factors() {
     let above = area([0.5, 0.5, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
     close(form_factor(above, |p| p.extend(0.0), Vec3::Z), 0.199_825, 1e-3);
     let beside = area([0.0, 0.5, 0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
@@ -125,7 +125,7 @@ fn form_factors_of_squares() {
 }
 
 #[test]
-fn disk_lights_follow_their_closed_form() {
+fn disk_light_irradiance_follows_the_closed_form() {
     for (radius, height) in [(0.5, 1.0), (3.0, 1.0), (0.01, 2.0)] {
         let light = disk([0.0, 0.0, height], [0.0, 0.0, -1.0], radius);
         let expected = 2.0 * PI * radius * radius / (radius * radius + height * height);
@@ -134,13 +134,13 @@ fn disk_lights_follow_their_closed_form() {
 }
 
 #[test]
-fn ies_profiles_emit_as_measured() {
-    // 683 cd are 1 W/sr; at distance 2.
+fn ies_lights_emit_the_measured_intensities() {
+    // 683 cd are 1 W/sr; the distance is 2.
     let even = ies(&[683.0, 683.0], &[0.0, 180.0], &[0.0], None);
     close(irradiance(&source(even), &AT_ORIGIN, 1), 0.25, 1e-5);
     let power = ies(&[1.0, 1.0], &[0.0, 180.0], &[0.0], Some([4.0 * PI as f32; 3]));
     close(irradiance(&source(power), &AT_ORIGIN, 1), 0.25, 1e-4);
-    // A lobe to horizontal 90, which is +y from a luminaire that hangs with its front along x.
+    // A lobe at horizontal angle 90, which is +y for a luminaire that hangs with its front along x.
     let lobes = [0.0, 0.0, 100.0, 0.0, 0.0];
     let candela: Vec<f32> =
         [0.0f64, 90.0, 180.0, 270.0, 360.0].iter().flat_map(|&h| [0.0, if h == 90.0 { 100.0 } else { 0.0 }]).collect();
@@ -169,7 +169,7 @@ fn sky_irradiance_equals_its_integral() {
 }
 
 #[test]
-fn environments_are_turned_as_cameras_are() {
+fn environment_yaw_turns_like_camera_yaw() {
     for (up, axis, ahead) in [(Up::Z, DVec3::Z, DVec3::X), (Up::Y, DVec3::Y, DVec3::NEG_Z)] {
         let image = environment([64, 32], |x, y| (x + 100 * y) as f32);
         let Light::Environment { image, .. } = image else {
@@ -181,7 +181,8 @@ fn environments_are_turned_as_cameras_are() {
             let seen = |direction: DVec3| f64::from(lights.escaped_radiance(direction.normalize().as_vec3(), None).x);
             let left = axis.cross(ahead);
             let middle = if yaw == 0.0 { ahead } else { left };
-            // The middle lies between texels 31 and 32, rows 15 and 16; to the right x grows, upwards y falls.
+            // The middle is between texels 31 and 32 and between rows 15 and 16. To the right x increases, upwards y
+            // decreases.
             close(seen(middle), 31.5 + 1550.0, 1e-6);
             let right = middle.cross(axis);
             close(seen(right), 47.5 + 1550.0, 1e-6);
@@ -191,16 +192,17 @@ fn environments_are_turned_as_cameras_are() {
 }
 
 #[test]
-fn daylight_is_as_bright_as_day() {
+fn daylight_has_the_measured_brightness() {
     let sky = lights(&[daylight(60.0)]);
-    // Zenith luminance by the paper's formula, in kcd/m2; its chromaticity by an independent evaluation.
+    // The zenith luminance by the paper's formula in kcd/m2; its chromaticity was computed by an independent
+    // implementation.
     let (t, angle): (f64, f64) = (3.0, 30f64.to_radians());
     let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * angle);
     let zenith = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;
     let rgb = sky.escaped_radiance(Vec3::Z, None).as_dvec3();
     close(rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722)) * 0.683, zenith, 1e-3);
     assert!(rgb.z > 1.5 * rgb.x, "a clear sky is blue: {rgb}");
-    // The sun gives some 100 klx, the sky a tenth to a third of that.
+    // The sun contributes about 100 klx, the sky a tenth to a third of that.
     let [sky, sun] = [0, 1].map(|i| irradiance(&sky.lights[i], &AT_ORIGIN, 1 << 14) * 0.683);
     assert!((60.0..110.0).contains(&sun) && (7.0..40.0).contains(&sky), "{sun} {sky} klx");
     let evening = lights(&[daylight(5.0)]);

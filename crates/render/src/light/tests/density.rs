@@ -1,4 +1,4 @@
-//! Distributions of light samples against their densities.
+//! Distributions of light samples compared with their densities.
 
 use std::f64::consts::{PI, TAU};
 
@@ -146,14 +146,14 @@ fn light_samples_follow_their_density() {
         assert!((total - 1.0).abs() < 1e-3, "{name}: the density integrates to {total}");
         let mut found = vec![0u32; CELLS * CELLS];
         for n in 0..SAMPLES {
-            // Independent numbers: stratified ones would pass too easily.
+            // Independent random numbers: the test would pass too easily with stratified ones.
             let random = Sampler::new(11, 0, [n, 1], 0).get_2d(Dimension::PixelFilter);
             let sample = source.sample(&from, random).expect("the light is there");
             let place = (chart.of)(sample.direction.as_dvec3()) * CELLS as f64;
             let cell = |x: f64| (x.max(0.0) as usize).min(CELLS - 1);
             found[cell(place.y) * CELLS + cell(place.x)] += 1;
             let stated = density(sample.direction);
-            // Rounding may carry a direction over a border.
+            // Rounding may move a direction across a boundary.
             assert!(
                 stated == 0.0 || (stated / f64::from(sample.pdf) - 1.0).abs() < 1e-3,
                 "{name}: {} and {stated}",
@@ -167,7 +167,7 @@ fn light_samples_follow_their_density() {
 }
 
 #[test]
-fn a_single_light_is_sampled_as_one_of_several() {
+fn single_lights_are_sampled_like_one_of_several() {
     let alone = lights(&[hard_environment()]);
     assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
     // A second, black environment.

@@ -1,4 +1,4 @@
-//! Every light against its closed form, every sampler against its density: shared lights and helpers.
+//! Every light compared with its closed form, every sampler with its density: shared lights and helpers.
 
 mod closed_form;
 mod density;

@@ -1,4 +1,4 @@
-//! Light selection: probabilities sum to 1, match the draws, and miss no light.
+//! Light selection: probabilities sum to 1 and match the draws, and no light is missed.
 
 use glam::{DVec3, Vec3};
 use raycam_scene::Light;
@@ -9,7 +9,7 @@ use crate::light::light_sampling::LightSampling;
 use crate::light::tree::{LightTree, MAX_SPLIT_LIGHTS};
 use crate::prepare::world::PreparedWorld;
 
-/// Point, spot and rectangle lights in random places, one without power.
+/// Point, spot and rectangle lights at random positions, one of them without power.
 fn many() -> Vec<Light> {
     let at = |i: u32| {
         let [x, y] = random(3 * i);
@@ -60,7 +60,7 @@ fn tree_of(lights: &[Light]) -> (LightTree, usize) {
     (LightTree::new(&bounds), bounds.len())
 }
 
-/// A curved panel of small lights of several powers, five metres above: most points see its parts as alike.
+/// A curved panel of small lights of different powers, five metres above. From most points, parts of it count as alike.
 fn panel() -> Vec<LightBounds> {
     (0..400)
         .map(|i| {
@@ -86,7 +86,7 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
     const DRAWS: u32 = 1 << 16;
     let (tree, count) = (LightTree::new(lights), lights.len());
     let stated: Vec<f64> = (0..count).map(|i| tree.pmf(&from.into(), i)).collect();
-    // Few draws end at a node without a possible child.
+    // Few draws end at a node without a selectable child.
     let sum: f64 = stated.iter().sum();
     assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
     assert_eq!(stated[7], 0.0, "a dark light is never chosen");
@@ -116,7 +116,7 @@ fn light_choice_is_unbiased() {
     let lights = lights(&many);
     let nothing = PreparedWorld::new(&raycam_scene::World::default(), None, None, &crate::Control::new()).unwrap();
     let from = LightSampleContext { position: DVec3::new(0.3, -0.2, 0.0), normal: Vec3::Z };
-    // Each light by itself, and all of them by either selection.
+    // Each light alone, and all lights with either selection.
     let alone: f64 = many.iter().map(|light| irradiance(&source(light.clone()), &from, 1 << 10)).sum();
     for choice in [LightSampling::Importance, LightSampling::Uniform] {
         let one = |n: u32| {
@@ -144,7 +144,7 @@ fn light_choice_is_unbiased() {
 }
 
 #[test]
-fn expected_number_of_light_samples_is_drawn() {
+fn light_samples_match_their_expected_counts() {
     const DRAWS: u32 = 1 << 14;
     for (many, most) in [(many(), MAX_SPLIT_LIGHTS), (many()[..3].to_vec(), 3)] {
         let (tree, count) = tree_of(&many);
@@ -169,7 +169,7 @@ fn expected_number_of_light_samples_is_drawn() {
 #[test]
 fn light_tree_depth_is_bounded_by_the_number_of_lights() {
     let at = |i: u32| DVec3::X * f64::from(i).exp2();
-    // All at one position, and each half as far away as the next.
+    // All lights at one position; and lights whose distances halve from one to the next.
     let heap: Vec<LightBounds> = (0..1000).map(|_| LightBounds::isotropic(at(0), at(0), Vec3::ONE)).collect();
     let row: Vec<LightBounds> =
         (0..1000).map(|i| LightBounds::isotropic(at(i % 120), at(i % 120), Vec3::ONE)).collect();
@@ -183,8 +183,8 @@ fn light_tree_depth_is_bounded_by_the_number_of_lights() {
 }
 
 #[test]
-fn large_light_trees_do_not_depend_on_threads() {
-    // Built by several threads, mostly from subsamples.
+fn large_light_trees_do_not_depend_on_thread_count() {
+    // Built by several threads, mostly from subsamples of the lights.
     let lights: Vec<LightBounds> = (0..9000)
         .map(|i| {
             let ([x, y], [z, size]) = (random(2 * i), random(2 * i + 1));

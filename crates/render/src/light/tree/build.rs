@@ -70,8 +70,8 @@ pub(crate) fn union_of(lights: &[LightBounds], some: impl Iterator<Item = u32>) 
     bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()
 }
 
-/// About [`MAX_SAMPLED_LIGHTS`] of a group, or all of it. The stride is odd, so that regular scenes are not sampled
-/// on one side only.
+/// About [`MAX_SAMPLED_LIGHTS`] lights of a group, or all of them. The stride is odd, so that regular scenes are not
+/// sampled on one side only.
 fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
     group.iter().copied().step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
 }
@@ -131,7 +131,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     if !planes || size.max_element() <= 0.0 {
         return half;
     }
-    // Lights outside of the sampled box fall into the first or the last bin.
+    // Lights outside the sampled box belong to the first or the last bin.
     let scale = BINS as f32 / size;
     let bin = |i: u32, axis: usize| {
         let place = (center(i)[axis] - low[axis]) * scale[axis];
@@ -145,7 +145,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
             let bin = &mut bins[bin(i, axis)];
             *bin = bin.union(&lights[i as usize]);
         }
-        // Thin boxes are cheap to split along their length only.
+        // Thin boxes are cheap to split only along their length.
         let stretch = size.max_element() / size[axis];
         // Bounds behind each plane.
         let mut behind = bins;
@@ -168,7 +168,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     let Some((_, axis, plane)) = best else {
         return half;
     };
-    // Stable partition: the tree depends on the order of the lights alone.
+    // Stable partition: the tree depends only on the order of the lights.
     let (left, right): (Vec<u32>, Vec<u32>) = group.iter().partition(|&&i| bin(i, axis) < plane);
     let (front, back) = group.split_at_mut(left.len());
     front.copy_from_slice(&left);

@@ -1,8 +1,8 @@
 //! Light tree: selects lights by importance at a point, from bounds on position, direction and power.
 //!
 //! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, with
-//! nodes of up to sixteen children. The descent ends early where the lights below are far and face one way: they are
-//! drawn by their power.
+//! nodes of up to sixteen children. The descent ends early if the lights below are far away and face one direction;
+//! they are then selected by power.
 
 pub(crate) mod build;
 pub(crate) mod importance;
@@ -75,7 +75,7 @@ impl LightTree {
         }
     }
 
-    /// True if the lights below a child are sampled by their power alone, as they are far from the point.
+    /// True if the lights below a child are sampled only by power, because they are far from the point.
     fn is_far(&self, from: &LightTreeContext, node: u32, child: usize) -> bool {
         let node = &self.nodes[node as usize];
         let is_node = matches!(node.children()[child], Child::Node(_));

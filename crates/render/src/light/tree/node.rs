@@ -28,7 +28,7 @@ pub(crate) struct LightTreeNode {
     pub parent: Option<ParentLink>,
 }
 
-/// Parent of a node or light, and the slot in it.
+/// Parent of a node or light, and the slot in the parent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParentLink {
     pub node: u32,
@@ -117,7 +117,7 @@ pub(crate) struct ChildProbabilities {
 impl ChildProbabilities {
     /// Distribution in proportion to weights.
     pub fn new(weights: [f32; LANES]) -> Self {
-        // Four independent running sums: each addition waits for the previous one.
+        // Four independent running sums, because each addition waits for the previous one.
         let mut sums = [0.0; LANES];
         for (sums, weights) in sums.chunks_mut(4).zip(weights.chunks(4)) {
             let mut sum = 0.0;
@@ -144,8 +144,8 @@ impl ChildProbabilities {
         if self.is_possible(child) { f64::from(self.weights[child]) / self.sums[LANES - 1] } else { 0.0 }
     }
 
-    /// Samples a child by a number in 0..1; returns it, its probability, and the number rescaled to 0..1. `None` if
-    /// no child is possible.
+    /// Samples a child by a number in 0..1; returns it, its probability, and the number rescaled to 0..1. `None` if no
+    /// child can be selected.
     pub fn sample(&self, number: f64) -> Option<(usize, f64, f64)> {
         let target = number * self.sums[LANES - 1];
         let passed = |&end: &f64| usize::from(end <= target);
@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn children_have_the_shares_of_their_weights() {
+    fn children_are_drawn_in_proportion_to_their_weights() {
         let weights = std::array::from_fn(|i| [0.0, 1e-6, 3.0, 1e7, 0.25][i % 5]);
         let shares = ChildProbabilities::new(weights);
         let total: f64 = weights.iter().copied().map(f64::from).sum();
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn importances_of_children_equal_those_of_their_bounds() {
+    fn importances_of_children_match_their_bounds() {
         let mut node = LightTreeNode::new();
         let at = |i: usize| DVec3::new(i as f64, (i as f64).sin(), 2.0);
         for i in 0..11 {

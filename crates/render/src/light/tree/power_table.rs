@@ -4,14 +4,14 @@
 #[derive(Debug, Default)]
 pub(crate) struct PowerTable {
     lights: Vec<u32>,
-    /// Sum of the powers up to each light, the light included.
+    /// Sum of the powers up to and including each light.
     sums: Vec<f64>,
-    /// Place of each light.
+    /// Position of each light.
     places: Vec<u32>,
 }
 
 impl PowerTable {
-    /// An empty table for this many lights.
+    /// Creates an empty table for this many lights.
     pub fn new(lights: usize) -> Self {
         Self { places: vec![0; lights], ..Self::default() }
     }
@@ -28,7 +28,7 @@ impl PowerTable {
         self.sums.push(self.sums.last().unwrap_or(&0.0) + f64::from(phi));
     }
 
-    /// Sum of the powers before a place.
+    /// Sum of the powers before a position.
     fn before(&self, place: usize) -> f64 {
         if place == 0 { 0.0 } else { self.sums[place - 1] }
     }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lights_of_a_range_have_the_shares_of_their_powers() {
+    fn lights_of_a_range_are_drawn_in_proportion_to_their_powers() {
         let powers = [3.0_f32, 1e-3, 7.0, 2.0, 1e6, 5.0];
         let order = [4_usize, 0, 2, 5, 1, 3];
         let mut table = PowerTable::new(powers.len());
@@ -68,7 +68,7 @@ mod tests {
             let mut at = 0.0;
             for &light in own {
                 let share = f64::from(powers[light]) / total;
-                // Sums of a million have rounding errors of 1e-10.
+                // A sum of a million numbers has rounding errors of 1e-10.
                 assert!((table.share(range, light) - share).abs() < 1e-9);
                 let (found, probability) = table.sample(range, at + 0.5 * share);
                 assert_eq!((found, probability), (light, table.share(range, light)));

@@ -1,4 +1,4 @@
-//! Small worlds and cameras that the tests share.
+//! Small worlds and cameras shared by the tests.
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use glam::{DAffine3, DVec3};
@@ -8,14 +8,14 @@ use raycam_scene::mesh::primitive;
 use raycam_scene::world::Object;
 use raycam_scene::{Camera, Light, Material, MaterialModel, Mesh, PixelCenter, World};
 
-/// The lecture's material.
+/// The material of the lecture's example.
 pub fn material(color: [f32; 3], diffuse: f32, specular: f32, shininess: f32) -> Material {
     let specular = [specular; 3];
     let reflectance = MaterialModel::Phong { diffuse, specular, shininess };
     Material { color, model: reflectance, ..Material::default() }
 }
 
-/// Adds an object with a material of its own.
+/// Adds an object with its own material.
 pub fn add(world: &mut World, mesh: Mesh, material: Material, world_from_mesh: DAffine3) -> usize {
     let mesh = world.add_mesh(mesh);
     let material = world.add_material(material).unwrap();
@@ -70,7 +70,7 @@ pub fn i32s(frame: &Frame, channel: Channel) -> &[i32] {
     }
 }
 
-/// The bits of every value of a frame: what "the same bytes" means, NaN included.
+/// Bits of every value in a frame, including NaN: equal bits mean equal bytes.
 pub fn bits(frame: &Frame) -> Vec<(Channel, Vec<u64>)> {
     let of = |plane: &ImagePlane| match plane {
         ImagePlane::F32 { data, .. } => data.iter().map(|v| u64::from(v.to_bits())).collect(),

@@ -1,19 +1,19 @@
 //! Distortion of the image plane: radial as a polynomial or a ratio of two, tangential (Brown, "Close-range camera
 //! calibration", 1971) and thin prism (Weng, Cohen and Herniou, "Camera calibration with distortion models", 1992). The
-//! models differ in the plane that it distorts.
+//! models differ in the plane that is distorted.
 
 use std::f64::consts::TAU;
 
 use glam::{DMat2, DVec2};
 
-/// Steps of the radius in which the one where the model folds over is looked for.
+/// Number of radius steps in the search for the radius at which the model folds over.
 const RADIUS_STEPS: u32 = 2048;
-/// Directions around the axis in which it is looked for where the distortion is not the same in all of them.
+/// Number of directions around the axis that are searched if the distortion differs between directions.
 const DIRECTIONS: u32 = 32;
 /// Tolerance of an inverse in focal lengths, relative to 1 + the distance from the axis.
 const TOLERANCE: f64 = 1e-13;
 
-/// The coefficients, 0 where a model does not have them.
+/// Distortion coefficients; 0 for those that a model does not have.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BrownTerms {
     /// Coefficients of r², r⁴, ... in the numerator of the radial factor, and in its denominator.
@@ -26,20 +26,20 @@ pub struct BrownTerms {
     pub tangential_after_radial: bool,
 }
 
-/// A distortion on a disc around the principal point: the largest one, up to a radius, on which the symmetric part of
-/// the Jacobian is positive definite. A map with this property on a convex set is one-to-one there; for radial
-/// distortion the disc ends exactly where the distorted radius stops growing.
+/// Distortion on a disc around the principal point. The disc is the largest one, up to a maximum radius, on which the
+/// symmetric part of the Jacobian is positive definite. A map with this property on a convex set is one-to-one there;
+/// for radial distortion the disc ends exactly where the distorted radius stops growing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BrownConrady {
     terms: BrownTerms,
-    /// The radius of the disc; not reached.
+    /// Radius of the disc, which is excluded.
     radius: f64,
-    /// No image of the disc is farther from the axis.
+    /// Upper bound on the distance of the disc's image points from the axis.
     max_image_radius: f64,
 }
 
 impl BrownConrady {
-    /// The disc is looked for up to `radius(1)`; `radius` grows from `radius(0)` = 0.
+    /// The disc is searched for up to `radius(1)`; `radius` increases from `radius(0)` = 0.
     pub fn new(terms: BrownTerms, radius: impl Fn(f64) -> f64) -> Self {
         let round = terms.tangential == [0.0; 2] && terms.prism == [0.0; 4];
         let directions = if round { 1 } else { DIRECTIONS };
@@ -48,13 +48,13 @@ impl BrownConrady {
         for i in 0..directions {
             lens.radius = lens.first_fold_radius(around(i), &radius);
         }
-        // One per cent more for what lies between the directions.
+        // One per cent more, to cover the angles between the searched directions.
         lens.max_image_radius = (0..directions)
             .fold(0.0, |reach: f64, i| reach.max(1.01 * lens.distort_plane(lens.radius * around(i)).0.length()));
         lens
     }
 
-    /// The first radius in a direction where the model folds over, or the radius of the disc so far.
+    /// First radius in a direction at which the model folds over, or the disc's radius found so far.
     fn first_fold_radius(&self, direction: DVec2, radius: impl Fn(f64) -> f64) -> f64 {
         let radius = |step: u32| radius(f64::from(step) / f64::from(RADIUS_STEPS));
         let folds = |radius: f64| self.regular(radius * direction).is_none();
@@ -72,7 +72,7 @@ impl BrownConrady {
         grows
     }
 
-    /// The image of a point, its Jacobian, and the radial denominator.
+    /// Image of a point, its Jacobian, and the denominator of the radial factor.
     #[inline(always)]
     fn distort_plane(&self, at: DVec2) -> (DVec2, DMat2, f64) {
         let (radial, radial_jacobian, below) = self.radial(at);
@@ -85,7 +85,7 @@ impl BrownConrady {
         (radial + moved, radial_jacobian + jacobian, below)
     }
 
-    /// The point moved by the radial factor, with the Jacobian of that.
+    /// Point scaled by the radial factor, with the Jacobian of this scaling.
     #[inline(always)]
     fn radial(&self, at: DVec2) -> (DVec2, DMat2, f64) {
         let (x, y, s) = (at.x, at.y, at.length_squared());
@@ -117,7 +117,7 @@ impl BrownConrady {
         (moved, jacobian)
     }
 
-    /// The image and the Jacobian within the disc, where the model is one-to-one.
+    /// Image and Jacobian within the disc, where the model is one-to-one.
     #[inline(always)]
     fn regular(&self, at: DVec2) -> Option<(DVec2, DMat2)> {
         let inside = at.length_squared() < self.radius * self.radius;
@@ -130,12 +130,12 @@ impl BrownConrady {
         (below > 0.0 && a > 0.0 && a * d > b * b).then_some((image, jacobian))
     }
 
-    /// The distorted image of a point of the plane.
+    /// Distorted image of a point of the plane.
     pub fn distort(&self, at: DVec2) -> Option<DVec2> {
         Some(self.regular(at)?.0)
     }
 
-    /// The point that goes to `target`: Newton's method, from nearby if something is known, or from afar.
+    /// Point whose image is `target`, by Newton's method from an initial guess or from an arbitrary start.
     pub fn undistort(&self, target: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         let distance = target.length();
         if distance.is_nan() || distance > self.max_image_radius {
@@ -144,13 +144,13 @@ impl BrownConrady {
         near.and_then(|near| self.newton_from(target, near)).or_else(|| self.solve_inverse(target, distance))
     }
 
-    /// A few steps from a good start.
+    /// A few steps from a good initial guess.
     fn newton_from(&self, target: DVec2, mut at: DVec2) -> Option<DVec2> {
         for _ in 0..4 {
             let (found, jacobian) = self.regular(at)?;
             let step = jacobian.inverse() * (found - target);
             at -= step;
-            // The next error is of the order of this one's square.
+            // The next error has the order of this error's square.
             if step.length_squared() <= 1e-16 {
                 return (at.length_squared() < self.radius * self.radius).then_some(at);
             }
@@ -158,7 +158,7 @@ impl BrownConrady {
         None
     }
 
-    /// From anywhere: steps are shortened until they stay in the disc and come nearer.
+    /// From any start: steps are shortened until they stay within the disc and reduce the error.
     fn solve_inverse(&self, target: DVec2, distance: f64) -> Option<DVec2> {
         let scale = 1.0 + distance;
         let mut at = target * (0.9 * self.radius / distance).min(1.0);

@@ -1,4 +1,4 @@
-//! COLMAP's camera models: their names and parameters (`sensor/models.h`), and the K and the lens that they are.
+//! COLMAP's camera models: their names and parameters (`sensor/models.h`), and the corresponding K and lens.
 
 use std::f64::consts::TAU;
 
@@ -9,8 +9,9 @@ use super::model::LensModel;
 use crate::error::{Result, SceneError, suggestion};
 use crate::error_code::ErrorCode;
 
-/// A row of the table of models: its name, whether it has one focal length or two, what stands between the principal
-/// point and the lens's coefficients, how many of them there are, and how many zeros make them the lens's.
+/// Row of the model table: the model's name, whether it has one focal length or two, the parameters between the
+/// principal point and the lens coefficients, the number of lens coefficients, and the number of zeros that complete
+/// them.
 struct ColmapModel {
     name: &'static str,
     focals: usize,
@@ -29,7 +30,7 @@ const fn colmap_model(
     ColmapModel { name, focals, lens, given, zeros }
 }
 
-/// All but EQUIRECTANGULAR, which has a size and no focal length.
+/// All models except EQUIRECTANGULAR, which has a size and no focal length.
 const MODELS: [ColmapModel; 18] = [
     colmap_model("SIMPLE_PINHOLE", 1, None, 0, 0),
     colmap_model("PINHOLE", 2, None, 0, 0),
@@ -53,11 +54,12 @@ const MODELS: [ColmapModel; 18] = [
 
 const EQUIRECTANGULAR: ColmapModel = colmap_model("EQUIRECTANGULAR", 0, Some(LensModel::Equirectangular), 0, 0);
 
-/// K and the lens of one of COLMAP's models by its name (SIMPLE_PINHOLE to EQUIRECTANGULAR) and its parameters, in
-/// pixels where the centre of the first one is (0.5, 0.5).
+/// Returns K and the lens for one of COLMAP's models, given its name (SIMPLE_PINHOLE to EQUIRECTANGULAR) and its
+/// parameters, in pixels with the centre of the first pixel at (0.5, 0.5).
 ///
 /// # Errors
-/// [`SceneError::Camera`] for a name that is not COLMAP's, a wrong number of parameters, and those of [`Lens::new`].
+/// [`SceneError::Camera`] for a name that COLMAP does not have, for a wrong number of parameters, and the errors of
+/// [`Lens::new`].
 pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
     let Some(row) = MODELS.iter().find(|row| row.name == model) else {
         let hint = suggestion(model, MODELS.map(|row| row.name));
@@ -67,7 +69,7 @@ pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
     let expected = row.focals + 2 + row.given;
     if params.len() != expected {
         return Err(SceneError::lens(format!(
-            "{} parameters {params:?}: COLMAP's {model} has {expected}",
+            "{} parameters {params:?}; COLMAP's model {model} requires {expected}",
             params.len()
         )));
     }
@@ -91,14 +93,14 @@ pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
     Ok((k, lens))
 }
 
-/// The name and the parameters of the COLMAP model of a K, in pixels where the centre of the first one is (0.5, 0.5),
-/// and a lens.
+/// Returns the name and the parameters of the COLMAP model for a K and a lens, in pixels with the centre of the first
+/// pixel at (0.5, 0.5).
 ///
 /// # Errors
-/// [`SceneError::Camera`] where COLMAP has no such model: skew, OpenCV's thin prism and tilt, `omni`, `ds`, cylindrical
+/// [`SceneError::Camera`] if COLMAP has no such model: skew, OpenCV's thin prism and tilt, `omni`, `ds`, cylindrical
 /// and partial panoramas.
 pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>)> {
-    let fail = |what: &str| Err(SceneError::lens(format!("COLMAP has no camera model with {what}")));
+    let fail = |what: &str| Err(SceneError::lens(format!("COLMAP has no camera model that supports {what}")));
     if k.y_axis.x != 0.0 {
         return fail(&format!("skew (K[0, 1] = {})", k.y_axis.x));
     }

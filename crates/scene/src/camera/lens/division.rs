@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 use super::model::{LensModel, wrong_count};
 use crate::error::Result;
 
-/// `k`: the point (x, y) of the image at the radius r has the direction (x, y, 1 + k r²). It is one-to-one within
-/// `r < 1 / sqrt(|k|)` for k > 0, and everywhere for k < 0, where it sees all but straight back.
+/// `k`: the point (x, y) of the image at the radius r has the direction (x, y, 1 + k r²). The model is one-to-one
+/// within `r < 1 / sqrt(|k|)` for k > 0, and everywhere for k < 0, where it covers all directions except straight back.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Division {
     k: [f64; 1],
@@ -27,7 +27,7 @@ impl Division {
 
     pub(super) fn distort(&self, direction: DVec3) -> Option<DVec2> {
         let ([k], z, s) = (self.k, direction.z, direction.truncate().length_squared());
-        // k ρ r² - z r + ρ = 0, by the root that is ρ / z for small k.
+        // Solves k ρ r² - z r + ρ = 0 for the root that is ρ / z for small k.
         let square = z * z - 4.0 * k * s;
         if square.is_nan() || square <= 0.0 || (k >= 0.0 && z <= 0.0) {
             return None;
@@ -36,7 +36,7 @@ impl Division {
         let image = if z > 0.0 {
             direction.truncate() * (2.0 / (z + root))
         } else if s > 0.0 {
-            // The same without cancellation.
+            // The same root without cancellation.
             direction.truncate() * ((z - root) / (2.0 * k * s))
         } else {
             return None;

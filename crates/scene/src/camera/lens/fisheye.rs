@@ -8,15 +8,15 @@ use glam::{DVec2, DVec3};
 use super::model::{LensModel, wrong_count};
 use crate::error::Result;
 
-/// Steps in which the angle where the model folds over is looked for.
+/// Number of angle steps in the search for the angle at which the model folds over.
 const ANGLE_STEPS: u32 = 4096;
 
-/// An image at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, θ the angle from the principal axis: up to 180
-/// degrees (a field of view of 360), or to the first angle where the radius stops growing.
+/// Image at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, where θ is the angle to the principal axis: up to 180
+/// degrees (a field of view of 360), or up to the first angle at which the radius stops growing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Fisheye {
     k: [f64; 4],
-    /// The largest angle, in radians, and its radius; neither is reached.
+    /// Maximum angle in radians, and its radius; both are excluded.
     max_angle: f64,
     max_radius: f64,
 }
@@ -48,7 +48,7 @@ impl Fisheye {
         &self.k
     }
 
-    /// The radius of an angle and its derivative.
+    /// Radius of an angle, and its derivative.
     fn radius(&self, angle: f64) -> (f64, f64) {
         let [k1, k2, k3, k4] = self.k;
         let s = angle * angle;
@@ -77,7 +77,7 @@ impl Fisheye {
         if radius == 0.0 {
             return Some(DVec3::Z);
         }
-        // Newton's method, kept within what is known of the root: the radius grows with the angle.
+        // Newton's method within an interval that contains the root: the radius increases with the angle.
         let (mut low, mut high) = (0.0, self.max_angle);
         let mut angle = radius.min(0.5 * (low + high));
         for _ in 0..100 {

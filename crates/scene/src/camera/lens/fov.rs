@@ -9,7 +9,8 @@ use glam::{DVec2, DVec3};
 use super::model::{LensModel, wrong_count};
 use crate::error::{Result, SceneError};
 
-/// `ω`: an image at the radius `atan(2 r tan(ω / 2)) / ω`, r the radius at depth 1; less than 90 degrees from the axis.
+/// `ω`: an image at the radius `atan(2 r tan(ω / 2)) / ω`, where r is the radius at depth 1; less than 90 degrees from
+/// the axis.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Fov {
     omega: [f64; 1],
@@ -25,8 +26,8 @@ impl Fov {
         let omega = omega.abs();
         if !(omega > 0.0 && omega < PI) {
             return Err(SceneError::lens(format!(
-                "distortion {given:?}: the fov model needs omega between 0 and π radians; without distortion it is a \
-                 pinhole"
+                "distortion {given:?}: the fov model requires omega greater than 0 and less than π radians; for no \
+                 distortion use a pinhole"
             )));
         }
         Ok(Self { omega: [omega], steep: 2.0 * (0.5 * omega).tan() })

@@ -1,4 +1,4 @@
-//! Lenses: where the light of a direction meets the image plane at focal length 1, before K.
+//! Lenses: where light of a given direction meets the image plane at focal length 1, before K is applied.
 
 mod brown;
 mod colmap;
@@ -29,11 +29,11 @@ use crate::camera::intrinsics::intrinsics_from_focal;
 use crate::camera::pixel_center::PixelCenter;
 use crate::error::{Result, SceneError};
 
-/// The projection of directions by a lens. Each model is one-to-one on the region where it does not fold over, and
-/// projects nothing outside of it.
+/// Projection of directions by a lens. Each model is used on the region on which it is one-to-one, and projects nothing
+/// outside that region.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Lens {
-    /// None: straight lines stay straight.
+    /// No lens: straight lines stay straight.
     #[default]
     Pinhole,
     /// See [`OpenCv`].
@@ -54,22 +54,25 @@ pub enum Lens {
     Eucm(Eucm),
     /// See [`DoubleSphere`].
     DoubleSphere(DoubleSphere),
-    /// All around: x is `atan2(X, Z)`, y is `atan2(Y, sqrt(X² + Z²))`, in radians.
+    /// All around: x is `atan2(X, Z)` and y is `atan2(Y, sqrt(X² + Z²))`, in radians.
     Equirectangular,
     /// All around: x is `atan2(X, Z)` in radians, y is `Y / sqrt(X² + Z²)`.
     Cylindrical,
 }
 
 impl Lens {
-    /// The lens of a model and its coefficients. The coefficients 0 of [`LensModel::OpenCv`] and
-    /// [`LensModel::Division`] are a pinhole, those of [`LensModel::Fisheye`] the equidistant fisheye.
+    /// Creates the lens of a model and its coefficients. Zero coefficients of [`LensModel::OpenCv`] and
+    /// [`LensModel::Division`] give a pinhole, those of [`LensModel::Fisheye`] the equidistant fisheye.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] for a number of coefficients that the model does not have, and values that are not finite
-    /// or beyond what the model allows.
+    /// [`SceneError::Camera`] if the model does not have this number of coefficients, or if values are not finite or
+    /// outside the model's range.
     pub fn new(model: LensModel, coefficients: &[f64]) -> Result<Self> {
         if !coefficients.iter().all(|v| v.is_finite()) {
-            return Err(SceneError::lens(format!("distortion {coefficients:?}: every coefficient must be finite")));
+            return Err(SceneError::lens(format!(
+                "distortion {coefficients:?} is not finite; every coefficient must be \
+                finite"
+            )));
         }
         let zero = coefficients.iter().all(|v| *v == 0.0);
         Ok(match model {
@@ -98,7 +101,7 @@ impl Lens {
         })
     }
 
-    /// The model and its coefficients as they were given; nothing for a pinhole.
+    /// Model and coefficients as given; `None` for a pinhole.
     pub fn coefficients(&self) -> Option<(LensModel, &[f64])> {
         Some(match self {
             Lens::Pinhole => return None,
@@ -116,8 +119,8 @@ impl Lens {
         })
     }
 
-    /// The point of the image plane at focal length 1 of a direction in camera axes, of any length. `None` where the
-    /// lens has no image of it. Directions at right angles to the axis and behind are as good as any.
+    /// Point of the image plane at focal length 1 for a direction in camera axes, of any length. `None` if the lens
+    /// does not image this direction. Directions perpendicular to the axis and behind the camera are supported too.
     pub fn distort(&self, direction: DVec3) -> Option<DVec2> {
         match self {
             Lens::Pinhole => (direction.z > 0.0).then(|| direction.truncate() / direction.z),
@@ -134,8 +137,8 @@ impl Lens {
         }
     }
 
-    /// The direction in camera axes, of any length, that meets the image plane at a point: the inverse of
-    /// [`Lens::distort`]. Nothing where no direction does.
+    /// Direction in camera axes, of any length, that meets the image plane at a point: the inverse of
+    /// [`Lens::distort`]. `None` if there is no such direction.
     pub fn undistort(&self, image: DVec2) -> Option<DVec3> {
         match self {
             Lens::Pinhole => Some(image.extend(1.0)),
@@ -150,9 +153,9 @@ impl Lens {
         }
     }
 
-    /// K of a panorama that fills an image: all around, and as high as that makes it. The left and right edges are
-    /// straight behind; the top and bottom ones of an equirectangular panorama straight up and down. A cylinder has
-    /// square pixels, its horizon in the middle.
+    /// K of a panorama that fills an image: it covers 360 degrees, and its height follows from the width. The left and
+    /// right edges are straight behind; the top and bottom edges of an equirectangular panorama are straight up and
+    /// down. A cylindrical panorama has square pixels and its horizon in the middle.
     pub fn full_panorama(&self, size: [u32; 2], center: PixelCenter) -> Option<DMat3> {
         let [width, height] = size.map(f64::from);
         let mut k = intrinsics_from_focal(width / TAU, size, center);
@@ -164,7 +167,7 @@ impl Lens {
         Some(k)
     }
 
-    /// True if the lens images a plane at right angles to the axis, and so nothing at 90 degrees and beyond.
+    /// True if the lens images a plane perpendicular to the axis, and therefore no directions at 90 degrees and beyond.
     pub(super) fn is_planar(&self) -> bool {
         matches!(self, Lens::Pinhole | Lens::OpenCv(_) | Lens::Fov(_))
     }
@@ -174,9 +177,8 @@ impl Lens {
         matches!(self, Lens::OpenCv(_) | Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) | Lens::Omni(_))
     }
 
-    /// The point of the undistorted plane that has this image, of a lens with an iterative inverse; `near` is an
-    /// initial guess.
-    /// `None` for other lenses.
+    /// Point of the undistorted plane that has this image, for a lens with an iterative inverse; `near` is an initial
+    /// guess. `None` for other lenses.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match self {
             Lens::OpenCv(lens) => lens.undistort_plane(image, near),
@@ -186,7 +188,7 @@ impl Lens {
         }
     }
 
-    /// The direction of a point of the undistorted plane.
+    /// Direction of a point of the undistorted plane.
     pub(super) fn plane_direction(&self, at: DVec2) -> Option<DVec3> {
         match self {
             Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) => Some(prism_fisheye::from_equidistant(at)),

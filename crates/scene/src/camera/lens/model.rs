@@ -1,4 +1,4 @@
-//! The families of lenses.
+//! Lens models.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Result, SceneError, suggestion};
 use crate::error_code::ErrorCode;
 
-/// The families of lenses, by the names people write.
+/// Lens models, with the names used in files and arguments.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LensModel {
@@ -24,7 +24,7 @@ pub enum LensModel {
     Fov,
     /// The division model: 1 coefficient.
     Division,
-    /// The unified model, alone (1 coefficient) or with radial and tangential distortion (5).
+    /// The unified model without distortion (1 coefficient) or with radial and tangential distortion (5).
     Omni,
     /// The enhanced unified model: 2 coefficients.
     Eucm,
@@ -38,7 +38,7 @@ pub enum LensModel {
 }
 
 impl LensModel {
-    /// All there are.
+    /// All models.
     pub const ALL: [Self; 11] = [
         Self::OpenCv,
         Self::Fisheye,
@@ -53,7 +53,7 @@ impl LensModel {
         Self::Cylindrical,
     ];
 
-    /// Name in text.
+    /// Name in files and arguments.
     pub fn name(self) -> &'static str {
         match self {
             Self::OpenCv => "opencv",
@@ -70,7 +70,7 @@ impl LensModel {
         }
     }
 
-    /// The names of its coefficients, in the order of `distortion`; a camera may use the first few only.
+    /// Names of its coefficients, in the order of `distortion`; a camera may use only the first few.
     pub fn coefficient_names(self) -> &'static [&'static str] {
         match self {
             Self::OpenCv => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x", "tau_y"],
@@ -86,30 +86,30 @@ impl LensModel {
         }
     }
 
-    /// The one of a name.
+    /// Returns the model with this name.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] with the nearest name if there is none.
+    /// [`SceneError::Camera`] with the nearest name if there is no such model.
     pub fn from_name(name: &str) -> Result<Self> {
         let found = Self::ALL.into_iter().find(|model| model.name() == name);
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
             let hint = suggestion(name, names);
-            let message = format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", "));
+            let message = format!("unknown lens model {name:?}{hint}; expected one of {}", names.join(", "));
             SceneError::Camera(ErrorCode::UnknownName.message(message))
         })
     }
 
-    /// True if it is a panorama, which has no coefficients and repeats every turn.
+    /// True if it is a panorama, which has no coefficients and repeats every 360 degrees.
     pub fn is_panorama(self) -> bool {
         matches!(self, Self::Equirectangular | Self::Cylindrical)
     }
 }
 
-/// The error of a wrong number of coefficients.
+/// Error for a wrong number of coefficients.
 pub(super) fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
     SceneError::lens(format!(
-        "distortion {given:?} has {} coefficients: the {} model has {expected}",
+        "distortion {given:?} has {} coefficients; the {} model requires {expected}",
         given.len(),
         model.name()
     ))

@@ -9,18 +9,18 @@ use glam::{DMat3, DVec2, DVec3};
 use super::brown::{BrownConrady, BrownTerms};
 use crate::error::{Result, SceneError};
 
-/// How near to 90 degrees from the axis it goes, as a fraction of them: the tangent is infinite at the end.
+/// Maximum angle to the axis as a fraction of 90 degrees, where the tangent is infinite.
 const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
 
 /// The coefficients `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [τx τy]]]]`.
 ///
-/// The model is used on a disc of the plane at depth 1, less than 90 degrees from the axis, on which it is one-to-one;
-/// the tilt after it is a homography.
+/// The model is used on a disc of the plane at depth 1, less than 90 degrees from the axis, on which it is one-to-one.
+/// The tilt that follows is a homography.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct OpenCv {
     given: Vec<f64>,
     plane: BrownConrady,
-    /// The homography of the tilted sensor, and its inverse.
+    /// Homography of the tilted sensor, and its inverse.
     tilt: Option<[DMat3; 2]>,
 }
 
@@ -28,8 +28,8 @@ impl OpenCv {
     pub(super) fn new(given: &[f64]) -> Result<Self> {
         if ![4, 5, 8, 12, 14].contains(&given.len()) {
             return Err(SceneError::lens(format!(
-                "distortion {given:?} has {} coefficients: the OpenCV model has 4 (k1 k2 p1 p2), 5 (and k3), 8 (and \
-                 k4 k5 k6), 12 (and s1 s2 s3 s4) or 14 (and tau_x tau_y)",
+                "distortion {given:?} has {} coefficients; the OpenCV model requires 4 (k1 k2 p1 p2), 5 (and k3), 8 \
+                 (and k4 k5 k6), 12 (and s1 s2 s3 s4) or 14 (and tau_x tau_y)",
                 given.len()
             )));
         }
@@ -38,7 +38,7 @@ impl OpenCv {
         let [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, tau_x, tau_y] = all;
         if tau_x.abs() >= FRAC_PI_2 || tau_y.abs() >= FRAC_PI_2 {
             return Err(SceneError::lens(format!(
-                "distortion {given:?} tilts the sensor by {tau_x} and {tau_y}: expected radians within ±π/2"
+                "distortion {given:?} tilts the sensor by {tau_x} and {tau_y}; expected radians within ±π/2"
             )));
         }
         let tilt = (tau_x != 0.0 || tau_y != 0.0).then(|| {
@@ -74,7 +74,7 @@ impl OpenCv {
         }
     }
 
-    /// The point of the plane at depth 1 that has this image.
+    /// Point of the plane at depth 1 that has this image.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         let target = match self.tilt {
             None => image,
@@ -84,7 +84,7 @@ impl OpenCv {
     }
 }
 
-/// The homography from a sensor at right angles to the axis to one tilted about x and y.
+/// Homography from a sensor perpendicular to the axis to a sensor tilted about x and y.
 fn tilt_homography(tau_x: f64, tau_y: f64) -> DMat3 {
     let r = DMat3::from_rotation_y(-tau_y) * DMat3::from_rotation_x(-tau_x);
     let (across_x, across_y, along) = (r.z_axis.x, r.z_axis.y, r.z_axis.z);
@@ -96,7 +96,7 @@ fn tilt_homography(tau_x: f64, tau_y: f64) -> DMat3 {
     projection * r
 }
 
-/// The point of homogeneous coordinates in front of the plane at infinity.
+/// Point with these homogeneous coordinates, if it is in front of the plane at infinity.
 fn dehomogenize(x: DVec3) -> Option<DVec2> {
     (x.z > 0.0).then(|| x.truncate() / x.z)
 }

@@ -1,11 +1,11 @@
-//! Panoramas: all around the y axis. The image plane is a cylinder unrolled: x is the longitude, `atan2(X, Z)`, in
-//! radians, 0 ahead, positive to the right.
+//! Panoramas: 360 degrees around the y axis. The image plane is an unrolled cylinder: x is the longitude, `atan2(X,
+//! Z)`, in radians; 0 is ahead, positive values are to the right.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-/// y is the latitude, `atan2(Y, sqrt(X² + Z²))`, in radians, positive below: the whole sphere (COLMAP's
+/// y is the latitude, `atan2(Y, sqrt(X² + Z²))`, in radians, positive downwards: the whole sphere (COLMAP's
 /// EQUIRECTANGULAR).
 pub fn equirectangular(direction: DVec3) -> Option<DVec2> {
     let around = direction.x.hypot(direction.z);
@@ -13,7 +13,7 @@ pub fn equirectangular(direction: DVec3) -> Option<DVec2> {
     (direction != DVec3::ZERO && !at.is_nan()).then_some(at)
 }
 
-/// The inverse, within ±180 and ±90 degrees.
+/// Inverse, within ±180 and ±90 degrees.
 pub fn from_equirectangular(image: DVec2) -> Option<DVec3> {
     if !(image.x.abs() <= PI && image.y.abs() <= FRAC_PI_2) {
         return None;
@@ -22,14 +22,14 @@ pub fn from_equirectangular(image: DVec2) -> Option<DVec3> {
     Some(DVec3::new(around * sin, down, around * cos))
 }
 
-/// y is `Y / sqrt(X² + Z²)`: upright lines stay straight. It sees all but straight up and down.
+/// y is `Y / sqrt(X² + Z²)`: vertical lines stay straight. All directions are covered except straight up and down.
 pub fn cylindrical(direction: DVec3) -> Option<DVec2> {
     let around = direction.x.hypot(direction.z);
     let at = DVec2::new(longitude(direction), direction.y / around);
     (around > 0.0 && at.is_finite()).then_some(at)
 }
 
-/// The inverse, within ±180 degrees.
+/// Inverse, within ±180 degrees.
 pub fn from_cylindrical(image: DVec2) -> Option<DVec3> {
     if !(image.x.abs() <= PI && image.y.is_finite()) {
         return None;

@@ -1,5 +1,5 @@
-//! Fisheyes with sideways distortion: COLMAP's THIN_PRISM_FISHEYE and RAD_TAN_THIN_PRISM_FISHEYE (Project Aria's
-//! "FisheyeRadTanThinPrism"). Formulas: COLMAP's `sensor/models.h`, Aria's documentation of camera intrinsics.
+//! Fisheyes with tangential and prism distortion: COLMAP's THIN_PRISM_FISHEYE and RAD_TAN_THIN_PRISM_FISHEYE (Project
+//! Aria's "FisheyeRadTanThinPrism"). Formulas: COLMAP's `sensor/models.h`, Aria's documentation of camera intrinsics.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::brown::{BrownConrady, BrownTerms};
 use super::model::{LensModel, wrong_count};
 use crate::error::Result;
 
-/// The equidistant plane, where a direction at the angle θ from the axis lies at the radius θ, distorted. It is used on
+/// Distortion of the equidistant plane, in which a direction at the angle θ to the axis has the radius θ. It is used on
 /// a disc, at most 180 degrees from the axis, on which it is one-to-one.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PrismFisheye {
@@ -18,7 +18,7 @@ pub struct PrismFisheye {
 }
 
 impl PrismFisheye {
-    /// `k1 k2 p1 p2 k3 k4 sx1 sy1`, all terms those of the equidistant point.
+    /// `k1 k2 p1 p2 k3 k4 sx1 sy1`; all terms use the equidistant point.
     pub(super) fn thin_prism(given: &[f64]) -> Result<Self> {
         let Ok([k1, k2, p1, p2, k3, k4, sx1, sy1]) = <[f64; 8]>::try_from(given) else {
             return Err(wrong_count(given, LensModel::ThinPrismFisheye, "8 (k1 k2 p1 p2 k3 k4 sx1 sy1)"));
@@ -32,7 +32,7 @@ impl PrismFisheye {
         Ok(Self::new(given, terms))
     }
 
-    /// `k0 ... k5 p0 p1 s0 s1 s2 s3`, the tangential and the prism terms those of the radially distorted point.
+    /// `k0 ... k5 p0 p1 s0 s1 s2 s3`; the tangential and prism terms use the radially distorted point.
     pub(super) fn rad_tan_thin_prism(given: &[f64]) -> Result<Self> {
         let Ok([k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]) = <[f64; 12]>::try_from(given) else {
             return Err(wrong_count(
@@ -43,7 +43,7 @@ impl PrismFisheye {
         };
         let terms = BrownTerms {
             numerator: [k0, k1, k2, k3, k4, k5],
-            // Its tangential coefficients go with x and y, those of Brown's formula with y and x.
+            // Its tangential coefficients belong to x and y, those of Brown's formula to y and x.
             tangential: [p1, p0],
             prism: [s0, s1, s2, s3],
             tangential_after_radial: true,
@@ -64,13 +64,13 @@ impl PrismFisheye {
         self.plane.distort(equidistant(direction)?)
     }
 
-    /// The point of the equidistant plane that has this image.
+    /// Point of the equidistant plane that has this image.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         self.plane.undistort(image, near)
     }
 }
 
-/// A direction in the equidistant plane; none of no direction.
+/// Direction in the equidistant plane; `None` for a zero direction.
 pub fn equidistant(direction: DVec3) -> Option<DVec2> {
     let across = direction.truncate().length();
     if across == 0.0 {
@@ -84,7 +84,7 @@ pub fn equidistant(direction: DVec3) -> Option<DVec2> {
     Some(direction.truncate() * (across.atan2(direction.z) / across))
 }
 
-/// The unit direction of a point of the equidistant plane.
+/// Unit direction of a point of the equidistant plane.
 pub fn from_equidistant(at: DVec2) -> DVec3 {
     let angle = at.length();
     let (sin, cos) = angle.sin_cos();

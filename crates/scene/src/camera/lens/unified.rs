@@ -1,4 +1,4 @@
-//! The unified model and its kin: a sphere, seen from a point that is not its centre.
+//! The unified model and related models: a sphere, viewed from a point other than its centre.
 //!
 //! - `omni`: Mei and Rives, "Single view point omnidirectional camera calibration from planar grids" (ICRA 2007), with
 //!   radial and tangential distortion: OpenCV's `omnidir`, Kalibr's `omni` with `radtan`.
@@ -11,10 +11,10 @@ use super::brown::{BrownConrady, BrownTerms};
 use super::model::{LensModel, wrong_count};
 use crate::error::{Result, SceneError};
 
-/// How near to its end an unbounded plane goes, as a fraction of the angle.
+/// Maximum used angle of an unbounded plane, as a fraction of its limit.
 const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
 
-/// A direction of length d at `(x, y) / (a d + b z)`, b >= 0.
+/// Projects a direction of length d to `(x, y) / (a d + b z)`, b >= 0.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct UnifiedSphere {
     a: f64,
@@ -22,14 +22,14 @@ struct UnifiedSphere {
 }
 
 impl UnifiedSphere {
-    /// The radius grows as long as the divisor and `a z + b d`, its derivative but for positive factors, are positive.
+    /// The radius increases while the divisor and `a z + b d` (its derivative up to positive factors) are positive.
     fn distort(self, direction: DVec3) -> Option<DVec2> {
         let d = direction.length();
         let below = self.a * d + self.b * direction.z;
         (below > 0.0 && self.a * direction.z + self.b * d > 0.0).then(|| direction.truncate() / below)
     }
 
-    /// The unit direction.
+    /// Unit direction.
     fn undistort(self, image: DVec2) -> Option<DVec3> {
         let Self { a, b } = self;
         let s = image.length_squared();
@@ -41,7 +41,7 @@ impl UnifiedSphere {
         Some((image * (a + b * z)).extend(z))
     }
 
-    /// The radius at a fraction of the largest angle.
+    /// Radius at a fraction of the maximum angle.
     fn radius(self, part: f64) -> f64 {
         let Self { a, b } = self;
         let angle = if a > b { -b / a } else { -a / b }.acos() * part;
@@ -54,7 +54,7 @@ impl UnifiedSphere {
     }
 }
 
-/// `ξ [k1 k2 p1 p2]`: `x = X / (Z + ξ d)`, d the distance, then radial and tangential distortion.
+/// `ξ [k1 k2 p1 p2]`: `x = X / (Z + ξ d)`, where d is the distance, followed by radial and tangential distortion.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Omni {
     given: Vec<f64>,
@@ -70,7 +70,7 @@ impl Omni {
             _ => return Err(wrong_count(given, LensModel::Omni, "1 (xi) or 5 (xi k1 k2 p1 p2)")),
         };
         if xi <= -1.0 {
-            return Err(SceneError::lens(format!("distortion {given:?}: the omni model needs xi > -1")));
+            return Err(SceneError::lens(format!("distortion {given:?}: the omni model requires xi > -1")));
         }
         let sphere = UnifiedSphere { a: xi, b: 1.0 };
         let terms =
@@ -91,7 +91,7 @@ impl Omni {
         }
     }
 
-    /// The point of the undistorted plane that has this image.
+    /// Point of the undistorted plane that has this image.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match &self.plane {
             None => Some(image),
@@ -99,7 +99,7 @@ impl Omni {
         }
     }
 
-    /// The direction of a point of the undistorted plane.
+    /// Direction of a point of the undistorted plane.
     pub(super) fn plane_direction(&self, at: DVec2) -> Option<DVec3> {
         self.sphere.undistort(at)
     }
@@ -121,7 +121,7 @@ impl Eucm {
         };
         if !(0.0..=1.0).contains(&alpha) || beta <= 0.0 {
             return Err(SceneError::lens(format!(
-                "distortion {given:?}: the eucm model needs alpha within 0..1 and beta > 0"
+                "distortion {given:?}: the eucm model requires alpha within 0..1 and beta > 0"
             )));
         }
         Ok(Self { given, sphere: UnifiedSphere { a: alpha, b: 1.0 - alpha }, sqrt_beta: beta.sqrt() })
@@ -142,7 +142,7 @@ impl Eucm {
     }
 }
 
-/// `ξ α`: the direction moved by ξ along the axis, `Z' = Z + ξ d`, then `x = X / (α d' + (1 - α) Z')`.
+/// `ξ α`: the direction is shifted by ξ along the axis, `Z' = Z + ξ d`, then `x = X / (α d' + (1 - α) Z')`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DoubleSphere {
     given: [f64; 2],
@@ -157,7 +157,7 @@ impl DoubleSphere {
         };
         if !(0.0..=1.0).contains(&alpha) || xi <= -1.0 {
             return Err(SceneError::lens(format!(
-                "distortion {given:?}: the double sphere model needs xi > -1 and alpha within 0..1"
+                "distortion {given:?}: the double sphere model requires xi > -1 and alpha within 0..1"
             )));
         }
         Ok(Self { given, first: UnifiedSphere { a: xi, b: 1.0 }, second: UnifiedSphere { a: alpha, b: 1.0 - alpha } })
@@ -178,7 +178,7 @@ impl DoubleSphere {
 
     pub(super) fn undistort(&self, image: DVec2) -> Option<DVec3> {
         let moved = self.second.undistort(image)?;
-        // Back from the second sphere: |moved - (0, 0, ξ d)| = d has one solution d > 0 on this side.
+        // Back from the second sphere: |shifted - (0, 0, ξ d)| = d has one solution d > 0 on this side.
         let (xi, z) = (self.first.a, moved.z);
         let square = 1.0 - (1.0 - z * z) * xi * xi;
         if square <= 0.0 {

@@ -1,4 +1,4 @@
-//! The serde deserialiser of a description, with the insides of its tables and enums.
+//! The serde deserialiser of a description, and accessors for the contents of its tables and enums.
 
 use std::fmt;
 
@@ -13,15 +13,15 @@ use crate::schema::deserialize::list::visit_list;
 use crate::schema::deserialize::number::{ArrayDeserializer, Number};
 use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 
-/// The key that names the variant of an enum with fields.
+/// Key that names the variant of an enum with fields.
 const TAG: &str = "type";
 
-/// A node to read.
+/// Node to read.
 #[derive(Clone, Copy)]
 pub struct ValueDeserializer<'a>(pub &'a SpannedValue);
 
 impl ValueDeserializer<'_> {
-    /// Its number, where it is one.
+    /// Its number, if it is one.
     fn number(self) -> Option<Number> {
         match &self.0.value {
             Value::Integer(v) => Some(Number::Integer(*v)),
@@ -32,7 +32,7 @@ impl ValueDeserializer<'_> {
         }
     }
 
-    /// Adds the place to an error that has none yet.
+    /// Adds the position to an error that has none yet.
     fn with_span<T>(self, result: Result<T, DeError>) -> Result<T, DeError> {
         result.map_err(|fault| fault.with_span(&self.0.span))
     }
@@ -132,7 +132,7 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
     }
 }
 
-/// Refuses whatever it visits: this was expected instead.
+/// Visitor that rejects every value, because something else was expected.
 struct Reject(String);
 
 impl Visitor<'_> for Reject {
@@ -143,7 +143,7 @@ impl Visitor<'_> for Reject {
     }
 }
 
-/// The entries of a table in order, without those that are null, and without the tag where it has been read.
+/// Entries of a table in order, without null values, and without the tag after it has been read.
 pub struct TableAccess<'a> {
     entries: &'a [Entry],
     next: usize,
@@ -171,7 +171,7 @@ impl<'de> MapAccess<'de> for TableAccess<'_> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, DeError> {
         let Some(entry) = self.entries.get(self.next) else {
-            return Err(DeError::custom("a value was asked for before its key"));
+            return Err(DeError::custom("a value was requested before its key"));
         };
         self.next += 1;
         let segment = || format!(".{}", entry.key);
@@ -180,7 +180,7 @@ impl<'de> MapAccess<'de> for TableAccess<'_> {
     }
 }
 
-/// A table whose `type` says which variant of an enum it is.
+/// Table whose `type` selects the variant of an enum.
 pub struct TaggedAccess<'a> {
     pub entries: &'a [Entry],
     pub variants: &'static [&'static str],
@@ -193,7 +193,7 @@ impl<'a, 'de> EnumAccess<'de> for TaggedAccess<'a> {
     fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, TableAccess<'a>), DeError> {
         let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
             let names = quoted(self.variants);
-            return Err(DeError::custom(format_args!("the key {TAG:?} is missing: one of {names}")));
+            return Err(DeError::custom(format_args!("the key {TAG:?} is missing; expected one of {names}")));
         };
         let variant = seed
             .deserialize(ValueDeserializer(&tag.value))
@@ -213,11 +213,11 @@ impl<'de> VariantAccess<'de> for TableAccess<'_> {
     }
 
     fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, DeError> {
-        Err(DeError::custom("a table: expected a name"))
+        Err(DeError::custom("a table; expected a name"))
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, DeError> {
-        Err(DeError::custom("a table: expected a name"))
+        Err(DeError::custom("a table; expected a name"))
     }
 
     fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], visitor: V) -> Result<V::Value, DeError> {

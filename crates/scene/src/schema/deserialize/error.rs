@@ -1,4 +1,4 @@
-//! Errors of reading, in people's words.
+//! Errors of reading, in plain words.
 
 use std::fmt::{self, Display};
 use std::ops::Range;
@@ -9,11 +9,11 @@ use crate::error::suggestion;
 use crate::error_code::{ErrorCode, Message};
 use crate::foreign_terms::foreign_hint;
 
-/// A boxed error: results of millions of numbers are passed up, so they are kept small.
+/// A boxed error: it is kept small because results of millions of numbers are passed up.
 #[derive(Debug)]
 pub struct DeError(pub Box<DeErrorDetails>);
 
-/// Message and place of an error, from the inside out.
+/// Message and position of an error, collected from the inside out.
 #[derive(Debug)]
 pub struct DeErrorDetails {
     /// `.key` and `[index]`, the innermost first.
@@ -27,18 +27,18 @@ impl DeError {
         Self(Box::new(DeErrorDetails { path: Vec::new(), message: message.into(), span: None }))
     }
 
-    /// The error of a value that is not as expected.
+    /// Error of a value that is not as expected.
     fn unexpected(code: ErrorCode, given: Unexpected, expected: &dyn Expected) -> Self {
-        Self::new(code.message(format!("{}: expected {}", found_text(given), expected_text(expected))))
+        Self::new(code.message(format!("{}; expected {}", found_text(given), expected_text(expected))))
     }
 
-    /// The same, seen from the table or list around it.
+    /// Returns the error with the key or index of the enclosing table or list added.
     pub fn in_segment(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
         self.0.path.push(segment);
         self.with_span(span)
     }
 
-    /// The same, at this place in the text where it has none yet.
+    /// Returns the error with this position in the text, if it has none yet.
     pub fn with_span(mut self, span: &Option<Range<usize>>) -> Self {
         if self.0.span.is_none() {
             self.0.span.clone_from(span);
@@ -69,7 +69,7 @@ impl Error for DeError {
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        let message = format!("a list of {length}: expected {}", expected_text(expected));
+        let message = format!("a list of {length}; expected {}", expected_text(expected));
         Self::new(ErrorCode::WrongShape.message(message))
     }
 
@@ -86,20 +86,20 @@ impl Error for DeError {
     }
 
     fn duplicate_field(field: &'static str) -> Self {
-        Self::new(ErrorCode::DuplicateName.message(format!("the key {field:?} is given twice")))
+        Self::new(ErrorCode::DuplicateName.message(format!("the key {field:?} occurs twice")))
     }
 }
 
-/// The name that other programs' users or a misspelling mean, and all expected names.
+/// The name that corresponds to a term of another program or to a misspelling, and all expected names.
 fn hint(given: &str, expected: &[&'static str]) -> String {
     let near = foreign_hint(given, expected).unwrap_or_else(|| suggestion(given, expected.iter().copied()));
     if expected.is_empty() || near.contains("expected one of") {
         return near;
     }
-    format!("{near} (there are: {})", expected.join(", "))
+    format!("{near} (available: {})", expected.join(", "))
 }
 
-/// The given value, in people's words.
+/// The given value, in plain words.
 fn found_text(given: Unexpected) -> String {
     match given {
         Unexpected::Bool(v) => v.to_string(),
@@ -114,7 +114,7 @@ fn found_text(given: Unexpected) -> String {
     }
 }
 
-/// Serde's expectation, in people's words.
+/// Serde's expectation, in plain words.
 fn expected_text(expected: &dyn Expected) -> String {
     let expected = expected.to_string();
     match expected.as_str() {

@@ -4,7 +4,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
 
 use crate::schema::deserialize::error::DeError;
 
-/// Visits a list of `length` items, and sees that the visitor wanted all of it.
+/// Visits a list of `length` items, and checks that the visitor read all of them.
 pub fn visit_list<'de, I, F, V>(length: usize, item: F, visitor: V) -> Result<V::Value, DeError>
 where
     I: Deserializer<'de, Error = DeError>,
@@ -15,7 +15,7 @@ where
     let value = visitor.visit_seq(&mut list)?;
     if list.next < length {
         let wanted = list.next;
-        return Err(DeError::custom(format_args!("a list of {length}: expected a list of {wanted}")));
+        return Err(DeError::custom(format_args!("a list of {length}; expected a list of {wanted}")));
     }
     Ok(value)
 }

@@ -1,7 +1,8 @@
-//! Reads the schema's structs from spanned values: a serde deserialiser whose errors have the path and the place in the text.
+//! Reads the schema's structs from spanned values: a serde deserialiser whose errors contain the path and the position
+//! in the text.
 //!
-//! It differs from others in what people may write: an enum with fields is a table with a `type`, a table stands for a
-//! list of one, a key whose value is null is absent, and whole floats are whole numbers.
+//! It differs from other deserialisers in the notations that it accepts: an enum with fields is a table with a `type`,
+//! a table counts as a list of one, a key with a null value is absent, and whole floats count as whole numbers.
 
 mod deserializer;
 mod error;
@@ -19,7 +20,7 @@ use crate::schema::deserialize::value::SpannedValue;
 /// Reads a `T` from a description.
 ///
 /// # Errors
-/// [`SceneError::Schema`] with the path of the value, its place in the text, what was expected and the nearest name.
+/// [`SceneError::Schema`] with the path of the value, its position in the text, the expectation and the nearest name.
 pub fn from_value<T: DeserializeOwned>(node: &SpannedValue) -> Result<T> {
     T::deserialize(ValueDeserializer(node)).map_err(|DeError(details)| {
         let path = details.path.iter().rev().map(String::as_str).collect::<String>();

@@ -8,7 +8,7 @@ use serde::forward_to_deserialize_any;
 use crate::schema::deserialize::error::DeError;
 use crate::schema::deserialize::list::visit_list;
 
-/// A number to read.
+/// Number to read.
 #[derive(Clone, Copy, Debug)]
 pub enum Number {
     Integer(i64),
@@ -37,7 +37,7 @@ impl<'de> Deserializer<'de> for Number {
         }
     }
 
-    // A whole float is a whole number: NumPy and TOML writers do not always know the difference.
+    // A whole float counts as a whole number, because NumPy and TOML writers do not always distinguish them.
     fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self {
             Self::Float(v) if v == v.trunc() && v.abs() < 9.0e15 => visitor.visit_i64(v as i64),
@@ -71,17 +71,17 @@ impl<'de> Deserializer<'de> for Number {
     }
 }
 
-/// An array of numbers to read, of one dimension or more, as lists of lists.
+/// Array of numbers to read as lists of lists, with one or more dimensions.
 #[derive(Clone, Copy)]
 pub struct ArrayDeserializer<'a, T> {
     length: usize,
-    /// The shape of its items.
+    /// Shape of its items.
     item: &'a [usize],
     data: &'a [T],
 }
 
 impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
-    /// Visits an array of this shape; one without dimensions is a number.
+    /// Visits an array of this shape; an array without dimensions is a number.
     pub fn visit<'de, V: Visitor<'de>>(shape: &'a [usize], data: &'a [T], visitor: V) -> Result<V::Value, DeError> {
         let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
         if size != Some(data.len()) {

@@ -1,20 +1,20 @@
-//! A description before it means anything: a tree of values that know where in the text they stood.
+//! A description before interpretation: a tree of values with their positions in the text.
 
 use std::ops::Range;
 
-/// A value, and where in the text it stood when it came from one.
+/// Value with its position in the text, if it came from a text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpannedValue {
     /// The value.
     pub value: Value,
-    /// Its bytes in the text.
+    /// Byte range in the text.
     pub span: Option<Range<usize>>,
 }
 
-/// The value of a description.
+/// Value of a description.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Python's `None`: as if the key were absent.
+    /// Python's `None`, as if the key were absent.
     Null,
     /// True or false.
     Bool(bool),
@@ -24,13 +24,13 @@ pub enum Value {
     Unsigned(u64),
     /// Any number, finite or not.
     Float(f64),
-    /// Text.
+    /// A string.
     String(String),
     /// Values in order.
     List(Vec<SpannedValue>),
     /// Values by key, in order of appearance; keys are unique.
     Table(Vec<Entry>),
-    /// An array of numbers in row-major order, as NumPy has them: the same as lists of lists.
+    /// An array of numbers in row-major order, as in NumPy; equivalent to lists of lists.
     Floats {
         /// Length along each axis; their product is the length of `data`.
         shape: Vec<usize>,
@@ -46,12 +46,12 @@ pub enum Value {
     },
 }
 
-/// A key and its value.
+/// Key and its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// The key.
     pub key: String,
-    /// Its bytes in the text.
+    /// Byte range of the key in the text.
     pub key_span: Option<Range<usize>>,
     /// The value.
     pub value: SpannedValue,
@@ -64,15 +64,16 @@ impl From<Value> for SpannedValue {
 }
 
 impl SpannedValue {
-    /// The place in the text of a path as in [`SceneError::Schema`](crate::SceneError::Schema), such as
-    /// `object[2].diffuse`; of its nearest ancestor where the path itself is not in the text.
+    /// Position in the text of a path such as `object[2].diffuse`, as in
+    /// [`SceneError::Schema`](crate::SceneError::Schema); if the path itself is not in the text, the position of its
+    /// nearest ancestor.
     pub fn span_at(&self, path: &str) -> Option<Range<usize>> {
         let mut node = self;
         let mut span = self.span.clone();
         for segment in path.split(['.', '[']).filter(|segment| !segment.is_empty()) {
             let found = match (&node.value, segment.strip_suffix(']')) {
                 (Value::List(items), Some(index)) => index.parse().ok().and_then(|i: usize| items.get(i)),
-                // A table stands for a list of one.
+                // A table counts as a list of one.
                 (Value::Table(_), Some("0")) => Some(node),
                 (Value::Table(entries), None) => entries.iter().find(|entry| entry.key == segment).map(|entry| {
                     span = entry.key_span.clone().or(span.take());

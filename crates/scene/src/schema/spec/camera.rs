@@ -21,29 +21,29 @@ use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
 use crate::up::Up;
 use crate::written::{written, written_schema};
 
-/// How a camera projects.
+/// Projection of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {
-    /// All rays from one point.
+    /// All rays start at one point.
     #[default]
     Perspective,
-    /// Parallel rays from the plane through the location.
+    /// Parallel rays that start on the plane through the location.
     Orthographic,
 }
 
 with_pose! {
-    /// A camera: its size, its intrinsics (exactly one of `focal`, `fov`, `K`; `height` for an orthographic one, none for a
-    /// panorama all around) and its pose (`location` with angles or a `target`, or `R` with `C` or `t`), or all of it as one
-    /// `matrix`.
+    /// A camera: its size, its intrinsics and its pose. Intrinsics are exactly one of `focal`, `fov` and `K`; `height`
+    /// for an orthographic camera; none for a full panorama. The pose is `location` with angles or a `target`, or `R`
+    /// with `C` or `t`. One `matrix` can replace both.
     pub struct CameraSpec {
-        /// Its name; `camera` where not given.
+        /// Its name; default `camera`.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub name: Option<String>,
-        /// Columns and rows of the picture; 640 x 480 where not given.
+        /// Columns and rows of the image; default 640 x 480.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub size: Option<[u32; 2]>,
-        /// The focal length in pixels, or those of x and y.
+        /// The focal length in pixels: one number, or one each for x and y.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub focal: Option<Splat<2>>,
         /// The vertical field of view in degrees, with square pixels.
@@ -52,7 +52,7 @@ with_pose! {
         /// The intrinsic matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.
         #[serde(rename = "K", skip_serializing_if = "Option::is_none")]
         pub k: Option<[[f64; 3]; 3]>,
-        /// How many units of the world the picture of an orthographic camera is high.
+        /// Height of an orthographic camera's image in world units.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub height: Option<f64>,
         /// "perspective", or "orthographic": `focal` and `K` are then in pixels per unit of the world.
@@ -60,46 +60,47 @@ with_pose! {
         /// The whole 3x4 camera matrix P, of any scale and sign.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub matrix: Option<[[f64; 4]; 3]>,
-        /// The skew of `focal` or `fov`, in pixels; 0 where not given.
+        /// The skew for `focal` or `fov`, in pixels; default 0.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub skew: Option<f64>,
-        /// The principal point of `focal` or `fov`, in pixels; the image's centre where not given.
+        /// The principal point for `focal` or `fov`, in pixels; default: the image centre.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub principal_point: Option<[f64; 2]>,
-        /// The lens's distortion coefficients, in the order of OpenCV; no distortion where not given.
+        /// The lens's distortion coefficients, in the order of OpenCV; default: no distortion.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub distortion: Option<Vec<f64>>,
         /// The model of `distortion`: "opencv" (4, 5, 8, 12 or 14 coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
-        /// tauy), "fisheye" (k1 k2 k3 k4), "thin_prism_fisheye" (k1 k2 p1 p2 k3 k4 sx1 sy1), "rad_tan_thin_prism_fisheye"
-        /// (k0 to k5, p0 p1, s0 to s3), "fov" (omega), "division" (k), "omni" (xi, or xi k1 k2 p1 p2), "eucm" (alpha beta),
-        /// "ds" (xi alpha); or without coefficients a panorama, "equirectangular" or "cylindrical". "opencv" where not given.
+        /// tauy), "fisheye" (k1 k2 k3 k4), "thin_prism_fisheye" (k1 k2 p1 p2 k3 k4 sx1 sy1),
+        /// "rad_tan_thin_prism_fisheye" (k0 to k5, p0 p1, s0 to s3), "fov" (omega), "division" (k), "omni" (xi, or xi
+        /// k1 k2 p1 p2), "eucm" (alpha beta), "ds" (xi alpha); or a panorama without coefficients, "equirectangular" or
+        /// "cylindrical". Default: "opencv".
         #[serde(skip_serializing_if = "Option::is_none")]
         pub lens: Option<LensModel>,
-        /// The centre of the first pixel: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
+        /// Position of the first pixel's centre: "integer" for (0, 0) as in OpenCV, "half" for (0.5, 0.5) as in COLMAP.
         pub pixel_center: PixelCenter,
     }
     camera pose
     {
-        /// The opening of the lens, for depth of field; a pinhole where not given.
+        /// The lens opening, for depth of field; default: a pinhole.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub aperture: Option<ApertureSpec>,
-        /// How light falls off away from the middle; it does not where not given.
+        /// Light falloff away from the image centre; default: none.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub vignetting: Option<Vignetting>,
-        /// Exposure, rolling shutter, and how the camera moves meanwhile; it stands where not given.
+        /// Exposure, rolling shutter, and the camera's motion during them; default: no motion.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub shutter: Option<ShutterSpec>,
-        /// The photograph that it took, behind what is rendered: a PNG or JPEG file, or a table { image, camera, fit }.
+        /// Background photo: a PNG or JPEG file, or a table { image, camera, fit }.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub background: Option<BackgroundSpec>,
     }
 }
 
-/// The keys that say what the camera's intrinsics are; the first five each say all of it.
+/// Keys that define the camera's intrinsics; each of the first five defines all of them.
 const INTRINSICS: [&str; 7] = ["focal", "fov", "K", "height", "matrix", "skew", "principal_point"];
 
 impl CameraSpec {
-    /// The description of a camera to the last digit, in R and C, or as the matrix it was made of.
+    /// The exact description of a camera, with R and C, or with the matrix that it was created from.
     pub fn from_camera(camera: &Camera) -> Self {
         let lens = camera.lens().coefficients();
         let mut spec = Self {
@@ -132,10 +133,10 @@ impl CameraSpec {
         spec
     }
 
-    /// The camera it describes.
+    /// Returns the described camera.
     ///
     /// # Errors
-    /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
+    /// [`SceneError`] if intrinsics or pose are missing or given twice, and the errors of [`Camera`]'s constructors.
     pub fn build(&self, up: Up) -> Result<Camera> {
         let mut camera = self.build_static(up)?;
         if let Some(aperture) = &self.aperture {
@@ -148,7 +149,7 @@ impl CameraSpec {
             let motion = shutter.build(start, |pose| pose.build(up));
             let mut motion = motion.map_err(|error| error.in_context("shutter"))?;
             if let Some(mount) = &shutter.mount {
-                // In the axes of a body, of which x looks ahead and z up.
+                // In the axes of a body: x forward and z up.
                 let mount = mount.build(Up::Z);
                 motion = motion.with_camera_from_body(mount.map_err(|error| error.in_context("shutter.mount"))?);
             }
@@ -158,10 +159,10 @@ impl CameraSpec {
         Ok(camera.with_background(background.map_err(|error| error.in_context("background"))?))
     }
 
-    /// Finds the picture behind what it sees.
+    /// Finds the file of its background image.
     ///
     /// # Errors
-    /// Whatever `files` says.
+    /// Errors of `files`.
     pub fn find_background<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
         if let Some(BackgroundSpec(background)) = &mut self.background {
             background.image = files.picture(&background.image)?;
@@ -178,9 +179,9 @@ impl CameraSpec {
         if let Some(matrix) = self.matrix {
             keys.refuse(
                 &["distortion", "lens"],
-                "\"matrix\" is given too, which says what a pinhole does: expected K and R with C or t beside a lens",
+                "\"matrix\" is given too, which describes a pinhole; for a lens, use K and R with C or t",
             )?;
-            let again = "\"matrix\" is given too, and says it already: give one of them";
+            let again = "\"matrix\" is given too and already contains it; use one of them";
             keys.refuse(&["focal", "fov", "K", "height", "skew", "principal_point"], again)?;
             pose.keys().refuse(&POSE, again)?;
             if self.projection == Projection::Orthographic {
@@ -192,7 +193,11 @@ impl CameraSpec {
         let pose = match self.shutter.as_ref().and_then(|shutter| shutter.first_pose()) {
             None => pose.build(up)?,
             Some(first) => {
-                pose.keys().refuse(&POSE, "\"shutter.track\" is given too, and says where the camera is")?;
+                pose.keys().refuse(
+                    &POSE,
+                    "\"shutter.track\" is given too and already contains the camera's pose; use \
+                    one of them",
+                )?;
                 first.build(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
         };
@@ -211,8 +216,8 @@ impl CameraSpec {
             }
             (None, Some(panorama)) if panorama.is_panorama() => Lens::new(panorama, &[]),
             (None, _) => {
-                let message = "\"distortion\", the coefficients of the lens, is missing: [0, 0, 0, 0] is a fisheye \
-                               whose radius is the angle";
+                let message = "\"distortion\", the coefficients of the lens, is missing; use [0, 0, 0, 0] for an \
+                    equidistant fisheye";
                 keys.refuse(&["lens"], message)?;
                 Ok(Lens::Pinhole)
             }
@@ -222,10 +227,10 @@ impl CameraSpec {
     fn intrinsics(&self, size: [u32; 2], keys: &Keys<9>, lens: &Lens) -> Result<DMat3> {
         let orthographic = self.projection == Projection::Orthographic;
         if orthographic {
-            let message = "\"projection\" is orthographic: expected height, focal or K";
+            let message = "\"projection\" is orthographic; expected height, focal or K";
             keys.refuse(&["fov"], message)?;
         } else {
-            let message = "it is the picture's height of an orthographic camera, which \"projection\" does not say";
+            let message = "requires projection = \"orthographic\"";
             keys.refuse(&["height"], message)?;
         }
         if let Some(k) = lens.full_panorama(size, self.pixel_center)
@@ -235,7 +240,7 @@ impl CameraSpec {
         }
         keys.exactly_one("intrinsics", &INTRINSICS[..5])?;
         if let Some(k) = self.k {
-            keys.refuse(&["skew", "principal_point"], "\"K\" is given too, and says it already")?;
+            keys.refuse(&["skew", "principal_point"], "\"K\" is given too and already contains it; use one of them")?;
             return Ok(DMat3::from_cols_array_2d(&k).transpose());
         }
         let mut k = match (self.fov, self.height, self.focal) {
@@ -244,7 +249,7 @@ impl CameraSpec {
             }
             (None, Some(height), _) => {
                 if !(height > 0.0 && height.is_finite()) {
-                    let message = format!("{height}: expected a finite length > 0");
+                    let message = format!("{height}; expected a finite length > 0");
                     return Err(SceneError::schema("height", message));
                 }
                 intrinsics_from_focal(f64::from(size[1]) / height, size, self.pixel_center)
@@ -263,7 +268,7 @@ impl CameraSpec {
         Ok(k)
     }
 
-    /// Which keys were written, but those of the pose.
+    /// Returns the keys that are present, except those of the pose.
     fn keys(&self) -> Keys<9> {
         Keys(by_key! { self, is_some:
             focal, fov, "K" k, height, matrix, skew, principal_point, distortion, lens,
@@ -271,27 +276,28 @@ impl CameraSpec {
     }
 }
 
-/// The picture behind what a camera sees: its file alone, or a table.
+/// Background image of a camera: only its file, or a table.
 #[derive(Clone, Debug, Serialize)]
 #[serde(transparent)]
 pub struct BackgroundSpec(pub BackgroundTable);
 
-/// A picture behind what a camera sees, in full.
+/// Background image of a camera, as a table.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BackgroundTable {
-    /// A PNG or JPEG file beside the world file.
+    /// A PNG or JPEG file in the world file's folder or below.
     pub image: String,
-    /// "exact": a photograph of the camera's size, or of `camera`; "cover": any picture, enlarged and cut to the frame.
+    /// "exact": a photo with the size of the camera, or of the key `camera`. "cover": any image, scaled up and cropped
+    /// to the frame.
     #[serde(default)]
     pub fit: BackgroundFit,
-    /// The camera that took the photograph, where that is another one: its size, intrinsics and lens.
+    /// The camera that took the photo, if it is a different one: its size, intrinsics and lens.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Box<CameraSpec>>,
 }
 
 impl BackgroundSpec {
-    /// The description of a background.
+    /// Description of a background.
     pub fn from_background(background: &Background) -> Self {
         Self(BackgroundTable {
             image: background.image.clone(),
@@ -300,14 +306,14 @@ impl BackgroundSpec {
         })
     }
 
-    /// The background it describes.
+    /// Returns the described background.
     ///
     /// # Errors
-    /// The errors of [`CameraSpec::build`], and a camera of a picture that covers the frame.
+    /// Errors of [`CameraSpec::build`], and a camera combined with an image that covers the frame.
     pub fn build(&self, up: Up) -> Result<Background> {
         let BackgroundTable { image, fit, camera } = &self.0;
         if *fit == BackgroundFit::Cover && camera.is_some() {
-            let message = "\"fit\" is \"cover\", of a picture that no camera took: give one of them";
+            let message = "\"fit\" is \"cover\", for which no camera is used; use one of them";
             return Err(SceneError::schema("camera", message));
         }
         let built = camera.as_ref().map(|spec| spec.build(up)).transpose();

@@ -1,4 +1,4 @@
-//! Images written as rows of texels, and NumPy's arrays.
+//! Images written as rows of texels, and NumPy arrays.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::schema::spec::texture::ImageSpec;
 use crate::texture::{Image, Texels};
 use crate::written::{written, written_schema};
 
-/// One of the numbers of a texel.
+/// One number of a texel.
 #[derive(Clone, Copy)]
 enum TexelNumber {
     Byte(u8),
@@ -44,10 +44,13 @@ fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
     let [width, height] = [rows.first().map_or(0, |row| row.0.len()), rows.len()];
     if let Some((y, row)) = rows.iter().enumerate().find(|(_, row)| row.0.len() != width) {
         let given = row.0.len();
-        return Err(E::custom(format_args!("row {y} has {given} texels, the first has {width}: expected as many")));
+        return Err(E::custom(format_args!(
+            "row {y} has {given} texels, the first row has {width}; expected equal \
+            lengths"
+        )));
     }
     if width == 0 || width > 65_536 || height > 65_536 {
-        return Err(E::custom(format_args!("{width} x {height} texels: expected 1 to 65536 each way")));
+        return Err(E::custom(format_args!("{width} x {height} texels; expected 1 to 65536 columns and rows")));
     }
     let texels = || rows.iter().flat_map(|row| &row.0);
     let bytes = texels().all(|texel| {
@@ -81,7 +84,7 @@ fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
 }
 
 impl Texel {
-    /// As red, green, blue, alpha.
+    /// Returns red, green, blue, alpha.
     fn spread<T: Copy>(&self, opaque: T, of: impl Fn(TexelNumber) -> T) -> [T; 4] {
         let [a, b, c, d] = self.numbers.map(of);
         match self.count {
@@ -100,7 +103,7 @@ impl<'de> Deserialize<'de> for TexelRow {
 }
 
 written! {
-    TexelNumber: "a whole number from 0 to 255, or a linear value with a point",
+    TexelNumber: "a whole number from 0 to 255, or a linear value with a decimal point",
 
     fn visit_i64<E: Error>(self, v: i64) -> Result<TexelNumber, E> {
         u8::try_from(v)
@@ -114,7 +117,7 @@ written! {
 }
 
 written! {
-    Texel: "a number (whole ones 0 to 255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA",
+    Texel: "a number (whole numbers 0 to 255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA",
 
     fn visit_i64<E: Error>(self, v: i64) -> Result<Texel, E> {
         let number = u8::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;

@@ -9,20 +9,21 @@ use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape,
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
 
 /// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
-/// `triangles`, or `instance_of`), where it stands and what it is made of.
+/// `triangles`, or `instance_of`), its placement and its material.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObjectSpec {
-    /// Unique in the world; made from the shape where not given.
+    /// Unique name in the world; default: derived from the shape.
     pub name: Option<String>,
-    /// A class, for data sets: a name, or a whole number that is its id. Names get the free ids from 1 in the order in
-    /// which they come.
+    /// A class for data sets: a name, or a whole number that is its id. Names get the free ids from 1 on, in order of
+    /// first use.
     pub category: Option<Category>,
 
-    /// False hides it: it is in no picture, shadow, light or query, and its number stays. True where not given.
+    /// False hides the object: it is excluded from images, shadows, light and queries, and keeps its index. Default:
+    /// true.
     pub visible: Option<bool>,
-    /// True if pictures with a transparent background, or a camera's own, show its shadows and not the object itself, as of
-    /// a ground that a photograph shows already. False where not given.
+    /// True if images with a transparent background or a camera's background show the object's shadows but not the
+    /// object, for example for a ground that the photo already shows. Default: false.
     pub shadow_catcher: Option<bool>,
 
     /// A box centred at the origin.
@@ -38,16 +39,16 @@ pub struct ObjectSpec {
     pub cone: Option<ConeShape>,
     /// A torus around the z axis.
     pub torus: Option<TorusShape>,
-    /// A mesh file beside the world file: OBJ, PLY, STL, OFF or glTF.
+    /// A mesh file in the world file's folder or below: OBJ, PLY, STL, OFF or glTF.
     pub mesh: Option<String>,
-    /// True if the mesh file is turned from its own up axis (y in glTF) to the world's. Default: true without `matrix`,
-    /// false with `matrix`, which applies to the file's own axes.
+    /// True if the mesh file is rotated from its own up axis (y in glTF) to the world's. Default: true without
+    /// `matrix`, false with `matrix`, which applies to the file's own axes.
     pub upright: Option<bool>,
     /// Corner positions, with `triangles`.
     pub vertices: Option<Vec<[f64; 3]>>,
-    /// Corner indices from 0, counter-clockwise seen from outside.
+    /// Corner indices from 0, counter-clockwise as seen from outside.
     pub triangles: Option<Vec<[u32; 3]>>,
-    /// The name of an earlier object whose mesh (and, where nothing else is said, material) this one shares.
+    /// The name of an earlier object whose mesh is shared, and whose material is shared unless specified here.
     pub instance_of: Option<String>,
 
     /// Subdivision: a number of levels of Loop's scheme, or { levels, scheme = "loop" or "midpoint" }.
@@ -58,103 +59,103 @@ pub struct ObjectSpec {
     pub vertex_colors: Option<Vec<[f32; 3]>>,
     /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
     pub uvs: Option<Vec<[f32; 2]>>,
-    /// Shading normals per vertex, of any length but 0.
+    /// Shading normals per vertex; any length except 0.
     pub normals: Option<Vec<[f32; 3]>>,
 
-    /// The place of its origin in the world.
+    /// Position of the object's origin in the world.
     pub location: Option<[f64; 3]>,
-    /// Turn about the forward axis (x of a z-up world) in degrees, first.
+    /// Rotation about the forward axis (x in a z-up world) in degrees, applied first.
     pub roll: Option<f64>,
-    /// Turn about the left axis (y of a z-up world) in degrees, second.
+    /// Rotation about the left axis (y in a z-up world) in degrees, applied second.
     pub pitch: Option<f64>,
-    /// Turn about the up axis in degrees, last; positive turns left.
+    /// Rotation about the up axis in degrees, applied last; positive values turn left.
     pub yaw: Option<f64>,
-    /// One factor, or one per axis, before turning; negative ones mirror.
+    /// One factor, or one per axis, applied before the rotation; negative factors mirror.
     pub scale: Option<Splat<3>>,
-    /// Instead of location, angles and scale: the affine transform world_from_mesh, 3x4 or 4x4.
+    /// The affine transform world_from_mesh, 3x4 or 4x4, instead of location, angles and scale.
     pub matrix: Option<Vec<[f64; 4]>>,
 
-    /// The model of reflection; the lecture's `diffuse`, `specular` and `shininess` where not given.
+    /// The reflection model; default: the lecture's model with `diffuse`, `specular` and `shininess`.
     #[serde(rename = "type")]
     pub type_: Option<MaterialType>,
-    /// The base colour: linear red, green, blue from 0 to 1, or "#rrggbb" in 8-bit sRGB. White where the mesh has colours of
-    /// its own, which it multiplies, and light grey (0.8) where it has none.
+    /// The base colour: linear red, green, blue from 0 to 1, or "#rrggbb" in 8-bit sRGB. It multiplies the mesh's
+    /// colours. Default: white if the mesh has colours, otherwise light grey (0.8).
     pub color: Option<Color>,
-    /// An image file beside the world file, rows of texels, or a table of an `image` and how it is looked up. It multiplies
-    /// the base colour.
+    /// An image file in the world file's folder or below, rows of texels, or a table with an `image` and its lookup
+    /// options. It multiplies the base colour.
     pub texture: Option<Box<TextureSpec>>,
-    /// Textures of the other values, by their names, and `normal` and `occlusion`.
+    /// Textures of the other values by name, and `normal` and `occlusion`.
     pub textures: Option<Box<TexturesSpec>>,
-    /// The wrap mode of textures that have none of their own, beyond 0..1: "repeat", "clamp" or "mirror", or one of them for u and
-    /// one for v.
+    /// Wrap mode of texture coordinates outside 0..1, for textures that do not specify their own: "repeat", "clamp" or
+    /// "mirror", or a list of one for u and one for v.
     pub wrap: Option<Wraps>,
-    /// The share of light reflected equally everywhere, times the base colour: 0 to 1, 1 where not given.
+    /// Fraction of light reflected diffusely, times the base colour: 0 to 1; default 1.
     pub diffuse: Option<f32>,
-    /// The share of light reflected around the mirror direction, 0 to 1: a number or linear RGB; 0 where not given. With
-    /// type = "principled": the strength of the dielectric's reflection, a number, 1 where not given.
+    /// Fraction of light reflected around the mirror direction, 0 to 1: a number or linear RGB; default 0. With type =
+    /// "principled": strength of the dielectric's reflection, a number; default 1.
     pub specular: Option<Splat<3>>,
-    /// The Phong exponent of the specular share, >= 0: larger is sharper; 32 where not given.
+    /// Phong exponent of the specular reflection, >= 0; larger values give sharper highlights. Default 32.
     pub shininess: Option<f32>,
-    /// Linear radiance that the surface shines by itself, in W/(m² sr): a number or red, green, blue >= 0.
+    /// Linear emitted radiance in W/(m² sr): a number, or red, green and blue, >= 0.
     pub emission: Option<Splat<3>>,
-    /// 0 to 1: the share of it that is there, times the alpha of its texture; 1 where not given.
+    /// Opacity, 0 to 1, multiplied by the texture's alpha; default 1.
     pub opacity: Option<f32>,
-    /// The use of opacity and of the alpha of its texture. Where not given, "blend" if `opacity` is given or the image
-    /// named here has alpha; else what the mesh file says.
+    /// Use of the opacity and of the texture's alpha. Default: "blend" if `opacity` is given or the image specified
+    /// here has alpha; otherwise the mesh file's setting.
     pub alpha: Option<AlphaMode>,
 
     /// With type = "metal": its name ("gold", "silver", "copper", "aluminium", "iron", ...) instead of a color.
     pub metal: Option<String>,
-    /// With type = "metal", "glass" or "principled": perceptual roughness 0 to 1, 0 for mirrors and clear glass.
+    /// With type = "metal", "glass" or "principled": perceptual roughness, 0 to 1; 0 for mirrors and clear glass.
     pub roughness: Option<f32>,
-    /// With type = "glass" or "principled": the index of refraction, >= 1; 1.5 where not given.
+    /// With type = "glass" or "principled": the index of refraction, >= 1; default 1.5.
     pub ior: Option<f32>,
-    /// With type = "glass" or "principled": whether its surfaces are thin walls instead of the skin of something solid.
+    /// With type = "glass" or "principled": true if its surfaces are thin walls, false if they enclose a solid.
     pub thin: Option<bool>,
-    /// With type = "glass" or "principled": how differently it refracts colours: 20 / Abbe number.
+    /// With type = "glass" or "principled": strength of the dispersion, 20 / Abbe number.
     pub dispersion: Option<f32>,
-    /// With type = "glass" or "principled": what is left of white light after `attenuation_distance`.
+    /// With type = "glass" or "principled": colour of white light after `attenuation_distance` in the medium.
     pub attenuation_color: Option<Color>,
-    /// With type = "glass" or "principled": metres; no absorption where not given.
+    /// With type = "glass" or "principled": distance in metres; default: no absorption.
     pub attenuation_distance: Option<f32>,
-    /// With type = "glass" or "principled": where closed meshes of clear matter overlap, the one of the highest priority is
-    /// there; a whole number, 0 where not given. Of equals it is the one within the other.
+    /// With type = "glass" or "principled": a whole number, default 0. Where closed meshes of clear media overlap, the
+    /// medium with the highest priority fills the space; among equals, the inner one.
     pub priority: Option<i32>,
-    /// With type = "principled": 0 dielectric (where not given) to 1 metal.
+    /// With type = "principled": 0 for a dielectric (default) to 1 for a metal.
     pub metallic: Option<f32>,
-    /// With type = "principled": the colour of the dielectric's reflection.
+    /// With type = "principled": colour of the dielectric's reflection.
     pub specular_color: Option<Color>,
-    /// With type = "principled": the share of light that passes instead of being reflected diffusely, 0 to 1.
+    /// With type = "principled": fraction of light that is transmitted instead of reflected diffusely, 0 to 1.
     pub transmission: Option<f32>,
-    /// With type = "principled": the strength of a clear coat, 0 to 1.
+    /// With type = "principled": strength of a clear coat, 0 to 1.
     pub clearcoat: Option<f32>,
-    /// With type = "principled": its roughness, 0 to 1.
+    /// With type = "principled": roughness of the clear coat, 0 to 1.
     pub clearcoat_roughness: Option<f32>,
-    /// With type = "principled": the colour of the sheen of cloth.
+    /// With type = "principled": colour of the sheen of cloth.
     pub sheen_color: Option<Color>,
-    /// With type = "principled": its roughness, 0 to 1.
+    /// With type = "principled": roughness of the sheen, 0 to 1.
     pub sheen_roughness: Option<f32>,
-    /// With type = "principled": the strength of a thin film, 0 to 1.
+    /// With type = "principled": strength of a thin film, 0 to 1.
     pub iridescence: Option<f32>,
-    /// With type = "principled": the film's index of refraction; 1.3 where not given.
+    /// With type = "principled": the film's index of refraction; default 1.3.
     pub iridescence_ior: Option<f32>,
-    /// With type = "principled": its thickness in nanometres; 400 where not given.
+    /// With type = "principled": the film's thickness in nanometres; default 400.
     pub iridescence_thickness: Option<f32>,
-    /// With type = "principled": how much longer highlights are along the tangent, 0 to 1.
+    /// With type = "principled": strength of the anisotropy, 0 to 1; it stretches highlights along the tangent.
     pub anisotropy: Option<f32>,
-    /// With type = "principled": degrees counter-clockwise from the tangent.
+    /// With type = "principled": direction of the anisotropy in degrees counter-clockwise from the tangent.
     pub anisotropy_rotation: Option<f64>,
-    /// With type = "principled": the share of diffuse light that goes on instead of back, 0 to 1.
+    /// With type = "principled": fraction of diffuse light that is transmitted instead of reflected, 0 to 1.
     pub diffuse_transmission: Option<f32>,
-    /// With type = "principled": what colours it; white where not given.
+    /// With type = "principled": colour of diffusely transmitted light; default white.
     pub diffuse_transmission_color: Option<Color>,
 }
 
-/// How many optional keys [`ObjectSpec`] has, besides name, category, visible and shadow_catcher.
+/// Number of optional keys of [`ObjectSpec`], except name, category, visible and shadow_catcher.
 pub(crate) const KEYS: usize = 55;
 
 impl ObjectSpec {
-    /// Which keys were written.
+    /// Returns the keys that are present.
     pub(crate) fn keys(&self) -> Keys<KEYS> {
         Keys(by_key! { self, is_some:
             "box" box_, plane, sphere, cylinder, cone, torus, mesh, upright, vertices, triangles, instance_of,
@@ -169,28 +170,28 @@ impl ObjectSpec {
     }
 }
 
-/// The use of opacity and of a texture's alpha.
+/// Use of the opacity and of a texture's alpha.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AlphaMode {
-    /// Neither counts: all of it is there.
+    /// Both are ignored: the surface is fully opaque.
     Opaque,
-    /// Their product is the share that is there.
+    /// Their product is the fraction of the surface that is visible.
     Blend,
 }
 
-/// The models of reflection that have a name.
+/// Reflection models with a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MaterialType {
-    /// Diffuse alone.
+    /// Only diffuse.
     Matte,
-    /// A metal, by its name or by its color.
+    /// A metal, given by its name or by its color.
     Metal,
     /// A dielectric: glass, water, a pane.
     Glass,
     /// glTF's metallic-roughness with its extensions.
     Principled,
-    /// The base colour itself, whatever the light.
+    /// The base colour itself, independent of light.
     Unlit,
 }

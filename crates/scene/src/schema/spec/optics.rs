@@ -11,59 +11,58 @@ use crate::schema::spec::pose::PoseSpec;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ApertureSpec {
-    /// Its radius, or that of its corners, in units of the world.
+    /// Radius of the opening, or of its corners, in world units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
-    /// The focal length over the diameter.
+    /// Focal length divided by the diameter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub f_number: Option<f64>,
-    /// The focal length in units of the world (50 mm is 0.05), with `f_number`.
+    /// Focal length in world units (50 mm is 0.05), with `f_number`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub focal_length: Option<f64>,
-    /// The depth that is sharp, in units of the world; a distance for lenses that see to the sides and behind.
+    /// Depth at which points are sharp, in world units; for wide-angle lens models, the distance.
     pub focus: Option<f64>,
-    /// The sides of a polygonal opening, 3 to 64; 0, a round one, where not given.
+    /// Number of sides of a polygonal opening, 3 to 64; default 0, a round opening.
     pub blades: u32,
-    /// How far the polygon is turned, in degrees from the camera's x towards its y, where a corner lies at 0.
+    /// Rotation of the polygon in degrees from the camera's x axis towards its y axis; at 0, a corner is on the x axis.
     pub rotation: f64,
 }
 
-/// When the lines of a moving camera's picture are exposed, and where it is then: `end`, where it starts from its own
-/// pose, or a whole `track`.
+/// Exposure of an image's lines, and the camera's motion during it: `end`, a pose to which it moves from its own pose,
+/// or a complete `track`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShutterSpec {
-    /// How long a line is open, in seconds; 0 where not given.
+    /// Exposure time of each line in seconds; default 0.
     pub exposure: f64,
-    /// How long it takes from the first line to the last, in seconds: a rolling shutter. 0 where not given.
+    /// Time from the first line to the last in seconds, for a rolling shutter; default 0.
     pub readout: f64,
-    /// Which lines there are, and which is the first: "down" (rows, from the top), "up", "right" (columns, from the
-    /// left) or "left".
+    /// Readout order of the lines: "down" (rows, from the top), "up", "right" (columns, from the left) or "left".
     pub direction: ReadoutDirection,
-    /// The pose when the last line closes, after `readout + exposure`; it stands where neither this nor `track` is given,
-    /// and what moves before it is blurred all the same.
+    /// Pose when the last line closes, after `readout + exposure`. Without `end` and `track` the camera does not move;
+    /// moving objects are blurred nevertheless.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<PoseSpec>,
-    /// Poses at times, in seconds from when the first line opens. The camera's own pose is then not given.
+    /// Poses at times, in seconds from the opening of the first line. They replace the camera's own pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub track: Option<Vec<TrackSpec>>,
-    /// The pose of a camera that a body carries, in the axes of the body; `track` then has the poses of the body.
+    /// Pose of the camera in the axes of a body that carries it; `track` then contains the poses of the body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mount: Option<PoseSpec>,
 }
 
-/// A pose at a time.
+/// Pose at a time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrackSpec {
-    /// In seconds from when the first line opens.
+    /// Time in seconds from the opening of the first line.
     pub time: f64,
     /// The pose at this time.
     pub pose: PoseSpec,
 }
 
 impl ApertureSpec {
-    /// As it is written.
+    /// Returns the description of an aperture.
     pub fn from_aperture(aperture: &Aperture) -> Self {
         Self {
             radius: Some(aperture.radius()),
@@ -74,10 +73,10 @@ impl ApertureSpec {
         }
     }
 
-    /// The aperture it describes.
+    /// Returns the described aperture.
     ///
     /// # Errors
-    /// [`SceneError`] where its size or focus is missing or given twice, and those of [`Aperture::new`].
+    /// [`SceneError`] if its size or focus is missing or given twice, and the errors of [`Aperture::new`].
     pub fn build(&self) -> Result<Aperture> {
         let fail = |message: &str| Err(SceneError::schema("", message));
         let radius = match (self.radius, self.f_number, self.focal_length) {
@@ -96,7 +95,7 @@ impl ApertureSpec {
 }
 
 impl ShutterSpec {
-    /// As it is written.
+    /// Returns the description of a motion.
     pub fn from_motion(motion: &ShutterMotion) -> Self {
         let track =
             motion.poses().iter().map(|(time, pose)| TrackSpec { time: *time, pose: PoseSpec::from_pose(pose) });
@@ -110,22 +109,22 @@ impl ShutterSpec {
         }
     }
 
-    /// The first pose of the track, where there is one.
+    /// First pose of the track, if there is one.
     pub fn first_pose(&self) -> Option<&PoseSpec> {
         Some(&self.track.as_ref()?.first()?.pose)
     }
 
-    /// The motion it describes, of a camera that starts at a pose, or of what has its poses read by `read`.
+    /// Returns the described motion of a camera that starts at a pose; `read` reads the poses.
     ///
     /// # Errors
-    /// [`SceneError`] where the way is given twice, and those of [`ShutterMotion::new`].
+    /// [`SceneError`] if the path is given twice, and the errors of [`ShutterMotion::new`].
     pub fn build(&self, start: Pose, read: impl Fn(&PoseSpec) -> Result<Pose>) -> Result<ShutterMotion> {
         let poses = match (&self.end, &self.track) {
             (Some(end), None) => {
                 let end = read(end).map_err(|error| error.in_context("end"))?;
                 let last = self.exposure + self.readout;
                 if last.is_nan() || last <= 0.0 {
-                    let message = "exposure and readout are both 0: there is no time to move in";
+                    let message = "exposure and readout are both 0, which leaves no time to move; set one of them";
                     return Err(SceneError::schema("", message));
                 }
                 vec![(0.0, start), (last, end)]
@@ -140,7 +139,7 @@ impl ShutterSpec {
                 .collect::<Result<_>>()?,
             (None, None) => vec![(0.0, start)],
             (Some(_), Some(_)) => {
-                let message = "\"track\" is given too, and says already where it goes";
+                let message = "\"track\" is given too and already contains the path; use one of them";
                 return Err(SceneError::schema("end", message));
             }
         };

@@ -1,4 +1,4 @@
-//! The pose of a camera or body.
+//! Pose of a camera or body.
 
 use glam::{DMat3, DVec3};
 
@@ -8,8 +8,8 @@ use crate::math::rotation::CAMERA_FROM_BODY;
 use crate::schema::keys::{Keys, by_key};
 use crate::up::Up;
 
-/// A table with the nine keys of a pose among its own: where something is, and which way it points. What some of them mean
-/// depends on what is placed. Written out, and not flattened, so that errors about its keys know all names and lines.
+/// A table that contains the nine keys of a pose: the position and the orientation. The meaning of some keys depends on
+/// what is placed. The keys are written out instead of flattened, so that errors list all names and lines.
 macro_rules! with_pose {
     (
         $(#[$about:meta])*
@@ -23,7 +23,7 @@ macro_rules! with_pose {
             pose {
                 location: "The camera centre in the world.",
                 target: "A point to look at, instead of angles.",
-                up: "What points up in the picture, with `target`; the world's up where not given.",
+                up: "Direction that points up in the image, with `target`; default: the world's up axis.",
                 R: "The rotation camera_from_world, camera axes x right, y down, z forward.",
                 C: "The camera centre in the world, with `R`.",
             }
@@ -46,13 +46,14 @@ macro_rules! with_pose {
             #[doc = $location]
             #[serde(skip_serializing_if = "Option::is_none")]
             pub location: Option<[f64; 3]>,
-            /// Leaning to the right, in degrees; 0 where not given.
+            /// Roll in degrees, positive to the right; default 0.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub roll: Option<f64>,
-            /// Looking down, in degrees; 0 where not given.
+            /// Pitch in degrees, positive downwards; default 0.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub pitch: Option<f64>,
-            /// Turning left, in degrees; 0 looks along +x of a z-up world, along -z of a y-up one.
+            /// Yaw in degrees, positive to the left; default 0. 0 looks along +x in a z-up world, along -z in a y-up
+            /// world.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub yaw: Option<f64>,
             #[doc = $target]
@@ -76,7 +77,7 @@ macro_rules! with_pose {
 }
 pub(crate) use with_pose;
 
-/// The [`PoseSpec`] of such a table.
+/// Returns the [`PoseSpec`] of such a table.
 macro_rules! pose_of {
     ($table:expr) => {
         $crate::schema::spec::pose::PoseSpec {
@@ -102,47 +103,47 @@ with_pose! {
     {}
 }
 
-/// The keys of a pose; the first six do without `R`.
+/// Keys of a pose; the first six are used without `R`.
 pub const POSE: [&str; 9] = ["location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t"];
 
 impl PoseSpec {
-    /// R and C of a pose, to the last digit.
+    /// Exact R and C of a pose.
     pub fn from_pose(pose: &Pose) -> Self {
         Self { r: Some(pose.r.transpose().to_cols_array_2d()), c: Some(pose.c.to_array()), ..Self::default() }
     }
 
-    /// The pose it describes.
+    /// Returns the described pose.
     ///
     /// # Errors
-    /// [`SceneError`] where it is missing or given twice, and those of [`Camera`]'s constructors.
+    /// [`SceneError`] if it is missing or given twice, and the errors of [`Camera`]'s constructors.
     pub fn build(&self, up: Up) -> Result<Pose> {
-        // A pose does not depend on what a camera sees with.
+        // A pose does not depend on the camera's intrinsics.
         let (k, size, center) = (DMat3::IDENTITY, [1, 1], PixelCenter::default());
         let keys = self.keys();
         let camera = if let Some(r) = self.r {
-            keys.refuse(&POSE[..6], "\"R\" is given too: expected R with C or t alone")?;
+            keys.refuse(&POSE[..6], "\"R\" is given too; expected R with only C or t")?;
             let r = DMat3::from_cols_array_2d(&r).transpose();
-            let c = match keys.exactly_one("position beside R", &["C", "t"])? {
+            let c = match keys.exactly_one("camera position", &["C", "t"])? {
                 "C" => DVec3::from_array(self.c.unwrap_or_default()),
                 _ => -(r.transpose() * DVec3::from_array(self.t.unwrap_or_default())),
             };
             Camera::new(k, r, c, size, center)?
         } else {
-            keys.refuse(
-                &["C", "t"],
-                "it goes with \"R\", which is missing; with angles or a target it is \"location\"",
-            )?;
+            keys.refuse(&["C", "t"], "requires \"R\", which is missing; with angles or a target, use \"location\"")?;
             let Some(location) = self.location.map(DVec3::from_array) else {
-                let message = "no pose: expected location with roll, pitch, yaw or target, or R with C or t, or matrix";
+                let message = "no pose; expected location with roll, pitch, yaw or target, or R with C or t, or matrix";
                 return Err(SceneError::schema("", message));
             };
             if let Some(target) = self.target {
-                keys.refuse(&["roll", "pitch", "yaw"], "\"target\" is given too: expected angles or a target")?;
+                keys.refuse(&["roll", "pitch", "yaw"], "\"target\" is given too; expected angles or a target")?;
                 let up = self.up.map_or(up.axis(), DVec3::from_array);
                 let target = DVec3::from_array(target);
                 Camera::look_at(location, target, up, k, size, center)?
             } else {
-                keys.refuse(&["up"], "it goes with \"target\", which is missing; with angles, roll leans the camera")?;
+                keys.refuse(
+                    &["up"],
+                    "requires \"target\", which is missing; with angles, use roll to tilt the camera",
+                )?;
                 let [roll, pitch, yaw] = [self.roll, self.pitch, self.yaw].map(Option::unwrap_or_default);
                 Camera::from_pose(location, roll, pitch, yaw, up, k, size, center)?
             }
@@ -150,7 +151,7 @@ impl PoseSpec {
         Ok(Pose { r: camera.r(), c: camera.c() })
     }
 
-    /// The pose it describes of a body, whose axes are x ahead, y left, z up where all angles are 0.
+    /// Returns the described pose of a body, whose axes are x forward, y left, z up if all angles are 0.
     ///
     /// # Errors
     /// The errors of [`PoseSpec::build`].
@@ -162,7 +163,7 @@ impl PoseSpec {
         })
     }
 
-    /// Which keys were written.
+    /// Returns the keys that are present.
     pub fn keys(&self) -> Keys<9> {
         Keys(by_key! { self, is_some: location, roll, pitch, yaw, target, up, "R" r, "C" c, t })
     }

@@ -8,33 +8,33 @@ use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
 use crate::up::Up;
 
 with_pose! {
-    /// A rig: cameras on one body, whose axes are x ahead, y left and z up. The body is placed as a camera is, by `location`
-    /// with angles or a `target`, or by `R` with `C` or `t`; at the origin where nothing is said. Its cameras are placed in
-    /// its axes, as those of a z-up world.
+    /// A rig: cameras on one body, whose axes are x forward, y left and z up. The body is placed like a camera, by
+    /// `location` with angles or a `target`, or by `R` with `C` or `t`; default: at the origin. Its cameras are placed
+    /// in the body's axes, like cameras in a z-up world.
     pub struct RigSpec {
-        /// Its name; `rig` where not given.
+        /// Its name; default `rig`.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub name: Option<String>,
-        /// Its cameras, each with a name of its own: one table or several.
+        /// Its cameras, each with a unique name: one table or several.
         #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<CameraSpec>")]
         pub camera: Vec<CameraSpec>,
     }
     pose {
-        location: "Where the body is in the world.",
-        target: "A point that the body's x axis points to, instead of angles.",
-        up: "What points up, with `target`; the world's up where not given.",
-        R: "The rotation body_from_world, of any axes that the body may have.",
-        C: "Where the body is in the world, with `R`.",
+        location: "Position of the body in the world.",
+        target: "A point towards which the body's x axis points, instead of angles.",
+        up: "Direction that points up, with `target`; default: the world's up axis.",
+        R: "The rotation body_from_world, for any body axes.",
+        C: "Position of the body in the world, with `R`.",
     }
     {
-        /// Exposure and rolling shutter of all cameras, and how the body moves meanwhile; it stands where not given.
+        /// Exposure and rolling shutter of all cameras, and the body's motion during them; default: no motion.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub shutter: Option<ShutterSpec>,
     }
 }
 
 impl RigSpec {
-    /// The description of a rig to the last digit.
+    /// The exact description of a rig.
     pub fn from_rig(rig: &Rig) -> Self {
         let cameras = rig
             .mounts()
@@ -53,10 +53,10 @@ impl RigSpec {
         spec
     }
 
-    /// The rig it describes.
+    /// Returns the described rig.
     ///
     /// # Errors
-    /// [`SceneError`] for a camera that cannot be, a pose that is missing in part or given twice, and those of
+    /// [`SceneError`] for an invalid camera, for a pose that is incomplete or given twice, and the errors of
     /// [`Rig::new`].
     pub fn build(&self, up: Up) -> Result<Rig> {
         let mut mounts = Vec::with_capacity(self.camera.len());
@@ -74,7 +74,11 @@ impl RigSpec {
         let track = self.shutter.as_ref().and_then(ShutterSpec::first_pose);
         let body = match track {
             Some(first) => {
-                pose.keys().refuse(&POSE, "\"shutter.track\" is given too, and says where the rig is")?;
+                pose.keys().refuse(
+                    &POSE,
+                    "\"shutter.track\" is given too and already contains the rig's pose; use \
+                    one of them",
+                )?;
                 first.build_body(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
             None if pose.keys().given(&POSE).is_empty() => {
@@ -85,7 +89,7 @@ impl RigSpec {
         let rig = Rig::new(self.name.as_deref().unwrap_or("rig"), body, mounts)?;
         let Some(shutter) = &self.shutter else { return Ok(rig) };
         if shutter.mount.is_some() {
-            let message = "it is of a single camera; the cameras of a rig say themselves where they are";
+            let message = "applies only to single cameras; in a rig, place each camera on the body";
             return Err(SceneError::schema("shutter.mount", message));
         }
         let motion = shutter.build(body, |pose| pose.build_body(up)).map_err(|error| error.in_context("shutter"))?;

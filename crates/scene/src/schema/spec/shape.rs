@@ -1,4 +1,4 @@
-//! The shapes that have a name.
+//! Shapes with a name.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -9,7 +9,7 @@ use crate::schema::shorthand::Splat;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BoxShape {
-    /// Edge lengths along x, y, z, or one for all; 1 where not given.
+    /// Edge lengths along x, y, z, or one number for all; default 1.
     pub size: Splat<3>,
 }
 
@@ -17,7 +17,7 @@ pub struct BoxShape {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlaneShape {
-    /// Edge lengths along x and y, or one for both; 1 where not given.
+    /// Edge lengths along x and y, or one number for both; default 1.
     pub size: Splat<2>,
 }
 
@@ -25,9 +25,9 @@ pub struct PlaneShape {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SphereShape {
-    /// The radius; 0.5 where not given.
+    /// The radius; default 0.5.
     pub radius: f64,
-    /// How often the 20 faces of an icosahedron are split in four, 0 to 9; 4 (5120 triangles) where not given.
+    /// Number of times that the 20 faces of an icosahedron are split into four, 0 to 9; default 4 (5120 triangles).
     pub level: u32,
 }
 
@@ -35,11 +35,11 @@ pub struct SphereShape {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CylinderShape {
-    /// The radius; 0.5 where not given.
+    /// The radius; default 0.5.
     pub radius: f64,
-    /// The height; 1 where not given.
+    /// The height; default 1.
     pub height: f64,
-    /// Corners around, 3 to 4096; 64 where not given.
+    /// Corners around the axis, 3 to 4096; default 64.
     pub segments: u32,
 }
 
@@ -47,11 +47,11 @@ pub struct CylinderShape {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConeShape {
-    /// The radius of its base; 0.5 where not given.
+    /// The radius of its base; default 0.5.
     pub radius: f64,
-    /// The height; 1 where not given.
+    /// The height; default 1.
     pub height: f64,
-    /// Corners around, 3 to 4096; 64 where not given.
+    /// Corners around the axis, 3 to 4096; default 64.
     pub segments: u32,
 }
 
@@ -59,11 +59,11 @@ pub struct ConeShape {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TorusShape {
-    /// From its centre to the middle of the tube; 0.5 where not given.
+    /// Distance from the centre to the middle of the tube; default 0.5.
     pub radius: f64,
-    /// The radius of the tube; 0.2 where not given.
+    /// The radius of the tube; default 0.2.
     pub tube: f64,
-    /// Corners around the axis, 3 to 2048, half as many around the tube (at least 3); 64 where not given.
+    /// Corners around the axis, 3 to 2048; half as many, at least 3, around the tube. Default 64.
     pub segments: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Textures as people write them: an image, and how it is looked up.
+//! Textures in descriptions: an image and its lookup options.
 
 use std::sync::Arc;
 
@@ -12,58 +12,58 @@ use crate::schema::shorthand::{Splat, Wraps};
 use crate::texture::{Image, TexelFilter};
 use crate::written::{written, written_schema};
 
-/// An image, and how it is looked up: its file or texels alone, or a table.
+/// An image and its lookup options: only its file or texels, or a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureSpec(pub TextureTable);
 
-/// A texture in full.
+/// A texture as a table.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TextureTable {
-    /// An image file beside the world file, or rows of texels.
+    /// An image file in the world file's folder or below, or rows of texels.
     pub image: ImageSpec,
-    /// The wrap mode beyond 0..1: "repeat" (where not given), "clamp" or "mirror", or one of them for u and one for v.
+    /// Wrap mode outside 0..1: "repeat" (default), "clamp" or "mirror", or a list of one for u and one for v.
     pub wrap: Option<Wraps>,
-    /// The filter between texels: "linear" (where not given) or "nearest".
+    /// The filter between texels: "linear" (default) or "nearest".
     #[serde(default)]
     pub filter: TexelFilter,
-    /// How often it repeats along u and v, one number or two; 1 where not given.
+    /// Number of repetitions along u and v, one number or two; default 1.
     pub repeat: Option<Splat<2>>,
-    /// Degrees by which the coordinates are turned counter-clockwise, as `KHR_texture_transform` has it.
+    /// Counter-clockwise rotation of the coordinates in degrees, as in `KHR_texture_transform`.
     #[serde(default)]
     pub rotation: f64,
-    /// Added to the coordinates at last.
+    /// Offset that is added to the coordinates last.
     #[serde(default)]
     pub offset: [f64; 2],
-    /// Which of the mesh's sets of texture coordinates.
+    /// Index of the mesh's set of texture coordinates.
     #[serde(default)]
     pub uv_set: usize,
-    /// The one channel that counts, instead of what glTF says.
+    /// The one channel that is used, instead of the channel specified by glTF.
     pub channel: Option<TextureChannel>,
-    /// Strength of a normal or occlusion texture; 1 where not given.
+    /// Strength of a normal or occlusion texture; default 1.
     pub strength: Option<f32>,
 }
 
-/// The channels of an image.
+/// Channels of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TextureChannel {
-    /// The first, and that of grey images.
+    /// The first channel, and the only one of grey images.
     Red,
-    /// The second.
+    /// The second channel.
     Green,
-    /// The third.
+    /// The third channel.
     Blue,
-    /// The last.
+    /// The last channel.
     Alpha,
 }
 
-/// The source of an image.
+/// Source of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ImageSpec {
     /// A file.
     File(String),
-    /// Texels as they are: whole numbers 0 to 255 are 8-bit values, sRGB in colours; numbers with a point are linear.
+    /// Texels: whole numbers 0 to 255 are 8-bit values (sRGB for colours); numbers with a decimal point are linear.
     Texels(Arc<Image>),
 }
 
@@ -71,13 +71,13 @@ pub enum ImageSpec {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TexturesSpec {
-    /// Normals of finer detail than the mesh: red, green, blue for x, y, z; `strength` multiplies x and y.
+    /// Normals with finer detail than the mesh: red, green, blue for x, y, z; `strength` multiplies x and y.
     pub normal: Option<TextureSpec>,
-    /// How much indirect light the surroundings let through: red. Integrators that compute it do not look.
+    /// Fraction of indirect light that reaches the surface: red. Integrators that compute occlusion ignore it.
     pub occlusion: Option<TextureSpec>,
     /// Emission: red, green, blue.
     pub emission: Option<TextureSpec>,
-    /// Blue, as in all these of type "principled" glTF says which channel counts.
+    /// Metalness: blue. For this and all following textures of type "principled", the channel follows glTF.
     pub metallic: Option<TextureSpec>,
     /// Green.
     pub roughness: Option<TextureSpec>,

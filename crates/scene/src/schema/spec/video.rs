@@ -5,50 +5,50 @@ use serde::Deserialize;
 
 use crate::video::{KeyframeInterpolation, Orbit};
 
-/// A video: its length, and what moves the camera (an orbit or keyframes) and the objects (keyframes).
+/// A video: its length, and the motion of the camera (an orbit or keyframes) and of objects (keyframes).
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VideoSpec {
-    /// Frames per second; 24 where not given.
+    /// Frames per second; default 24.
     pub fps: f64,
-    /// Length; up to the last keyframe, or 4, where not given.
+    /// Length in seconds; default: up to the last keyframe, or 4.
     pub seconds: Option<f64>,
-    /// Carries the camera around a target.
+    /// Orbit of the camera around a target.
     pub orbit: Option<Orbit>,
-    /// Poses at times, of the camera or of objects, each in order of time: one table or several.
+    /// Poses of the camera or of objects at times, in order of time for each: one table or several.
     #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<KeyframeSpec>")]
     pub keyframe: Vec<KeyframeSpec>,
-    /// Between keyframes: "smooth" (Catmull-Rom, starting and ending at rest) or "linear".
+    /// Interpolation between keyframes: "smooth" (Catmull-Rom, starting and ending at rest) or "linear".
     pub interpolation: KeyframeInterpolation,
 }
 
-/// A pose at a time. Location and direction are interpolated apart, each through the keyframes that give it; what no
-/// keyframe gives stays as it is.
+/// A pose at a time. Location and direction are interpolated separately, each between the keyframes that specify it; if
+/// no keyframe specifies one, it does not change.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeyframeSpec {
-    /// In seconds from the start.
+    /// Time in seconds from the start.
     pub time: f64,
-    /// The name of the object that moves; the camera where neither this nor `rig` is given.
+    /// The name of the object that moves. Default: the camera moves, unless `rig` is given.
     pub object: Option<String>,
     /// The name of the rig that moves.
     pub rig: Option<String>,
     /// Its location.
     pub location: Option<[f64; 3]>,
-    /// In degrees; 0 where only other angles are given.
+    /// Roll in degrees; default 0 if other angles are given.
     pub roll: Option<f64>,
-    /// In degrees; 0 where only other angles are given.
+    /// Pitch in degrees; default 0 if other angles are given.
     pub pitch: Option<f64>,
-    /// In degrees; 0 where only other angles are given. Angles are interpolated as numbers: 0 to 360 is a whole turn, 350 to 370
-    /// a short one, and 350 to 10 turns back.
+    /// Yaw in degrees; default 0 if other angles are given. Angles are interpolated as numbers: 0 to 360 is a whole
+    /// turn, 350 to 370 turns by 20 degrees, and 350 to 10 turns back.
     pub yaw: Option<f64>,
-    /// A point to look at (objects: with their x axis in a z-up world), instead of angles.
+    /// A point to face, instead of angles (objects face it with their x axis in a z-up world).
     pub target: Option<[f64; 3]>,
-    /// The affine transform world_from_mesh of an object, 3x4 or 4x4, instead of location, angles and target. It must not
-    /// mirror. An object has it in all keyframes or in none. Its rotation takes the shorter way, its stretch is interpolated
-    /// linearly.
+    /// The affine transform world_from_mesh of an object, 3x4 or 4x4, instead of location, angles and target. It must
+    /// not mirror. Either all or none of an object's keyframes have a matrix. The rotation follows the shorter arc, the
+    /// stretch is interpolated linearly.
     pub matrix: Option<Vec<[f64; 4]>>,
-    /// From this keyframe to the next; the video's where not given.
+    /// Interpolation from this keyframe to the next; default: the video's.
     pub interpolation: Option<KeyframeInterpolation>,
 }
 

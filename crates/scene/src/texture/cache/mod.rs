@@ -1,4 +1,4 @@
-//! How much memory textures may take, and the temporary file for those that do not fit.
+//! Limit on texture memory, and the temporary file for textures that exceed it.
 
 pub(crate) mod paged;
 pub(crate) mod tiles;
@@ -15,19 +15,19 @@ use crate::texture::cache::tiles::TileCache;
 use crate::texture::cache::unlinked_file::UnlinkedFile;
 use crate::texture::texel::{ResidentTexels, TexelKind};
 
-/// The memory of a world's textures. As long as all images fit together with their mip maps they lie in it as they are.
-/// Once they do not, all of them lie in a temporary file, in tiles of 64 x 64 texels, and the memory holds the tiles
-/// lately used.
+/// Memory of a world's textures. While all images and their mip maps fit into the limit, they are stored in memory.
+/// Otherwise, all of them are stored in a temporary file, in tiles of 64 x 64 texels, and the memory contains recently
+/// used tiles.
 ///
-/// The file goes to the folder that the environment variable `TMPDIR` names, else to `/var/tmp`. It has no name, so
-/// that it is gone when the process ends, however it ends.
+/// The file is created in the folder of the environment variable `TMPDIR`, otherwise in `/var/tmp`. It is unlinked, so
+/// that it is deleted whenever and however the process ends.
 #[derive(Debug)]
 pub struct TextureCache {
-    /// Unique within this process.
+    /// Identifier, unique within this process.
     pub(crate) id: u64,
     pub(crate) limit: u64,
     folders: Vec<PathBuf>,
-    /// Bytes that all images inserted so far would take.
+    /// Memory in bytes that all images inserted so far would take.
     pub(crate) requested_bytes: AtomicU64,
     file: OnceLock<UnlinkedFile>,
     cache: TileCache,
@@ -39,9 +39,9 @@ pub struct TextureCache {
 /// Reads from the temporary file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PageInStats {
-    /// Tiles, each as often as it was read.
+    /// Number of tiles read, counting repeated reads.
     pub tiles: u64,
-    /// Their bytes.
+    /// Number of bytes read.
     pub bytes: u64,
 }
 
@@ -52,12 +52,12 @@ impl PartialEq for TextureCache {
 }
 
 impl TextureCache {
-    /// With a limit in bytes.
+    /// Creates a cache with a limit in bytes.
     pub fn new(limit: u64) -> Self {
         Self::in_folders(limit, unlinked_file::folders())
     }
 
-    /// With a limit in bytes, and a folder for the temporary file.
+    /// Creates a cache with a limit in bytes, and a folder for the temporary file.
     pub fn in_folder(limit: u64, folder: &Path) -> Self {
         Self::in_folders(limit, vec![folder.into()])
     }
@@ -77,12 +77,12 @@ impl TextureCache {
         }
     }
 
-    /// Its limit in bytes.
+    /// The limit in bytes.
     pub fn limit(&self) -> u64 {
         self.limit
     }
 
-    /// True if the images inserted so far do not fit.
+    /// True if the images inserted so far exceed the limit.
     pub fn is_exceeded(&self) -> bool {
         self.requested_bytes.load(Ordering::Relaxed) > self.limit
     }
@@ -96,15 +96,15 @@ impl TextureCache {
             match UnlinkedFile::new(folder) {
                 Ok(file) => return Ok(self.file.get_or_init(|| file)),
                 Err(error) => {
-                    failure.get_or_insert_with(|| storage_error(folder, &error, "cannot be made", 0));
+                    failure.get_or_insert_with(|| storage_error(folder, &error, "cannot be created", 0));
                 }
             }
         }
-        Err(failure.unwrap_or_else(|| SceneError::world("textures: no folder for temporary files")))
+        Err(failure.unwrap_or_else(|| SceneError::world("textures: no folder for temporary files; set TMPDIR to one")))
     }
 
-    /// The tile of `count` texels at an offset of the file. A tile that cannot be read is black, and
-    /// [`TextureCache::check`] says why.
+    /// Returns the tile of `count` texels at an offset of the file. A tile that cannot be read is black, and
+    /// [`TextureCache::check`] returns the error.
     pub(crate) fn tile(&self, start: u64, kind: TexelKind, count: usize) -> Arc<ResidentTexels> {
         if let Some(tile) = self.cache.get(start) {
             return tile;
@@ -121,7 +121,7 @@ impl TextureCache {
         tile
     }
 
-    /// Bytes of the file.
+    /// Size of the file in bytes.
     pub(crate) fn read(&self, bytes: &mut [u8], start: u64) -> Result<()> {
         let file = self.file()?;
         file.read(bytes, start).map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))
@@ -135,16 +135,16 @@ impl TextureCache {
     /// Checks that no read has failed.
     ///
     /// # Errors
-    /// [`SceneError::Storage`] with what could not be read first.
+    /// [`SceneError::Storage`] with the first failed read.
     pub fn check(&self) -> Result<()> {
         self.failure.get().map_or(Ok(()), |error| Err(error.clone()))
     }
 
-    /// The notice for the user who set the limit, if it is exceeded.
+    /// Notice for the user who set the limit, if it is exceeded.
     pub(crate) fn notice(&self) -> Option<Notice> {
         let file = self.file.get()?;
         let message = format!(
-            "textures need more than texture_memory = {}: they are in a temporary file in {}",
+            "textures require more than texture_memory = {}; they are in a temporary file in {}",
             mebibytes(self.limit),
             file.folder.display()
         );
@@ -153,7 +153,7 @@ impl TextureCache {
 }
 
 impl PageInStats {
-    /// The notice of tiles read since `before`; `None` without any.
+    /// Notice of tiles read since `before`; `None` if there were none.
     pub fn notice_since(&self, before: &Self) -> Option<Notice> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
         (tiles > 0).then(|| {
@@ -164,7 +164,7 @@ impl PageInStats {
     }
 }
 
-/// A number of bytes as people write it.
+/// Formats a number of bytes.
 pub(crate) fn mebibytes(bytes: u64) -> String {
     match bytes {
         0..0x10_0000 => format!("{:.1} KiB", bytes as f64 / 1024.0),
@@ -180,7 +180,7 @@ pub(crate) fn storage_error(folder: &Path, error: &io::Error, what: &str, writte
         path: folder.into(),
         number: error.raw_os_error(),
         message: format!(
-            "the temporary file of textures, which has {}, {what} there: {error}; make room, set TMPDIR to another \
+            "the temporary texture file, which has {}, {what} there: {error}; free some space, set TMPDIR to another \
              folder, or raise texture_memory",
             mebibytes(written)
         ),

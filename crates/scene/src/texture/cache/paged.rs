@@ -1,4 +1,4 @@
-//! ResidentTexels in the temporary file of a [`TextureCache`], looked up tile by tile.
+//! Texels in the temporary file of a [`TextureCache`], read tile by tile.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -11,18 +11,18 @@ use crate::texture::texel_weight::TexelWeight;
 /// Texels per side of a tile; tiles at the right and bottom edges are smaller.
 pub(crate) const TILE_SIZE: usize = 64;
 
-/// The texels of an image, or of a level of its mip map, in a file.
+/// Texels of an image, or of a level of its mip map, in a file.
 #[derive(Clone, Debug)]
 pub struct PagedTexels {
     cache: Arc<TextureCache>,
-    /// Levels of the whole mip map, the image itself first.
+    /// Levels of the whole mip map, starting with the image.
     levels: Arc<[Level]>,
-    /// The same with colours weighted by alpha; `None` for an opaque image.
+    /// The same levels with colours weighted by alpha; `None` for an opaque image.
     by_alpha: Option<Arc<[Level]>>,
     level: usize,
 }
 
-/// One level: its offset in the file, and its texel format.
+/// Level: its offset in the file, and its texel format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Level {
     pub kind: TexelKind,
@@ -30,7 +30,7 @@ pub(crate) struct Level {
     pub offset: u64,
 }
 
-/// A tile: its offset in the file, its texels per row, and its number of texels.
+/// Tile: its offset in the file, its texels per row, and its number of texels.
 struct TileLocation {
     start: u64,
     width: usize,
@@ -44,7 +44,7 @@ impl PartialEq for PagedTexels {
 }
 
 impl Level {
-    /// The tile that a texel is in.
+    /// Tile that contains a texel.
     fn tile(&self, x: usize, y: usize) -> TileLocation {
         let [width, height] = self.size.map(|n| n as usize);
         let (left, top) = (x - x % TILE_SIZE, y - y % TILE_SIZE);
@@ -68,13 +68,13 @@ impl PagedTexels {
         &self.levels[self.level]
     }
 
-    /// How many there are.
+    /// Number of texels.
     pub fn len(&self) -> usize {
         let [width, height] = self.size().map(|n| n as usize);
         width * height
     }
 
-    /// True if there are none: never, as an image has some.
+    /// Always false, because an image has at least one texel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -87,29 +87,29 @@ impl PagedTexels {
         self.current_level().kind
     }
 
-    /// This level and all that are smaller.
+    /// This level and all smaller ones.
     pub(crate) fn mip_map(&self, weight: TexelWeight) -> impl Iterator<Item = Self> {
         let by_alpha = self.by_alpha.as_ref().filter(|_| weight == TexelWeight::Alpha);
         let levels = by_alpha.unwrap_or(&self.levels).clone();
         (self.level..levels.len()).map(move |level| Self { level, levels: levels.clone(), ..self.clone() })
     }
 
-    /// The linear value of one.
+    /// Linear value of a texel.
     pub(crate) fn linear(&self, index: usize) -> [f32; 4] {
         let width = self.size()[0] as usize;
         let (x, y) = (index % width, index / width);
         THREAD_TILES.with_borrow_mut(|recent| recent.texel(self, x, y))
     }
 
-    /// The linear values where two columns meet two rows.
+    /// Linear values where two columns meet two rows.
     pub(crate) fn fetch_quad(&self, columns: [usize; 2], rows: [usize; 2]) -> TexelQuad {
         THREAD_TILES.with_borrow_mut(|recent| rows.map(|y| columns.map(|x| recent.texel(self, x, y))))
     }
 
-    /// All of them, in memory.
+    /// All texels, read into memory.
     ///
     /// # Errors
-    /// [`crate::SceneError::Storage`] where the file cannot be read.
+    /// [`crate::SceneError::Storage`] if the file cannot be read.
     pub(crate) fn read_all(&self) -> Result<ResidentTexels> {
         let level = self.current_level();
         let [width, height] = level.size.map(|n| n as usize);
@@ -135,14 +135,14 @@ impl PagedTexels {
     }
 }
 
-/// How many tiles a thread has at hand.
+/// Number of tiles that a thread keeps.
 const THREAD_TILE_SLOTS: usize = 16;
 
 thread_local! {
     static THREAD_TILES: RefCell<ThreadTiles> = const { RefCell::new(ThreadTiles([const { None }; THREAD_TILE_SLOTS])) };
 }
 
-/// The tiles that a thread looked at lately: most lookups are answered here, without a lock.
+/// Tiles recently used by a thread: most lookups are served from here, without a lock.
 struct ThreadTiles([Option<ThreadTile>; THREAD_TILE_SLOTS]);
 
 struct ThreadTile {

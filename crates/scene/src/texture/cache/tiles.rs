@@ -1,15 +1,15 @@
-//! Tiles that were lately used, within a number of bytes: the clock algorithm, in parts that are locked one by one.
+//! Recently used tiles within a limit in bytes: the clock algorithm, in shards that are locked separately.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::texture::texel::ResidentTexels;
 
-/// Tiles by where they begin in the file.
+/// Tiles by their offset in the file.
 #[derive(Debug)]
 pub(crate) struct TileCache {
     shards: Vec<Mutex<Shard>>,
-    /// The bytes that each part may have.
+    /// Limit in bytes of each shard.
     limit: u64,
 }
 
@@ -27,22 +27,22 @@ struct CachedTile {
     start: u64,
     tile: Arc<ResidentTexels>,
     bytes: u64,
-    /// Since the hand last came by.
+    /// True if used since the clock hand last passed.
     used: bool,
 }
 
-/// Bookkeeping of a tile besides its texels, in bytes.
+/// Bookkeeping per tile in addition to its texels, in bytes.
 const TILE_OVERHEAD_BYTES: u64 = 160;
 
 impl TileCache {
-    /// A cache of at most `limit` bytes.
+    /// Creates a cache of at most `limit` bytes.
     pub fn new(limit: u64) -> Self {
-        // At least some sixteen of the largest tiles in each.
+        // At least about sixteen of the largest tiles in each shard.
         let parts = (limit >> 20).clamp(1, 64);
         Self { shards: (0..parts).map(|_| Mutex::default()).collect(), limit: limit / parts }
     }
 
-    /// The tile that begins there, if it is in memory.
+    /// Tile at this offset, if it is in memory.
     pub fn get(&self, start: u64) -> Option<Arc<ResidentTexels>> {
         let mut part = self.shard(start).lock().unwrap_or_else(PoisonError::into_inner);
         let index = *part.index.get(&start)?;
@@ -51,7 +51,7 @@ impl TileCache {
         Some(slot.tile.clone())
     }
 
-    /// Inserts a tile of `bytes` bytes; evicts tiles that have not been used since the clock's hand last passed.
+    /// Inserts a tile of `bytes` bytes; evicts tiles that have not been used since the clock hand last passed.
     pub fn insert(&self, start: u64, tile: Arc<ResidentTexels>, bytes: u64) {
         let bytes = bytes + TILE_OVERHEAD_BYTES;
         let mut part = self.shard(start).lock().unwrap_or_else(PoisonError::into_inner);
@@ -75,7 +75,7 @@ impl TileCache {
 }
 
 impl Shard {
-    /// Drops the next tile that has not been used for a whole turn of the hand. There is one.
+    /// Evicts the next tile that has not been used during a full turn of the clock hand. There is always one.
     fn evict_one(&mut self) {
         loop {
             if self.clock_hand >= self.slots.len() {

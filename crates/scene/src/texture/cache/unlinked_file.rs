@@ -5,18 +5,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// A file that grows at its end and is read anywhere.
+/// File that grows at its end and is read at any offset.
 #[derive(Debug)]
 pub(crate) struct UnlinkedFile {
-    /// The folder of the file.
+    /// Folder of the file.
     pub folder: PathBuf,
     file: File,
     /// Offset of the next bytes.
     end: Mutex<u64>,
 }
 
-/// Folders for large temporary files: that of `TMPDIR`, else one on the disk (`/tmp` is memory in many places), else
-/// the system's.
+/// Folders for large temporary files: that of `TMPDIR`, otherwise one on the disk (`/tmp` is often in memory),
+/// otherwise the system's.
 pub(crate) fn folders() -> Vec<PathBuf> {
     match std::env::var_os("TMPDIR") {
         Some(folder) if !folder.is_empty() => vec![folder.into()],
@@ -26,7 +26,7 @@ pub(crate) fn folders() -> Vec<PathBuf> {
 }
 
 impl UnlinkedFile {
-    /// A file in a folder.
+    /// Creates a file in a folder.
     pub fn new(folder: &Path) -> io::Result<Self> {
         if !cfg!(any(unix, windows)) {
             return Err(io::ErrorKind::Unsupported.into());
@@ -36,7 +36,7 @@ impl UnlinkedFile {
             let name = format!("raycam-textures-{}-{attempt}", std::process::id());
             let path = folder.join(name);
             match open(&path) {
-                // The file of another world of this process, about to lose its name, or left over from another process.
+                // A file of this process that is about to be unlinked, or one left over from another process.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => attempt += 1,
                 opened => break (opened?, path),
             }
@@ -45,7 +45,7 @@ impl UnlinkedFile {
         Ok(Self { folder: folder.into(), file, end: Mutex::new(0) })
     }
 
-    /// Writes bytes at the end; where they are.
+    /// Writes bytes at the end and returns their offset.
     pub fn append(&self, bytes: &[u8]) -> io::Result<u64> {
         let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
         let start = *end;
@@ -54,18 +54,18 @@ impl UnlinkedFile {
         Ok(start)
     }
 
-    /// How many bytes it has.
+    /// Size of the file in bytes.
     pub fn len(&self) -> u64 {
         *self.end.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Fills bytes with those from `start` on.
+    /// Fills a buffer with the bytes from `start` on.
     pub fn read(&self, bytes: &mut [u8], start: u64) -> io::Result<()> {
         read_exact_at(&self.file, bytes, start)
     }
 }
 
-/// A new file for this user alone.
+/// Creates a file that only this user can access.
 fn open(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create_new(true);
@@ -79,18 +79,18 @@ fn open(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// Takes the file's name away, where open files may lose theirs.
+/// Unlinks the file, if the system allows that for open files.
 fn unlink(path: &Path) -> io::Result<()> {
     if cfg!(unix) { fs::remove_file(path) } else { Ok(()) }
 }
 
-/// Not called: there are no files.
+/// Never called, because there are no files.
 #[cfg(not(any(unix, windows)))]
 fn write_all_at(_: &File, _: &[u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Not called: there are no files.
+/// Never called, because there are no files.
 #[cfg(not(any(unix, windows)))]
 fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unlinked_files_return_what_was_written() {
+    fn unlinked_files_return_the_written_bytes() {
         let folder = std::env::temp_dir().join(format!("raycam-temporary-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let files = [(); 2].map(|()| UnlinkedFile::new(&folder).unwrap());

@@ -1,11 +1,11 @@
-//! Helpers of several tests.
+//! Helpers for several tests.
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::schema::{Entry, SpannedValue, Value};
 use raycam_scene::{AssetLoader, ColorUse, IesProfile, MeshFile, SceneError, Texture, Wrap};
 
-/// A description from JSON text, in which it is shortest to write.
+/// A description from JSON text, the shortest notation.
 pub fn node(json: &str) -> SpannedValue {
     from_json(&serde_json::from_str(json).expect("valid JSON"))
 }
@@ -27,7 +27,7 @@ fn from_json(json: &serde_json::Value) -> SpannedValue {
     })
 }
 
-/// Files that are always the same: a model, and an image of one red texel.
+/// Constant files: a model, and an image of one red texel.
 pub struct FakeFiles(pub MeshFile);
 
 impl AssetLoader for FakeFiles {
@@ -50,7 +50,7 @@ impl AssetLoader for FakeFiles {
     }
 }
 
-/// Numbers in 0..1 that are the same each time (splitmix64).
+/// Reproducible random numbers in 0..1 (splitmix64).
 pub struct Random(pub u64);
 
 impl Random {
@@ -67,7 +67,7 @@ impl Random {
     }
 }
 
-/// Any rotation.
+/// A random rotation.
 pub fn rotation(random: &mut Random) -> DMat3 {
     let axis = loop {
         let axis = DVec3::from_array(std::array::from_fn(|_| random.between(-1.0, 1.0)));

@@ -1,4 +1,4 @@
-//! Cameras as people write them.
+//! Cameras in descriptions.
 
 use glam::DVec3;
 use raycam_scene::PixelCenter;
@@ -6,7 +6,7 @@ use raycam_scene::PixelCenter;
 use crate::schema::described::{assert_error, camera};
 
 #[test]
-fn a_camera_has_one_set_of_intrinsics_and_one_pose() {
+fn cameras_require_one_set_of_intrinsics_and_one_pose() {
     let k = r#""K": [[500, 2, 300], [0, 510, 200], [0, 0, 1]]"#;
     let r = r#""R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"#;
     let here = r#""location": [0, 0, 0]"#;
@@ -23,43 +23,46 @@ fn a_camera_has_one_set_of_intrinsics_and_one_pose() {
     assert!((world.cameras[0].camera.forward() - DVec3::Y).length() < 1e-15);
 
     let fails = |json: &str, expected: &str| assert_error(camera(json), expected);
-    fails(here, "camera[0]: no intrinsics: expected one of focal, fov, K, height, matrix");
+    fails(here, "camera[0]: no intrinsics given; expected one of focal, fov, K, height, matrix");
     fails(
         &format!(r#""focal": 5, "fov": 5, {here}"#),
-        r#"camera[0].fov: "focal" is given too: expected one intrinsics, of focal, fov, K, height, matrix"#,
+        r#"camera[0].fov: "focal" is given too; expected only one of the keys for the intrinsics: focal, fov, K, height, matrix"#,
     );
-    fails(&format!(r#"{k}, "skew": 1, {here}"#), r#"camera[0].skew: "K" is given too, and says it already"#);
+    fails(
+        &format!(r#"{k}, "skew": 1, {here}"#),
+        r#"camera[0].skew: "K" is given too and already contains it; use one of them"#,
+    );
     fails(
         r#""focal": 5"#,
-        "camera[0]: no pose: expected location with roll, pitch, yaw or target, or R with C or t, or matrix",
+        "camera[0]: no pose; expected location with roll, pitch, yaw or target, or R with C or t, or matrix",
     );
-    fails(&format!(r#"{k}, {r}"#), "camera[0]: no position beside R: expected one of C, t");
+    fails(&format!(r#"{k}, {r}"#), "camera[0]: no camera position given; expected one of C, t");
     fails(
         &format!(r#"{k}, {r}, "C": [0, 0, 0], "yaw": 3"#),
-        r#"camera[0].yaw: "R" is given too: expected R with C or t alone"#,
+        r#"camera[0].yaw: "R" is given too; expected R with only C or t"#,
     );
     fails(
         &format!(r#"{k}, "C": [0, 0, 0]"#),
-        r#"camera[0].C: it goes with "R", which is missing; with angles or a target it is "location""#,
+        r#"camera[0].C: requires "R", which is missing; with angles or a target, use "location""#,
     );
     fails(
         &format!(r#""focal": 5, {here}, "target": [1, 0, 0], "yaw": 3"#),
-        r#"camera[0].yaw: "target" is given too: expected angles or a target"#,
+        r#"camera[0].yaw: "target" is given too; expected angles or a target"#,
     );
     fails(
         &format!(r#""focal": 5, {here}, "up": [1, 0, 0]"#),
-        r#"camera[0].up: it goes with "target", which is missing; with angles, roll leans the camera"#,
+        r#"camera[0].up: requires "target", which is missing; with angles, use roll to tilt the camera"#,
     );
     fails(
         &format!(r#""fov": 200, {here}"#),
-        "camera[0].fov: a vertical field of view of 200: expected degrees between 0 and 180, both excluded",
+        "camera[0].fov: the vertical field of view is 200; expected degrees greater than 0 and less than 180",
     );
     fails(
         r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]]"#,
-        "camera[0].matrix: P = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]] has rank 2: a camera matrix has rank 3",
+        "camera[0].matrix: P = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]] has rank 2; a camera matrix must have rank 3",
     );
     fails(
         r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "fov": 3"#,
-        r#"camera[0].fov: "matrix" is given too, and says it already: give one of them"#,
+        r#"camera[0].fov: "matrix" is given too and already contains it; use one of them"#,
     );
 }

@@ -1,4 +1,4 @@
-//! Worlds from JSON text, and what is wrong with them.
+//! Worlds from JSON text, and their errors.
 
 use raycam_scene::schema::{self, ObjectSpec, WorldFile};
 use raycam_scene::{AssetLoader, NoAssets, SceneError, World};
@@ -19,7 +19,7 @@ pub fn object_with(json: &str, files: &mut impl AssetLoader<Error = SceneError>)
     Ok(world)
 }
 
-/// A camera's keys, after those that every camera of these tests has.
+/// Appends keys to those that every camera of these tests has.
 pub fn camera(json: &str) -> Result<World, SceneError> {
     build(&format!(r#"{{ "camera": {{ "size": [640, 480], {json} }} }}"#))
 }
@@ -27,7 +27,7 @@ pub fn camera(json: &str) -> Result<World, SceneError> {
 #[track_caller]
 pub fn assert_error(result: Result<World, SceneError>, expected: &str) {
     let given = result.expect_err("an error").to_string();
-    // The list of all names is long, and has a test of its own.
-    let (short, _) = given.split_once(" (there are: ").unwrap_or((&given, ""));
+    // The list of all names is long, and is covered by a separate test.
+    let (short, _) = given.split_once(" (available: ").unwrap_or((&given, ""));
     assert_eq!(short, expected);
 }

@@ -1,4 +1,4 @@
-//! Errors name the key, its place and the nearest name.
+//! Errors name the key, its position and the nearest name.
 
 use raycam_scene::SceneError;
 use raycam_scene::schema::{self, SpannedValue, Value, WorldFile};
@@ -7,7 +7,7 @@ use crate::common::node;
 use crate::schema::described::{assert_error, build, camera, object};
 
 #[test]
-fn unknown_keys_and_names_get_the_nearest() {
+fn unknown_keys_and_names_get_a_suggestion() {
     assert_error(build(r#"{ "objects": [] }"#), r#"objects: unknown key "objects"; did you mean "object"?"#);
     assert_error(
         build(r#"{ "object": [{ "box": {} }, { "box": {}, "colour": [1, 1, 1] }] }"#),
@@ -29,138 +29,138 @@ fn unknown_keys_and_names_get_the_nearest() {
     assert_error(build(r#"{ "up": "x" }"#), r#"up: unknown name "x"; expected one of "z", "y""#);
     assert_error(
         build(r#"{ "object": [{ "box": {}, "name": "table" }, { "instance_of": "tabel" }] }"#),
-        r#"object[1].instance_of: no object "tabel" among 1; did you mean "table"?"#,
+        r#"object[1].instance_of: no object named "tabel"; the world has 1; did you mean "table"?"#,
     );
     let world = camera(r#""name": "left", "focal": 500, "location": [0, 0, 0]"#).unwrap();
     let error = world.find_camera("lefft").unwrap_err().to_string();
-    assert_eq!(error, r#"no camera "lefft" among 1; did you mean "left"?"#);
+    assert_eq!(error, r#"no camera named "lefft"; the world has 1; did you mean "left"?"#);
 }
 
 #[test]
-fn wrong_types_and_lengths_say_what_was_expected() {
+fn wrong_types_and_lengths_report_the_expectation() {
     assert_error(
         object(r#"{ "box": { "size": "big" } }"#),
-        r#"box.size: "big": expected a number or a list of 3 numbers"#,
+        r#"box.size: "big"; expected a number or a list of 3 numbers"#,
     );
     assert_error(
         object(r#"{ "box": { "size": [1, 2] } }"#),
-        "box.size: a list of 2: expected a number or a list of 3 numbers",
+        "box.size: a list of 2; expected a number or a list of 3 numbers",
     );
-    assert_error(object(r#"{ "box": {}, "location": [1, 2, 3, 4] }"#), "location: a list of 4: expected a list of 3");
-    assert_error(object(r#"{ "box": {}, "location": [1, 2] }"#), "location: a list of 2: expected a list of 3");
-    assert_error(object(r#"{ "box": {}, "location": [1, 2, "3"] }"#), r#"location[2]: "3": expected a number"#);
+    assert_error(object(r#"{ "box": {}, "location": [1, 2, 3, 4] }"#), "location: a list of 4; expected a list of 3");
+    assert_error(object(r#"{ "box": {}, "location": [1, 2] }"#), "location: a list of 2; expected a list of 3");
+    assert_error(object(r#"{ "box": {}, "location": [1, 2, "3"] }"#), r#"location[2]: "3"; expected a number"#);
     assert_error(
         object(r#"{ "box": {}, "color": "redd" }"#),
-        r##"color: "redd": expected 3 numbers (linear, 0 to 1), one (grey), "#rrggbb" (8-bit sRGB) or a name ("red"); did you mean "red"?"##,
+        r##"color: "redd"; expected 3 numbers (linear, 0 to 1), one number (grey), "#rrggbb" (8-bit sRGB) or a name ("red"); did you mean "red"?"##,
     );
     assert_error(
         object(r#"{ "box": {}, "refine": -1 }"#),
-        "refine: -1: expected a whole number of levels or a table { levels, scheme }",
+        "refine: -1; expected a whole number of levels or a table { levels, scheme }",
     );
     assert_error(object(r#"{ "box": {}, "refine": { "scheme": "loop" } }"#), r#"refine: the key "levels" is missing"#);
-    assert_error(object(r#"{ "box": {}, "name": 7 }"#), "name: 7: expected a string");
+    assert_error(object(r#"{ "box": {}, "name": 7 }"#), "name: 7; expected a string");
     assert_error(
         camera(r#""focal": [1, 2, 3], "location": [0, 0, 0]"#),
-        "camera[0].focal: a list of 3: expected a list of 2",
+        "camera[0].focal: a list of 3; expected a list of 2",
     );
     assert_error(
         build(r#"{ "camera": { "size": [640, -480] } }"#),
-        "camera[0].size[1]: -480: expected a whole number >= 0",
+        "camera[0].size[1]: -480; expected a whole number >= 0",
     );
     assert_error(
         build(r#"{ "camera": { "size": [640, 480.5] } }"#),
-        "camera[0].size[1]: 480.5: expected a whole number >= 0",
+        "camera[0].size[1]: 480.5; expected a whole number >= 0",
     );
-    assert_error(build(r#"{ "light": 5 }"#), "light: 5: expected a list");
+    assert_error(build(r#"{ "light": 5 }"#), "light: 5; expected a list");
     assert_error(
         build(r#"{ "light": [5] }"#),
-        r#"light[0]: 5: expected one of "sun", "bulb", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
+        r#"light[0]: 5; expected one of "sun", "bulb", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": {} }"#),
-        r#"light[0]: the key "type" is missing: one of "sun", "bulb", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
+        r#"light[0]: the key "type" is missing; expected one of "sun", "bulb", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": { "type": "sky" } }"#),
-        "light[0]: a sky without radiance: give radiance, or zenith and horizon, in W/(m² sr)",
+        "light[0]: a sky without radiance; use radiance, or zenith and horizon, in W/(m² sr)",
     );
     assert_error(
         build(r#"{ "render": { "samples": 0 } }"#),
-        "render.samples: 0: expected a whole number from 1 to 16777216",
+        "render.samples: 0; expected a whole number from 1 to 16777216",
     );
     assert_error(
         build(r#"{ "render": { "ambient_occlusion": "yes" } }"#),
-        r#"render.ambient_occlusion: "yes": expected true, false or a distance in metres greater than 0"#,
+        r#"render.ambient_occlusion: "yes"; expected true, false or a distance in metres greater than 0"#,
     );
-    assert_error(build(r#"[1]"#), "a list: expected a table");
+    assert_error(build(r#"[1]"#), "a list; expected a table");
 }
 
 #[test]
 fn invalid_values_are_reported_with_their_key() {
-    assert_error(object(r#"{ "box": {}, "diffuse": 1.5 }"#), "diffuse: 1.5: expected 0 to 1");
-    assert_error(object(r#"{ "box": {}, "specular": [0, 0, -1] }"#), "specular: [0.0, 0.0, -1.0]: expected 0 to 1");
+    assert_error(object(r#"{ "box": {}, "diffuse": 1.5 }"#), "diffuse: 1.5; expected 0 to 1");
+    assert_error(object(r#"{ "box": {}, "specular": [0, 0, -1] }"#), "specular: [0.0, 0.0, -1.0]; expected 0 to 1");
     assert_error(
         object(r#"{ "box": {}, "color": [0, 0, 255] }"#),
-        "color: [0, 0, 255]: numbers are linear, from 0 to 1; these look like bytes, which are written \"#0000ff\" (in Python also numpy.uint8([0, 0, 255]))",
+        "color: [0, 0, 255]: expected linear numbers from 0 to 1; for bytes, write \"#0000ff\" (or in Python numpy.uint8([0, 0, 255]))",
     );
     assert_error(
         object(r#"{ "box": {}, "shininess": -1 }"#),
-        "shininess: -1: expected a finite number >= 0, the Phong exponent",
+        "shininess: -1; expected a finite number >= 0, the Phong exponent",
     );
     assert_error(
         object(r#"{ "box": {}, "scale": 0 }"#),
-        "scale: [0.0, 0.0, 0.0]: expected finite numbers other than 0",
+        "scale: [0.0, 0.0, 0.0]; expected finite numbers other than 0",
     );
     assert_error(
         object(r#"{ "box": { "size": [1, 0, 1] } }"#),
-        "box: box size [1.0, 0.0, 1.0]: expected finite lengths greater than 0",
+        "box: box size [1.0, 0.0, 1.0]; expected finite lengths greater than 0",
     );
     assert_error(
         object(r#"{ "box": {}, "type": "matte", "specular": 0.5 }"#),
-        "specular: type = \"matte\" is diffuse alone; leave out the type for diffuse and specular",
+        "specular: type = \"matte\" is only diffuse; omit the type for diffuse and specular",
     );
     assert_error(
         object(r#"{ "box": {}, "type": "unlit", "diffuse": 0.5 }"#),
-        "diffuse: type = \"unlit\" shows the base colour itself and reflects no light",
+        "diffuse: type = \"unlit\" shows only the base colour and reflects no light",
     );
-    assert_error(object(r#"{ "box": {}, "wrap": "clamp" }"#), "wrap: it goes with \"texture\", which is missing");
+    assert_error(object(r#"{ "box": {}, "wrap": "clamp" }"#), "wrap: requires \"texture\", which is missing");
     assert_error(
         object(r#"{ "box": {}, "sphere": {} }"#),
-        "sphere: \"box\" is given too: expected one shape, of box, plane, sphere, cylinder, cone, torus, mesh, vertices, instance_of",
+        "sphere: \"box\" is given too; expected only one of the keys for the shape: box, plane, sphere, cylinder, cone, torus, mesh, vertices, instance_of",
     );
     assert_error(
         object("{}"),
-        "no shape: expected one of box, plane, sphere, cylinder, cone, torus, mesh, vertices, instance_of",
+        "no shape given; expected one of box, plane, sphere, cylinder, cone, torus, mesh, vertices, instance_of",
     );
-    assert_error(object(r#"{ "vertices": [[0, 0, 0]] }"#), "vertices: it goes with \"triangles\", which is missing");
+    assert_error(object(r#"{ "vertices": [[0, 0, 0]] }"#), "vertices: requires \"triangles\", which is missing");
     assert_error(
         object(r#"{ "vertices": [[0, 0, 0]], "triangles": [[0, 1, 2]] }"#),
-        "triangle 0 has corners [0, 1, 2], but there are 1 vertices: indices are 0 to 0",
+        "triangle 0 has corners [0, 1, 2], but there are 1 vertices; expected indices 0 to 0",
     );
     assert_error(
         object(r#"{ "box": {}, "triangles": [[0, 1, 2]] }"#),
-        "triangles: it goes with \"vertices\", which is missing",
+        "triangles: requires \"vertices\", which is missing",
     );
     assert_error(
         object(r#"{ "box": {}, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]] }"#),
-        "matrix: it is singular: it flattens the object",
+        "matrix: the matrix is singular, so it flattens the object; expected an invertible matrix",
     );
     assert_error(
         object(r#"{ "box": {}, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0]] }"#),
-        "matrix: 2 rows of 4: expected 3 or 4",
+        "matrix: 2 rows of 4; expected 3 or 4 rows",
     );
     assert_error(
         object(r#"{ "box": {}, "yaw": 5, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] }"#),
-        "yaw: \"matrix\" is given too, and says it already: give one of them",
+        "yaw: \"matrix\" is given too and already contains it; use one of them",
     );
     assert_error(
         object(r#"{ "box": {}, "normals": [[0, 0, 0]] }"#),
-        "normals[0]: [0.0, 0.0, 0.0]: expected a direction, not 0, all finite",
+        "normals[0]: [0.0, 0.0, 0.0]; expected a finite direction other than 0",
     );
-    assert_error(object(r#"{ "mesh": "bunny.ply" }"#), "mesh \"bunny.ply\": files cannot be read here");
+    assert_error(object(r#"{ "mesh": "bunny.ply" }"#), "mesh \"bunny.ply\": this description cannot refer to files");
     assert_error(
         build(r#"{ "object": [{ "box": {} }, { "instance_of": "box", "refine": 1 }] }"#),
-        "object[1].refine: the mesh is that of another object: this belongs there",
+        "object[1].refine: the mesh belongs to another object; set this key there",
     );
     let point = |rest: &str| build(&format!(r#"{{ "light": {{ "type": "point", "position": [0, 0, 0], {rest} }} }}"#));
     assert!(
@@ -172,14 +172,14 @@ fn invalid_values_are_reported_with_their_key() {
     assert!(point(r#""power": [1, 1, 1], "intensity": [1, 1, 1]"#).unwrap_err().to_string().contains("both power and"));
     assert_error(
         point(r#""power": [1, 1, -1]"#),
-        "light[0]: power [1.0, 1.0, -1.0]: expected red, green, blue that are finite and >= 0",
+        "light[0]: power [1.0, 1.0, -1.0]; expected finite red, green and blue >= 0",
     );
     let sun = r#"{ "light": { "type": "sun", "direction": [0, 0, 0], "irradiance": [1, 1, 1] } }"#;
     assert!(build(sun).unwrap_err().to_string().contains("not all 0"));
 }
 
 #[test]
-fn errors_know_their_place_in_the_text() {
+fn errors_contain_their_position_in_the_text() {
     let span = |node: &mut SpannedValue, range| node.span = Some(range);
     let mut root = node(r#"{ "light": [{ "type": "sun", "direction": [0, 0, "x"] }] }"#);
     span(&mut root, 0..100);
@@ -202,10 +202,10 @@ fn errors_know_their_place_in_the_text() {
 }
 
 #[test]
-fn unknown_keys_list_those_that_there_are() {
+fn unknown_keys_list_the_valid_keys() {
     for (key, near) in [("cube", "box"), ("rotation", "roll"), ("colour", "color"), ("zzz", "")] {
         let error = object(&format!(r#"{{ "box": {{}}, "{key}": 1 }}"#)).expect_err("an unknown key").to_string();
-        let (said, list) = error.split_once(" (there are: ").expect("a list");
+        let (said, list) = error.split_once(" (available: ").expect("a list");
         assert!(said.contains(near), "{said}");
         for name in ["box", "mesh", "instance_of", "location", "upright", "color", "diffuse_transmission_color"] {
             assert!(list.split([',', ' ', ')']).any(|word| word == name), "{name} is not in {list}");

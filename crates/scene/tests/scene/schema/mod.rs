@@ -1,4 +1,4 @@
-//! The schema reads what people write, and its errors name the key, its place and the nearest name.
+//! The schema reads descriptions, and its errors name the key, its position and the nearest name.
 
 mod camera;
 mod described;
@@ -13,7 +13,7 @@ use raycam_scene::{Light, MaterialModel};
 use described::build;
 
 #[test]
-fn the_example_of_the_guide_is_a_world() {
+fn guide_example_is_a_valid_world() {
     let world = build(
         r#"{
             "up": "z",
@@ -40,7 +40,7 @@ fn the_example_of_the_guide_is_a_world() {
 }
 
 #[test]
-fn arrays_are_lists_of_lists_and_null_is_absent() {
+fn arrays_equal_lists_of_lists_and_null_means_absent() {
     let floats = |shape, data| Value::Floats { shape, data };
     let integers = |shape, data| Value::Integers { shape, data };
     let entry = |key: &str, value| Entry { key: key.into(), key_span: None, value: SpannedValue::from(value) };
@@ -64,15 +64,15 @@ fn arrays_are_lists_of_lists_and_null_is_absent() {
         assert_eq!(read(&table(&vertices, &triangles)).unwrap_err().to_string(), expected);
     };
     let flat = floats(vec![9], vec![0.0; 9]);
-    fails(flat, triangles.clone(), "vertices[0]: 0: expected a list of 3");
+    fails(flat, triangles.clone(), "vertices[0]: 0; expected a list of 3");
     let wide = floats(vec![2, 4], vec![0.0; 8]);
-    fails(wide, triangles.clone(), "vertices[0]: a list of 4: expected a list of 3");
+    fails(wide, triangles.clone(), "vertices[0]: a list of 4; expected a list of 3");
     let short = floats(vec![usize::MAX, 3], vec![0.0; 8]);
     let shape = format!("vertices: an array of shape [{}, 3] with 8 numbers", usize::MAX);
     fails(short, triangles, &shape);
     let negative = integers(vec![1, 3], vec![0, 1, -2]);
-    fails(vertices.clone(), negative, "triangles[0][2]: -2: expected a whole number >= 0");
-    // Whole floats are whole numbers, as NumPy makes them by the way.
+    fails(vertices.clone(), negative, "triangles[0][2]: -2; expected a whole number >= 0");
+    // Whole floats count as whole numbers, because NumPy often produces them.
     let whole = floats(vec![1, 3], vec![0.0, 1.0, 2.0]);
     assert_eq!(read(&table(&vertices, &whole)).unwrap().triangles.unwrap(), [[0, 1, 2]]);
     let empty = floats(vec![0, 3], vec![]);
@@ -80,7 +80,7 @@ fn arrays_are_lists_of_lists_and_null_is_absent() {
 }
 
 #[test]
-fn the_json_schema_names_every_key_and_is_closed() {
+fn json_schema_names_every_key_and_allows_no_others() {
     let schema = serde_json::to_value(schema::json_schema()).unwrap();
     assert_eq!(schema["additionalProperties"], false);
     let object = &schema["$defs"]["ObjectSpec"];

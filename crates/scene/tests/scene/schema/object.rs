@@ -1,4 +1,4 @@
-//! Objects as people write them: where they stand, what they share, what files bring.
+//! Objects in descriptions: placement, shared meshes, and the contents of files.
 
 use glam::DVec3;
 use raycam_scene::mesh::primitive;
@@ -18,7 +18,7 @@ fn objects_are_placed_by_their_transform() {
     assert!((turned.transform_point3(corner) - DVec3::new(8.0, 2.0, -3.0)).length() < 1e-12);
     let matrix = place(r#"{ "box": {}, "matrix": [[1, 0, 0, 5], [0, 0, -1, 6], [0, 1, 0, 7], [0, 0, 0, 1]] }"#);
     assert_eq!(matrix.transform_point3(corner), DVec3::new(6.0, 3.0, 9.0));
-    // In a y-up world yaw turns about y, and nothing is turned where no angle is given.
+    // In a y-up world yaw rotates about y, and without an angle nothing is rotated.
     let world = build(r#"{ "up": "y", "object": [{ "box": {} }, { "box": {}, "yaw": 90 }] }"#).unwrap();
     assert_eq!(world.objects[0].world_from_mesh, glam::DAffine3::IDENTITY);
     let turned = world.objects[1].world_from_mesh.transform_point3(-DVec3::Z);
@@ -63,7 +63,7 @@ fn model() -> MeshFile {
 }
 
 #[test]
-fn a_mesh_file_brings_its_materials_and_the_description_overrides_them() {
+fn mesh_files_bring_materials_and_descriptions_override_them() {
     let mut files = FakeFiles(model());
     let world = object_with(r#"{ "mesh": "models/toy car.obj" }"#, &mut files).unwrap();
     assert_eq!(world.objects[0].name, "toy car");
@@ -80,11 +80,11 @@ fn a_mesh_file_brings_its_materials_and_the_description_overrides_them() {
         r#"{ "vertices": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2]], "texture": "b.png" }"#,
         &mut files,
     );
-    assert_error(bare, "texture: the mesh has no texture coordinates: give \"uvs\", one for each vertex");
+    assert_error(bare, "texture: the mesh has no texture coordinates; add \"uvs\", one per vertex");
 }
 
 #[test]
-fn a_failed_object_leaves_the_world_as_it_was() {
+fn failed_objects_leave_the_world_unchanged() {
     let mut world = object(r#"{ "box": {} }"#).unwrap();
     let before = world.clone();
     for json in [

@@ -1,4 +1,4 @@
-//! Colours and materials as people write them.
+//! Colours and materials in descriptions.
 
 use raycam_scene::color::linear_from_srgb8;
 use raycam_scene::{MaterialModel, NoticeCode};
@@ -6,7 +6,7 @@ use raycam_scene::{MaterialModel, NoticeCode};
 use crate::schema::described::object;
 
 #[test]
-fn colours_shine_through() {
+fn mesh_colours_are_multiplied_by_the_material_colour() {
     let color = |json: &str| object(json).unwrap().materials[0].color;
     assert_eq!(color(r#"{ "box": {} }"#), [0.8; 3], "grey where nothing is said");
     assert_eq!(color(r##"{ "box": {}, "color": "#ff8000" }"##), linear_from_srgb8([255, 128, 0]));
@@ -14,7 +14,7 @@ fn colours_shine_through() {
     assert_eq!(color(&format!(r#"{{ "box": {{}}, "face_colors": {faces} }}"#)), [1.0; 3]);
     assert_eq!(color(&format!(r#"{{ "box": {{}}, "face_colors": {faces}, "color": [0.5, 0.5, 0.5] }}"#)), [0.5; 3]);
     let too_few = object(r#"{ "box": {}, "face_colors": [[1, 0, 0]] }"#).unwrap_err().to_string();
-    assert_eq!(too_few, "face_colors has 1 entries, expected one for each of the 12 triangles");
+    assert_eq!(too_few, "face_colors has 1 entries; expected one for each of the 12 triangles");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Terms of other programs: refused, with raycam's term as a hint.
+//! Terms of other programs: rejected, with raycam's term as a hint.
 
 use crate::schema::described::{assert_error, build, object};
 
@@ -7,7 +7,7 @@ fn light(kind: &str, keys: &str) -> String {
 }
 
 #[test]
-fn types_of_lights_have_our_names() {
+fn foreign_light_types_get_our_names_as_hints() {
     for (theirs, ours) in [
         ("directional", "sun"),
         ("hdri", "environment"),
@@ -22,7 +22,7 @@ fn types_of_lights_have_our_names() {
 }
 
 #[test]
-fn keys_and_types_of_objects_have_our_names() {
+fn foreign_object_keys_get_our_names_as_hints() {
     assert_error(object(r#"{ "cube": {} }"#), r#"cube: unknown key "cube"; did you mean "box"?"#);
     assert_error(
         object(r#"{ "box": {}, "position": [0, 0, 0] }"#),
@@ -39,7 +39,7 @@ fn keys_and_types_of_objects_have_our_names() {
 }
 
 #[test]
-fn keys_of_lights_and_renders_have_our_names() {
+fn foreign_light_and_render_keys_get_our_names_as_hints() {
     assert_error(
         build(&light("point", r#""location": [0, 0, 0]"#)),
         r#"light[0].location: unknown key "location"; did you mean "position"?"#,

@@ -82,7 +82,7 @@ export function buildProject(fig) {
     const { u, v } = imageOf();
     return [
       [["X", `X = ${tuple(corner())}`]],
-      [["P", `P (X, 1) = ${tuple(x)}`], `,  divided by its third number: `, ["x", `x = (${fixed(u)}, ${fixed(v)})`]],
+      [["P", `P (X, 1) = ${tuple(x, 4)}`], `,  divided by its third number: `, ["x", `x = (${fixed(u)}, ${fixed(v)})`]],
     ];
   });
 }
@@ -253,7 +253,7 @@ export function buildPlane(fig) {
     if (!found) return [["No triangle is near this pixel's ray. Select another pixel."]];
     return [
       [["n", `n · (a − C) = ${fixed(found.above, 4)}`], "    ", `n · r = ${fixed(found.below, 4)}`, "    ", ["t", `t = ${fixed(found.above, 4)} / ${fixed(found.below, 4)} = ${fixed(found.t, 4)}`]],
-      [["t", `now: t = ${fixed(now(), 3)}`], `,  n · (f(t) − a) = ${fixed(heightAt(now()), 4)}`],
+      [["t", `now: t = ${fixed(now(), 5)}`], `,  n · (f(t) − a) = ${fixed(heightAt(now()), 3)}`],
     ];
   });
 }

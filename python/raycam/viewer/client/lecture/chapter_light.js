@@ -84,8 +84,8 @@ export function buildLights(fig) {
     const { winner } = shared.steps;
     if (!winner) return [["The pixel shows no triangle."]];
     const { sunCosine, sun, distance, bulbCosine, bulb } = irradianceOf(winner.f, facingNormal(winner, shared.ray.r), numbers);
-    if (!which) return [["cos θ = ", ["n", "n"], ["L", " · l"], ` = ${fixed(sunCosine, 3)}`], [["L", `E = ${fixed(SUN[0])} · ${fixed(sunCosine, 3)} = ${fixed(sun, 3)} W/m² in red`]]];
-    return [[`distance d = ${fixed(distance, 3)},  cos θ = ${fixed(bulbCosine, 3)}`], [["L", `E = I cos θ / d² = ${BULB[0]} · ${fixed(bulbCosine, 3)} / ${fixed(distance, 3)}² = ${fixed(bulb, 3)} W/m² in red`]]];
+    if (!which) return [["cos θ = ", ["n", "n"], ["L", " · l"], ` = ${fixed(sunCosine, 5)}`], [["L", `E = S cos θ = ${fixed(SUN[0])} · ${fixed(sunCosine, 5)} = ${fixed(sun, 3)} W/m² (red part)`]]];
+    return [[`distance d = ${fixed(distance, 4)} m,  cos θ = ${fixed(bulbCosine, 5)}`], [["L", `E = I cos θ / d² = ${BULB[0]} · ${fixed(bulbCosine, 5)} / ${fixed(distance, 4)}² = ${fixed(bulb, 3)} W/m² (red part)`]]];
   });
 }
 
@@ -95,6 +95,9 @@ export function phongParts(light, view, diffuse, specular, shininess) {
   const f = specular * ((shininess + 2) / (2 * Math.PI)) * Math.max(0, alpha) ** shininess;
   return { diffuse: (diffuse / Math.PI) * Math.cos(light), specular: f * Math.cos(light) };
 }
+
+/** A number as an exponent. @param {number} value */
+const raised = (value) => [...String(value)].map((digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(digit)]).join("");
 
 /** Diffuse and specular reflection. @param {Figure} fig */
 export function buildReflection(fig) {
@@ -122,13 +125,16 @@ export function buildReflection(fig) {
       pen.label({ at: place(view, 0.9), text: "to the camera", symbol: "C" });
     },
   });
-  fig.slider({ name: "light", symbol: "L", min: 0, max: 85, step: 1, digits: 0, unit: "°", get: () => light, set: (value) => { light = value; } });
+  fig.slider({ name: "light θ", symbol: "L", min: 0, max: 85, step: 1, digits: 0, unit: "°", get: () => light, set: (value) => { light = value; } });
   fig.slider({ name: "camera", symbol: "C", min: -85, max: 85, step: 1, digits: 0, unit: "°", get: () => view, set: (value) => { view = value; } });
-  fig.slider({ name: "diffuse share", min: 0, max: 1, step: 0.01, get: () => diffuse, set: (value) => { diffuse = value; } });
-  fig.slider({ name: "shininess", min: 1, max: 200, step: 1, digits: 0, get: () => shininess, set: (value) => { shininess = value; } });
+  fig.slider({ name: "diffuse share k", min: 0, max: 1, step: 0.01, get: () => diffuse, set: (value) => { diffuse = value; } });
+  fig.slider({ name: "shininess s", min: 1, max: 200, step: 1, digits: 0, get: () => shininess, set: (value) => { shininess = value; } });
   fig.readout(() => {
     const now = parts(view);
-    return [[`diffuse: ${fixed(diffuse)} / π · cos ${light}° = ${fixed(now.diffuse, 4)}    specular: ${fixed(1 - diffuse)} · (${shininess} + 2) / 2π · cos${shininess === 1 ? "" : `^${shininess}`} ${Math.abs(view - light)}° · cos ${light}° = ${fixed(now.specular, 4)}`]];
+    return [
+      [`diffuse: k / π · cos θ = ${fixed(diffuse)} / π · cos ${light}° = ${fixed(now.diffuse, 4)}`],
+      [`specular: ${fixed(1 - diffuse)} · (${shininess} + 2) / (2π) · cos${shininess === 1 ? "" : raised(shininess)} ${Math.abs(view - light)}° · cos ${light}° = ${fixed(now.specular, 4)}`],
+    ];
   });
 }
 

@@ -10,7 +10,7 @@ import { SIZE, worldText } from "./world.js";
 /** @typedef {import("./figure.js").Figure} Figure */
 
 const MATERIALS = /** @type {[string, (roughness: number) => string][]} */ ([
-  ["matt", () => `color = "#c8503c"`],
+  ["matte", () => `color = "#c8503c"`],
   ["gold", (roughness) => `type = "metal"\nmetal = "gold"\nroughness = ${roughness}`],
   ["plastic", (roughness) => `type = "principled"\ncolor = "#c8503c"\nroughness = ${roughness}`],
   ["glass", (roughness) => `type = "glass"\nior = 1.5\nroughness = ${roughness}`],
@@ -46,7 +46,7 @@ export function buildDistortion(fig) {
   const picture = litPicture(fig, () => ({ text: worldText(fig.shared.numbers, { camera: `distortion = [${k1}, 0, 0, 0]` }), size: SIZE, integrator: "flat", samples: 4 }));
   showPicture(fig, "The picture through a lens that bends straight lines", picture);
   fig.slider({ name: "k₁", symbol: "K", min: -0.4, max: 0.3, step: 0.01, get: () => k1, set: (value) => { k1 = value; } });
-  fig.readout(() => [[`At distance 0.5 from the axis: 0.5 · (1 + k₁ · 0.25) = ${fixed(distortedRadius(0.5, k1), 4)}`]]);
+  fig.readout(() => [[`At distance 0.5 from the principal point: 0.5 · (1 + k₁ · 0.25) = ${fixed(distortedRadius(0.5, k1), 4)}`]]);
 }
 
 /** The distance from the axis after the first term of radial distortion. @param {number} radius @param {number} k1 */

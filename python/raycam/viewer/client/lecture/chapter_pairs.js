@@ -6,7 +6,7 @@ import { cameraOf } from "./camera.js";
 import { litPicture } from "./chapter_light.js";
 import { randomOf } from "./chapter_paths.js";
 import { addMatrices } from "./matrices.js";
-import { fixed } from "../figure/numbers.js";
+import { fixed, tuple } from "../figure/numbers.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
 import { addPicture } from "./views.js";
 import { SIZE, worldText } from "./world.js";
@@ -188,13 +188,16 @@ export function buildExact(fig) {
   fig.slider({ name: "turn", min: 0, max: 360, step: 1, digits: 0, unit: "°", get: () => turn, set: (value) => { turn = value; } });
   fig.readout(() => {
     const leaks = edgeLeaks(turn, COUNT);
-    return [[["r", `float32: ${leaks.filter(({ single }) => !single).length} of ${COUNT} rays leak through the edge`], `    with the edge rule: ${leaks.filter(({ exact }) => !exact).length}`]];
+    return [[["r", `float32: ${leaks.filter(({ single }) => !single).length} of ${COUNT} rays leak through the edge`], `    with raycam's two rules: ${leaks.filter(({ exact }) => !exact).length}`]];
   });
 }
 
-/** The pixel where parallel lines with a direction meet: x = P (d, 0). @param {number[]} P @param {number[]} direction */
+/** The image P (e, 0) of a direction's point at infinity, homogeneous. @param {number[]} P @param {number[]} direction */
+const farPoint = (P, direction) => [0, 1, 2].map((i) => dot(P.slice(4 * i, 4 * i + 3), direction));
+
+/** The pixel where parallel lines with a direction meet. @param {number[]} P @param {number[]} direction */
 export function vanishingPoint(P, direction) {
-  const [x, y, z] = [0, 1, 2].map((i) => dot(P.slice(4 * i, 4 * i + 3), direction));
+  const [x, y, z] = farPoint(P, direction);
   return [x / z, y / z];
 }
 
@@ -228,8 +231,9 @@ export function buildFloor(fig) {
   });
   fig.slider({ name: "direction", symbol: "r", min: 80, max: 155, step: 1, digits: 0, unit: "°", get: () => angle, set: (value) => { angle = value; } });
   fig.readout(() => {
+    const far = farPoint(shared.camera.P, direction());
     const [u, v] = vanishingPoint(shared.camera.P, direction());
     const [x, y] = floorPoint(shared.camera.P, shared.numbers.pixel);
-    return [[["P", "P (d, 0)"], ` = vanishing point (${fixed(u, 1)}, ${fixed(v, 1)})`], [["x", `pixel (${shared.numbers.pixel.join(", ")})`], ` is the point (${fixed(x, 3)}, ${fixed(y, 3)}) of the floor`]];
+    return [[["P", `P (e, 0) = ${tuple(far, 4)}`], `,  divided by its third number: vanishing point (${fixed(u, 1)}, ${fixed(v, 1)})`], [["x", `pixel (${shared.numbers.pixel.join(", ")})`], ` is the point (${fixed(x, 3)}, ${fixed(y, 3)}) of the floor`]];
   });
 }

@@ -61,7 +61,7 @@ export function buildNoise(fig) {
     return a && b ? noiseOf(a, b) : NaN;
   });
   fig.canvas({
-    ratio: SMALL[1] / SMALL[0], label: "The picture, by random paths",
+    ratio: SMALL[1] / SMALL[0], label: "The picture, from random rays",
     draw: (pen) => {
       request();
       const found = pictures.get(`1 ${COUNTS[shown]}`);
@@ -144,7 +144,7 @@ export function buildPath(fig) {
   fig.readout(() => {
     const { hits, escape, light } = path();
     const lines = hits.slice(0, step).map(({ index, throughput }, i) => [`${i + 1}. ${shared.names[index]}: throughput ${throughput.map((value) => fixed(value, 3)).join(", ")}`]);
-    return [...lines, step > hits.length ? [escape ? `The path reaches the sky: it brings ${light.map((value) => fixed(value, 3)).join(", ")}` : "After 8 bounces the path is ended."] : [" "]];
+    return [...lines, step > hits.length ? [escape ? `The path reaches the sky (${SKY.map((value) => fixed(value)).join(", ")}). Throughput times sky: ${light.map((value) => fixed(value, 3)).join(", ")}` : "After 8 bounces the path is ended."] : [" "]];
   });
 }
 
@@ -175,6 +175,6 @@ export function buildMean(fig) {
   fig.button("Other random numbers", () => { seed += 1; });
   fig.readout(() => {
     const mean = runningMeans(seed, count)[count - 1];
-    return [[["r", `mean of ${count} samples = ${fixed(mean, 4)}`], `    error ${fixed(mean - Math.PI, 4)}    expected error ${fixed(Math.PI / Math.sqrt(3 * count), 4)}`]];
+    return [[["r", `mean of ${count} samples = ${fixed(mean, 6)}`], `    error ${fixed(mean - Math.PI, 4)}    expected error ${fixed(Math.PI / Math.sqrt(3 * count), 4)}`]];
   });
 }

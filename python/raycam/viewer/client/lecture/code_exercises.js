@@ -66,7 +66,7 @@ export const CODE_EXERCISES = [
     start: "function normal(a, b, c) {\n  return [0, 0, 1];\n}\n",
     cases: () => candidates().slice(0, 7).map(({ found }) => ({ given: found.corners, expected: found.n })),
     hint: (got, expected) => {
-      if (Array.isArray(got) && isSame(got, turned(expected))) return "This is (b − a) × (c − a). The order turns the sign.";
+      if (Array.isArray(got) && isSame(got, turned(expected))) return "This is (b − a) × (c − a). The other order changes the sign.";
       if (Array.isArray(got) && isSame(got.map((value) => value * lengthOf(expected)), expected)) return "The direction is right. Do not divide by the length: n is the cross product itself.";
       return "Use cross(sub(c, a), sub(b, a)).";
     },
@@ -83,7 +83,7 @@ export const CODE_EXERCISES = [
   },
   {
     id: "isInside",
-    task: "Return true if f lies inside the triangle: u = g − f crosses an odd number of edges. n is the normal. An edge whose ends lie on both sides meets the line of u at x = start + k (end − start), with k = sideStart / (sideStart − sideEnd). Both are relative to f, so s = (x · u) / (u · u).",
+    task: "Return true if f lies inside the triangle: u = g − f crosses an odd number of edges. n is the normal. In the code, start and end are the ends of an edge, measured from f. If one of them lies to the left of u and the other does not, the edge meets the line of u at x = start + q (end − start), with q = sideStart / (sideStart − sideEnd). Also x is measured from f, so x = s u and s = (x · u) / (u · u).",
     start: `function isInside(a, b, c, n, f) {
   const g = add(a, sub(a, c)); // a + v3
   const u = sub(g, f);
@@ -106,7 +106,7 @@ export const CODE_EXERCISES = [
   },
   {
     id: "closest",
-    task: "Return the index of the closest triangle that the ray hits, or −1. triangles is a list of [a, b, c]. Use your functions.",
+    task: "Return the index of the closest triangle that the ray hits, or −1. triangles is a list of [a, b, c]. Use your functions normal, planeT and isInside.",
     start: "function closest(triangles, C, r) {\n  let best = -1, bestT = Infinity;\n  for (let i = 0; i < triangles.length; i++) {\n    const [a, b, c] = triangles[i];\n    // normal, planeT, isInside\n  }\n  return best;\n}\n",
     cases: () => {
       const { corners, camera } = codeWorld();

@@ -78,7 +78,7 @@ export const CAMERA_EXERCISES = [
   },
   {
     id: "line",
-    title: "A point of the pixel's line: X' = P⁺ x. Every point of the line except C is accepted. On paper, choose z = 0 and solve the two equations of u and v for x and y",
+    title: "A point of the pixel's line: X' = P⁺ x. Every point of the line except C is accepted. On paper, choose z = 0: (first number of P (X', 1)) = u · (third number) and (second number) = v · (third number) are two linear equations for x and y",
     asked: triple("X'"),
     given: ({ P, pixel }) => ["P =", ...rowsOf(P, 4), `x = (${general(pixel[0])}, ${general(pixel[1])}, 1)`],
     answer: ({ ray }) => /** @type {number[]} */ (ray.XPrime),
@@ -92,7 +92,7 @@ export const CAMERA_EXERCISES = [
       if (areClose(values, ray.C)) return "This is C, the camera's centre: it lies on the line, but a second point is needed.";
       if (areClose(values, rayOfPixel(P, pixel[1], pixel[0]).XPrime || [])) return "This is the line of the pixel (v, u): x is (u, v, 1), the column first.";
       const { u, v } = pixelOf(P, values);
-      return `Your point is seen at (${general(u)}, ${general(v)}). P⁺ = Pᵀ (P Pᵀ)⁻¹; divide P⁺ x by its fourth number.`;
+      return `Your point is visible at (${general(u)}, ${general(v)}). P⁺ = Pᵀ (P Pᵀ)⁻¹; divide P⁺ x by its fourth number.`;
     },
   },
   {

@@ -19,7 +19,7 @@ export const HIT_EXERCISES = [
     given: cornersText,
     answer: ({ found }) => found.n,
     hint: (values, { found }) => {
-      if (areClose(values, negated(found.n))) return "This is (b - a) x (c - a): the order turns the sign.";
+      if (areClose(values, negated(found.n))) return "This is (b - a) x (c - a): the other order changes the sign.";
       const [length, own] = [lengthOf(values), lengthOf(found.n)];
       const cosine = dot(values, found.n) / (length * own || 1);
       if (Math.abs(cosine) > 1 - 1e-5) return `The direction is right, the length is not: ${general(length)}, not ${general(own)}. n is the cross product as it is.`;
@@ -37,8 +37,8 @@ export const HIT_EXERCISES = [
       if (areClose([t], [-found.t])) return "The absolute value is right, but the sign is wrong: the numerator is n·(a - C), not n·(C - a).";
       if (areClose([t], [1 / found.t])) return "This is n·r / n·(a - C): upside down.";
       if (areClose([t], [found.above])) return "This is n·(a - C): divide it by n·r.";
-      if (areClose([t], [rangesOf(ray, found.t).distance])) return "This is the distance t |r|: t counts lengths of r.";
-      if (areClose([t], [rangesOf(ray, found.t).depth])) return "This is the depth t (v·r): t counts lengths of r.";
+      if (areClose([t], [rangesOf(ray, found.t).distance])) return "This is the distance t |r|: t is measured in lengths of r.";
+      if (areClose([t], [rangesOf(ray, found.t).depth])) return "This is the depth t (v·r): t is measured in lengths of r.";
       return `n·(a - C) = ${general(found.above)}. Divide it by n·r.`;
     },
   },
@@ -58,7 +58,7 @@ export const HIT_EXERCISES = [
       if (![0, 1, 2, 3].includes(count)) return "There are three edges: count those that u crosses, 0 to 3.";
       const i = found.crossed.findIndex((crossed) => (count < found.crossings ? crossed : !crossed));
       const numbers = Number.isNaN(found.alongU[i]) ? "it is parallel to u" : `s = ${general(found.alongU[i])} along u and q = ${general(found.alongEdge[i])} along the edge`;
-      return `Look at v${i + 1} again: ${numbers}. It is crossed when both lie between 0 and 1.`;
+      return `Look at v${i + 1} again: ${numbers}. It is crossed if both lie between 0 and 1.`;
     },
   },
   {

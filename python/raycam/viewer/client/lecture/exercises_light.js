@@ -18,15 +18,18 @@ export const LIGHT_EXERCISES = [
     },
   },
   {
-    id: "cosine",
-    title: "Which fraction of the light does a surface receive if the light arrives at 60° from the normal? Write a decimal number",
-    asked: ["share"],
-    given: () => ["cos 60°"],
-    answer: () => [0.5],
+    id: "radiance",
+    title: "A sun with S = 4 W/m² in red shines on a diffuse surface with k = 0.5 in red, at 60° from the normal. Which radiance L does the pixel show in red? Give three digits",
+    asked: ["L"],
+    given: () => ["S = 4, k = 0.5, θ = 60°"],
+    answer: () => [1 / Math.PI],
     hint: ([value]) => {
-      if (areClose([value], [Math.cos(60)])) return "Your calculator uses radians: 60° is 1.0472.";
-      if (areClose([value], [Math.sin(Math.PI / 3)])) return "This is sin 60°. The share is the cosine of the angle from the normal.";
-      return "The share is cos θ.";
+      if (areClose([value], [1])) return "The camera receives the light of one direction only: divide by π.";
+      if (areClose([value], [Math.PI])) return "Divide by π: the reflectance of a diffuse surface is k / π.";
+      if (areClose([value], [2 / Math.PI])) return "The factor cos θ is missing: the irradiance is E = S cos θ.";
+      if (areClose([value], [(2 * Math.cos(60)) / Math.PI])) return "Your calculator uses radians: 60° is 1.0472.";
+      if (areClose([value], [(2 * Math.sin(Math.PI / 3)) / Math.PI])) return "This contains sin 60°. The irradiance is E = S cos θ.";
+      return "First E = S cos θ, then L = k / π · E.";
     },
   },
   {

@@ -6,7 +6,7 @@ import { areClose } from "./answers.js";
 export const OPTICS_EXERCISES = [
   {
     id: "distortion",
-    title: "k₁ = −0.3. At which distance does the image of a point at distance 0.5 from the axis appear?",
+    title: "k₁ = −0.3. Without distortion, a point would appear at the distance 0.5 from the principal point. At which distance does it appear?",
     asked: ["distance"],
     given: () => ["r (1 + k₁ r²)"],
     answer: () => [0.4625],
@@ -26,7 +26,7 @@ export const OPTICS_EXERCISES = [
       if (areClose([value], [0.15])) return "This is the movement m of the camera in metres. Multiply it by f and divide it by the depth.";
       if (areClose([value], [45])) return "This is f m. Divide it by the depth.";
       if (areClose([value], [500])) return "The camera moves during the readout only: multiply the speed by 0.03 s.";
-      return "The camera moves by m = 5 · 0.03 meanwhile. The shift is f m / depth.";
+      return "The camera moves by m = 5 · 0.03 during the readout. The shift is f m / depth.";
     },
   },
   {
@@ -42,7 +42,7 @@ export const OPTICS_EXERCISES = [
   },
   {
     id: "depth",
-    title: "f = 300 pixels, b = 0.6 m, and the disparity is 45 pixels. What is the depth?",
+    title: "Two cameras stand side by side: f = 300 pixels, b = 0.6 m, and the disparity is 45 pixels. What is the depth?",
     asked: ["depth (m)"],
     given: () => ["d = f b / depth"],
     answer: () => [4],

@@ -1,0 +1,231 @@
+"""Worlds to view: files, folders, archives (.zip), and several models in one world."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._core import file_extensions
+from ...errors import Error, Notice, SettingsError
+from ...notices import warn
+from ...world import World
+
+__all__ = ["ARCHIVE", "Opening", "check_name", "combine_models", "find_world", "first_world", "unpack"]
+
+ARCHIVE = ".zip"
+MAX_ARCHIVE_FILES = 10_000
+MAX_ARCHIVE_BYTES = 4 * 2**30
+"""Limits of an archive on disk, unpacked."""
+MAX_LISTED_FILES = 10_000
+"""Files of a folder that are searched for worlds."""
+MAX_DEPTH = 16
+MAX_PART_BYTES = 255
+"""The longest name of a file or folder in a path, as UTF-8."""
+Y_UP = (".glb", ".gltf", ".vrm", ".obj")
+"""Models whose up axis is y."""
+UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""Rotates a model that is y up in a world that is z up."""
+LISTED_NAMES = 3
+
+
+class Opening(NamedTuple):
+    """The files that a view shows."""
+
+    paths: tuple[Path, ...]
+    """The world, or several models."""
+    folder: Path | None
+    """The folder whose files the world may read; None: its own."""
+    title: str
+    source: Path | None
+    """The world's file; None for a world in an archive and for several models."""
+
+    @classmethod
+    def find(cls, given: Sequence[str | os.PathLike[str]], unpacked: Path) -> Opening:
+        """The worlds of files, folders and archives, which are unpacked to the folder `unpacked`.
+
+        Raises the errors of `find_world`.
+        """
+        found = [find_world(each, unpacked / str(number)) for number, each in enumerate(given)]
+        name = Path(given[0]).resolve().name
+        if len(found) > 1:
+            paths = tuple(path for path, _ in found)
+            return cls(paths, None, f"{name} and {len(found) - 1} more", None)
+        ((path, folder),) = found
+        is_packed = Path(given[0]).suffix.lower() == ARCHIVE and Path(given[0]).is_file()
+        return cls((path,), folder, name, None if is_packed else path)
+
+    def check_watch(self) -> None:
+        """Raises `SettingsError` if the files cannot be watched for changes."""
+        if self.source is None:
+            raise SettingsError(
+                "watch requires one world, in a file or a folder; archives and several models are loaded once",
+                code="conflicting_values",
+            )
+
+    def load(self, load: Callable[[Path, Path | None], World]) -> World:
+        """Loads the world by `load(path, folder)`, or combines the models."""
+        if len(self.paths) > 1:
+            return combine_models(self.paths)
+        return load(self.paths[0], self.folder)
+
+
+def world_suffixes() -> tuple[str, ...]:
+    """The endings of worlds and models, with the dot; the first is the preferred one."""
+    return tuple(f".{each}" for each in file_extensions()[0])
+
+
+def known_suffixes() -> tuple[str, ...]:
+    """The endings of worlds, models and the files that they use."""
+    worlds, companions = file_extensions()
+    return tuple(f".{each}" for each in (*worlds, *companions))
+
+
+def first_world(names: Iterable[str]) -> str | None:
+    """The world among file names: the one nearest to the top, world files before models; None without a world."""
+    suffixes = world_suffixes()
+
+    def rank(name: str) -> tuple[int, int, str]:
+        return (name.count("/"), suffixes.index(Path(name).suffix.lower()), name)
+
+    return min((each for each in names if each.lower().endswith(suffixes)), key=rank, default=None)
+
+
+def find_world(path: str | os.PathLike[str], unpacked: Path) -> tuple[Path, Path | None]:
+    """The world of a file, folder or archive, and the folder whose files it may read (None: its own).
+
+    Archives are unpacked to the folder `unpacked`. A notice names the world if a folder or an archive contains
+    several. Raises `SettingsError` if it contains none, and `FileNotFoundError` for a missing file.
+    """
+    given = Path(path)
+    if given.is_file() and given.suffix.lower() == ARCHIVE:
+        unpack(given, unpacked, _check_archive(given))
+        return _world_in(given, unpacked), unpacked
+    if given.is_dir():
+        return _world_in(given, given), given
+    return given, None
+
+
+def _world_in(given: Path, folder: Path) -> Path:
+    names = [each.relative_to(folder).as_posix() for each in _files_in(folder)]
+    name = first_world(names)
+    if name is None:
+        raise SettingsError(
+            f"{given}: no world found; supported: {', '.join(world_suffixes())}", code="missing_value"
+        )
+    rivals = [each for each in names if each.lower().endswith(world_suffixes()) and each != name]
+    rivals = [each for each in rivals if each.count("/") == name.count("/")]
+    if rivals and not name.endswith(".toml"):
+        listed = ", ".join(rivals[:LISTED_NAMES]) + (
+            f" and {len(rivals) - LISTED_NAMES} more" if len(rivals) > LISTED_NAMES else ""
+        )
+        warn(
+            Notice(
+                f"{given}: shows {name}; it also contains {listed}: name the files to show others",
+                "chosen_world",
+            )
+        )
+    return folder / name
+
+
+def _files_in(folder: Path) -> list[Path]:
+    """The known files of a folder and the folders in it, without hidden ones, at most `MAX_LISTED_FILES`."""
+    found: list[Path] = []
+    for place, folders, files in os.walk(folder):
+        depth = len(Path(place).relative_to(folder).parts)
+        folders[:] = sorted(each for each in folders if not each.startswith(".") and depth < MAX_DEPTH)
+        found += [Path(place, each) for each in sorted(files) if each.lower().endswith(known_suffixes())]
+        if len(found) > MAX_LISTED_FILES:
+            break
+    return found[:MAX_LISTED_FILES]
+
+
+def check_name(name: str) -> str:
+    """Returns a name as a relative path. Raises `SettingsError` for one that could leave its folder."""
+    parts = PurePosixPath(name.replace("\\", "/")).parts
+    is_bad = (
+        not parts
+        or len(parts) > MAX_DEPTH
+        or any(part in ("..", "/") or ":" in part for part in parts)
+        or any(len(part.encode("utf-8", "surrogatepass")) > MAX_PART_BYTES for part in parts)
+        or any(not letter.isprintable() for letter in name)
+    )
+    if is_bad:
+        raise SettingsError(
+            f"{name[:80]!r} cannot be used as a file name; rename the file", code="invalid_value"
+        )
+    return "/".join(parts)
+
+
+def unpack(archive: Path, folder: Path, check: Callable[[str, int], None]) -> list[str]:
+    """Unpacks the known files of an archive to a folder; returns their names.
+
+    `check` is called with the name and size of each file before anything is written. Raises its errors, and
+    `SettingsError` for a damaged archive.
+    """
+    try:
+        with zipfile.ZipFile(archive) as opened:
+            entries = [
+                (check_name(each.filename), each)
+                for each in opened.infolist()
+                if not each.is_dir() and each.filename.lower().endswith(known_suffixes())
+            ]
+            for name, entry in entries:
+                check(name, entry.file_size)
+            for name, entry in entries:
+                path = folder / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with opened.open(entry) as packed, path.open("wb") as file:
+                    file.write(packed.read(entry.file_size + 1)[: entry.file_size])
+    except Error:
+        raise
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError, OSError) as error:
+        raise SettingsError(
+            f"{archive.name}: cannot unpack this archive ({error})", code="file_unreadable"
+        ) from None
+    return [name for name, _ in entries]
+
+
+def _check_archive(archive: Path) -> Callable[[str, int], None]:
+    """Counts the files of an archive on disk. The function raises `SettingsError` beyond the limits."""
+    counts = [0, 0]
+
+    def check(name: str, size: int) -> None:
+        counts[0], counts[1] = counts[0] + 1, counts[1] + size
+        if counts[0] > MAX_ARCHIVE_FILES or counts[1] > MAX_ARCHIVE_BYTES:
+            raise SettingsError(
+                f"{archive}: the archive is too large; the limit is {MAX_ARCHIVE_FILES} files and "
+                f"{MAX_ARCHIVE_BYTES >> 30} GiB unpacked; unpack it and view the folder",
+                code="too_large",
+            )
+
+    return check
+
+
+def combine_models(paths: Sequence[Path], folder: Path | None = None) -> World:
+    """Returns one world with several models, each at its own coordinates, named after its file.
+
+    The world is y up if all models are; otherwise, models that are y up are rotated. `folder` is the folder whose files
+    the models may read (default: all). Raises `SettingsError` for world files, and the errors of `World.add_object`.
+    """
+    for path in paths:
+        if path.suffix.lower() in (".toml", ".urdf", ".xacro", ".sdf"):
+            raise SettingsError(
+                f"{path.name}: only models can be combined; view this file alone", code="conflicting_values"
+            )
+    is_y_up = all(path.suffix.lower() in Y_UP for path in paths)
+    world = World("y" if is_y_up else "z", folder=folder)
+    names: set[str] = set()
+    for path in paths:
+        name, count = path.stem, 1
+        while name in names:
+            count += 1
+            name = f"{path.stem} {count}"
+        names.add(name)
+        turned = {"matrix": UPRIGHT.tolist()} if path.suffix.lower() == ".obj" and not is_y_up else {}
+        world.add_object(mesh=path if folder is None else path.relative_to(folder), name=name, **turned)
+    return world
