@@ -204,6 +204,10 @@ _OWN_ERRORS = {
         "Another process works in the same folder.",
         "Wait for it, stop it, or give each process its part with shard=(I, N).",
     ),
+    "no_poses": Code(
+        "The state of a MuJoCo model has no poses, because MuJoCo has not computed them yet.",
+        "Call `mujoco.mj_forward(model, data)` first.",
+    ),
     "no_volume": Code(
         "An object that should fall encloses no volume.",
         "Use a mesh with thickness.",

@@ -56,6 +56,8 @@ def _lines(world: World) -> Iterator[str]:
     for light in world.lights:
         values = ", ".join(f"{key} {_light_value(value)}" for key, value in light.items() if key != "type")
         yield f"  {light['type']}: {values}"
+    if world.fog is not None:
+        yield "fog        " + ", ".join(f"{key} {_light_value(value)}" for key, value in world.fog.items())
     yield f"cameras    {counts['cameras']}"
     for name, camera in world.cameras.items():
         yield from _camera(f"{name!r}", camera)
@@ -129,7 +131,7 @@ def _rigs(rigs: Mapping[str, Rig]) -> Iterator[str]:
 
 
 def _light_value(value: object) -> str:
-    """A light's value: its file's name, true or false, its numbers, or the shape of its image."""
+    """A light's value as text: a file name, true or false, numbers, or the shape of an image."""
     if isinstance(value, str):
         return repr(value)
     if isinstance(value, bool):

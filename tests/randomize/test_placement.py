@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 import pytest
+import raycam
+import trimesh
 from raycam import Recipe, WorldError
 from raycam.randomize import placement
+from support.raises import raises
 
 GROUND = {"name": "ground", "box": {"size": [2, 2, 0.1]}}
 
@@ -75,3 +79,58 @@ def test_measures_of_outlines_equal_closed_forms() -> None:
 def test_batches_cover_every_try_once() -> None:
     numbers = [number for first, last in placement._batches() for number in range(first, last)]
     assert numbers == list(range(placement.MAX_TRIES))
+
+
+@pytest.mark.parametrize("extra", [{}, {"upright": True}, {"category": "cow", "count": 2}])
+def test_placed_file_stands_upright_on_its_surface(extra: dict[str, Any]) -> None:
+    """The file's up axis is y: its height is the extent along y, whatever the world's axis."""
+    path = raycam.data.path("spot.glb")
+    height = trimesh.load(path, force="mesh").extents[1]
+    cow = {"name": "cow", "mesh": path.name, "on": "ground", **extra}
+    ground = {"name": "ground", "box": {"size": [12, 12, 0.1]}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", raycam.Notice)
+        world = Recipe({"object": [ground, cow]}, folder=path.parent).world(0)
+    owners = world.triangle_ids()[:, 0]
+    for number in range(1, len(world.objects)):
+        corners = world.triangles()[owners == number].reshape(-1, 3)
+        assert corners[:, 2].min() == pytest.approx(0.05, abs=1e-6)
+        assert np.ptp(corners[:, 2]) == pytest.approx(height, abs=1e-6)
+
+
+def test_placed_file_with_upright_false_keeps_its_axes() -> None:
+    path = raycam.data.path("spot.glb")
+    depth = trimesh.load(path, force="mesh").extents[2]
+    cow = {"name": "cow", "mesh": path.name, "on": "ground", "upright": False}
+    world = Recipe(
+        {"object": [{"name": "ground", "box": {"size": [12, 12, 0.1]}}, cow]}, folder=path.parent
+    ).world(0)
+    corners = world.triangles()[world.triangle_ids()[:, 0] == 1].reshape(-1, 3)
+    assert corners[:, 2].min() == pytest.approx(0.05, abs=1e-6)
+    assert np.ptp(corners[:, 2]) == pytest.approx(depth, abs=1e-6)
+
+
+def test_more_objects_than_the_surface_holds_are_refused_before_any_is_placed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def place(*_: Any) -> Any:
+        raise AssertionError("an object is placed although their areas exceed the ground's")
+
+    monkeypatch.setattr(placement.PlacementSampler, "sample_pose", place)
+    with raises(WorldError, mentions=["thing-1", 65, 4.06]):
+        build_recipe([0.25, 0.25, 0.1], 65, 0.001).world(0)
+    with pytest.raises(AssertionError):
+        build_recipe([0.25, 0.25, 0.1], 64, 0.001).world(0)  # their areas are those of the ground
+
+
+def test_objects_on_steps_of_the_ground_are_not_added_up() -> None:
+    """Two levels, of which either holds one object: together they need more than the area of either."""
+    stairs = {"name": "ground", "vertices": [], "triangles": []}
+    for level in (0.0, 0.5):
+        first = len(stairs["vertices"])
+        x = 4 * level
+        stairs["vertices"] += [[x, 0, level], [x + 1.5, 0, level], [x + 1.5, 1.5, level], [x, 1.5, level]]
+        stairs["triangles"] += [[first, first + 1, first + 2], [first, first + 2, first + 3]]
+    thing = {"name": "thing", "cylinder": {"radius": 0.55, "height": 0.3}, "on": "ground", "count": 2}
+    world = Recipe({"object": [stairs, thing], "seed": 3}).world(0)
+    assert len({round(float(item.matrix[2, 3]), 3) for item in world.objects[1:]}) == 2

@@ -62,6 +62,7 @@ def test_channels_table_lists_dtypes_and_components() -> None:
             "coverage",
             "alpha",
             "shadow",
+            "transmittance",
             "error",
         ),
     }
@@ -158,6 +159,7 @@ def test_exr_file_contains_every_channel(tmp_path: Path, half: bool) -> None:
         "coverage": ["coverage.V"],
         "alpha": ["alpha.V"],
         "shadow": ["shadow.R", "shadow.G", "shadow.B"],
+        "transmittance": ["transmittance.R", "transmittance.G", "transmittance.B"],
         "error": ["error.V"],
     }
     vectors = ["normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]

@@ -7,7 +7,7 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 from raycam import _core
-from raycam.world.keys import SHAPES, LightKeys, ObjectKeys
+from raycam.world.keys import SHAPES, FogKeys, LightKeys, ObjectKeys
 
 SCHEMA: dict[str, Any] = json.loads(_core.json_schema())["$defs"]
 AIM_KEYS = {"target", "size"}
@@ -30,6 +30,10 @@ def test_object_keys_equal_the_schema_and_the_shapes() -> None:
 def test_light_keys_equal_the_schema() -> None:
     described = {key for light in SCHEMA["Light"]["oneOf"] for key in light["properties"]}
     assert set(get_type_hints(LightKeys)) == described | AIM_KEYS
+
+
+def test_keys_of_fog_are_those_of_the_schema() -> None:
+    assert set(get_type_hints(FogKeys)) == set(SCHEMA["FogSpec"]["properties"])
 
 
 @pytest.mark.parametrize(("key", "schema"), [("type", "MaterialType"), ("alpha", "AlphaMode")])

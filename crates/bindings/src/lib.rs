@@ -63,7 +63,9 @@ mod core {
         world_set_object,
     };
     #[pymodule_export]
-    use crate::world::from_description::{world_add_light, world_add_object, world_from_dict, world_set_video};
+    use crate::world::from_description::{
+        world_add_light, world_add_object, world_from_dict, world_set_fog, world_set_video,
+    };
     #[pymodule_export]
     use crate::world::many::render_many;
     #[pymodule_export]

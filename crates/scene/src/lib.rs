@@ -13,6 +13,7 @@
 //! named_enum          closed sets with names
 //! math color          rotations, Hermite curves; colour spaces, view transforms
 //! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
+//! medium              fog, and coefficients of absorption and scattering
 //! material light      reflection models; emitters
 //! camera              projection, lens models, aperture, shutter, rigs
 //! animation           node hierarchies, skins, morph targets (glTF)
@@ -37,6 +38,7 @@ pub mod foreign_terms;
 pub mod light;
 pub mod material;
 pub mod math;
+pub mod medium;
 pub mod mesh;
 pub mod model;
 mod named_enum;
@@ -60,6 +62,7 @@ pub use error::{Result, SceneError, suggestion};
 pub use error_code::{ErrorCode, Message};
 pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
+pub use medium::fog::Fog;
 pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
 pub use notice::{Notice, NoticeCode};

@@ -1,12 +1,12 @@
 """Replacement for `mujoco.Renderer` without OpenGL; after `install()`, MuJoCo programs use it.
 
-Depth and ids are exact for the ray through each pixel's centre. Colours are rendered with raycam's lights (see
-`raycam.from_mujoco`) and resemble MuJoCo's, without being equal to them.
+Depth and ids are exact for the ray through each pixel's centre. Colours are computed in MuJoCo's own light and resemble
+its images; see `MujocoScene.render` for the differences.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +15,9 @@ from raycam import Camera, SettingsError, from_mujoco, render
 
 __all__ = ["Renderer", "install", "uninstall"]
 
-GEOM = 5
-"""Value of `mjtObj.mjOBJ_GEOM`."""
 FREE, TRACKING, FIXED = 0, 1, 2
 """Values of `mjtCamera`."""
+LOOKS = ("mujoco", "direct", "path")
 ORIGINALS: dict[str, Any] = {}
 
 
@@ -28,9 +27,10 @@ class Renderer:
     `render` returns sRGB colours, uint8 [h, w, 3]. After `enable_depth_rendering`, it returns float32 [h, w]: the depth
     along the viewing direction in metres, and the far plane's depth for the background. After
     `enable_segmentation_rendering`, it returns int32 [h, w, 2]: (id, type), -1 for the background. The attribute
-    `camera` replaces the model's camera by a `raycam.Camera`. `max_geom` and `font_scale` are accepted and have no
+    `camera` replaces the model's camera by a `raycam.Camera`, and `look` selects the light of colour images: "mujoco"
+    (default), or "direct" or "path" for physically based light. `max_geom` and `font_scale` are accepted and have no
     effect: the number of geoms is not limited, and no text is drawn. Raises `SettingsError` for sizes below 1, unknown
-    cameras, and calls of `render` before `update_scene`.
+    cameras and looks, and calls of `render` before `update_scene`.
     """
 
     def __init__(
@@ -45,11 +45,13 @@ class Renderer:
             raise SettingsError(f"height and width must be at least 1, got {height} and {width}")
         self._model, self._size = model, (int(width), int(height))
         self._scene: Any = None
-        self._groups: tuple[int, ...] = (0, 1, 2)
+        self._groups: tuple[tuple[int, ...], tuple[int, ...]] = ((0, 1, 2), (0, 1, 2))
         self._mode = "color"
         self._view: Camera | None = None
         self.camera: Camera | None = None
         """Camera in world coordinates that replaces the one from `update_scene`; None (default) keeps that one."""
+        self.look: Literal["mujoco", "direct", "path"] = "mujoco"
+        """The light of colour images: MuJoCo's own, or the integrator `direct` or `path` of `raycam.render`."""
 
     @property
     def model(self) -> Any:
@@ -74,13 +76,18 @@ class Renderer:
     def update_scene(self, data: Any, camera: Any = -1, scene_option: Any = None) -> None:
         """Updates the poses from `data`; `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`.
 
-        Only `scene_option.geomgroup` is used; the other options are ignored.
+        Of `scene_option`, `geomgroup` and `sitegroup` are used; the other options are ignored.
         """
         groups = self._groups
         if scene_option is not None:
-            groups = tuple(number for number, shown in enumerate(scene_option.geomgroup) if shown)
+            geoms, sites = (
+                tuple(number for number, shown in enumerate(option) if shown)
+                for option in (scene_option.geomgroup, scene_option.sitegroup)
+            )
+            groups = (geoms, sites)
         if self._scene is None or groups != self._groups:
-            self._scene, self._groups = from_mujoco(self._model, data, groups=groups), groups
+            self._scene = from_mujoco(self._model, data, groups=groups[0], sites=groups[1])
+            self._groups = groups
         else:
             self._scene.update(data)
         self._view = self._find_camera(data, camera)
@@ -138,7 +145,13 @@ class Renderer:
         return out
 
     def _color(self, camera: Camera) -> npt.NDArray[Any]:
-        return render(self._scene.world, camera, integrator="direct", samples=4).to_srgb8()
+        samples = 4 if self._model.vis.quality.offsamples > 1 else 1
+        if self.look == "mujoco":
+            return np.asarray(self._scene.render(camera, samples=samples))
+        if self.look not in LOOKS:
+            raise SettingsError(f"look must be one of {', '.join(LOOKS)}, got {self.look!r}")
+        samples = 64 if self.look == "path" else 4
+        return render(self._scene.world, camera, integrator=self.look, samples=samples).to_srgb8()
 
     def _depth(self, camera: Camera) -> npt.NDArray[Any]:
         depth = render(self._scene.world, camera, channels=["depth"])["depth"]
@@ -147,8 +160,8 @@ class Renderer:
 
     def _segmentation(self, camera: Camera) -> npt.NDArray[Any]:
         instance = render(self._scene.world, camera, channels=["instance"])["instance"]
-        ids = np.array([*self._scene.geoms, -1], np.int32)[instance]
-        return np.stack([ids, np.where(ids >= 0, GEOM, -1).astype(np.int32)], axis=-1)
+        elements = np.array([*self._scene.elements, (-1, -1)], np.int32)
+        return np.ascontiguousarray(elements[instance][..., ::-1])
 
     def enable_depth_rendering(self) -> None:
         """Makes `render` return depth."""

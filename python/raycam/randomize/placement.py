@@ -188,6 +188,30 @@ class PlacementSampler:
             f"{len(self._taken)} objects on it; use fewer or smaller objects, a larger surface or a smaller gap"
         )
 
+    def check_total_area(self, shapes: list[ConvexPrism], surface: str | None, what: str) -> None:
+        """Raises `RejectedSample` if objects together are larger than the level surface that they are placed on.
+
+        `what` names the first of them. Without this check, the objects that fit are placed first, with many tries each.
+        """
+        ground, areas, _ = self._ground(surface)
+        if not 0 < len(ground) <= MAX_HULL_TRIANGLES:
+            return
+        height = min(shape.high - shape.low for shape in shapes)
+        total = sum(_area(shape.outline) for shape in shapes)
+        if np.ptp(ground[..., 2]) <= 1e-6 * height and total > _area(self._hull(surface, ground)) * (
+            1 + SLACK
+        ):
+            raise RejectedSample(
+                f"{what}: no space for {len(shapes)} objects on {surface or 'the world'}: they need {total:.3g} m², "
+                f"the level surface has {areas[-1] / 2:.3g} m²; use fewer or smaller objects, or a larger surface"
+            )
+
+    def _hull(self, surface: str | None, ground: Floats) -> Floats:
+        """The convex outline of a surface's level triangles."""
+        if surface not in self._hulls:
+            self._hulls[surface] = outline(ground.reshape(-1, 3)[:, :2])
+        return self._hulls[surface]
+
     def _is_too_large(self, shape: ConvexPrism, surface: str | None, ground: Floats, gap: float) -> bool:
         """True if no position and rotation can put the base inside the ground's convex hull, next to the others there.
 
@@ -195,9 +219,7 @@ class PlacementSampler:
         """
         if len(ground) > MAX_HULL_TRIANGLES:
             return False
-        if surface not in self._hulls:
-            self._hulls[surface] = outline(ground.reshape(-1, 3)[:, :2])
-        hull = self._hulls[surface]
+        hull = self._hull(surface, ground)
         if any(
             measure(shape.outline) > measure(hull) * (1 + SLACK) for measure in (_diameter, _width, _area)
         ):
@@ -282,7 +304,7 @@ class PlacementSampler:
         return found
 
     def _free(self, prism: ConvexPrism, gap: float) -> bool:
-        """True if no object, present before or placed, comes nearer than `gap`."""
+        """True if no object, present before or placed, is closer than `gap`."""
         if any(prism.intersects(other, gap) for other in self._taken):
             return False
         # The base is excluded: it touches the ground, and may sink in a little where the ground is not quite level.

@@ -42,7 +42,19 @@ PLACE_KEYS = ("on", "gap", "drop", "physics")
 MAX_FILE_BYTES = 16 << 20
 MAX_OBJECTS = 100_000
 GEOMETRY = (
-    *("box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "triangles", "refine"),
+    *(
+        "box",
+        "plane",
+        "sphere",
+        "cylinder",
+        "cone",
+        "torus",
+        "mesh",
+        "vertices",
+        "triangles",
+        "refine",
+        "upright",
+    ),
     *("roll", "pitch", "yaw", "scale", "matrix"),
 )
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
@@ -116,7 +128,7 @@ class Recipe:
             self.description[kind] = [dict(row) for row in rows]
 
     def _repr_html_(self) -> str:
-        """The table that a notebook shows: a row for each object, light and camera of the recipe."""
+        """The HTML table shown by notebooks: a row for each object, light and camera of the recipe."""
         rows = [
             (kind, row.get("name", row.get("type", "")), row.get("count", 1), ", ".join(row))
             for kind in ("object", "light", "camera")
@@ -169,7 +181,7 @@ class Recipe:
         return None if folder is None else folder.name_of(self._behind(number, camera))
 
     def _behind(self, number: int, camera: str) -> RandomStream:
-        """The random stream of the image behind a camera, whatever else is drawn again."""
+        """The random stream of a camera's background image, which does not change if the world is drawn again."""
         return RandomStream(self.seed, "world", number, "background", camera)
 
     @cached_property
@@ -240,7 +252,7 @@ class Recipe:
         )
 
     def _with_backgrounds(self, world: World, number: int) -> World:
-        """The world with images behind its cameras that have none, but for those of rigs."""
+        """The world with background images for cameras without one, except for cameras of rigs."""
         if self.backgrounds is not None:
             mounted = {f"{name}/{camera}" for name, rig in world.rigs.items() for camera in rig}
             for name, camera in world.cameras.items():
@@ -337,36 +349,33 @@ class Recipe:
         placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]],
         first: dict[str, str],
     ) -> None:
-        placer = PlacementSampler(world) if placed else None
-        for item, how, place in placed:
+        if not placed:
+            return
+        placer = PlacementSampler(world)
+        ready: list[tuple[ConvexPrism, Floats, float, str]] = []
+        by_surface: dict[str, list[int]] = {}
+        for number, (item, how, _) in enumerate(placed):
             what = f"object {item.get('name', '')!r}".replace(" ''", "")
-            if "location" in item or "instance_of" in item:
-                raise WorldError(
-                    f"{what}: location and instance_of cannot be used with on, which chooses the position",
-                    code="conflicting_values",
-                )
-            gap = how.get("gap", MIN_GAP)
-            if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
-                raise WorldError(
-                    f"{what}: gap must be a distance in metres of at least 0, got {gap!r}",
-                    code="out_of_range",
-                )
-            if not isinstance(how["on"], str):
-                raise WorldError(
-                    f"{what}: on must be the name of an object, not {how['on']!r}", code="wrong_type"
-                )
-            assert placer is not None  # made above if there are objects to place
+            gap = _checked_gap(item, how, what)
             try:
                 shape, matrix = self._shape(world, item)
             except WorldError as fault:
                 raise WorldError(f"{what}: {fault}", code=fault.code) from None
-            pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), float(gap), what)
+            ready.append((shape, matrix, gap, what))
+            by_surface.setdefault(how["on"], []).append(number)
+        for surface, numbers in by_surface.items():
+            shapes = [ready[number][0] for number in numbers]
+            placer.check_total_area(shapes, surface or None, ready[numbers[0]][3])
+        for (item, how, place), (shape, matrix, gap, what) in zip(placed, ready, strict=True):
+            pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), gap, what)
             row = {key: value for key, value in item.items() if key not in POSE}
+            if "mesh" in row and "matrix" not in item:
+                row.setdefault("upright", True)  # the pose is that of the mesh as `_shape` has measured it
             self._add_shared(world, {**row, "matrix": product(pose, matrix).tolist()}, first)
 
     def _add_shared(self, world: World, item: Mapping[str, Any], first: dict[str, str]) -> str:
         """Adds an object, and returns its name. Objects of one shape share a mesh, unless they would inherit the first
-        one's appearance; `first` has the names of objects by shape.
+        one's appearance; `first` contains the names of objects by shape.
         """
         row = {key: value for key, value in item.items() if key not in POSE}
         style = row.keys() - {*GEOMETRY, "name", "category"}
@@ -437,6 +446,23 @@ def sample(
     if isinstance(recipe, Recipe):
         return recipe.world(number)
     return Recipe(recipe, folder=folder, seed=seed).world(number)
+
+
+def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> float:
+    """The gap of an object that is placed at random; raises `WorldError` for keys that do not fit."""
+    if "location" in item or "instance_of" in item:
+        raise WorldError(
+            f"{what}: location and instance_of cannot be used with on, which chooses the position",
+            code="conflicting_values",
+        )
+    gap = how.get("gap", MIN_GAP)
+    if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
+        raise WorldError(
+            f"{what}: gap must be a distance in metres of at least 0, got {gap!r}", code="out_of_range"
+        )
+    if not isinstance(how["on"], str):
+        raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}", code="wrong_type")
+    return float(gap)
 
 
 def _read(path: Path) -> tuple[dict[str, Any], Path]:

@@ -26,7 +26,7 @@ UNIT_VECTOR_CHANNELS = ("normal", "normal_camera", "shading_normal", "shading_no
 def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Returns a channel [h, w, ...] as an sRGB image, uint8 [h, w, 3]; the background is black.
 
-    * `color`, `albedo` and `shadow`: sRGB, as in PNG.
+    * `color`, `albedo`, `shadow` and `transmittance`: sRGB, as in PNG.
     * unit vectors: (x + 1) / 2, (y + 1) / 2, (z + 1) / 2, as in normal maps.
     * ids: one colour per id, which depends on the id only: hue id * 0.618034 (modulo 1), saturation and value between
       0.55 and 1.
@@ -35,7 +35,7 @@ def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]
     * other numbers: the colour map viridis from the image's lowest (dark) to its highest finite value; for `depth` and
       `distance` from the farthest (dark) to the nearest; for `coverage` and `alpha` from 0 to 1.
     """
-    if name in ("color", "albedo", "shadow"):
+    if name in ("color", "albedo", "shadow", "transmittance"):
         return np.asarray(_core.srgb_from_linear(np.ascontiguousarray(plane, np.float32), 1.0, 8, "standard"))
     if plane.dtype.kind == "i":
         return _ids(plane)

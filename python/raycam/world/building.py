@@ -22,7 +22,7 @@ from .description import corner_values, indices, plain
 from .edit import describe_light_change, describe_object_change
 from .framing import framing_camera
 from .joint_keyframes import expand_joint_keyframes
-from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
+from .keys import FogKeys, LightKeys, ObjectChanges, ObjectKeys, light_keys, merge_keys, object_keys
 from .robot_files import place_robot
 from .robot_joints import move_robot
 from .targets import aim_light
@@ -123,6 +123,7 @@ class WorldBuilding(WorldContents):
         geometry: Literal["visual", "collision"] = "visual",
         category: Literal["link", "robot"] = "link",
         missing: Literal["error", "box"] = "error",
+        up_axis: Literal["ignore", "apply"] = "ignore",
         clamp_joints: bool = False,
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
@@ -141,9 +142,10 @@ class WorldBuilding(WorldContents):
         read.
 
         `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
-        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. A xacro file, which
-        requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process that can read
-        only these folders.
+        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. The up axis of .dae
+        files is ignored, as in RViz; if parts of a robot are turned, its author expects `up_axis="apply"`. A xacro
+        file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process that
+        can read only these folders.
 
         Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
         `WorldError` for a name that is already used, unknown joints and an invalid placement.
@@ -166,13 +168,14 @@ class WorldBuilding(WorldContents):
             geometry=geometry,
             category=category,
             missing=missing,
+            up_axis=up_axis,
         )
         if joints is not None:
             self.set_joints(robot.name, joints, clamp_joints=clamp_joints)
         return robot
 
     def _add_model(self, model: RobotModel, files: FileResolver, **how: Any) -> Robot:
-        """Adds a robot of a file; `how` has the arguments of `place_robot`."""
+        """Adds a robot of a file; `how` contains the arguments of `place_robot`."""
         with self._warning():
             robot, notices = place_robot(self, model, files, **how)
             self._core.set_notices([*self._core.notices, *notices])
@@ -212,6 +215,22 @@ class WorldBuilding(WorldContents):
         with self._warning():
             given = aim_light(self, light_keys(description, dict(keys)))
             return _core.world_add_light(self._core, plain(given), None)
+
+    def set_fog(self, description: Mapping[str, Any] | None = None, /, **keys: Unpack[FogKeys]) -> None:
+        """Fills the world outside of objects with fog, described as in `[fog]` of a world file; replaces earlier fog.
+
+        Accepts a dict, keywords, or both; without any, the fog is removed. `visibility` is the distance in metres
+        after which 5 % of the contrast remains: `set_fog(visibility=80)`. `extinction` is the fraction of light that
+        is absorbed or scattered, per metre (ln 20 / `visibility`), `albedo` (default: 1) the fraction of that light
+        which is scattered; both are a number or linear red, green and blue. `g` (default: 0) is the mean cosine of
+        the scattering angle, between -1 and 1. `height` is the coordinate along the up axis below which the fog is
+        (default: everywhere).
+
+        Raises `WorldError` for an invalid value; the fog is then unchanged.
+        """
+        given = merge_keys(description, keys)
+        with self._warning():
+            _core.world_set_fog(self._core, plain(given) if given else None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera. A number is appended to a name that already exists. The first camera is the default camera."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..errors import WorldError, nearest
 from .texture import Texture, Wrap
 
-__all__ = ["LightKeys", "ObjectChanges", "ObjectKeys", "light_keys", "object_keys"]
+__all__ = ["FogKeys", "LightKeys", "ObjectChanges", "ObjectKeys", "light_keys", "merge_keys", "object_keys"]
 
 Color = npt.ArrayLike
 """Linear red, green and blue; one number for grey; "#rrggbb"; a colour name; or sRGB as `numpy.uint8`."""
@@ -96,6 +96,16 @@ class ObjectChanges(ObjectKeys, total=False):
     material: Mapping[str, Any]
 
 
+class FogKeys(TypedDict, total=False):
+    """The keys of `[fog]`; the world file reference describes them."""
+
+    visibility: float
+    extinction: float | npt.ArrayLike
+    albedo: float | npt.ArrayLike
+    g: float
+    height: float
+
+
 class LightKeys(TypedDict, total=False):
     """The keys of `[[light]]`; the world file reference lists those of each type."""
 
@@ -157,7 +167,7 @@ def object_keys(
                 code="unknown_name",
             )
         description = {"mesh": os.fspath(description)}
-    given = _together(description, keys)
+    given = merge_keys(description, keys)
     for shape, own in SHAPES.items():
         if shape in given:
             given[shape] = _shape_table(shape, own, given)
@@ -165,7 +175,7 @@ def object_keys(
 
 
 def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dict[str, Any]:
-    """The table of a shape, with those of its keys that stand beside it, which are taken out of the object's."""
+    """The table of a shape, including keys given next to it, which are removed from the object's keys."""
     table = given[shape]
     if (
         table is None
@@ -191,10 +201,11 @@ def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]
     """Merges a light's description (a dict or its type) with keywords; returns its keys."""
     if isinstance(description, str):
         description = {"type": description}
-    return _together(description, keys)
+    return merge_keys(description, keys)
 
 
-def _together(description: Mapping[str, Any] | None, keys: dict[str, Any]) -> dict[str, Any]:
+def merge_keys(description: Mapping[str, Any] | None, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Merges a description with keywords; raises `WorldError` for a description that is not a dict."""
     if description is not None and not isinstance(description, Mapping):
         raise WorldError(
             f"expected a dict, a text or keywords, not {type(description).__name__}", code="wrong_type"

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use raycam_formats::{AssetRoot, FormatError};
-use raycam_scene::schema::{ObjectSpec, SpannedValue, VideoSpec, WorldFile, from_value};
+use raycam_scene::schema::{FogSpec, ObjectSpec, SpannedValue, VideoSpec, WorldFile, from_value};
 use raycam_scene::{Light, World as Inner};
 
 use crate::error::{OrRaise, detached};
@@ -75,6 +75,22 @@ pub(crate) fn name_array(light: &mut Light) {
     {
         image.file = NAME.into();
     }
+}
+
+/// Gives the world a `[fog]`, another one, or none.
+#[pyfunction]
+pub(crate) fn world_set_fog(world: &World, description: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    let fog = match description {
+        Some(description) => {
+            let spec: FogSpec = from_value(&to_value(description, "")?).or_raise()?;
+            Some(spec.build().or_raise()?)
+        }
+        None => None,
+    };
+    world.modify(|inner| {
+        inner.fog = fog;
+        Ok(())
+    })
 }
 
 /// Sets or replaces the `[video]` of the world.

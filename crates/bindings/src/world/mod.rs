@@ -20,7 +20,7 @@ use pyo3::types::PyDict;
 use raycam_formats::MemoryFiles;
 use raycam_render::RenderError;
 use raycam_scene::world::WorldTime;
-use raycam_scene::{TextureCache, World as Inner, triangles};
+use raycam_scene::{Fog, TextureCache, World as Inner, triangles};
 
 use crate::arrays::{ArrayResult, DictResult, array};
 use crate::camera::{Camera, up};
@@ -203,6 +203,20 @@ impl World {
     fn default_camera(&self, size: [u32; 2]) -> PyResult<Camera> {
         let inner = self.snapshot().default_camera(size).or_raise()?;
         Ok(Camera { inner })
+    }
+
+    /// The fog with the keys of `[fog]`, if any.
+    #[getter]
+    fn fog<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(Fog { extinction, albedo, g, height }) = self.snapshot().fog else { return Ok(None) };
+        let dict = PyDict::new(py);
+        dict.set_item("extinction", extinction)?;
+        dict.set_item("albedo", albedo)?;
+        dict.set_item("g", g)?;
+        if let Some(height) = height {
+            dict.set_item("height", height)?;
+        }
+        Ok(Some(dict))
     }
 
     /// Returns `[render]` with the names of `raycam.render`.

@@ -60,6 +60,9 @@ pub enum Channel {
     /// Fraction of each colour's light that shadow catchers leave to the background; 1 without a shadow. A single frame
     /// always has 1, because the channel is a ratio of two frames.
     Shadow,
+    /// Fraction of light of each colour that fog and other media let pass between the camera and the surface.
+    /// Background: the fraction along a ray without end, 1 without fog.
+    Transmittance,
     /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
     /// Requesting this channel changes the samples drawn. With one sample per pixel: +inf.
     Error,
@@ -77,7 +80,7 @@ const fn info(channel: Channel, name: &'static str, kind: PixelType, components:
     ChannelInfo { channel, name, pixel_type: kind, components }
 }
 
-const CHANNELS: [ChannelInfo; 19] = [
+const CHANNELS: [ChannelInfo; 20] = [
     info(Channel::Color, "color", PixelType::F32, 3),
     info(Channel::Albedo, "albedo", PixelType::F32, 3),
     info(Channel::Depth, "depth", PixelType::F32, 1),
@@ -96,6 +99,7 @@ const CHANNELS: [ChannelInfo; 19] = [
     info(Channel::Coverage, "coverage", PixelType::F32, 1),
     info(Channel::Alpha, "alpha", PixelType::F32, 1),
     info(Channel::Shadow, "shadow", PixelType::F32, 3),
+    info(Channel::Transmittance, "transmittance", PixelType::F32, 3),
     info(Channel::Error, "error", PixelType::F32, 1),
 ];
 

@@ -97,6 +97,19 @@ impl<'a> ChannelReader<'a> {
         to_f32_normal(*self.rotation(i) * normal(self.exact.normals(i)))
     }
 
+    /// Fraction of light that fog lets pass between the camera and the surface.
+    #[inline]
+    pub fn transmittance(&self, i: usize) -> [f32; 3] {
+        let geometry = self.geometry(i);
+        let Some(fog) = &geometry.fog else {
+            return [1.0; 3];
+        };
+        let ray = &self.exact.rays[i];
+        let origin = DVec3::from(ray.origin) - geometry.origin;
+        let length = fog.length_inside(origin, ray.direction.into(), self.hit(i).map_or(f64::INFINITY, |hit| hit.t));
+        fog.transmittance(length).to_array()
+    }
+
     /// Index of the object.
     #[inline]
     pub fn instance(&self, i: usize) -> i32 {

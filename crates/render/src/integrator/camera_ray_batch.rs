@@ -18,6 +18,8 @@ pub(crate) struct CameraRayBatch<'a> {
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],
     pub samplers: &'a [Sampler],
+    /// Depth at which the rays start: see [`raycam_scene::Camera::ray_start_depth`].
+    pub start_depth: f64,
     /// True if these are late samples for path guiding.
     pub is_late: bool,
 }

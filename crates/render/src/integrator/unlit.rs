@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
+use crate::integrator::closed_form_fog::fade_unlit;
 use crate::integrator::requirements::effective_lights;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
@@ -15,8 +16,10 @@ pub(crate) fn radiance(
     is_background: &mut [bool],
 ) {
     let lights = effective_lights(Integrator::Flat, world);
-    let rays = batch.hits.iter().zip(batch.directions).zip(batch.ray_cones);
-    for (((hit, &direction), cone), (radiance, is_background)) in rays.zip(radiance.iter_mut().zip(is_background)) {
+    let rays = batch.hits.iter().zip(batch.directions).zip(batch.ray_cones).enumerate();
+    for ((index, ((hit, &direction), cone)), (radiance, is_background)) in
+        rays.zip(radiance.iter_mut().zip(is_background))
+    {
         *is_background = is_miss(hit);
         *radiance = if *is_background {
             lights.escaped_radiance(direction, None)
@@ -24,5 +27,8 @@ pub(crate) fn radiance(
             let footprint = world.geometry.footprint(hit, direction, &cone.propagate(hit.t));
             world.geometry.base_color(hit, &footprint)
         };
+        if let Some(fog) = &world.geometry.fog {
+            fade_unlit(fog, &world.geometry, batch, index, radiance);
+        }
     }
 }

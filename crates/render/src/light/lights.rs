@@ -1,11 +1,12 @@
 //! All lights of a scene.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::dispatch_simd;
 use raycam_scene::{Light, Up};
 
+use crate::light::air_light::AirLight;
 use crate::light::bounds::LightBounds;
 use crate::light::emissive_triangles::EmissiveTriangles;
 use crate::light::environment::EnvironmentLight;
@@ -34,6 +35,8 @@ pub(crate) struct Lights {
     pub(super) tree: LightTree,
     /// Emissive triangles.
     pub(super) emissive_triangles: Arc<EmissiveTriangles>,
+    /// Result of [`Lights::air_light`], computed on demand.
+    pub(super) air_light: OnceLock<AirLight>,
 }
 
 impl Lights {
@@ -65,7 +68,13 @@ impl Lights {
             infinite,
             finite,
             emissive_triangles: Arc::default(),
+            air_light: OnceLock::new(),
         }
+    }
+
+    /// The light from infinity that fog scatters, in closed form.
+    pub fn air_light(&self) -> &AirLight {
+        self.air_light.get_or_init(|| AirLight::new(self.infinite.iter().map(|&index| &self.lights[index])))
     }
 
     /// True if any light has no size, so that no ray scattered by a surface can hit it.
@@ -81,6 +90,11 @@ impl Lights {
     /// True if light samples may belong to infinite lights.
     pub fn has_infinite_samples(&self) -> bool {
         self.non_constant_infinite > 0
+    }
+
+    /// True if any light is infinitely far away.
+    pub fn has_infinite(&self) -> bool {
+        !self.infinite.is_empty()
     }
 
     /// True if any light without a mesh is finite.

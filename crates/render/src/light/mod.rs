@@ -13,6 +13,7 @@
 //!
 //! Uses the geometry and interactions; does not depend on BSDFs.
 
+pub(crate) mod air_light;
 pub(crate) mod bounds;
 pub(crate) mod default_lights;
 pub(crate) mod disk;

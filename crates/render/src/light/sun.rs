@@ -32,6 +32,11 @@ impl SunLight {
         Self { cone: DirectionCone::new(towards, sin2), irradiance, radiance: radiance.unwrap_or_default() }
     }
 
+    /// Direction to the sun, and the irradiance of a surface that faces it.
+    pub fn direction_and_irradiance(&self) -> (Vec3, Vec3) {
+        (self.cone.axis.as_vec3(), self.irradiance)
+    }
+
     pub fn is_point(&self) -> bool {
         self.cone.one_minus_cos == 0.0
     }

@@ -17,6 +17,7 @@ pub(crate) mod clearcoat;
 pub(crate) mod cone_mixture;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
+pub(crate) mod henyey_greenstein;
 pub(crate) mod phong_lobe;
 pub(crate) mod shading_frame;
 pub(crate) mod sheen;

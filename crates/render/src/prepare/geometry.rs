@@ -9,6 +9,7 @@ use raycam_scene::{Camera, Object, TextureCache, World};
 
 use crate::error::RenderError;
 use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
+use crate::prepare::fog::PreparedFog;
 use crate::prepare::instance::{PreparedInstance, transformed_bounds};
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::mesh::PreparedMesh;
@@ -38,6 +39,8 @@ pub(crate) struct Geometry {
     pub materials: Arc<Vec<PreparedMaterial>>,
     /// Result of [`Geometry::dielectric_bounds`], computed on demand.
     dielectric_bounds: OnceLock<Vec<Option<[DVec3; 2]>>>,
+    /// Fog outside of objects.
+    pub fog: Option<PreparedFog>,
     /// True if any material is not opaque.
     pub has_transparency: bool,
     pub textures: Arc<Vec<Arc<PreparedTexture>>>,
@@ -119,6 +122,7 @@ impl Geometry {
             object_bounds: vec![],
             dielectric_bounds: OnceLock::new(),
             instances,
+            fog: PreparedFog::of_world(world, extent.origin),
             has_transparency: materials.iter().any(PreparedMaterial::is_transparent),
             materials,
             textures,
@@ -134,6 +138,12 @@ impl Geometry {
         // Computed before the cell is locked, so that threads do not wait for it.
         let bounds = closed_dielectric_bounds(&self.instances, &self.materials, self.origin);
         self.dielectric_bounds.get_or_init(|| bounds)
+    }
+
+    /// True if light is absorbed or scattered between surfaces, other than inside of clear bodies.
+    #[inline]
+    pub fn has_media(&self) -> bool {
+        self.fog.is_some()
     }
 
     /// True if camera rays show the background in place of an instance.

@@ -5,6 +5,7 @@
 
 pub(crate) mod dielectric_bounds;
 pub(crate) mod family;
+pub(crate) mod fog;
 pub(crate) mod geometry;
 pub(crate) mod instance;
 pub(crate) mod material;

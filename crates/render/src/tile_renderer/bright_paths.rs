@@ -35,7 +35,8 @@ impl TileRenderer<'_> {
             let RayBatchBuffers { hits, origins, directions, cones, samplers, paths, .. } = &mut scratch.rays;
             self.cones.of_pixels(std::iter::repeat_n(pixel, hits.len()), cones);
             let (scene, ray_cones) = (self.scene, &**cones);
-            let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, is_late };
+            let start_depth = self.camera.ray_start_depth();
+            let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, start_depth, is_late };
             for found in integrator::bright_paths(self.world, self.settings, &batch, control, paths)? {
                 sum += f64::from(found.radiance);
                 if found.radiance > brightest.radiance {

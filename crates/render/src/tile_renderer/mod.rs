@@ -342,7 +342,8 @@ impl<'a> TileRenderer<'a> {
         misses.resize(hits.len(), false);
         let is_late = self.prepare_guiding(world, &scratch.lists.batch);
         let (scene, ray_cones) = (self.scene_of(world), &**cones);
-        let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, is_late };
+        let start_depth = self.camera.ray_start_depth();
+        let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, start_depth, is_late };
         integrator::radiance(world, self.settings, &batch, control, paths, (radiance, misses))?;
         self.add_radiance(scratch);
         Ok(())

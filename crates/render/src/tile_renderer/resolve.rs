@@ -65,6 +65,7 @@ impl TileRenderer<'_> {
                 C::Coverage => rows.write(|i| [estimator.coverage(i)]),
                 C::Alpha => rows.write(|i| [estimator.alpha(i)]),
                 C::Shadow => rows.write(|_| [1.0_f32; 3]),
+                C::Transmittance => rows.write(|i| truth.transmittance(i)),
                 C::Error => rows.write(|i| [estimator.error(i)]),
             }
         };
@@ -117,7 +118,9 @@ impl TileRenderer<'_> {
     /// Background pixel, if it is equal everywhere in the image.
     pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
         let Settings { time_limit, clamp, .. } = self.settings;
-        if self.needs.error || time_limit.is_some() || self.camera.vignetting().is_some() {
+        let has_transmittance = self.settings.channels.contains(&Channel::Transmittance);
+        let is_foggy = has_transmittance && self.world.geometry.fog.is_some();
+        if self.needs.error || time_limit.is_some() || self.camera.vignetting().is_some() || is_foggy {
             return None;
         }
         let mut scratch = ThreadScratch::default();

@@ -45,6 +45,9 @@ impl WorldFile {
             let rig = spec.build(self.up).map_err(within)?;
             world.add_rig(rig).map_err(within)?;
         }
+        if let Some(fog) = &self.fog {
+            world.fog = Some(fog.build().map_err(|error| error.in_context("fog"))?);
+        }
         self.render.validate().map_err(|error| error.in_context("render"))?;
         world.render = self.render;
         if let Some(spec) = &self.video {

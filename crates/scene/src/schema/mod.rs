@@ -26,6 +26,7 @@ pub use crate::schema::deserialize::from_value;
 pub use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
 pub use crate::schema::spec::camera::{CameraSpec, Projection};
+pub use crate::schema::spec::fog::FogSpec;
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
 pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use crate::schema::spec::pose::PoseSpec;
@@ -59,6 +60,8 @@ pub struct WorldFile {
     /// The lights: one table or several.
     #[schemars(schema_with = "one_or_many::<Light>")]
     pub light: Vec<Light>,
+    /// Fog that fills the world.
+    pub fog: Option<FogSpec>,
     /// Render settings. Arguments of the call and options of the command line take precedence.
     pub render: RenderOptions,
     /// A video of the world.

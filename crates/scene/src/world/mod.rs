@@ -26,6 +26,7 @@ use crate::animation::NodeTree;
 use crate::camera::{NamedCamera, Rig};
 use crate::light::Light;
 use crate::material::Material;
+use crate::medium::fog::Fog;
 use crate::mesh::Mesh;
 use crate::notice::Notice;
 use crate::render_options::RenderOptions;
@@ -98,6 +99,9 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
+    /// Fog outside of objects.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fog: Option<Fog>,
     /// True if a world with emissive surfaces but without other lights still gets default lights, as in glTF, whose
     /// viewers light every scene by an environment.
     pub emission_keeps_default_lights: bool,

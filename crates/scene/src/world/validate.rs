@@ -28,6 +28,9 @@ impl World {
         for light in std::mem::take(&mut self.lights) {
             self.add_light(light)?;
         }
+        if let Some(fog) = &self.fog {
+            fog.validate()?;
+        }
         self.render.validate()?;
         if let Some(video) = &self.video {
             video.validate(self.objects.len(), self.rigs.len())?;

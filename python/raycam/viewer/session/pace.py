@@ -5,7 +5,7 @@ from __future__ import annotations
 __all__ = ["Pace"]
 
 TARGET = 0.040  # seconds a moving image may take
-DIVISORS = (1, 2, 4)  # of the still image's sides
+DIVISORS = (1, 2, 4)  # fractions of the still image's sides
 SMOOTHING = 0.4  # the weight of the newest measurement
 MAX_BYTES = 100_000
 """Bytes of a moving image; at `MAX_MOVING_RATE`, 24 of them fit into a second."""
@@ -30,7 +30,7 @@ class Pace:
         return sizes[-1][0], sizes[-1][1]
 
     def measured(self, size: tuple[int, int], seconds: float, count: int = 0, channel: str = "color") -> None:
-        """Notes the time and the bytes of an image."""
+        """Records the render time and the bytes of an image."""
         self._bytes_per_pixel[channel] = count / (size[0] * size[1])
         new = seconds / (size[0] * size[1])
         old = self._seconds_per_pixel

@@ -31,6 +31,7 @@ const STYLES = {
   coverage: { kind: "share" },
   alpha: { kind: "share" },
   shadow: { kind: "light", of: 3 },
+  transmittance: { kind: "light", of: 3 },
   error: { kind: "scalar" },
   flow: { kind: "flow", of: 2, unit: "pixels" },
 };

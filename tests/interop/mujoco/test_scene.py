@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 import raycam
-from support.raises import raises
+from support.raises import raises, warns
 
 FLAT = """<mujoco>
   <asset>
@@ -60,7 +60,7 @@ def compare(model: Any, data: Any, scene: Any, name: str, tolerance: float) -> N
     camera = scene.world.camera(name)
     frame = raycam.render(scene.world, camera, channels=["distance", "instance"])
     distances, geoms = judge(scene, data, camera)
-    shown = np.array([*scene.geoms, -1])[frame["instance"]]
+    shown = np.array([*(geom for _, geom in scene.elements), -1])[frame["instance"]]
     same = shown == geoms
     assert same.mean() > 0.995
     hit = same & (geoms >= 0)
@@ -89,7 +89,7 @@ def test_round_shapes_agree_within_their_tessellation() -> None:
     camera = scene.world.camera("a")
     frame = raycam.render(scene.world, camera, channels=["distance", "instance"])
     distances, geoms = judge(scene, data, camera)
-    hit = (np.array([*scene.geoms, -1])[frame["instance"]] == geoms) & (geoms >= 0)
+    hit = (np.array([*(geom for _, geom in scene.elements), -1])[frame["instance"]] == geoms) & (geoms >= 0)
     assert np.median(abs(frame["distance"][hit] - distances[hit])) < 1e-3
     assert hit.sum() > 0.9 * (geoms >= 0).sum()
 
@@ -115,3 +115,37 @@ def test_other_objects_and_data_of_another_model_raise() -> None:
     other = mujoco.MjData(mujoco.MjModel.from_xml_string(ROUND))
     with raises(raycam.WorldError, code="invalid_world", mentions=["4", "6"]):
         scene.update(other)
+
+
+def test_data_without_poses_raises() -> None:
+    model = mujoco.MjModel.from_xml_string(FLAT)
+    with raises(raycam.WorldError, code="no_poses", mentions=["mj_forward"]):
+        raycam.from_mujoco(model, mujoco.MjData(model))
+
+
+def test_spot_lights_and_their_motion_reach_the_world() -> None:
+    model = mujoco.MjModel.from_xml_string("""<mujoco><statistic center="0 0 0" extent="2"/><worldbody>
+      <body pos="0 0 2"><joint type="slide" axis="1 0 0"/><geom size=".1"/>
+        <light pos="0 0 0" dir="0 0 -1" diffuse=".5 .5 .5" cutoff="30" exponent="0"/></body>
+      <geom type="plane" size="2 2 1" rgba="1 1 1 1"/></worldbody></mujoco>""")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with warns(raycam.Notice, code="approximated_value", mentions=["light0"]):
+        scene = raycam.from_mujoco(model, data)
+    light = scene.world.lights[0]
+    assert light["type"] == "spot"
+    np.testing.assert_allclose(light["intensity"], [np.pi * 0.5 * 4] * 3)  # irradiance pi / 2 at the centre
+    data.qpos[0] = 0.25
+    mujoco.mj_forward(model, data)
+    scene.update(data)
+    np.testing.assert_allclose(scene.world.lights[0]["position"], [0.25, 0, 2])
+
+
+def test_sites_are_added_on_request() -> None:
+    site = '<site name="tip" type="box" size=".1 .2 .3" pos="1 0 0"/>'
+    model = mujoco.MjModel.from_xml_string(f'<mujoco><worldbody><geom size=".1"/>{site}</worldbody></mujoco>')
+    assert [item.name for item in raycam.from_mujoco(model).world.objects] == ["geom0"]
+    scene = raycam.from_mujoco(model, sites=(0,))
+    assert [item.name for item in scene.world.objects] == ["geom0", "tip"]
+    assert scene.elements[1] == (int(mujoco.mjtObj.mjOBJ_SITE), 0)
+    np.testing.assert_allclose(scene.world.triangles(1).reshape(-1, 3).max(axis=0), [1.1, 0.2, 0.3])

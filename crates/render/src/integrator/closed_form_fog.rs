@@ -1,0 +1,97 @@
+//! Fog in closed form, for `flat` and `direct`: objects fade into the fog's own light with their distance.
+//!
+//! H. Koschmieder, "Theorie der horizontalen Sichtweite", 1924: radiance * T + air light * (1 - T), with the
+//! transmittance T of the ray's part in the fog.
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::Hit;
+
+use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
+use crate::integrator::path_state::PathState;
+use crate::integrator::path_tracer::PathTracer;
+use crate::prepare::fog::PreparedFog;
+use crate::prepare::geometry::Geometry;
+use crate::settings::Catchers;
+
+/// The distances at which the rays of paths begin, from the points that scattered the paths last: surfaces that let a path
+/// through leave its ray to go on.
+#[derive(Debug, Default)]
+pub(super) struct RayBegins(Vec<(DVec3, f64)>);
+
+impl RayBegins {
+    /// The distance at which the ray of a path begins, which ends at `hit`: there the next one begins, unless something
+    /// scatters the path. `start_depth` is that of [`CameraRayBatch`].
+    pub fn advance(&mut self, geometry: &Geometry, index: usize, path: &PathState, hit: &Hit, start_depth: f64) -> f64 {
+        let scattered = path.prev_context.position;
+        if self.0.len() <= index {
+            self.0.resize(index + 1, (DVec3::NAN, 0.0));
+        }
+        let own = if path.is_camera_ray { -start_depth } else { 0.0 };
+        let known = if self.0[index].0 == scattered { self.0[index].1 } else { own };
+        let begin = known.max(f64::from(path.passed_distance));
+        let end = geometry.ray_length(scattered, path.direction.as_dvec3(), hit);
+        self.0[index] = (scattered, end.max(begin));
+        begin
+    }
+
+    /// Forgets the paths of the batch before.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+}
+
+impl Geometry {
+    /// The scene-local position of a hit on the float64 triangle.
+    pub(super) fn hit_position(&self, hit: &Hit) -> DVec3 {
+        let [a, b, c] = self.corners(hit.instance, hit.triangle);
+        let (u, v) = (f64::from(hit.u), f64::from(hit.v));
+        a + (b - a) * u + (c - a) * v - self.origin
+    }
+
+    /// The length of a ray with a unit direction to its hit; infinite for a miss.
+    pub(super) fn ray_length(&self, start: DVec3, direction: DVec3, hit: &Hit) -> f64 {
+        if is_miss(hit) { f64::INFINITY } else { (self.hit_position(hit) - start).dot(direction) }
+    }
+}
+
+impl PathTracer<'_> {
+    /// Dims a path that no diffuse surface has scattered by the fog of its ray, and adds the fog's own light.
+    /// `begin` is the distance at which the ray begins.
+    pub(super) fn apply_closed_form_fog(
+        &self,
+        fog: &PreparedFog,
+        path: &mut PathState,
+        hit: &Hit,
+        begin: f64,
+        out: &mut Vec3,
+    ) {
+        let Some(air_light) = self.settings.air_light.filter(|_| path.specular_bounce) else {
+            return;
+        };
+        let is_out = |hit: &Hit| is_miss(hit) || self.geometry.is_left_out(self.settings.catchers, hit.instance);
+        let is_hidden = self.settings.catchers == Catchers::Only || self.settings.hide_environment && is_out(hit);
+        let direction = path.direction.as_dvec3();
+        let start = path.prev_context.position + direction * begin;
+        let length = self.geometry.ray_length(start, direction, hit);
+        let passed = fog.transmittance(fog.length_inside(start, direction, length));
+        if !(path.is_camera_ray && is_hidden) {
+            *out += path.throughput * (Vec3::ONE - passed) * air_light.radiance(path.direction, fog.albedo, fog.g);
+        }
+        path.throughput *= passed;
+    }
+}
+
+/// The fog in front of an unlit image: every object is as bright as its base colour, and the fog as its albedo.
+pub(super) fn fade_unlit(
+    fog: &PreparedFog,
+    geometry: &Geometry,
+    batch: &CameraRayBatch,
+    index: usize,
+    radiance: &mut Vec3,
+) {
+    let (hit, direction) = (&batch.hits[index], batch.directions[index].as_dvec3());
+    let start = batch.origins[index] - direction * batch.start_depth;
+    let length = geometry.ray_length(start, direction, hit);
+    let passed = fog.transmittance(fog.length_inside(start, direction, length));
+    *radiance = *radiance * passed + fog.albedo * (Vec3::ONE - passed);
+}

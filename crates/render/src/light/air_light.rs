@@ -1,0 +1,54 @@
+//! Air light: what a fog that is seen against nothing sends to the camera, in closed form.
+//!
+//! Single scattering of the light from infinity: H. Koschmieder, "Theorie der horizontalen Sichtweite", 1924. Light
+//! that the fog takes from suns and skies on its way, and light that is scattered twice, are taken as equal.
+
+use glam::Vec3;
+
+use crate::light::prepared_light::PreparedLight;
+use crate::lobes::henyey_greenstein::henyey_greenstein;
+
+/// Directions of the mean over a sky, in each of two dimensions.
+const MEAN_SAMPLES: usize = 64;
+
+/// Light from infinity that fog scatters.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct AirLight {
+    /// Mean radiance of the skies over all directions.
+    sky: Vec3,
+    /// Directions to the suns, and their irradiances.
+    suns: Vec<(Vec3, Vec3)>,
+}
+
+impl AirLight {
+    /// The light of these infinite lights.
+    pub fn new<'a>(lights: impl Iterator<Item = &'a PreparedLight>) -> Self {
+        let mut light = Self::default();
+        for source in lights {
+            match source {
+                PreparedLight::Sun(sun) => light.suns.push(sun.direction_and_irradiance()),
+                sky => light.sky += mean_radiance(sky),
+            }
+        }
+        light
+    }
+
+    /// Radiance along a ray without end, by the fog's albedo and mean cosine.
+    pub fn radiance(&self, direction: Vec3, albedo: Vec3, g: f32) -> Vec3 {
+        let suns =
+            self.suns.iter().map(|&(towards, irradiance)| irradiance * henyey_greenstein(direction.dot(towards), g));
+        albedo * (self.sky + suns.sum::<Vec3>())
+    }
+}
+
+/// Mean radiance over all directions, by the light's own samples at the centres of a grid.
+fn mean_radiance(sky: &PreparedLight) -> Vec3 {
+    let from = crate::interaction::LightSampleContext { position: glam::DVec3::ZERO, normal: Vec3::ZERO };
+    let center = |i: usize| (i as f32 + 0.5) / MEAN_SAMPLES as f32;
+    let samples = (0..MEAN_SAMPLES * MEAN_SAMPLES).filter_map(|i| {
+        let sample = sky.sample(&from, [center(i % MEAN_SAMPLES), center(i / MEAN_SAMPLES)])?;
+        Some(sample.radiance / sample.pdf)
+    });
+    let total: Vec3 = samples.sum();
+    total / (4.0 * std::f32::consts::PI * (MEAN_SAMPLES * MEAN_SAMPLES) as f32)
+}

@@ -1,0 +1,119 @@
+//! Fog of a prepared world: the part of a ray inside it, and how much light passes.
+
+use glam::{DVec3, Vec3};
+use raycam_scene::World;
+
+/// Fog around the scene-local origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PreparedFog {
+    /// Per metre.
+    pub extinction: Vec3,
+    pub albedo: Vec3,
+    /// Mean cosine of scattering angles.
+    pub g: f32,
+    /// The unit vector up.
+    pub up: DVec3,
+    /// The scene-local height below which the fog is; `None` for fog everywhere.
+    top: Option<f64>,
+}
+
+impl PreparedFog {
+    /// The fog of a world with this scene-local origin; `None` for a world without fog, or with fog that does nothing.
+    pub fn of_world(world: &World, origin: DVec3) -> Option<Self> {
+        let fog = world.fog.filter(|fog| fog.extinction != [0.0; 3])?;
+        let up = world.up.axis();
+        Some(Self {
+            extinction: fog.extinction.into(),
+            albedo: fog.albedo.into(),
+            g: fog.g,
+            up,
+            top: fog.height.map(|height| height - up.dot(origin)),
+        })
+    }
+
+    /// True if the fog ends at a height.
+    pub fn has_top(&self) -> bool {
+        self.top.is_some()
+    }
+
+    /// The fog below a scene-local height.
+    pub fn below(self, top: f64) -> Self {
+        Self { top: Some(top), ..self }
+    }
+
+    /// The interval of a ray's first `length` metres that is inside; its end is not before its begin. `direction` has
+    /// unit length, `length` may be infinite.
+    pub fn interval(&self, origin: DVec3, direction: DVec3, length: f64) -> [f64; 2] {
+        let length = length.max(0.0);
+        let Some(top) = self.top else {
+            return [0.0, length];
+        };
+        let up = self.up;
+        let (below, climb) = (top - up.dot(origin), up.dot(direction));
+        if climb == 0.0 {
+            return [0.0, if below > 0.0 { length } else { 0.0 }];
+        }
+        let crossing = (below / climb).clamp(0.0, length);
+        match (below > 0.0, climb > 0.0) {
+            (true, true) => [0.0, crossing],
+            (true, false) => [0.0, length],
+            (false, true) => [0.0, 0.0],
+            (false, false) => [crossing, length],
+        }
+    }
+
+    /// The metres of a ray's first `length` metres that are inside.
+    pub fn length_inside(&self, origin: DVec3, direction: DVec3, length: f64) -> f64 {
+        let [begin, end] = self.interval(origin, direction, length);
+        // Not a number for an infinite ray that never enters.
+        if end > begin { end - begin } else { 0.0 }
+    }
+
+    /// The fraction of light that passes this many metres of fog.
+    pub fn transmittance(&self, length: f64) -> Vec3 {
+        transmittance(self.extinction, length)
+    }
+}
+
+/// The fraction of light that passes matter of this extinction (Beer's law); 1 without extinction, even for an infinite
+/// length.
+pub(crate) fn transmittance(extinction: Vec3, length: f64) -> Vec3 {
+    let part = |extinction: f32| {
+        let depth = f64::from(extinction) * length;
+        if extinction == 0.0 { 1.0 } else { (-depth).exp() as f32 }
+    };
+    Vec3::new(part(extinction.x), part(extinction.y), part(extinction.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fog(top: Option<f64>) -> PreparedFog {
+        PreparedFog { extinction: Vec3::new(0.1, 0.0, 2.0), albedo: Vec3::ONE, g: 0.0, up: DVec3::Z, top }
+    }
+
+    #[test]
+    fn length_inside_below_a_height_equals_the_plane_formula() {
+        let fog = fog(Some(2.0));
+        let from = |z: f64| DVec3::new(3.0, -1.0, z);
+        let up = DVec3::new(0.6, 0.0, 0.8);
+        // From 1 below the top, 1 / 0.8 metres lead out.
+        assert_eq!(fog.length_inside(from(1.0), up, 10.0), 1.25);
+        assert_eq!(fog.length_inside(from(1.0), up, f64::INFINITY), 1.25);
+        assert_eq!(fog.length_inside(from(1.0), up, 0.5), 0.5);
+        assert_eq!(fog.length_inside(from(1.0), -up, 10.0), 10.0);
+        assert_eq!(fog.length_inside(from(3.0), -up, 10.0), 8.75);
+        assert_eq!(fog.length_inside(from(3.0), -up, 1.0), 0.0);
+        assert_eq!(fog.length_inside(from(3.0), up, f64::INFINITY), 0.0);
+        assert_eq!(fog.length_inside(from(3.0), DVec3::X, f64::INFINITY), 0.0);
+        assert_eq!(fog.length_inside(from(1.0), DVec3::X, f64::INFINITY), f64::INFINITY);
+    }
+
+    #[test]
+    fn transmittance_of_infinite_rays_is_0_or_1() {
+        assert_eq!(fog(None).transmittance(f64::INFINITY), Vec3::new(0.0, 1.0, 0.0));
+        let passed = fog(None).transmittance(5.0);
+        assert!((passed - Vec3::new((-0.5f32).exp(), 1.0, (-10.0f32).exp())).abs().max_element() < 1e-7);
+    }
+}

@@ -1,0 +1,33 @@
+//! Participating media: matter that absorbs and scatters light on its way, the same everywhere in its volume.
+
+pub mod fog;
+
+use crate::color::Rgb;
+use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
+
+/// Visibility times extinction: the contrast of a black object against the horizon falls to 5 % after the visibility.
+///
+/// H. Koschmieder, "Theorie der horizontalen Sichtweite", 1924, with the threshold of the meteorological optical range
+/// (World Meteorological Organization, Guide to Instruments and Methods of Observation, WMO-No. 8, 9.1.1).
+pub fn visibility_constant() -> f64 {
+    20f64.ln()
+}
+
+/// Coefficients that are finite and at least 0.
+pub(crate) fn check_coefficients(key: &str, rgb: Rgb) -> Result<()> {
+    if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
+        return Ok(());
+    }
+    let message = format!("{rgb:?}: expected numbers per metre that are finite and >= 0");
+    Err(SceneError::schema(key, ErrorCode::OutOfRange.message(message)))
+}
+
+/// The mean cosine of scattering angles, between -1 and 1.
+pub(crate) fn check_mean_cosine(g: f32) -> Result<()> {
+    if g > -1.0 && g < 1.0 {
+        return Ok(());
+    }
+    let message = format!("{g}: expected a number between -1 and 1, the mean cosine of the scattering angle");
+    Err(SceneError::schema("g", ErrorCode::OutOfRange.message(message)))
+}

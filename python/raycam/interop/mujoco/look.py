@@ -1,0 +1,284 @@
+"""MuJoCo's own light: the model of OpenGL's fixed pipeline with shadows, evaluated at exact hits.
+
+Sources: OpenGL 2.1 specification, sections 2.14.1 (lighting) and 3.8.13 (texture environments); MuJoCo's
+documentation, chapter Visualization. Sums are formed and clamped in sRGB, as MuJoCo does. Differences: light is
+computed at every pixel instead of every vertex, shadows are exact instead of from a shadow map, and haze is not drawn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arguments import Floats
+from ...camera import Camera
+from ...world import World
+from .cube_map import sample_cube_map
+from .model import DIRECTIONAL, SPOT
+from .surfaces import Surfaces
+from .textures import skybox_faces
+
+__all__ = ["Light", "MujocoLook", "model_lights"]
+
+Single = npt.NDArray[np.float32]
+FIELDS = ("position", "shading_normal", "normal", "instance", "triangle", "uv", "distance")
+SHADOW_FIELDS = ("position", "normal", "instance", "triangle")
+NO_LIGHT = 0.3
+"""The ambient light of models without any light (`mjr_render`)."""
+BIAS = 1e-4
+"""The distance between a surface and the start of its shadow rays, as a share of the model's extent."""
+CORNERS = np.array([[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]])
+"""Offsets of the four samples in a pixel: a rotated grid."""
+EDGE = 0.1
+"""Pixels whose colour differs by more from a neighbour's get four samples."""
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light of the model at its place in the world."""
+
+    kind: int
+    position: Floats
+    direction: Floats
+    ambient: Floats
+    diffuse: Floats
+    specular: Floats
+    shadow: bool
+    attenuation: Floats
+    cutoff: float
+    exponent: float
+
+
+def model_lights(model: Any, data: Any) -> list[Light]:
+    """Returns the active lights in the state `data`, without the headlight and those that OpenGL does not draw."""
+    lights = []
+    for light in np.flatnonzero(np.asarray(model.light_active)):
+        kind = int(model.light_type[light])
+        if kind in (SPOT, DIRECTIONAL):
+            directional = kind == DIRECTIONAL
+            lights.append(
+                Light(
+                    kind,
+                    position=np.array(data.light_xpos[light], np.float64),
+                    direction=np.array(data.light_xdir[light], np.float64),
+                    ambient=np.array(model.light_ambient[light], np.float64),
+                    diffuse=np.array(model.light_diffuse[light], np.float64),
+                    specular=np.array(model.light_specular[light], np.float64),
+                    shadow=bool(model.light_castshadow[light]),
+                    attenuation=np.array([1, 0, 0] if directional else model.light_attenuation[light]),
+                    cutoff=float(model.light_cutoff[light]),
+                    exponent=float(model.light_exponent[light]),
+                )
+            )
+    return lights
+
+
+class MujocoLook:
+    """Computes images of a model's world in MuJoCo's own light."""
+
+    def __init__(self, model: Any, world: World, surfaces: Surfaces) -> None:
+        self._model, self._world, self._surfaces = model, world, surfaces
+        self._skybox = skybox_faces(model)
+        self._pixel = 1e-3
+
+    def image(self, camera: Camera, lights: list[Light], *, samples: int = 4) -> npt.NDArray[np.uint8]:
+        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples a pixel."""
+        width, height = camera.size
+        v, u = np.mgrid[:height, :width] + 0.5 + camera.corner
+        pixels = np.stack([u.ravel(), v.ravel()], axis=1)
+        middle = camera.rays(np.array([[width / 2, height / 2], [width / 2 + 1, height / 2]]) + camera.corner)
+        self._pixel = float(np.nan_to_num(np.linalg.norm(middle[1][1] - middle[1][0]), nan=1e-3))
+        colors = self._colors(camera, pixels, lights)
+        if samples > 1:
+            edges = _edges(colors.reshape(height, width, 3))
+            places = (pixels[edges][:, None] + CORNERS).reshape(-1, 2)
+            if len(places):
+                colors[edges] = self._colors(camera, places, lights).reshape(-1, len(CORNERS), 3).mean(axis=1)
+        return np.round(255 * colors).astype(np.uint8).reshape(height, width, 3)
+
+    def _colors(self, camera: Camera, pixels: Floats, lights: list[Light]) -> Single:
+        """The colours [n, 3] seen at points of the image [n, 2]."""
+        origins, directions = camera.rays(pixels)
+        lights = [*lights, *self._headlight(camera)]
+        colors = np.zeros((len(directions), 3), np.float32)
+        hit = np.zeros(len(directions), bool)
+        if self._surfaces.opaque:
+            hits = self._cast(origins, directions, self._surfaces.opaque)
+            hit = hits["instance"] >= 0
+            chosen = hits if hit.all() else {name: value[hit] for name, value in hits.items()}
+            colors[hit] = self._light(chosen, directions[hit], lights, shadows=True)
+            if self._surfaces.mirror is not None:
+                colors[hit] += self._reflection(chosen, directions[hit], lights)
+                np.minimum(colors, 1, out=colors)
+        if self._skybox is not None:
+            sky = ~hit & np.isfinite(directions).all(axis=1)
+            x, y, z = directions[sky].T
+            colors[sky] = sample_cube_map(self._skybox, np.stack([x, z, -y], axis=1))
+        self._blend(colors, origins, directions, lights)
+        return colors
+
+    def _cast(self, origins: Floats, directions: Floats, objects: list[int] | None) -> dict[str, Any]:
+        """The nearest hits on front faces, which are the only ones that MuJoCo draws."""
+        return self._world.cast_rays(origins, directions, facing="front", fields=FIELDS, objects=objects)
+
+    def _blend(
+        self,
+        colors: Single,
+        origins: Floats,
+        directions: Floats,
+        lights: list[Light],
+        *,
+        strength: float = 1.0,
+        travelled: Floats | None = None,
+    ) -> None:
+        """Blends the nearest transparent surface over the colours [n, 3] where no opaque one hides it."""
+        if not self._surfaces.transparent:
+            return
+        hits = self._cast(origins, directions, None)
+        blended = np.isin(hits["instance"], self._surfaces.transparent)
+        chosen = {name: value[blended] for name, value in hits.items()}
+        if travelled is not None:
+            chosen["distance"] = chosen["distance"] + travelled[blended]
+        front = self._light(chosen, directions[blended], lights, shadows=False, strength=strength)
+        # MuJoCo blends transparent geoms twice: front to back, then back to front.
+        alpha = 1 - (1 - self._surfaces.alpha[chosen["instance"]][:, None]) ** 2
+        colors[blended] = alpha * front + (1 - alpha) * colors[blended]
+
+    def _reflection(self, hits: dict[str, Any], directions: Floats, lights: list[Light]) -> Single:
+        """What the reflecting plane or box top shows at hits [n, 3]; without shadows, as in MuJoCo."""
+        assert self._surfaces.mirror is not None
+        number, strength = self._surfaces.mirror
+        colors = np.zeros((len(directions), 3), np.float32)
+        matrix = self._world.objects[number].matrix
+        up = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+        shown = (hits["instance"] == number) & (hits["normal"] @ up > 0.999)
+        others = [each for each in self._surfaces.opaque if each != number]
+        if not shown.any():
+            return colors
+        start, incoming, travelled = (
+            array[shown] for array in (hits["position"], directions, hits["distance"])
+        )
+        reflected = incoming - 2 * (incoming @ up)[:, None] * up
+        light = np.zeros((len(incoming), 3), np.float32)
+        if others:
+            seen = self._cast(start, reflected, others)
+            met = seen["instance"] >= 0
+            chosen = {name: value[met] for name, value in seen.items()}
+            chosen["distance"] = chosen["distance"] + travelled[met]
+            light[met] = self._light(chosen, reflected[met], lights, shadows=False, strength=strength)
+        self._blend(light, start, reflected, lights, strength=strength, travelled=travelled)
+        colors[shown] = light
+        return colors
+
+    def _light(
+        self,
+        hits: dict[str, Any],
+        directions: Floats,
+        lights: list[Light],
+        *,
+        shadows: bool,
+        strength: float = 1.0,
+    ) -> Single:
+        """The light [n, 3] of hits towards the rays' origins; `strength` scales the colour of the surface."""
+        instance, normal = hits["instance"], hits["shading_normal"].astype(np.float32)
+        view = -directions.astype(np.float32)
+        color = strength * self._surfaces.colors(instance)
+        ambient = np.float32(0.0 if lights else NO_LIGHT)
+        plain = color * (self._surfaces.emission[instance][:, None] + ambient)
+        shadowed = np.zeros_like(plain)
+        for light in lights:
+            one = self._one_light(light, hits, normal, view, color)
+            if shadows and light.shadow:
+                lit = np.flatnonzero(one.any(axis=1))
+                lit = lit[~self._shadowed(light, {name: hits[name][lit] for name in SHADOW_FIELDS})]
+                shadowed[lit] += np.minimum(one[lit], 1)
+            else:
+                plain += one
+        total = shadowed + np.minimum(plain, 1)
+        facing = np.maximum(abs(np.einsum("nc,nc->n", hits["normal"], directions)), 0.05)
+        footprint = (self._pixel * hits["distance"] / facing).astype(np.float32)
+        factors = self._surfaces.texture_factors(hits, footprint)
+        return np.asarray(np.minimum(total if factors is None else total * factors, 1), np.float32)
+
+    def _one_light(
+        self, light: Light, hits: dict[str, Any], normal: Single, view: Single, color: Single
+    ) -> Single:
+        """The light [n, 3] that surfaces of a colour [n, 3] send back of one light, without shadow."""
+        towards, fade = _towards(light, hits["position"])
+        cosine = np.maximum(np.einsum("nc,nc->n", normal, towards), 0)
+        half = towards + view
+        half /= np.maximum(_lengths(half), 1e-12)[:, None]
+        aligned = np.maximum(np.einsum("nc,nc->n", normal, half), 0)
+        instance = hits["instance"]
+        gloss = self._surfaces.specular[instance] * np.power(aligned, self._surfaces.exponent[instance])
+        gloss *= cosine > 0
+        diffuse = light.ambient.astype(np.float32) + cosine[:, None] * light.diffuse.astype(np.float32)
+        specular = gloss[:, None] * light.specular.astype(np.float32)
+        return np.asarray(fade[:, None] * (color * diffuse + specular), np.float32)
+
+    def _shadowed(self, light: Light, hits: dict[str, Any]) -> npt.NDArray[np.bool_]:
+        """True [n] where another surface hides the light."""
+        start = hits["position"] + BIAS * float(self._model.stat.extent) * hits["normal"]
+        if light.kind == DIRECTIONAL:
+            towards, end = np.broadcast_to(-light.direction, start.shape), np.inf
+        else:
+            towards, end = light.position - start, 1.0
+        skip = (hits["instance"], hits["triangle"])
+        return self._world.occluded(start, towards, end, skip=skip)
+
+    def _headlight(self, camera: Camera) -> list[Light]:
+        """The light at the camera, in its viewing direction; a list with at most one light."""
+        headlight = self._model.vis.headlight
+        if not headlight.active:
+            return []
+        return [
+            Light(
+                DIRECTIONAL,
+                position=camera.C,
+                direction=camera.R[2],
+                ambient=np.array(headlight.ambient, np.float64),
+                diffuse=np.array(headlight.diffuse, np.float64),
+                specular=np.array(headlight.specular, np.float64),
+                shadow=False,
+                attenuation=np.array([1.0, 0, 0]),
+                cutoff=180.0,
+                exponent=0.0,
+            )
+        ]
+
+
+def _towards(light: Light, position: Floats) -> tuple[Single, Single]:
+    """Unit directions [n, 3] to a light, and the share [n] that is left by distance and cone."""
+    if light.kind == DIRECTIONAL:
+        towards = np.broadcast_to(-light.direction / np.linalg.norm(light.direction), position.shape)
+        return towards.astype(np.float32), np.ones(len(position), np.float32)
+    towards = (light.position - position).astype(np.float32)
+    distance = _lengths(towards)
+    towards /= np.maximum(distance, 1e-12)[:, None]
+    constant, linear, quadratic = light.attenuation
+    fade = 1 / np.maximum(constant + linear * distance + quadratic * distance**2, 1e-12)
+    along = -(towards @ (light.direction / np.linalg.norm(light.direction)).astype(np.float32))
+    inside = along >= np.cos(np.radians(light.cutoff))
+    cone = np.where(inside, np.power(np.maximum(along, 0), light.exponent), 0)
+    return towards, (fade * cone).astype(np.float32)
+
+
+def _lengths(vectors: Single) -> Single:
+    """The lengths [n] of vectors [n, 3]."""
+    return np.sqrt(np.einsum("nc,nc->n", vectors, vectors))
+
+
+def _edges(colors: Single) -> npt.NDArray[np.bool_]:
+    """True [h * w] for pixels that differ from a neighbour."""
+    edges = np.zeros(colors.shape[:2], bool)
+    for axis in (0, 1):
+        step = abs(np.diff(colors, axis=axis)).max(axis=2) > EDGE
+        before, after = ((slice(None, -1), slice(None)), (slice(1, None), slice(None)))
+        if axis == 1:
+            before, after = before[::-1], after[::-1]
+        edges[before] |= step
+        edges[after] |= step
+    return edges.ravel()

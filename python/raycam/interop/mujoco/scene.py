@@ -1,0 +1,205 @@
+"""A world with the objects, lights and cameras of a MuJoCo model, which follows the model's state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arguments import Floats
+from ...camera import Camera
+from ...errors import Notice, WorldError
+from ...notices import warn_all
+from ...world import World
+from .cameras import model_camera
+from .deformable import Deformable, deformables, smooth_normals
+from .lights import LightSources
+from .look import MujocoLook, model_lights
+from .materials import element_look, material_keys
+from .model import GEOM_OBJECT, SDF, SITE_OBJECT, element_name, element_prefix
+from .shapes import element_shape, with_texture
+from .surfaces import Surfaces, texel_density
+from .textures import color_texture, skybox_faces
+
+__all__ = ["MujocoScene", "from_mujoco"]
+
+SHOWN_GROUPS = (0, 1, 2)
+"""Groups of geoms that MuJoCo's viewer shows by default."""
+
+
+class MujocoScene:
+    """A MuJoCo model as a world, from `from_mujoco`; `update` moves its objects, lights and cameras."""
+
+    def __init__(self, model: Any, data: Any, groups: tuple[int, ...], sites: tuple[int, ...]) -> None:
+        self.model = model
+        self.world = World()
+        """The world, with one object per visible geom, site, skin and flex, and the model's lights and cameras."""
+        self.elements: list[tuple[int, int]] = []
+        """For each object of the world, its type (`mjtObj`: geom, site, flex or skin) and its id in the model."""
+        self._scales: list[Floats] = []
+        self._deformables: dict[int, Deformable] = {}
+        self._densities: dict[int, tuple[int, Floats]] = {}
+        self._check(data)
+        notices: list[Notice] = []
+        for kind, count, shown in ((GEOM_OBJECT, model.ngeom, groups), (SITE_OBJECT, model.nsite, sites)):
+            group = getattr(model, f"{element_prefix(kind)}_group")
+            for number in range(count):
+                if group[number] in shown and element_look(model, kind, number)[0][3] > 0:
+                    self._add_rigid(kind, number, notices)
+        for deformable in deformables(model, groups, notices):
+            self._add_deformable(deformable, data)
+        self._lights = LightSources(self.world, model, data, notices)
+        for camera in range(model.ncam):
+            self.world.add_camera(model_camera(model, camera, data), element_name(model, "cam", camera))
+        if model.ntendon:
+            notices.append(Notice(f"{model.ntendon} tendons are not shown", "ignored_element"))
+        if skybox_faces(model) is not None:
+            text = "the skybox is not part of the world; only MujocoScene.render shows it"
+            notices.append(Notice(text, "ignored_element"))
+        self._look = MujocoLook(model, self.world, Surfaces(model, self.elements, self._densities))
+        self.update(data)
+        warn_all(notices)
+        self.notices = notices
+        """Parts of the model that are not shown or approximated."""
+
+    def update(self, data: Any) -> None:
+        """Moves objects, lights and cameras to the state in `data` (`geom_xpos`, `cam_xpos`, ...).
+
+        No mesh is rebuilt, except skins and flexes, whose vertices move. `mujoco.mj_forward` or `mj_step` must have
+        computed the state. Raises `WorldError` for data of another model or without poses.
+        """
+        self._check(data)
+        for number, (kind, element) in enumerate(self.elements):
+            if kind in (GEOM_OBJECT, SITE_OBJECT):
+                prefix, matrix = element_prefix(kind), np.eye(4)
+                rotation = np.asarray(getattr(data, f"{prefix}_xmat")[element]).reshape(3, 3)
+                matrix[:3, :3] = rotation @ self._scales[number]
+                matrix[:3, 3] = getattr(data, f"{prefix}_xpos")[element]
+                self.world.set_object(number, matrix=matrix)
+            else:
+                self.world.set_object(number, **self._moved(self._deformables[number], data))
+        self._lights.update(data)
+        self._light_states = model_lights(self.model, data)
+        for camera, name in enumerate(self.world.cameras):
+            self.world.set_camera(name, model_camera(self.model, camera, data))
+
+    def _check(self, data: Any) -> None:
+        """Raises `WorldError` unless `data` has the poses of this model."""
+        if len(data.geom_xpos) != self.model.ngeom or len(data.cam_xpos) != self.model.ncam:
+            raise WorldError(
+                f"data belongs to another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, "
+                f"expected {self.model.ngeom} and {self.model.ncam}"
+            )
+        if self.model.ngeom and not np.any(data.geom_xmat):
+            raise WorldError(
+                "data has no poses yet; call mujoco.mj_forward(model, data) first", code="no_poses"
+            )
+
+    def render(self, camera: Camera, *, samples: int = 4) -> npt.NDArray[np.uint8]:
+        """Returns the image in MuJoCo's own light (OpenGL's): sRGB, uint8 [h, w, 3].
+
+        It resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting plane or
+        box, blended transparent geoms and the skybox. Shadows are exact, light is computed at every pixel instead of
+        every vertex, and haze is not drawn. With `samples=4` (default), edges are antialiased; 1 takes the centre of
+        each pixel only. `raycam.render(scene.world, camera)` computes physically based light instead.
+        """
+        return self._look.image(camera, self._light_states, samples=samples)
+
+    def _moved(self, deformable: Deformable, data: Any) -> Any:
+        """The keys of an object with the vertices of a skin or flex in the state `data`."""
+        vertices = deformable.vertices(self.model, data)
+        keys: dict[str, Any] = {"vertices": vertices}
+        if deformable.smooth(self.model):
+            keys["normals"] = smooth_normals(vertices, deformable.triangles(self.model))
+        return keys
+
+    def _add_rigid(self, kind: int, number: int, notices: list[Notice]) -> None:
+        """Adds a geom or site."""
+        model, prefix = self.model, element_prefix(kind)
+        name = element_name(model, prefix, number)
+        shape_kind = int(getattr(model, f"{prefix}_type")[number])
+        shape = element_shape(model, kind, number)
+        if shape is None:
+            text = f"{prefix} {name!r}: shapes of type {shape_kind} are not shown"
+            notices.append(Notice(text, "ignored_element"))
+            return
+        if shape_kind == SDF:
+            text = f"geom {name!r}: a signed distance field is shown as its mesh"
+            notices.append(Notice(text, "approximated_value"))
+        rgba, material = element_look(model, kind, number)
+        shape = with_texture(model, kind, number, shape, material)
+        body = int(getattr(model, f"{prefix}_bodyid")[number])
+        self.world.add_object(
+            name=name,
+            category=element_name(model, "body", body),
+            **shape.keys,
+            **material_keys(model, rgba, material),
+        )
+        self._note_texture(material, shape.keys)
+        self.elements.append((kind, number))
+        self._scales.append(shape.scale)
+
+    def _add_deformable(self, deformable: Deformable, data: Any) -> None:
+        model = self.model
+        name = element_name(model, element_prefix(deformable.kind), deformable.number)
+        rgba, material = element_look(model, deformable.kind, deformable.number)
+        keys = self._moved(deformable, data)
+        coordinates = deformable.coordinates(model)
+        if coordinates is not None:
+            keys["uvs"] = coordinates
+        elif color_texture(model, material) >= 0:
+            material = -1
+        self._deformables[len(self.elements)] = deformable
+        self.world.add_object(
+            name=name,
+            triangles=deformable.triangles(model),
+            **keys,
+            **material_keys(model, rgba, material),
+        )
+        self._note_texture(material, keys | {"triangles": deformable.triangles(model)})
+        self.elements.append((deformable.kind, deformable.number))
+        self._scales.append(np.eye(3))
+
+    def _note_texture(self, material: int, keys: Any) -> None:
+        """Keeps the texture of the object that is added next, for `render`."""
+        texture = color_texture(self.model, material)
+        if texture >= 0:
+            size = int(self.model.tex_width[texture]), int(self.model.tex_height[texture])
+            corners, uvs = (
+                np.asarray(keys[name], np.float64)[keys["triangles"]] for name in ("vertices", "uvs")
+            )
+            self._densities[len(self.elements)] = texture, texel_density(corners, uvs, size)
+
+    def __repr__(self) -> str:
+        """Counts as text."""
+        geoms = sum(kind == GEOM_OBJECT for kind, _ in self.elements)
+        return f"MujocoScene: {geoms} of {self.model.ngeom} geoms; {self.world!r}"
+
+
+def from_mujoco(
+    model: Any, data: Any = None, *, groups: tuple[int, ...] = SHOWN_GROUPS, sites: tuple[int, ...] = ()
+) -> MujocoScene:
+    """Creates a world from a `mujoco.MjModel`; returns a scene with `world` and `update(data)`.
+
+    `data` is the `mujoco.MjData` whose state is shown (default: the initial state). Geoms, skins and flexes of
+    `groups` (default: 0, 1 and 2, as in MuJoCo's viewer) that are not fully transparent become objects, named as in
+    the model, and so do the sites of the groups `sites` (default: none). The category of a geom or site is its body's
+    name. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them; colour textures (2D and cube maps)
+    are mapped as in MuJoCo 4.
+
+    Directional lights become suns; spot and point lights get weaker with the square of the distance, with a notice;
+    ambient light and the headlight become an even sky. Cables, tendons, image lights and the thickness of flexes are
+    omitted, with notices. `MujocoScene.render` shows such a world in MuJoCo's own light.
+
+    Raises `WorldError` for objects that are not a model and for `data` without poses, and `ImportError` without
+    MuJoCo if `data` is not given.
+    """
+    if not hasattr(model, "geom_type") or not hasattr(model, "mesh_vert"):
+        raise WorldError(f"expected a mujoco.MjModel, not {type(model).__name__}")
+    if data is None:
+        import mujoco
+
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+    return MujocoScene(model, data, tuple(groups), tuple(sites))

@@ -1,0 +1,197 @@
+"""The shapes of a MuJoCo model's geoms as meshes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...arguments import Floats
+from ...world.capsule import capsule_mesh
+from .model import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    GEOM_OBJECT,
+    HFIELD,
+    MESH,
+    PLANE,
+    SDF,
+    SPHERE,
+    element_prefix,
+)
+from .primitives import textured_primitive
+from .textures import color_texture, is_cube, map_cube, planar_coordinates
+
+__all__ = ["Shape", "element_shape", "with_texture"]
+
+INFINITE_PLANE = 100.0
+"""Half the side length, in metres, of planes of size 0, which MuJoCo extends to the horizon."""
+CREASE = 0.8
+"""The cosine between a normal and the triangle's below which MuJoCo shades the corner flat (`mjr_uploadMesh`)."""
+KEPT_IN_METRES = (PLANE, HFIELD, MESH, SDF)
+"""Geoms whose vertices MuJoCo keeps in metres; those of the others are in units of the geom's size."""
+
+
+@dataclass
+class Shape:
+    """A shape in the geom's frame: keys of an object, and a scale for the object's matrix."""
+
+    keys: dict[str, Any]
+    scale: Floats = field(default_factory=lambda: np.eye(3))
+    """Applied to the keys' shape, which is a unit sphere for spheres and ellipsoids [3, 3]."""
+    uvs: Floats | None = None
+    """The mesh's own texture coordinates [t, 3, 2], if the model has some."""
+
+
+def element_shape(model: Any, element: int, number: int) -> Shape | None:
+    """Returns the shape of a geom or site; None for kinds that are not shown."""
+    kind, size = _kind_and_size(model, element, number)
+    data = int(model.geom_dataid[number]) if element == GEOM_OBJECT else -1
+    if kind == PLANE:
+        sides = [2 * (half if half > 0 else INFINITE_PLANE) for half in size[:2]]
+        return Shape({"plane": {"size": sides}})
+    if kind in (SPHERE, ELLIPSOID):
+        return Shape({"sphere": {"radius": 1.0}}, np.diag(size if kind == ELLIPSOID else [size[0]] * 3))
+    if kind == BOX:
+        return Shape({"box": {"size": (2 * size).tolist()}})
+    if kind == CYLINDER:
+        return Shape({"cylinder": {"radius": size[0], "height": 2 * size[1]}})
+    if kind == CAPSULE:
+        vertices, faces, normals = capsule_mesh(size[0], 2 * size[1])
+        return Shape({"vertices": vertices, "triangles": faces, "normals": normals})
+    if kind == HFIELD:
+        vertices, faces = _height_field(model, data)
+        return Shape({"vertices": vertices, "triangles": faces})
+    if kind in (MESH, SDF) and data >= 0:
+        return _mesh(model, data)
+    return None
+
+
+def with_texture(model: Any, element: int, number: int, shape: Shape, material: int) -> Shape:
+    """Returns the shape with texture coordinates for its material's texture; itself if there is no texture."""
+    texture = color_texture(model, material)
+    if texture < 0:
+        return shape
+    kind, size = _kind_and_size(model, element, number)
+    scale = _half_sizes(kind, size)
+    uniform, repeat = (
+        bool(model.mat_texuniform[material]),
+        np.asarray(model.mat_texrepeat[material], np.float64),
+    )
+    endless = kind == PLANE and (scale[:2] == 0).any()
+    corners, normals, uvs = _own_coordinates(kind, size, shape, endless)
+    if is_cube(model, texture):
+        factors = scale if uniform else np.ones(3)
+        if kind not in KEPT_IN_METRES:
+            factors = factors / np.maximum(scale, 1e-15)
+        corners, uvs, source, weights = map_cube(corners, factors, int(model.tex_width[texture]))
+        normals = normals if normals is None else np.einsum("mkj,mjc->mkc", weights, normals[source])
+    elif uvs is not None:
+        uvs = uvs * repeat * (scale[:2] if uniform else 1.0)
+    else:
+        uvs = planar_coordinates(corners, repeat, scale[:2], uniform)
+    keys: dict[str, Any] = {
+        "vertices": corners.reshape(-1, 3),
+        "triangles": np.arange(3 * len(corners)).reshape(-1, 3),
+        "uvs": uvs.reshape(-1, 2),
+    }
+    if normals is not None:
+        keys["normals"] = normals.reshape(-1, 3)
+    return Shape(keys)
+
+
+def _own_coordinates(
+    kind: int, size: Floats, shape: Shape, endless: bool
+) -> tuple[Floats, Floats | None, Floats | None]:
+    """The corners [t, 3, 3], normals and own texture coordinates of a shape; None without coordinates."""
+    if kind not in (HFIELD, MESH, SDF) and not endless:
+        return textured_primitive(kind, size)
+    if kind == PLANE:
+        half = [0.5 * side for side in shape.keys["plane"]["size"]]
+        return textured_primitive(kind, np.array([*half, 0.0]))[0], None, None
+    faces, normals = shape.keys["triangles"], shape.keys.get("normals")
+    return shape.keys["vertices"][faces], None if normals is None else normals[faces], shape.uvs
+
+
+def _kind_and_size(model: Any, element: int, number: int) -> tuple[int, Floats]:
+    """The `mjtGeom` and the sizes [3] of a geom or site."""
+    prefix = element_prefix(element)
+    size = np.asarray(getattr(model, f"{prefix}_size")[number], np.float64)
+    return int(getattr(model, f"{prefix}_type")[number]), size
+
+
+def _half_sizes(kind: int, size: Floats) -> Floats:
+    """Half the sizes of a shape as MuJoCo's visualizer has them (`mjvGeom.size`), 0 for infinite planes [3]."""
+    if kind == SPHERE:
+        return np.full(3, size[0])
+    if kind in (CAPSULE, CYLINDER):
+        return np.array([size[0], size[0], size[1]])
+    return size
+
+
+def _mesh(model: Any, mesh: int) -> Shape:
+    """A mesh with MuJoCo's normals and texture coordinates, which have indices of their own."""
+    vertices = _rows(model.mesh_vert, model.mesh_vertadr[mesh], model.mesh_vertnum[mesh])
+    start, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+    faces = np.asarray(model.mesh_face[start : start + count], np.int64)
+    normals = _rows(model.mesh_normal, model.mesh_normaladr[mesh], model.mesh_normalnum[mesh])
+    normal_faces = np.asarray(model.mesh_facenormal[start : start + count], np.int64)
+    coordinates, coordinate_faces = None, faces
+    if int(model.mesh_texcoordadr[mesh]) >= 0:
+        coordinates = _rows(model.mesh_texcoord, model.mesh_texcoordadr[mesh], model.mesh_texcoordnum[mesh])
+        coordinate_faces = np.asarray(model.mesh_facetexcoord[start : start + count], np.int64)
+    if coordinates is None:
+        return Shape(_with_creases(vertices[faces], normals[normal_faces]))
+    pairs = np.stack([faces, normal_faces, coordinate_faces], axis=2).reshape(-1, 3)
+    unique, where = np.unique(pairs, axis=0, return_inverse=True)
+    keys: dict[str, Any] = {
+        "vertices": vertices[unique[:, 0]],
+        "triangles": where.reshape(-1, 3),
+        "normals": normals[unique[:, 1]],
+        "uvs": coordinates[unique[:, 2]],
+    }
+    return Shape(keys, uvs=coordinates[coordinate_faces])
+
+
+def _with_creases(corners: Floats, normals: Floats) -> dict[str, Any]:
+    """The keys of a mesh whose normals are the triangle's where they differ much from it, as in MuJoCo."""
+    edges = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flat = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), np.finfo(np.float64).tiny)
+    near = np.einsum("tkc,tc->tk", normals, flat) >= CREASE
+    chosen = np.where(near[:, :, None], normals, flat[:, None]).reshape(-1, 3)
+    chosen[np.linalg.norm(chosen, axis=1) == 0] = [0.0, 0.0, 1.0]
+    pairs = np.concatenate([corners.reshape(-1, 3), chosen], axis=1)
+    unique, where = np.unique(pairs, axis=0, return_inverse=True)
+    return {"vertices": unique[:, :3], "triangles": where.reshape(-1, 3), "normals": unique[:, 3:]}
+
+
+def _rows(array: Any, start: Any, count: Any) -> Floats:
+    return np.asarray(array[int(start) : int(start) + int(count)], np.float64)
+
+
+def _height_field(model: Any, field: int) -> tuple[Floats, Any]:
+    """A height field as a closed solid: the surface, split as in `mj_ray`, and walls down to its base."""
+    rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
+    start = int(model.hfield_adr[field])
+    x_size, y_size, height, base = np.asarray(model.hfield_size[field], np.float64)
+    heights = np.asarray(model.hfield_data[start : start + rows * columns], np.float64) * height
+    y, x = np.meshgrid(
+        np.linspace(-y_size, y_size, rows), np.linspace(-x_size, x_size, columns), indexing="ij"
+    )
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    first = np.stack([corner, corner + 1, corner + columns + 1], axis=1)
+    second = np.stack([corner, corner + columns + 1, corner + columns], axis=1)
+    top = np.stack([x.ravel(), y.ravel(), heights], axis=1)
+    grid = np.arange(rows * columns).reshape(rows, columns)
+    border = np.concatenate([grid[0, :-1], grid[:-1, -1], grid[-1, :0:-1], grid[:0:-1, 0]])
+    bottom = top[border] * [1, 1, 0] - [0, 0, base]
+    lower = len(top) + np.arange(len(border))
+    after, lower_after = np.roll(border, -1), np.roll(lower, -1)
+    walls = [np.stack([lower, lower_after, after], axis=1), np.stack([lower, after, border], axis=1)]
+    middle = np.full(len(border), len(top) + len(border))
+    floor = np.stack([lower_after, lower, middle], axis=1)
+    vertices = np.concatenate([top, bottom, [[0.0, 0.0, -base]]])
+    return vertices, np.concatenate([first, second, *walls, floor])

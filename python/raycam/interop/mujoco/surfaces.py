@@ -1,0 +1,160 @@
+"""The surfaces of a MuJoCo model as MuJoCo's renderer colours them: one colour each, and filtered textures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arguments import Floats
+from ...srgb import linear_from_srgb
+from .materials import element_look, is_opaque, surface_values
+from .model import BOX, GEOM_OBJECT, PLANE
+from .textures import is_cube, texture_pixels
+
+__all__ = ["Surfaces", "texel_density"]
+
+Single = npt.NDArray[np.float32]
+SRGB = 2
+"""The value of `mjtColorSpace` for textures that MuJoCo linearises, which makes them darker."""
+
+
+class Surfaces:
+    """Colours and light values of the objects of a world, by the number of the object."""
+
+    def __init__(
+        self, model: Any, elements: list[tuple[int, int]], densities: dict[int, tuple[int, Floats]]
+    ) -> None:
+        """`densities` has the texture and the texels per metre of each triangle [t] of textured objects."""
+        looks = [element_look(model, *element) for element in elements]
+        values = [surface_values(model, material) for _, material in looks]
+        self._rgb = np.array([np.clip(rgba[:3], 0, 1) for rgba, _ in looks], np.float32).reshape(-1, 3)
+        self.alpha = np.array([min(float(rgba[3]), 1.0) for rgba, _ in looks], np.float32)
+        """The opacity of each object."""
+        self.opaque = [number for number, (rgba, _) in enumerate(looks) if is_opaque(rgba)]
+        """The objects without blending."""
+        self.transparent = [number for number, (rgba, _) in enumerate(looks) if not is_opaque(rgba)]
+        """The objects that are blended with what is behind them."""
+        self.emission = np.array([value.emission for value in values], np.float32)
+        """The emitted share of the colour."""
+        self.specular = np.array([value.specular for value in values], np.float32)
+        """The strength of highlights."""
+        self.exponent = np.array([128 * value.shininess for value in values], np.float32)
+        """The exponent of highlights."""
+        self.mirror: tuple[int, float] | None = None
+        """The only object that reflects, and its reflectance: the first opaque plane or box that has one."""
+        for number in self.opaque:
+            kind, geom = elements[number]
+            flat = kind == GEOM_OBJECT and int(model.geom_type[geom]) in (PLANE, BOX)
+            if flat and values[number].reflectance > 0:
+                self.mirror = (number, values[number].reflectance)
+                break
+        used = {texture for texture, _ in densities.values()}
+        pyramids = {texture: _Pyramid(model, texture) for texture in used}
+        self._textures = {
+            number: (pyramids[texture], density.astype(np.float32))
+            for number, (texture, density) in densities.items()
+        }
+
+    def colors(self, instance: npt.NDArray[np.int32]) -> Single:
+        """Returns the plain sRGB colours [n, 3] of objects [n]."""
+        return self._rgb[instance]
+
+    def texture_factors(self, hits: dict[str, Any], footprint: Single) -> Single | None:
+        """Returns the sRGB values [n, 3] of the textures at hits, or None if no hit has a texture.
+
+        `footprint` [n] is the size of a pixel on the surface, in metres.
+        """
+        instance, factors = hits["instance"], None
+        for number in np.unique(instance):
+            if int(number) not in self._textures:
+                continue
+            if factors is None:
+                factors = np.ones((len(instance), 3), np.float32)
+            chosen = np.flatnonzero(instance == number)
+            pyramid, density = self._textures[int(number)]
+            texels = density[hits["triangle"][chosen]] * footprint[chosen]
+            factors[chosen] = pyramid.sample(hits["uv"][chosen], texels)
+        return factors
+
+
+class _Pyramid:
+    """A texture with its smaller versions (Williams 1983), looked up with trilinear interpolation."""
+
+    def __init__(self, model: Any, texture: int) -> None:
+        pixels: Single = np.asarray(texture_pixels(model, texture)[:, :, :3] / 255, np.float32)
+        if int(model.tex_colorspace[texture]) == SRGB:
+            pixels = linear_from_srgb(pixels)
+        self._cube = is_cube(model, texture)
+        level: Single = pixels.reshape(6, -1, pixels.shape[1], 3) if self._cube else pixels[None]
+        self._levels = [level]
+        while max(level.shape[1:3]) > 1:
+            level = _halved(_halved(level, 1), 2)
+            self._levels.append(level)
+
+    def sample(self, uv: Floats, texels: Single) -> Single:
+        """Returns the values [n, 3] at texture coordinates [n, 2]; `texels` [n] is the size of a pixel."""
+        place = np.asarray(uv, np.float64)
+        layer = np.zeros(len(place), np.int64)
+        if self._cube:
+            layer = np.clip((6 * place[:, 1]).astype(np.int64), 0, 5)
+            place = np.stack([place[:, 0], 6 * place[:, 1] - layer], axis=1)
+        detail = np.clip(np.log2(np.maximum(texels, 1e-12)), 0, len(self._levels) - 1)
+        lower = np.minimum(detail.astype(np.int64), len(self._levels) - 1)
+        rest = (detail - lower).astype(np.float32)[:, None]
+        found = np.zeros((len(place), 3), np.float32)
+        for level in np.unique(lower):
+            chosen = np.flatnonzero(lower == level)
+            value = self._level(int(level), layer[chosen], place[chosen])
+            if rest[chosen].any():
+                coarse = self._level(min(int(level) + 1, len(self._levels) - 1), layer[chosen], place[chosen])
+                value += rest[chosen] * (coarse - value)
+            found[chosen] = value
+        return found
+
+    def _level(self, level: int, layer: npt.NDArray[np.int64], place: Floats) -> Single:
+        """Bilinear interpolation; repeated outside 0 to 1, and clamped in the faces of cube maps."""
+        image = self._levels[level]
+        height, width = image.shape[1:3]
+        x, y = place[:, 0] * width - 0.5, place[:, 1] * height - 0.5
+        left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+        right_share, lower_share = (x - left).astype(np.float32), (y - top).astype(np.float32)
+        flat = image.reshape(-1, 3)
+        columns = [self._index(left + step, width) for step in (0, 1)]
+        rows = [(layer * height + self._index(top + step, height)) * width for step in (0, 1)]
+        upper = flat[rows[0] + columns[0]]
+        upper += right_share[:, None] * (flat[rows[0] + columns[1]] - upper)
+        below = flat[rows[1] + columns[0]]
+        below += right_share[:, None] * (flat[rows[1] + columns[1]] - below)
+        return np.asarray(upper + lower_share[:, None] * (below - upper), np.float32)
+
+    def _index(self, index: npt.NDArray[np.int64], count: int) -> npt.NDArray[np.int64]:
+        return np.clip(index, 0, count - 1) if self._cube else index % count
+
+
+def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats:
+    """Returns the largest number of texels per metre [t] of triangles with corners [t, 3, 3] and uvs [t, 3, 2].
+
+    `size` is the texture's width and height.
+    """
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    steps = (uvs[:, 1:] - uvs[:, :1]) * np.asarray(size, np.float64)
+    aa, ab, bb = (np.einsum("tc,tc->t", p, q) for p, q in ((first, first), (first, second), (second, second)))
+    area = np.maximum(aa * bb - ab * ab, np.finfo(np.float64).tiny)
+    gram = np.empty((len(corners), 2, 2))
+    gram[:, 0, 0], gram[:, 0, 1], gram[:, 1, 0], gram[:, 1, 1] = bb / area, -ab / area, -ab / area, aa / area
+    product = np.einsum("tji,tjk,tkl->til", steps, gram, steps)
+    trace = product[:, 0, 0] + product[:, 1, 1]
+    determinant = product[:, 0, 0] * product[:, 1, 1] - product[:, 0, 1] * product[:, 1, 0]
+    return np.asarray(np.sqrt(np.maximum(trace / 2 + np.sqrt(np.maximum(trace**2 / 4 - determinant, 0)), 0)))
+
+
+def _halved(levels: Single, axis: int) -> Single:
+    """Averages pairs of rows or columns; of an odd number, the last is left out."""
+    count = levels.shape[axis]
+    if count == 1:
+        return levels
+    even = levels.take(range(0, count - 1, 2), axis)
+    odd = levels.take(range(1, count, 2), axis)
+    return np.asarray((even + odd) / 2, np.float32)

@@ -1,0 +1,94 @@
+"""MuJoCo models whose images by MuJoCo's own renderer are stored in `tests/interop/mujoco/references`.
+
+To render these images again, with OSMesa, run in the folder tests: MUJOCO_GL=osmesa python -m support.mujoco_scenes
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from PIL import Image
+
+REFERENCES = Path(__file__).parents[1] / "interop" / "mujoco" / "references"
+SIZE = (160, 120)
+
+LIT = """<mujoco><statistic center="0 0 .5" extent="3"/>
+  <asset>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1=".4 .6 .8" rgb2="0 0 0" width="64" height="384"/>
+    <texture name="grid" type="2d" builtin="checker" rgb1=".1 .2 .3" rgb2=".4 .5 .6" width="64" height="64"/>
+    <texture name="check" type="cube" builtin="checker" rgb1=".8 .2 .2" rgb2=".2 .2 .8" width="64" height="384"/>
+    <material name="grid" texture="grid" texrepeat="1 1" texuniform="true" reflectance=".3"/>
+    <material name="check" texture="check" specular=".3"/>
+    <material name="shiny" rgba=".2 .7 .3 1" specular="1" shininess=".3" emission=".1"/>
+  </asset>
+  <worldbody>
+    <light pos="0 -1 4" dir="0 .2 -1" diffuse=".7 .7 .7" cutoff="60" exponent="1" attenuation="1 .05 0"/>
+    <light type="directional" dir="-1 .5 -1" diffuse=".3 .3 .3" castshadow="false"/>
+    <geom type="plane" size="3 3 .1" material="grid"/>
+    <geom type="box" size=".3 .2 .4" pos="-1 0 .4" material="check" euler="0 0 30"/>
+    <geom type="sphere" size=".4" pos="0 .3 .5" rgba=".9 .6 .2 1"/>
+    <geom type="capsule" size=".2 .3" pos=".9 0 .5" euler="30 20 0" material="check"/>
+    <geom type="ellipsoid" size=".2 .3 .4" pos="-.4 -1 .5" material="shiny"/>
+    <geom type="box" size=".2 .2 .2" pos=".6 -1 .3" rgba=".2 .4 .9 .4"/>
+    <site type="sphere" size=".1" pos="0 -.8 1.1" rgba="1 0 0 1"/>
+    <camera name="main" pos="0 -4 2" xyaxes="1 0 0 0 .4 1" fovy="45" resolution="160 120"/>
+  </worldbody></mujoco>"""
+
+
+def mapped(repeat: str, uniform: str) -> str:
+    """A model of primitives whose texture shows its coordinates: s in red and t in green."""
+    shapes = [("box", ".3 .2 .4"), ("sphere", ".4"), ("capsule", ".2 .3"), ("cylinder", ".3 .4")]
+    shapes += [("ellipsoid", ".2 .3 .4"), ("plane", ".35 .45 1")]
+    geoms = "".join(
+        f'<geom type="{kind}" size="{size}" pos="{index % 3 - 1} 0 {0.6 - 1.2 * (index // 3)}" '
+        f'euler="{60 if kind == "plane" else 20} 10 30" material="m"/>'
+        for index, (kind, size) in enumerate(shapes)
+    )
+    return f"""<mujoco><visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
+      <asset><texture name="t" type="2d" file="ramp.png"/>
+        <material name="m" texture="t" texrepeat="{repeat}" texuniform="{uniform}"/></asset>
+      <worldbody>{geoms}
+        <camera name="main" pos="0 -6 0" xyaxes="1 0 0 0 0 1" fovy="25" resolution="160 120"/>
+      </worldbody></mujoco>"""
+
+
+def ramp() -> bytes:
+    """A PNG of 64 x 64 pixels: red rises to the right and green downwards."""
+    pixels = np.zeros((64, 64, 3), np.uint8)
+    pixels[..., 0], pixels[..., 1] = np.arange(64) * 4, np.arange(64)[:, None] * 4
+    data = io.BytesIO()
+    Image.fromarray(pixels).save(data, "png")
+    return data.getvalue()
+
+
+SCENES = {
+    "lit": LIT,
+    "mapped": mapped("1 1", "false"),
+    "repeated": mapped("0.6 0.9", "false"),
+    "uniform": mapped("1 2", "true"),
+}
+
+
+def load(name: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Returns the model of this name and its initial state."""
+    files = {"ramp.png": ramp()} if "ramp.png" in SCENES[name] else {}
+    model = mujoco.MjModel.from_xml_string(SCENES[name], files)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def main() -> None:
+    """Renders one PNG for each scene with MuJoCo."""
+    for name in SCENES:
+        model, data = load(name)
+        with mujoco.Renderer(model, SIZE[1], SIZE[0]) as renderer:
+            renderer.update_scene(data, "main")
+            Image.fromarray(renderer.render()).save(REFERENCES / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main()
