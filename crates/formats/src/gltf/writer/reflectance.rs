@@ -18,8 +18,28 @@ impl Writer<'_> {
                 ),
             );
         }
+        if material.medium.is_some() {
+            self.note(
+                NoticeCode::NotWritten,
+                format!("material {name:?}: its medium is not written: glTF has no media"),
+            );
+        }
         match &material.model {
             MaterialModel::Unlit => (color, None),
+            MaterialModel::Boundary => {
+                let message =
+                    format!("material {name:?}: the border of a medium is written as clear matter of index 1");
+                self.note(NoticeCode::ApproximatedValue, message);
+                let transmission = 1.0.into();
+                let clear = Principled {
+                    metallic: 0.0.into(),
+                    ior: 1.0,
+                    transmission,
+                    thickness: 1.0.into(),
+                    ..Principled::default()
+                };
+                (color, Some(clear))
+            }
             MaterialModel::Principled(principled) => (color, Some((**principled).clone())),
             MaterialModel::Phong { diffuse, specular, shininess } => {
                 let mut principled = Principled { metallic: 0.0.into(), specular: 0.0.into(), ..Principled::default() };
