@@ -5,10 +5,9 @@ use raycam_scene::{Material, MaterialModel, NoticeCode, Principled};
 use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
-    /// Material in glTF's terms: the principled model, and its base colour. Approximations cause a notice. `None` is
-    /// unlit.
-    pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
-        let (color, name) = (material.color, &material.name);
+    /// Notes the properties of a body that glTF does not have.
+    fn note_bodies(&mut self, material: &Material) {
+        let name = &material.name;
         if material.priority != 0 {
             self.note(
                 NoticeCode::NotWritten,
@@ -24,6 +23,13 @@ impl Writer<'_> {
                 format!("material {name:?}: its medium is not written: glTF has no media"),
             );
         }
+    }
+
+    /// Material in glTF's terms: the principled model, and its base colour. Approximations cause a notice. `None` is
+    /// unlit.
+    pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
+        let (color, name) = (material.color, &material.name);
+        self.note_bodies(material);
         match &material.model {
             MaterialModel::Unlit => (color, None),
             MaterialModel::Boundary => {
