@@ -17,10 +17,13 @@ from ..errors import SettingsError
 from ..io.atomic_files import write
 from ..one_line import one_line
 from ..world import World
+from .light import LIGHT_MAPS
 from .settings import ID_MAPS
 
 __all__ = ["BakedMaps"]
 
+UNIT_MAPS = ("ao", "roughness", "metallic")
+"""Maps of values from 0 to 1, which are PNG files."""
 MAX_PNG_ID = 65534
 """Largest id that a PNG file of 16 bits can contain; 0 is no surface."""
 
@@ -93,15 +96,18 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Writes each map into a folder; returns the paths.
 
-        Textures of `ao` and `tangent_normal` are PNG files with 16 bits; ids are PNG files with 16 bits that contain
-        id + 1, and 0 without a surface, or EXR files with int32 values for ids above 65,534; others are EXR files with
-        float32 values. Maps of vertices are glTF files, NAME.glb, in vertex colours: of the map's range, if its values
-        are outside 0..1.
+        Textures of `ao`, `roughness`, `metallic` and `tangent_normal` are PNG files with 16 bits; ids are PNG files
+        with 16 bits that contain id + 1, and 0 without a surface, or EXR files with int32 values for ids above 65,534;
+        others are EXR files with float32 values. Light and emission are the channels R, G and B; light has its
+        standard error in the layer `error`. Maps of vertices
+        are glTF files, NAME.glb, in vertex colours: of the map's range, if its values are outside 0..1.
         """
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)
         made = []
         for name in self.maps:
+            if name.removesuffix("_error") in LIGHT_MAPS and name.endswith("_error"):
+                continue
             path = target / f"{name}{self.ending(name)}"
             self.save_map(name, path)
             made.append(path)
@@ -112,7 +118,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         if self.vertices is not None:
             return ".glb"
         is_id = name in ID_MAPS and self.maps[name].max(initial=-1) <= MAX_PNG_ID
-        return ".png" if is_id or name in ("ao", "tangent_normal") else ".exr"
+        return ".png" if is_id or name in (*UNIT_MAPS, "tangent_normal") else ".exr"
 
     def save_map(self, name: str, path: str | os.PathLike[str]) -> None:
         """Writes one map to a file with the ending that `save` uses; raises `SettingsError` for another ending."""
@@ -136,4 +142,8 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
                 return bytes(_core.encode_png((values + 1).astype(np.uint16)))
             shares = (values + 1) / 2 if name == "tangent_normal" else values
             return bytes(_core.encode_png(np.rint(np.clip(shares, 0, 1) * 65535).astype(np.uint16)))
-        return bytes(_core.encode_exr([(name, np.ascontiguousarray(values))], False, None, []))
+        layer = "color" if name in (*LIGHT_MAPS, "emission") else name
+        layers = [(layer, np.ascontiguousarray(values))]
+        if name in LIGHT_MAPS:
+            layers.append(("error", np.ascontiguousarray(self.maps[f"{name}_error"])))
+        return bytes(_core.encode_exr(layers, False, None, []))

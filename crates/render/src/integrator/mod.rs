@@ -89,6 +89,19 @@ pub(crate) fn radiance(
     Ok(())
 }
 
+/// Adds the radiance along every camera ray, which a white Lambertian surface reflects in place of what it hits.
+pub(crate) fn irradiance(
+    world: &PreparedWorld,
+    settings: &Settings,
+    batch: &CameraRayBatch,
+    control: &Control,
+    scratch: &mut PathScratch,
+    out: (&mut [Vec3], &mut [bool]),
+) -> Result<(), RenderError> {
+    let settings = path_settings(settings, effective_lights(settings.integrator, world));
+    path::radiance(world, &PathSettings { meets_white: true, ..settings }, batch, control, scratch, out)
+}
+
 /// Brightest path of every camera ray; empty for integrators that show no light.
 pub(crate) fn bright_paths(
     world: &PreparedWorld,
@@ -118,6 +131,7 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         hide_environment: settings.transparent_background,
         catchers: settings.catchers,
         air_light: Some(lights.air_light()),
+        meets_white: false,
     };
     if settings.integrator != Integrator::Direct {
         return paths;

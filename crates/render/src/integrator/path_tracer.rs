@@ -55,6 +55,8 @@ pub(crate) struct PathSettings<'a> {
     pub catchers: Catchers,
     /// Light that fog scatters into rays, if fog is computed in closed form.
     pub air_light: Option<&'a AirLight>,
+    /// True if camera rays meet a white Lambertian surface in place of any material.
+    pub meets_white: bool,
 }
 
 /// Choice that light sampling makes at a point.
