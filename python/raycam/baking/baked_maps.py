@@ -34,6 +34,32 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     """The result of `bake`: an object's maps by name, and the covered texels.
 
     Maps are arrays [h, w] or [h, w, 3]; with `to="vertices"`, they are [v] or [v, 3].
+
+    ============== ========= =======================================================================================
+    position       float32   the point in the world, metres
+    normal         float32   the face's unit normal in the world
+    shading_normal float32   the interpolated unit normal in the world; the face's for flat faces
+    tangent_normal float32   the shading normal in MikkTSpace's tangent space: x along u, y up the image as in glTF and
+                             OpenGL, or down as in DirectX with `green="down"`
+    ao             float32   the cosine-weighted share of the hemisphere around the normal that is free within
+                             `distance` metres, from `samples` rays: 1 is open, 0 closed
+    bent_normal    float32   the mean free direction, unit; the normal if none is free
+    thickness      float32   the mean distance to the next surface inside, cosine-weighted within `cone` degrees around
+                             the reversed normal: 180 is the hemisphere, 120 the shape diameter function (Shapira et
+                             al. 2008); rays that leave count as `distance`, or not if that is infinite
+    curvature      float32   the mean curvature, 1/metre, positive where convex (Meyer et al. 2003)
+    irradiance     float32   all light that arrives around the shading normal, linear, W/m², path traced with `samples`
+                             paths of at most `max_depth` segments
+    direct         float32   the part of the irradiance that arrives without a bounce
+    radiance       float32   the light that leaves along the normal, linear, W/(m² sr)
+    albedo         float32   the base colour of `source`, linear
+    roughness      float32   the perceptual roughness of `source`; 1 for materials without a glossy lobe
+    metallic       float32   1 for metals of `source`
+    emission       float32   the emitted radiance of `source`, linear, W/(m² sr)
+    instance       int32     the object's id, -1 without a surface
+    material       int32     the material's number, as in the channel `material`, -1 without a surface
+    triangle       int32     the face's index in the mesh, -1 without a surface
+    ============== ========= =======================================================================================
     """
 
     maps: dict[str, npt.NDArray[Any]] = field(repr=False)

@@ -15,7 +15,7 @@ from ..render.arguments import world_of
 from ..render.denoise import denoise as denoise_image
 from ..world import World
 from ..world.chosen import object_number
-from ..world.object_mesh import object_mesh
+from ..world.object_mesh import ObjectMesh, object_mesh
 from .atlas import Atlas, mesh_with_atlas
 from .baked_maps import BakedMaps
 from .gutters import fill_gutters
@@ -57,31 +57,11 @@ def bake(
 
     Each texel's values belong to the surface point at its centre. All objects of the world occlude.
 
-    ============== ========= =======================================================================================
-    position       float32   the point in the world, metres
-    normal         float32   the face's unit normal in the world
-    shading_normal float32   the interpolated unit normal in the world; the face's for flat faces
-    tangent_normal float32   the shading normal in MikkTSpace's tangent space: x along u, y up the image as in glTF and
-                             OpenGL, or down as in DirectX with `green="down"`
-    ao             float32   the cosine-weighted share of the hemisphere around the normal that is free within
-                             `distance` metres, from `samples` rays: 1 is open, 0 closed
-    bent_normal    float32   the mean free direction, unit; the normal if none is free
-    thickness      float32   the mean distance to the next surface inside, cosine-weighted within `cone` degrees around
-                             the reversed normal: 180 is the hemisphere, 120 the shape diameter function (Shapira et
-                             al. 2008); rays that leave count as `distance`, or not if that is infinite
-    curvature      float32   the mean curvature, 1/metre, positive where convex (Meyer et al. 2003)
-    irradiance     float32   all light that arrives around the shading normal, linear, W/m², path traced with `samples`
-                             paths of at most `max_depth` segments
-    direct         float32   the part of the irradiance that arrives without a bounce
-    radiance       float32   the light that leaves along the normal, linear, W/(m² sr)
-    albedo         float32   the base colour of `source`, linear
-    roughness      float32   the perceptual roughness of `source`; 1 for materials without a glossy lobe
-    metallic       float32   1 for metals of `source`
-    emission       float32   the emitted radiance of `source`, linear, W/(m² sr)
-    instance       int32     the object's id, -1 without a surface
-    material       int32     the material's number, as in the channel `material`, -1 without a surface
-    triangle       int32     the face's index in the mesh, -1 without a surface
-    ============== ========= =======================================================================================
+    `BakedMaps` describes the maps: `position`, `normal`, `shading_normal`, `tangent_normal`, `ao`, `bent_normal`,
+    `thickness`, `curvature`; `irradiance`, `direct`, `radiance`; `albedo`, `roughness`, `metallic`, `emission`;
+    `instance`, `material`, `triangle`. `samples` is the number of rays or paths for each texel, `distance` the length
+    of occlusion rays in metres, `cone` the opening angle of the rays of `thickness` in degrees, `green` the direction
+    of green in `tangent_normal` ("down" for DirectX), and `max_depth` the number of segments of light paths.
 
     `irradiance`, `direct` and `radiance` have the standard error of their luminance in the maps `irradiance_error`,
     `direct_error` and `radiance_error` in addition; `denoise` removes their noise with Open Image Denoise (requires
@@ -129,16 +109,24 @@ def bake(
     if to == "vertices":
         _refuse_texture_arguments(chosen, atlas, smooth)
         return bake_vertices(BakedObject(world, mesh, None, detailed, settings), object)
+    mesh = _with_coordinates(mesh, atlas, wide, uv_set, object)
+    uvs = mesh.uvs[uv_set if atlas is None else 0]
+    return _bake_texture(BakedObject(world, mesh, uvs, detailed, settings), uvs, wide, smooth, object)
+
+
+def _with_coordinates(
+    mesh: ObjectMesh, atlas: Atlas | None, wide: int, uv_set: int, object: int | str
+) -> ObjectMesh:
+    """The mesh with the texture coordinates of an atlas, or its own; raises `WorldError` if it lacks the set."""
     if atlas is not None:
-        mesh = mesh_with_atlas(mesh, atlas, wide)
-    elif uv_set >= len(mesh.uvs):
+        return mesh_with_atlas(mesh, atlas, wide)
+    if uv_set >= len(mesh.uvs):
         raise WorldError(
             f"uv_set {uv_set} is missing; object {object!r} has {len(mesh.uvs)} sets of texture coordinates, from 0; "
             'atlas="xatlas" (--atlas xatlas) unwraps it, and to="vertices" (--to vertices) needs none',
             code="missing_texture_coordinates",
         )
-    uvs = mesh.uvs[uv_set]
-    return _bake_texture(BakedObject(world, mesh, uvs, detailed, settings), uvs, wide, smooth, object)
+    return mesh
 
 
 def _settings(

@@ -70,6 +70,12 @@ def _add(command: argparse.ArgumentParser) -> None:
         type=float,
         help="ignore surfaces beyond this distance (default: no limit)",
     )
+    _add_ray_options(command)
+    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    command.set_defaults(run=_run)
+
+
+def _add_ray_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--cone",
         metavar="DEGREES",
@@ -91,8 +97,6 @@ def _add(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="denoise light with Open Image Denoise (requires raycam[denoise])",
     )
-    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
-    command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
