@@ -28,8 +28,8 @@ ORDER = {
         radiance_fields datasets open_folder formats lib
     """,
     "render": """
-        error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
-        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
+        error control memory thread_pool soa lobes sampling film settings prepare interaction media bsdf light
+        path_guiding prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
         queries render render_many progressive lib
     """,
     "settle": """

@@ -3,7 +3,7 @@
 //! Every iteration of the loop is one bounce of all paths of a tile: escaped rays add the environment's light, hits are
 //! shaded in chunks, and then one batch of shadow rays and one batch of closest-hit rays are traced.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit};
 
 use crate::control::Control;
@@ -12,11 +12,12 @@ use crate::integrator::batch::hits::{Chunk, HitBatch};
 use crate::integrator::batch::sort::KindSort;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::closed_form_fog::RayBegins;
-use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
-use crate::prepare::fog::PreparedFog;
+use crate::light::air_light::AirLight;
+use crate::media::map::MediaMap;
+use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Catchers;
 use crate::soa::LANES;
@@ -52,9 +53,7 @@ pub(crate) fn radiance(
     scratch.generate_camera_paths(&tracer, batch);
     while !scratch.active.is_empty() {
         control.check()?;
-        if let Some(fog) = &world.geometry.fog {
-            scratch.apply_fog(&tracer, fog, batch, radiance);
-        }
+        scratch.cross_media(&tracer, batch, radiance, is_background);
         scratch.handle_escaped_rays(&tracer, radiance, is_background);
         scratch.evaluate_materials(&tracer, radiance, is_background);
         scratch.trace_rays(&tracer, batch, radiance);
@@ -66,8 +65,19 @@ pub(crate) fn radiance(
 impl PathScratch {
     /// Starts one path for every camera ray.
     pub(super) fn generate_camera_paths(&mut self, tracer: &PathTracer, batch: &CameraRayBatch) {
-        self.queues.clear(tracer.max_light_samples());
+        self.queues.clear(tracer.max_light_samples(), tracer.settings.media.is_some());
+        self.next_active.clear();
         self.paths.clear();
+        // Rays of a batch mostly start at one point.
+        let mut known = (DVec3::NAN, InteriorList::default());
+        let has_bodies = !tracer.geometry.bodies.is_empty();
+        let mut interior_at = |origin: DVec3, direction: Vec3| {
+            let start = origin - direction.as_dvec3() * batch.start_depth;
+            if has_bodies && known.0 != start {
+                known = (start, tracer.geometry.interior_at(start));
+            }
+            known.1
+        };
         let rays = batch.origins.iter().zip(batch.directions).enumerate();
         let paths = rays.map(|(ray_index, (&position, &direction))| PathState {
             ray_index,
@@ -81,7 +91,7 @@ impl PathScratch {
             split_count: 0,
             light_sampling: tracer.settings.light_sampling,
             depth: 1,
-            interior_list: InteriorList::default(),
+            interior_list: interior_at(position, direction),
             wavelength_channel: None,
             eta_scale: 1.0,
             ray_cone: batch.ray_cones[ray_index],
@@ -93,16 +103,73 @@ impl PathScratch {
         self.active.extend(0..self.paths.len() as u32);
     }
 
-    /// Dims the paths by the fog of their rays, in closed form.
+    /// Moves the paths through fog and other media; paths that they scatter go on, or end, before their hits.
+    pub(super) fn cross_media(
+        &mut self,
+        tracer: &PathTracer,
+        batch: &CameraRayBatch,
+        radiance: &mut [Vec3],
+        is_background: &mut [bool],
+    ) {
+        if let Some(media) = &tracer.settings.media {
+            self.scatter_in_media(tracer, media, batch, radiance, is_background);
+        } else if let Some((media, air_light)) = &tracer.settings.closed_form {
+            self.apply_closed_form(tracer, (media, air_light), batch, radiance);
+        }
+    }
+
+    /// Moves the paths through media that scatter them.
     #[inline(never)]
-    fn apply_fog(&mut self, tracer: &PathTracer, fog: &PreparedFog, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
+    fn scatter_in_media(
+        &mut self,
+        tracer: &PathTracer,
+        media: &MediaMap,
+        batch: &CameraRayBatch,
+        radiance: &mut [Vec3],
+        is_background: &mut [bool],
+    ) {
+        let Self { paths, active, next_active, hits, ray_begins, queues, .. } = self;
+        if tracer.bounce == 0 {
+            ray_begins.clear();
+        }
+        let mut count = 0;
+        for i in 0..active.len() {
+            let (index, hit) = (active[i], hits[i]);
+            let path = &mut paths[index as usize];
+            let (ray_index, was_camera_ray) = (path.ray_index, path.is_camera_ray);
+            let begin = ray_begins.advance(tracer.geometry, index as usize, path, &hit, batch.start_depth);
+            let mut continues = false;
+            let out = (&mut radiance[ray_index], &mut continues);
+            if tracer.cross_media(media, path, (&hit, begin), queues, out) {
+                (active[count], hits[count]) = (index, hit);
+                count += 1;
+                continue;
+            }
+            is_background[ray_index] |= was_camera_ray && is_miss(&hit);
+            if continues {
+                next_active.push(index);
+            }
+        }
+        active.truncate(count);
+        hits.truncate(count);
+    }
+
+    /// Dims the paths by the media of their rays, in closed form.
+    #[inline(never)]
+    fn apply_closed_form(
+        &mut self,
+        tracer: &PathTracer,
+        media: (&MediaMap, &AirLight),
+        batch: &CameraRayBatch,
+        radiance: &mut [Vec3],
+    ) {
         if tracer.bounce == 0 {
             self.ray_begins.clear();
         }
         for (&index, hit) in self.active.iter().zip(&self.hits) {
             let path = &mut self.paths[index as usize];
             let begin = self.ray_begins.advance(tracer.geometry, index as usize, path, hit, batch.start_depth);
-            tracer.apply_closed_form_fog(fog, path, hit, begin, &mut radiance[path.ray_index]);
+            tracer.apply_closed_form(media, path, hit, begin, &mut radiance[path.ray_index]);
         }
     }
 
@@ -149,7 +216,6 @@ impl PathScratch {
             kind_sort.sort(tracer.geometry, active, hits);
         }
         hit_batch.begin_bounce(tracer, paths, active, hits);
-        next_active.clear();
         let leaves_out = tracer.settings.catchers != Catchers::Show;
         for (index, (hits, indices)) in hits.chunks(LANES).zip(active.chunks(LANES)).enumerate() {
             let chunk = Chunk { index, hits, paths: indices };
@@ -173,11 +239,17 @@ impl PathScratch {
             }
         }
         std::mem::swap(active, next_active);
+        next_active.clear();
     }
 
     /// Traces shadow rays, then the rays of the next bounce.
     pub(super) fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
         let queues = &mut self.queues;
+        if let Some(media) = &tracer.settings.media {
+            for queue in queues.shadow_rays.iter_mut().chain([&mut queues.bsdf_shadow_rays]) {
+                queue.dim_by_media(media);
+            }
+        }
         let coherence = if tracer.bounce == 0 { Coherence::Unknown } else { Coherence::Incoherent };
         for shadow_rays in &mut queues.shadow_rays {
             shadow_rays.trace(tracer.geometry, batch.scene, coherence, radiance);

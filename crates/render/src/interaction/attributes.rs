@@ -100,7 +100,9 @@ impl Geometry {
     /// exponent (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2).
     pub(crate) fn roughness(&self, hit: &Hit) -> f32 {
         match &self.material(hit).material.model {
-            MaterialModel::Phong { specular: [0.0, 0.0, 0.0], .. } | MaterialModel::Unlit => 1.0,
+            MaterialModel::Phong { specular: [0.0, 0.0, 0.0], .. } | MaterialModel::Unlit | MaterialModel::Boundary => {
+                1.0
+            }
             MaterialModel::Phong { shininess, .. } => (2.0 / (shininess + 2.0)).powf(0.25),
             MaterialModel::Metal(metal) => metal.roughness,
             MaterialModel::Glass(glass) => glass.roughness,
@@ -113,7 +115,9 @@ impl Geometry {
         match &self.material(hit).material.model {
             MaterialModel::Metal(_) => 1.0,
             MaterialModel::Principled(principled) => self.textured(&principled.metallic, 2, hit),
-            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Glass(_) => 0.0,
+            MaterialModel::Phong { .. } | MaterialModel::Glass(_) | MaterialModel::Unlit | MaterialModel::Boundary => {
+                0.0
+            }
         }
     }
 

@@ -11,8 +11,10 @@ pub(crate) struct PreparedFog {
     pub albedo: Vec3,
     /// Mean cosine of scattering angles.
     pub g: f32,
-    /// The unit vector up, and the scene-local height below which the fog is; `None` for fog everywhere.
-    top: Option<(DVec3, f64)>,
+    /// The unit vector up.
+    pub up: DVec3,
+    /// The scene-local height below which the fog is; `None` for fog everywhere.
+    top: Option<f64>,
 }
 
 impl PreparedFog {
@@ -24,17 +26,29 @@ impl PreparedFog {
             extinction: fog.extinction.into(),
             albedo: fog.albedo.into(),
             g: fog.g,
-            top: fog.height.map(|height| (up, height - up.dot(origin))),
+            up,
+            top: fog.height.map(|height| height - up.dot(origin)),
         })
+    }
+
+    /// True if the fog ends at a height.
+    pub fn has_top(&self) -> bool {
+        self.top.is_some()
+    }
+
+    /// The fog below a scene-local height.
+    pub fn below(self, top: f64) -> Self {
+        Self { top: Some(top), ..self }
     }
 
     /// The interval of a ray's first `length` metres that is inside; its end is not before its begin. `direction` has
     /// unit length, `length` may be infinite.
     pub fn interval(&self, origin: DVec3, direction: DVec3, length: f64) -> [f64; 2] {
         let length = length.max(0.0);
-        let Some((up, top)) = self.top else {
+        let Some(top) = self.top else {
             return [0.0, length];
         };
+        let up = self.up;
         let (below, climb) = (top - up.dot(origin), up.dot(direction));
         if climb == 0.0 {
             return [0.0, if below > 0.0 { length } else { 0.0 }];
@@ -46,18 +60,6 @@ impl PreparedFog {
             (false, true) => [0.0, 0.0],
             (false, false) => [crossing, length],
         }
-    }
-
-    /// The metres of a ray's first `length` metres that are inside.
-    pub fn length_inside(&self, origin: DVec3, direction: DVec3, length: f64) -> f64 {
-        let [begin, end] = self.interval(origin, direction, length);
-        // Not a number for an infinite ray that never enters.
-        if end > begin { end - begin } else { 0.0 }
-    }
-
-    /// The fraction of light that passes this many metres of fog.
-    pub fn transmittance(&self, length: f64) -> Vec3 {
-        transmittance(self.extinction, length)
     }
 }
 
@@ -76,8 +78,13 @@ mod tests {
     use super::*;
 
     fn fog(top: Option<f64>) -> PreparedFog {
-        let top = top.map(|height| (DVec3::Z, height));
-        PreparedFog { extinction: Vec3::new(0.1, 0.0, 2.0), albedo: Vec3::ONE, g: 0.0, top }
+        PreparedFog { extinction: Vec3::new(0.1, 0.0, 2.0), albedo: Vec3::ONE, g: 0.0, up: DVec3::Z, top }
+    }
+
+    /// The metres of a ray's first `length` metres that are inside.
+    fn length_inside(fog: &PreparedFog, origin: DVec3, direction: DVec3, length: f64) -> f64 {
+        let [begin, end] = fog.interval(origin, direction, length);
+        if end > begin { end - begin } else { 0.0 }
     }
 
     #[test]
@@ -86,21 +93,21 @@ mod tests {
         let from = |z: f64| DVec3::new(3.0, -1.0, z);
         let up = DVec3::new(0.6, 0.0, 0.8);
         // From 1 below the top, 1 / 0.8 metres lead out.
-        assert_eq!(fog.length_inside(from(1.0), up, 10.0), 1.25);
-        assert_eq!(fog.length_inside(from(1.0), up, f64::INFINITY), 1.25);
-        assert_eq!(fog.length_inside(from(1.0), up, 0.5), 0.5);
-        assert_eq!(fog.length_inside(from(1.0), -up, 10.0), 10.0);
-        assert_eq!(fog.length_inside(from(3.0), -up, 10.0), 8.75);
-        assert_eq!(fog.length_inside(from(3.0), -up, 1.0), 0.0);
-        assert_eq!(fog.length_inside(from(3.0), up, f64::INFINITY), 0.0);
-        assert_eq!(fog.length_inside(from(3.0), DVec3::X, f64::INFINITY), 0.0);
-        assert_eq!(fog.length_inside(from(1.0), DVec3::X, f64::INFINITY), f64::INFINITY);
+        assert_eq!(length_inside(&fog, from(1.0), up, 10.0), 1.25);
+        assert_eq!(length_inside(&fog, from(1.0), up, f64::INFINITY), 1.25);
+        assert_eq!(length_inside(&fog, from(1.0), up, 0.5), 0.5);
+        assert_eq!(length_inside(&fog, from(1.0), -up, 10.0), 10.0);
+        assert_eq!(length_inside(&fog, from(3.0), -up, 10.0), 8.75);
+        assert_eq!(length_inside(&fog, from(3.0), -up, 1.0), 0.0);
+        assert_eq!(length_inside(&fog, from(3.0), up, f64::INFINITY), 0.0);
+        assert_eq!(length_inside(&fog, from(3.0), DVec3::X, f64::INFINITY), 0.0);
+        assert_eq!(length_inside(&fog, from(1.0), DVec3::X, f64::INFINITY), f64::INFINITY);
     }
 
     #[test]
     fn transmittance_of_infinite_rays_is_0_or_1() {
-        assert_eq!(fog(None).transmittance(f64::INFINITY), Vec3::new(0.0, 1.0, 0.0));
-        let passed = fog(None).transmittance(5.0);
+        assert_eq!(transmittance(fog(None).extinction, f64::INFINITY), Vec3::new(0.0, 1.0, 0.0));
+        let passed = transmittance(fog(None).extinction, 5.0);
         assert!((passed - Vec3::new((-0.5f32).exp(), 1.0, (-10.0f32).exp())).abs().max_element() < 1e-7);
     }
 }

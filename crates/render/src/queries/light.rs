@@ -26,6 +26,8 @@ const BATCH_RAYS: usize = 4096;
 const SAMPLES_PER_BATCH: u32 = 64;
 /// Bytes for each point: its light, and the point itself.
 const POINT_BYTES: u64 = 96;
+/// Distance of the rays' starts from the points, relative to the largest coordinate.
+const RELATIVE_LIFT: f64 = 1e-9;
 /// Weights of linear red, green and blue in luminance (ITU-R BT.709).
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
@@ -185,10 +187,13 @@ impl PointTracer<'_> {
             let [a, b, c] = points.barycentrics[at];
             let position = corners[0] * a + corners[1] * b + corners[2] * c;
             let sampler = Sampler::for_pixel(settings.seed, settings.frame, points.pixels[at].map(|x| x as u32));
+            let normal = DVec3::from(points.normals[at]);
+            // On the outer side of a closed body.
+            let lift = RELATIVE_LIFT * position.abs().max_element().max(f64::MIN_POSITIVE);
             for sample in samples.clone() {
-                origins.push(position - world.geometry.origin);
-                directions.push(-DVec3::from(points.normals[at]).as_vec3());
-                hits.push(Hit { t: 0.0, u: b as f32, v: c as f32, instance, triangle });
+                origins.push(position - world.geometry.origin + normal * lift);
+                directions.push(-normal.as_vec3());
+                hits.push(Hit { t: lift as f32, u: b as f32, v: c as f32, instance, triangle });
                 samplers.push(sampler.with_sample(sample));
             }
         }

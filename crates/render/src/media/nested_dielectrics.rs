@@ -10,6 +10,7 @@ use raycam_bvh::Hit;
 
 use crate::lobes::classify::interior_ior;
 use crate::prepare::geometry::Geometry;
+use crate::prepare::medium::Medium;
 
 /// Number of entries in an interior list. A deeper nesting discards the material that was entered first.
 const MAX_NESTING: usize = 6;
@@ -120,7 +121,15 @@ impl InteriorList {
 
     /// Absorption per metre.
     pub fn absorption(&self, geometry: &Geometry) -> Vec3 {
+        if geometry.has_media() {
+            return Vec3::ZERO;
+        }
         self.current(geometry).and_then(|there| geometry.materials[there].absorption).unwrap_or(Vec3::ZERO)
+    }
+
+    /// The medium that fills the space, unless it is empty or outside of bodies.
+    pub fn medium(&self, geometry: &Geometry) -> Option<Medium> {
+        geometry.materials[self.current(geometry)?].medium
     }
 
     /// True if the path is inside a closed body and a light is outside the body's bounds.
@@ -140,7 +149,7 @@ impl InteriorList {
         known.map(|&material| material as usize).max_by_key(|&material| geometry.materials[material].material.priority)
     }
 
-    fn push(mut self, material: u32) -> Self {
+    pub fn push(mut self, material: u32) -> Self {
         if self.0[MAX_NESTING - 1] != EMPTY {
             self.0.rotate_left(1);
             self.0[MAX_NESTING - 1] = material;
