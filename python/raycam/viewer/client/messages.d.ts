@@ -182,6 +182,16 @@ export interface Probe {
   v: number;
 }
 
+/** Requests the exact numbers of a part of the shown channel, of at most 65,536 pixels. */
+export interface Tile {
+  type: "tile";
+  id: number;
+  u: number;
+  v: number;
+  width: number;
+  height: number;
+}
+
 /** Reports a clicked pixel to the callbacks of `Viewer.on_pick`. */
 export interface Pick {
   type: "pick";
@@ -255,7 +265,7 @@ export interface Control {
   value: boolean | number | string;
 }
 
-/** Chooses whether still images of light are sent as numbers, to read or compare them, or as compressed images. */
+/** Chooses whether still images are sent as exact numbers, for comparisons and ranges, or only for display. */
 export interface Planes {
   type: "planes";
   wanted: boolean;
@@ -293,6 +303,7 @@ export type ClientMessage =
   | Display
   | Quality
   | Probe
+  | Tile
   | Pick
   | Explain
   | Forget
