@@ -65,6 +65,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "ack": {"picture": 3},
     "control": {"id": 3, "value": 0.5},
     "planes": {"wanted": True},
+    "tile": {"id": 7, "u": 0, "v": 1079, "width": 32, "height": 256},
     "visible": {"visible": False},
 }
 WRONG: list[Any] = [

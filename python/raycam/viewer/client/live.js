@@ -124,6 +124,8 @@ export class LiveView {
     if (message.type === "welcome") this.world.tree.show({ cameras: message.cameras });
     if (message.type === "look") {
       this.look.show(message.look);
+      this.integrator.value = message.integrator;
+      byId("variant", HTMLSelectElement).value = message.variant;
       this.client.showAbout(/** @type {any} */ (message));
     }
     if (message.type === "selected") this.world.showMaterial(message);
@@ -138,6 +140,7 @@ export class LiveView {
     if (message.type === "values" && this.client.held) this.measureTo(message);
     if (message.type === "controls") this.script.show(message.controls);
     if (message.type === "contents") this.world.show(message);
+    if (message.type === "history") this.world.showHistory(message);
     if (message.type === "values" && this.client.held) this.world.pick(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "filming") this.showFilming(message);

@@ -28,6 +28,7 @@ from ..scene.overlay import MAX_CAMERAS
 from ..scene.selection import Selection
 from ..stills import SAMPLED, TRUTH
 from .connection import Connection
+from .history import History
 from .images import Images
 from .overlays import Overlays
 from .view import Opened, View
@@ -80,6 +81,7 @@ class Session:
         self.view = View.start(opened, integrator=integrator, start=start, look=look)
         self.selection = Selection(edits)
         self.overlays = Overlays()
+        self.history = History()
         self._picked = picked
         self.controls = Controls() if controls is None else controls
         self.controls.listen(self)
@@ -107,6 +109,7 @@ class Session:
                 before.opened.edits.forget(self)
                 view.opened.edits.listen(self)
                 self.selection = Selection(view.opened.edits)
+                self.history = History()
             if view.world is not before.world or view.integrator != before.integrator:
                 self.overlays = replace(self.overlays, rays=())
             if view.outline() != self._outline:
@@ -123,6 +126,7 @@ class Session:
         self._outline = self.view.outline()
         self.connection.send(self.welcome())
         self.connection.send(self.view.opened.edits.about())
+        self.send_history()
         self.connection.send(self.controls.message())
 
     def show_controls(self) -> None:
@@ -168,7 +172,43 @@ class Session:
         with self._changes:
             self.show(self.view.rebased())
         self.connection.send(self.view.opened.edits.about())
+        self.send_history()
         self.connection.send(self.selection.about())
+
+    def send_history(self) -> None:
+        """Sends whether there are steps to undo and to repeat."""
+        edits = self.view.opened.edits.about()
+        undo, redo = self.history.counts
+        message = {"type": "history", "undo": undo + edits["undo"], "redo": redo + edits["redo"]}
+        self.connection.send(message)
+
+    def _undo(self, message: messages.Undo) -> None:
+        """Undoes the newest step: of this client's view, or of the world."""
+        edits = self.view.opened.edits
+        if self.history.undo_number > edits.undo_number:
+            self._restore(self.history.undo(self.view))
+        else:
+            edits.undo()
+
+    def _redo(self, message: messages.Redo) -> None:
+        """Repeats the step that was undone last."""
+        edits = self.view.opened.edits
+        if self.history.redo_number < edits.redo_number:
+            self._restore(self.history.redo(self.view))
+        else:
+            edits.redo()
+
+    def _restore(self, view: View) -> None:
+        self.show(view)
+        self.send_camera()
+        self.send_look()
+        self.send_history()
+
+    def send_look(self) -> None:
+        """Sends the look, the integrator and the variant, which the client's controls show."""
+        view = self.view
+        own = {"look": view.look.describe(), "integrator": view.integrator, "variant": view.variant}
+        self.connection.send({"type": "look", **own, **self.about()})
 
     def follow(self, other: Session) -> None:
         """Shows the view of another session, in this client's own size."""
@@ -213,7 +253,10 @@ class Session:
     def receive(self, message: Message) -> None:
         """Carries out a message. Raises `raycam.Error` for names that do not exist."""
         with self._changes:
+            before = self.view
             self.ACTIONS[type(message)](self, message)
+            if self.history.record(message, before, self.view):
+                self.send_history()
 
     def _resize(self, message: messages.Size) -> None:
         space = (
@@ -273,7 +316,7 @@ class Session:
 
     def _send_planes(self, message: messages.Planes) -> None:
         if message.wanted != self.connection.wants_planes:
-            self.connection.wants_planes = message.wanted
+            self.connection.wants_planes = self.connection.is_plane_due = message.wanted
             with self.lock:
                 self.images.show_again()
 
@@ -316,7 +359,7 @@ class Session:
             background=message.background or None,
         )
         self.show(replace(self.view, look=look))
-        self.connection.send({"type": "look", "look": look.describe(), **self.about()})
+        self.send_look()
 
     def set_camera(self, camera: Camera) -> None:
         """Shows the view of a camera that the script chose, in the camera's own shape."""
@@ -360,8 +403,8 @@ class Session:
         messages.Upload: _upload,
         messages.Gizmo: _drag,
         messages.Edit: _edit,
-        messages.Undo: lambda self, message: self.view.opened.edits.undo(),
-        messages.Redo: lambda self, message: self.view.opened.edits.redo(),
+        messages.Undo: _undo,
+        messages.Redo: _redo,
         messages.Quality: lambda self, message: self.show(replace(self.view, integrator=message.integrator)),
         messages.Acknowledge: lambda self, message: self.connection.acknowledge(message.picture),
         messages.Planes: _send_planes,
