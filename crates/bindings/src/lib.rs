@@ -52,6 +52,8 @@ mod core {
     #[pymodule_export]
     use crate::render::frame::{channels, merge};
     #[pymodule_export]
+    use crate::render::light::world_light_at;
+    #[pymodule_export]
     use crate::render::progressive::Progressive;
     #[pymodule_export]
     use crate::render::settings::{complete_render_options, render_options};

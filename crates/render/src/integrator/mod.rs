@@ -91,6 +91,19 @@ pub(crate) fn radiance(
     Ok(())
 }
 
+/// Adds the radiance along every camera ray, which a white Lambertian surface reflects in place of what it hits.
+pub(crate) fn irradiance(
+    world: &PreparedWorld,
+    settings: &Settings,
+    batch: &CameraRayBatch,
+    control: &Control,
+    scratch: &mut PathScratch,
+    out: (&mut [Vec3], &mut [bool]),
+) -> Result<(), RenderError> {
+    let settings = path_settings(settings, &world.geometry, effective_lights(settings.integrator, world));
+    path::radiance(world, &PathSettings { meets_white: true, ..settings }, batch, control, scratch, out)
+}
+
 /// Brightest path of every camera ray; empty for integrators that show no light.
 pub(crate) fn bright_paths(
     world: &PreparedWorld,
@@ -121,6 +134,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
         catchers: settings.catchers,
         air_light: None,
         media: None,
+        meets_white: false,
     };
     if settings.integrator != Integrator::Direct {
         let media = MediaMap::new(geometry);

@@ -58,6 +58,8 @@ pub(crate) struct PathSettings<'a> {
     pub air_light: Option<&'a AirLight>,
     /// The media that scatter paths, if they are not computed in closed form.
     pub media: Option<MediaMap<'a>>,
+    /// True if camera rays meet a white Lambertian surface in place of any material.
+    pub meets_white: bool,
 }
 
 /// Choice that light sampling makes at a point.
