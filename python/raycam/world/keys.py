@@ -26,6 +26,7 @@ class ObjectKeys(TypedDict, total=False):
     category: str | int
     visible: bool
     shadow_catcher: bool
+    lidar: Mapping[str, float]
     box: Mapping[str, Any] | npt.ArrayLike
     plane: Mapping[str, Any] | npt.ArrayLike
     sphere: Mapping[str, Any] | float
@@ -54,7 +55,7 @@ class ObjectKeys(TypedDict, total=False):
     yaw: float
     scale: float | npt.ArrayLike
     matrix: npt.ArrayLike
-    type: Literal["matte", "metal", "glass", "principled", "unlit", "boundary"]
+    type: Literal["matte", "metal", "glass", "principled", "unlit"]
     color: Color
     texture: Image
     textures: Mapping[str, Image]
@@ -73,7 +74,6 @@ class ObjectKeys(TypedDict, total=False):
     attenuation_color: Color
     attenuation_distance: float
     priority: int
-    medium: str | Mapping[str, Any]
     metallic: float
     specular_color: Color
     transmission: float

@@ -52,7 +52,7 @@ ORDER = {
 
 DELEGATIONS = {
     "camera/camera.py": {"render/render.py", "robots/mounted.py", "robots/robot.py", "world/world.py"},
-    "sensors/sensor.py": {"world/world.py"},
+    "sensors/sensor.py": {"lidar/world_table.py", "world/world.py"},
     "lidar/lidar.py": {"lidar/scanning.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},

@@ -104,10 +104,7 @@ impl SpecularBsdf {
         let roughness = match &material.model {
             MaterialModel::Metal(metal) => metal.roughness,
             MaterialModel::Glass(glass) => glass.roughness,
-            MaterialModel::Phong { .. }
-            | MaterialModel::Unlit
-            | MaterialModel::Principled(_)
-            | MaterialModel::Boundary => return None,
+            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Principled(_) => return None,
         };
         if material.normal_map.is_some() || !is_smooth(roughness) {
             return None;

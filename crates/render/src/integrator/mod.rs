@@ -91,6 +91,19 @@ pub(crate) fn radiance(
     Ok(())
 }
 
+/// Adds the radiance along every camera ray, which a white Lambertian surface reflects in place of what it hits.
+pub(crate) fn irradiance(
+    world: &PreparedWorld,
+    settings: &Settings,
+    batch: &CameraRayBatch,
+    control: &Control,
+    scratch: &mut PathScratch,
+    out: (&mut [Vec3], &mut [bool]),
+) -> Result<(), RenderError> {
+    let settings = path_settings(settings, &world.geometry, effective_lights(settings.integrator, world));
+    path::radiance(world, &PathSettings { meets_white: true, ..settings }, batch, control, scratch, out)
+}
+
 /// Brightest path of every camera ray; empty for integrators that show no light.
 pub(crate) fn bright_paths(
     world: &PreparedWorld,
@@ -119,8 +132,9 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
         ambient_term: None,
         hide_environment: settings.transparent_background,
         catchers: settings.catchers,
-        closed_form: None,
+        air_light: None,
         media: None,
+        meets_white: false,
     };
     if settings.integrator != Integrator::Direct {
         let media = MediaMap::new(geometry);
@@ -140,7 +154,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
             Some(distance) if distance.is_infinite() => None,
             Some(distance) => Some(Some(distance as f32)),
         },
-        closed_form: MediaMap::new(geometry).map(|media| (media, lights.air_light())),
+        air_light: Some(lights.air_light()),
         ..paths
     }
 }
@@ -150,7 +164,7 @@ pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<V
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
         // Fog below a height depends on the ray.
-        Integrator::Flat if world.geometry.has_media() => None,
+        Integrator::Flat if world.geometry.fog.is_some() => None,
         Integrator::Flat => effective_lights(Integrator::Flat, world).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // A ray may cross lights that have no mesh.

@@ -120,6 +120,12 @@ export interface Overlay {
   grid: boolean;
 }
 
+/** Draws the points of one of the world's lidars over the image; an empty name hides them. */
+export interface Scan {
+  type: "scan";
+  lidar: string;
+}
+
 /** Changes one property of an object or a light. */
 export interface Edit {
   type: "edit";
@@ -158,7 +164,7 @@ export interface Redo {
 /** Chooses the channel that is shown. */
 export interface Channel {
   type: "channel";
-  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "error";
+  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "transmittance" | "error";
 }
 
 /** Sets exposure (stops) and view transform of the saved and the moving images. */
@@ -294,6 +300,7 @@ export type ClientMessage =
   | Lens
   | Pose
   | Overlay
+  | Scan
   | Edit
   | Select
   | Gizmo

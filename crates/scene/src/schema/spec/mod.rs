@@ -3,11 +3,11 @@
 pub(crate) mod camera;
 pub(crate) mod fog;
 pub(crate) mod inline_image;
-pub(crate) mod medium;
 pub(crate) mod object;
 pub(crate) mod optics;
 pub(crate) mod pose;
 pub(crate) mod rig;
+pub(crate) mod sensor;
 pub(crate) mod shape;
 pub(crate) mod texture;
 pub(crate) mod video;

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::camera::sensor::LidarSurface;
 use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::{Category, Color, Refine, Splat, Wraps};
-use crate::schema::spec::medium::MediumSpec;
 use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
 
@@ -26,6 +26,9 @@ pub struct ObjectSpec {
     /// True if images with a transparent background or a camera's background show the object's shadows but not the
     /// object, for example for a ground that the photo already shows. Default: false.
     pub shadow_catcher: Option<bool>,
+    /// What the surface returns to a lidar, such as { reflectance = 0.8, retroreflection = 300 }; derived from the
+    /// material if not given. A mirror or glass with such values scatters light instead.
+    pub lidar: Option<LidarSurface>,
 
     /// A box centred at the origin.
     #[serde(rename = "box")]
@@ -122,9 +125,6 @@ pub struct ObjectSpec {
     /// With type = "glass" or "principled": a whole number, default 0. Where closed meshes of clear media overlap, the
     /// medium with the highest priority fills the space; among equals, the inner one.
     pub priority: Option<i32>,
-    /// With type = "glass", "principled" or "boundary": the matter inside of the closed mesh, by the name of a preset or by
-    /// its coefficients per metre.
-    pub medium: Option<MediumSpec>,
     /// With type = "principled": 0 for a dielectric (default) to 1 for a metal.
     pub metallic: Option<f32>,
     /// With type = "principled": colour of the dielectric's reflection.
@@ -155,8 +155,8 @@ pub struct ObjectSpec {
     pub diffuse_transmission_color: Option<Color>,
 }
 
-/// Number of optional keys of [`ObjectSpec`], except name, category, visible and shadow_catcher.
-pub(crate) const KEYS: usize = 56;
+/// Number of optional keys of [`ObjectSpec`], except name, category, visible, shadow_catcher and lidar.
+pub(crate) const KEYS: usize = 55;
 
 impl ObjectSpec {
     /// Returns the keys that are present.
@@ -166,7 +166,7 @@ impl ObjectSpec {
             refine, face_colors, vertex_colors, uvs, normals,
             location, roll, pitch, yaw, scale, matrix,
             "type" type_, color, texture, textures, wrap, diffuse, specular, shininess, emission, opacity, alpha,
-            metal, roughness, ior, thin, dispersion, attenuation_color, attenuation_distance, priority, medium,
+            metal, roughness, ior, thin, dispersion, attenuation_color, attenuation_distance, priority,
             metallic, specular_color, transmission, clearcoat, clearcoat_roughness, sheen_color, sheen_roughness,
             iridescence, iridescence_ior, iridescence_thickness, anisotropy, anisotropy_rotation,
             diffuse_transmission, diffuse_transmission_color,
@@ -198,6 +198,4 @@ pub enum MaterialType {
     Principled,
     /// The base colour itself, independent of light.
     Unlit,
-    /// The border of a `medium`: it neither reflects nor refracts, and is in no ground truth.
-    Boundary,
 }
