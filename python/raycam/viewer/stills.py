@@ -125,6 +125,8 @@ class Slices(Refinement):
     """The time when the last step ended in a frame; None where it did not."""
     _showing: float = field(default=0.0, init=False)
     """Seconds that the last frame took to be shown, as far as the next step knows."""
+    _shown: int = field(default=0, init=False)
+    """Frames since the samples doubled; the time until the next one grows with them."""
     _spent: float = field(default=0.0, init=False)
     """Seconds of samples since the last frame."""
 
@@ -141,6 +143,7 @@ class Slices(Refinement):
         self._spent += time.monotonic() - started
         if not self._is_worth_showing():
             return None
+        self._shown = 0 if self.samples >= 2 * self._told else self._shown + 1
         frame = self._picture.frame()
         self._told, self._spent, self._given = self.samples, 0.0, time.monotonic()
         return frame
@@ -152,7 +155,7 @@ class Slices(Refinement):
         affordable = self._spent >= self._showing / SHOWING
         if self.samples >= 2 * self._told > 0:
             return affordable
-        return self._told > 0 and affordable and self._spent >= LONGEST_WAIT
+        return self._told > 0 and affordable and self._spent >= LONGEST_WAIT * (1 + self._shown)
 
 
 class FromScratch(Refinement):
