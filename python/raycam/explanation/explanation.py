@@ -88,16 +88,16 @@ class Explanation(PixelSteps):
     def save_figure(self, path: str | os.PathLike[str], of: Subject = "ray") -> None:
         """Writes the figure `svg` to an .svg file atomically, or to a .png or .pdf with CairoSVG.
 
-        With `of="ray"`, an .html file is a page with the steps, whose figures can be rotated as in the lecture and the
-        live view. Raises SettingsError for another extension and without CairoSVG, and OSError if the file cannot be
+        An .html file is a page with the steps, whose figures are those of the lecture and the live view and can be
+        rotated. Raises SettingsError for another extension and without CairoSVG, and OSError if the file cannot be
         written.
         """
-        check_figure(path, of)
+        check_figure(path)
         suffix = Path(path).suffix.lower()
         if suffix == ".html":
             from ..viewer.explanation_page import explanation_page
 
-            atomic_files.write(path, explanation_page(self).encode())
+            atomic_files.write(path, explanation_page(self, of).encode())
             return
         svg = self.svg(of).encode()
         atomic_files.write(path, svg if suffix == ".svg" else _converter(suffix)(bytestring=svg))
@@ -208,18 +208,13 @@ def _converter(suffix: str) -> Callable[..., bytes]:
     return convert
 
 
-def check_figure(path: str | os.PathLike[str], of: Subject = "ray") -> None:
-    """Checks that a figure of a subject can be written to `path`; raises the errors of `save_figure`."""
+def check_figure(path: str | os.PathLike[str]) -> None:
+    """Checks that a figure can be written to `path`; raises the errors of `save_figure`."""
     suffix = Path(path).suffix.lower()
     if suffix not in FIGURES:
         raise SettingsError(
             f"{path}: unknown ending of a figure; expected .svg, .html (a page that can be turned), .png or .pdf",
             code="unknown_format",
-        )
-    if suffix == ".html" and of != "ray":
-        raise SettingsError(
-            f"{path}: pages show the ray only; write the figure of the {of} as .svg",
-            code="conflicting_values",
         )
     if suffix in (".png", ".pdf"):
         _converter(suffix)

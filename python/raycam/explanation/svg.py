@@ -90,12 +90,13 @@ class Svg:
             [q, (neck[0] + side[0], neck[1] + side[1]), (neck[0] - side[0], neck[1] - side[1])], color
         )
 
-    def polyline(self, points: Sequence[Point], color: str, width: float) -> None:
-        """Straight lines from point to point with round ends."""
+    def polyline(self, points: Sequence[Point], color: str, width: float, dash: str = "") -> None:
+        """Straight lines from point to point with round ends; `dash` as in stroke-dasharray."""
+        dashes = f' stroke-dasharray="{dash}"' if dash else ""
         places = " ".join(f"{_n(x)},{_n(y)}" for x, y in points)
         self.parts.append(
             f'<polyline points="{places}" fill="none" stroke="{color}" stroke-width="{_n(width)}" '
-            f'stroke-linecap="round" stroke-linejoin="round"/>'
+            f'stroke-linecap="round" stroke-linejoin="round"{dashes}/>'
         )
 
     def polygon(

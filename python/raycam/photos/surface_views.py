@@ -87,12 +87,13 @@ def view_part(
     part: SurfacePart,
     *,
     facing: Facing,
-    edges: Callable[[], DepthEdges],
+    edges: Callable[[], DepthEdges] | None,
     threads: int | None,
 ) -> PartView:
     """The points that the camera sees, with their colours and weights cos² sqrt(det J) border.
 
-    J is the derivative of the pixel by the surface; transparent pixels show nothing.
+    J is the derivative of the pixel by the surface; transparent pixels show nothing. Without `edges`, the border is
+    the image's edge only.
     """
     sight = find_sight(
         world, camera, part.points, part.normals, facing=facing, min_cosine=MIN_COSINE, threads=threads
@@ -106,7 +107,9 @@ def view_part(
     area = np.nan_to_num(np.abs(np.linalg.det(jacobian)))
     places = sight.pixels - camera.corner
     border = np.minimum(places, np.array(camera.size) - places).min(axis=1)
-    border = np.minimum(border, edges().at(places)) / BORDER_WIDTH_PX
+    if edges is not None:
+        border = np.minimum(border, edges().at(places))
+    border = border / BORDER_WIDTH_PX
     pixels = filtered(photograph(), places, jacobian * part.spacing[index][:, None, None])
     dimming = vignetting_at(camera, sight.pixels)
     weight = sight.cosine**2 * np.sqrt(area) * np.clip(border, MIN_BORDER, 1.0)

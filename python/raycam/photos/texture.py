@@ -21,6 +21,7 @@ from ..io.oriented_photo import ORIENTATIONS, Orientation
 from ..notices import warn_all
 from ..world import World
 from ..world.chosen import object_number
+from ..world.face_geometry import unique_rows
 from ..world.object_mesh import ObjectMesh, object_mesh
 from ..world.texture import Texture
 from .alignment import Alignment, measure_alignment
@@ -271,7 +272,7 @@ def _textured(world: World, number: int, mesh: ObjectMesh, texture: npt.NDArray[
     """A world with the textured object."""
     made = World(world.up)
     rows = np.concatenate([mesh.corners.reshape(-1, 3), mesh.uvs[0].reshape(-1, 2)], axis=1)
-    welded, faces = np.unique(rows, axis=0, return_inverse=True)
+    welded, faces = unique_rows(rows)
     made.add_mesh(
         welded[:, :3],
         faces.reshape(-1, 3),

@@ -302,7 +302,10 @@ def _explanations(
                 f"explain: pixel {pixel} is not in the region {frame.region} of this frame",
                 code="out_of_range",
             )
-        made.append({"column": column, "row": row, **explanation_parts(explanation)[0]})
+        parts = explanation_parts(explanation)[0]
+        for part in (parts, *parts["sections"]):
+            part["figure"]["region"] = list(frame.region)
+        made.append({"column": column, "row": row, **parts})
     return made
 
 

@@ -12,8 +12,8 @@ from ..arguments import Floats
 from ..camera import Camera
 from ..explanation import Explanation, explain
 from ..explanation.lens import world_at_line
-from ..explanation.page_figure import page_figure
-from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
+from ..explanation.page_figure import lines_figure, page_figure
+from ..explanation.scene_figure import Line, light_lines, path_marks, tree_lines
 from ..render.frame import CHANNELS, Frame
 from ..world import World
 from .stills import shares, truth
@@ -104,17 +104,21 @@ def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, A
 def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Line]]:
     """Text and figure of the ray, `sections` of the light and the tree, and the rays of light."""
     light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
+    lines = light_lines(explanation.world, light, path)
     parts = {
         "text": str(explanation),
-        "svg": "",
         "figure": page_figure(explanation),
         "sections": [
             {
                 "title": "The light",
                 "text": f"{light}\n\n{path}",
-                "svg": light_figure(explanation, light, path),
+                "figure": lines_figure(explanation, lines, path_marks(path)),
             },
-            {"title": "The tree", "text": str(tree), "svg": tree_figure(explanation, tree)},
+            {
+                "title": "The tree",
+                "text": str(tree),
+                "figure": lines_figure(explanation, tree_lines(explanation, tree), []),
+            },
         ],
     }
-    return parts, light_lines(explanation.world, light, path)
+    return parts, lines
