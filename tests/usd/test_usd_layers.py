@@ -270,7 +270,9 @@ def test_usd_file_is_added_as_objects_of_a_world(tmp_path: Path) -> None:
     assert (thing.name, thing.category) == ("a", "model")
     np.testing.assert_allclose(corners(world), corners(alone), atol=1e-6)
     np.testing.assert_allclose(world.triangle_colors(), alone.triangle_colors(), atol=1e-6)
-    assert any("lights and cameras are ignored" in str(notice) and "1 " in str(notice) for notice in world.notices)
+    assert any(
+        "lights and cameras are ignored" in str(notice) and "1 " in str(notice) for notice in world.notices
+    )
     # In a world with another up axis it is turned upright: y becomes z.
     turned = raycam.World("z", folder=tmp_path)
     turned.add_object(mesh="a.usda", name="x", location=[1, 0, 0])
