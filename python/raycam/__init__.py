@@ -43,9 +43,17 @@ from .world.texture import Texture
 if TYPE_CHECKING:
     from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
-    from .explanation import Explanation, explain
-    from .lidar import Lidar, Scan, load_lidar, scan
-    from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
+    from .explanation import BeamExplanation, Explanation, explain, explain_beam
+    from .lidar import Lidar, Scan, load_lidar, scan, scan_many
+    from .photos import (
+        PhotoTexture,
+        SurfaceSamples,
+        SurfaceVisibility,
+        photo_truth,
+        sample_surface,
+        surface_visibility,
+        texture_from_photos,
+    )
     from .randomize import Recipe, sample
     from .viewer.view import view
     from .viewer.viewer import Viewer
@@ -56,6 +64,7 @@ __all__ = [
     "Animation",
     "Background",
     "BakedMaps",
+    "BeamExplanation",
     "Box3D",
     "Camera",
     "CameraError",
@@ -83,6 +92,7 @@ __all__ = [
     "Sensor",
     "SettingsError",
     "Settled",
+    "SurfaceSamples",
     "SurfaceVisibility",
     "Texture",
     "Topology",
@@ -95,6 +105,7 @@ __all__ = [
     "box3d",
     "disparity",
     "explain",
+    "explain_beam",
     "flow",
     "from_mujoco",
     "from_open3d",
@@ -109,8 +120,10 @@ __all__ = [
     "render",
     "render_many",
     "sample",
+    "sample_surface",
     "save_cameras",
     "scan",
+    "scan_many",
     "selfcheck",
     "settle",
     "strict",
@@ -122,7 +135,9 @@ __all__ = [
 
 _LAZY_IMPORTS = {
     "Explanation": "explanation",
+    "BeamExplanation": "explanation",
     "explain": "explanation",
+    "explain_beam": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
     "BakedMaps": "baking",
@@ -130,6 +145,8 @@ _LAZY_IMPORTS = {
     "photo_truth": "photos",
     "PhotoTexture": "photos",
     "texture_from_photos": "photos",
+    "SurfaceSamples": "photos",
+    "sample_surface": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",
     "Settled": "world.settle",
@@ -138,6 +155,7 @@ _LAZY_IMPORTS = {
     "Scan": "lidar",
     "load_lidar": "lidar",
     "scan": "lidar",
+    "scan_many": "lidar",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -60,10 +61,10 @@ class _Level:
         self.inverse = (DAMPING / self.diagonal).astype(np.float32)
         self.parent: npt.NDArray[np.int32] = np.zeros(0, np.int32)
 
-    def times(self, x: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    def times(self, x: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The product with x [n, k], in its precision."""
         padded = np.concatenate([x, np.zeros((1, x.shape[1]), x.dtype)])
-        found = self.diagonal.astype(x.dtype) * x
+        found: npt.NDArray[Any] = self.diagonal.astype(x.dtype) * x
         for place, factor in self.neighbors:
             value = padded.take(place, axis=0)
             found -= value if self.is_finest else factor * value
@@ -90,15 +91,16 @@ class _Level:
             there[first[some]] = second[some]
             here = np.flatnonzero(total)
             pairs.append((here, there[here], total[here]))
-        here, there, weight = (np.concatenate(part) for part in zip(*pairs, strict=True))
+        here, there = (np.concatenate([pair[i] for pair in pairs]) for i in (0, 1))
+        weight: Floats = np.concatenate([pair[2] for pair in pairs]).astype(np.float64)
         fixed, mass = (
-            np.bincount(self.parent, weights=each, minlength=count) for each in (links.fixed, self.mass)
+            np.bincount(self.parent, weights=each, minlength=count).astype(np.float64)
+            for each in (COARSE_STIFFNESS * links.fixed, self.mass)
         )
-        coarse = GridLinks(rows, keys % wide, here, there, COARSE_STIFFNESS * fixed)
-        return _Level(coarse, COARSE_STIFFNESS * weight, mass)
+        return _Level(GridLinks(rows, keys % wide, here, there, fixed), COARSE_STIFFNESS * weight, mass)
 
-    def sums_of_squares(self, values: Single, count: int) -> Single:
-        """The sums [count, k] of values [n, k] in the squares of the coarser level."""
+    def sums_in_squares(self, values: Single, count: int) -> Single:
+        """The sums [count, k] of values [n, k] in each square of the coarser level."""
         sums = [np.bincount(self.parent, weights=each, minlength=count) for each in values.T]
         return np.stack(sums, axis=1).astype(np.float32)
 
@@ -117,9 +119,9 @@ def solve_poisson(links: GridLinks, right: Floats) -> Floats:
     def cycle(number: int, residual: Single) -> Single:
         level = levels[number]
         if number == len(levels) - 1:  # nothing is linked
-            return residual / level.diagonal.astype(np.float32)
-        x = level.inverse * residual
-        rest = level.sums_of_squares(
+            return np.asarray(residual / level.diagonal, np.float32)
+        x: Single = level.inverse * residual
+        rest = level.sums_in_squares(
             residual - level.times(x).astype(np.float32), len(levels[number + 1].diagonal)
         )
         x += cycle(number + 1, rest).take(level.parent, axis=0)

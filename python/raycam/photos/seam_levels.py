@@ -68,7 +68,7 @@ def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
             for channel in samples.difference.T
         ],
         axis=1,
-    )
+    ).astype(np.float64)
     # The adjustments of each connected part have the mean 0, because differences of colours do not determine it.
     part = matrix.parts()
     members = np.maximum(np.bincount(part, minlength=count), 1)

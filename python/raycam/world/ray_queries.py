@@ -108,6 +108,9 @@ class RayQueries:
         material       int32 [...]      as in the channel `material`                                     -1
         category       int32 [...]      as in the channel `category`                                     -1
         albedo         float32 [..., 3] base colour with its texture, linear                             0
+        roughness      float32 [...]    perceptual roughness with its texture; 1 without a glossy lobe   0
+        metallic       float32 [...]    1 for metals, with its texture                                   0
+        emission       float32 [..., 3] radiance emitted against the ray, linear, W/(m² sr)              0
         ============== ================ ================================================================ =====
 
         The last column is the value of a miss. The first six are the default. Rays that are not finite or have a zero
@@ -250,9 +253,7 @@ class RayQueries:
         if times is None:
             return None
         if self._core.is_animated and self._core.time is None:
-            text = (
-                "times have no effect: the world has animations, but it is not at a time; use world.at(time)"
-            )
+            text = "times have no effect, because no time is set for the animated world; use world.at(time)"
             warn(Notice(text, "unused_times"))
         array = limits("times", times, shape)
         if len(array) == 1:

@@ -135,7 +135,9 @@ class View:
         time = real("time", given.get("time", 0.0), 0.0, what="seconds")
         if time > seconds:
             lasts = f"its motion lasts {seconds:g} s" if seconds else "nothing in it moves"
-            raise SettingsError(f"time {time:g} s is too late for this world: {lasts}", code="out_of_range")
+            raise SettingsError(
+                f"time {time:g} s is after the end of the motion: {lasts}", code="out_of_range"
+            )
         animations, variants = [each.name for each in base.animations], base.variants
         animation, variant = given.get("animation", ""), given.get("variant", "")
         exposure = given.get("exposure", settings.get("exposure", 0.0))
@@ -248,6 +250,30 @@ class View:
             and self.integrator == other.integrator
             and (self.channel == "error") == (other.channel == "error")  # its samples are separate
         )
+
+    def shows_like(self, other: View) -> bool:
+        """True if both views have the same camera, pivot, look, variant and integrator."""
+        return (
+            self.camera == other.camera
+            and self.camera_name == other.camera_name
+            and np.array_equal(self.pivot, other.pivot)
+            and (self.look is other.look or self.look.describe() == other.look.describe())
+            and (self.variant, self.integrator) == (other.variant, other.integrator)
+        )
+
+    def restored(self, earlier: View) -> View:
+        """The view with camera, pivot, look, variant and integrator of an earlier one."""
+        view = replace(
+            self,
+            camera=earlier.camera,
+            camera_name=earlier.camera_name,
+            pivot=earlier.pivot,
+            shape=earlier.shape,
+            look=earlier.look,
+            variant=earlier.variant,
+            integrator=earlier.integrator,
+        )
+        return view.rebased().with_space(self.space)
 
     @property
     def _shows_light(self) -> bool:
