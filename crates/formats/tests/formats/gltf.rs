@@ -119,7 +119,7 @@ fn nothing_outside_the_folder_is_opened() {
 fn errors_name_the_place() {
     let text = triangle();
     for (from, to, expected) in [
-        (r#""count": 3"#, r#""count": "3""#, "accessors[0].count: invalid type"),
+        (r#""count": 3"#, r#""count": "3""#, "accessors[0].count: string \"3\", expected a whole number from 0"),
         (r#""count": 3"#, r#""count": -3"#, "accessors[0].count: invalid value"),
         (r#""count": 3, "#, "", "accessors[0]: missing field `count`"),
         (r#""count": 3"#, r#""count": 4"#, "accessors[0]: 4 elements of 12 bytes"),
