@@ -64,7 +64,7 @@ pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
 pub use medium::fog::Fog;
 pub use mesh::Mesh;
-pub use model::{AssetLoader, MeshFile, MeshPart, SingleMesh, NoAssets};
+pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets, SingleMesh};
 pub use notice::{Notice, NoticeCode};
 pub use texture::{
     ByteString, ColorUse, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot,
