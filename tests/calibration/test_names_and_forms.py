@@ -257,7 +257,11 @@ def test_one_line_of_intrinsics_has_a_lens_as_in_droid_slam(tmp_path: Path, coun
 
 def test_one_line_of_a_trajectory_is_a_pose(tmp_path: Path) -> None:
     numbers = [3.5, *C, *Rotation.from_matrix(R.T).as_quat()]
-    cameras, _ = load(tmp_path / "a.txt", " ".join(map(str, numbers)), intrinsics=raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE))
+    cameras, _ = load(
+        tmp_path / "a.txt",
+        " ".join(map(str, numbers)),
+        intrinsics=raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE),
+    )
     check(cameras["3.5"], K, R, C)
 
 
@@ -265,7 +269,9 @@ def test_times_that_repeat_keep_both_poses(tmp_path: Path) -> None:
     rows = "".join(
         f"{time} {x} 0 0 0 0 0 1\n" for time, x in [(1.0, 0.1), (2.0, 0.2), (2.0, 0.3), (2.0, 0.4)]
     )
-    cameras, codes = load(tmp_path / "groundtruth.txt", rows, intrinsics=raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE))
+    cameras, codes = load(
+        tmp_path / "groundtruth.txt", rows, intrinsics=raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE)
+    )
     assert {name: camera.C[0] for name, camera in cameras.items()} == {
         "1.0": 0.1,
         "2.0": 0.2,
@@ -278,7 +284,9 @@ def test_times_that_repeat_keep_both_poses(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("time", ["1403636580863555584.0", "1.4036365808e+15", "1403636580863"])
 def test_times_that_are_no_seconds_are_noted(tmp_path: Path, time: str) -> None:
-    cameras, codes = load(tmp_path / "a.txt", f"{time} 0 0 0 0 0 0 1\n", intrinsics=raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE))
+    cameras, codes = load(
+        tmp_path / "a.txt", f"{time} 0 0 0 0 0 0 1\n", intrinsics=raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE)
+    )
     assert codes == ["implausible"]
     assert next(iter(cameras.times.values())) == float(time)
 

@@ -23,7 +23,7 @@ import raycam
 from PIL import Image
 from raycam import cli
 from support.raises import raises
-from support.subject_share import SavedPictures, border_share, subject_share
+from support.subject_share import MIN_SHARE, SavedPictures, border_share, subject_share
 
 ROOT = Path(__file__).resolve().parents[2]
 MADE = {"_build", "_generated", "lab-notes", "reference"}
@@ -37,10 +37,8 @@ PAGES = [
 ]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 # This page's images are written by `raycam demo`, which test_demo.py runs at full size.
-MIN_SHARE = 0.05
-"""Least share of a picture's pixels that show its subject."""
-MIN_SHARES: dict[str, float] = {}
-"""The same for pictures of small things, by name."""
+MIN_SHARES = {"composite": 0.02}
+"""The least share of pictures of small things, by name."""
 SAMPLES = re.compile(r"\bsamples=\d+")
 SLOW = ("raycam demo",)
 

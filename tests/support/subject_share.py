@@ -14,6 +14,8 @@ import raycam
 from PIL import Image
 from raycam.world.framing import without_ground
 
+MIN_SHARE = 0.05
+"""Least share of a picture's pixels that show its subject."""
 WIDTH = 96
 """Width in pixels of the ground truth that is counted."""
 
@@ -65,6 +67,10 @@ class SavedPictures:
 
         monkeypatch.setattr(raycam, "render", render)
         monkeypatch.setattr(raycam.Frame, "save", save_and_record)
+
+    def share_of(self, frame: object) -> float | None:
+        """The subject's share in a frame that `raycam.render` has returned; None for other objects."""
+        return self._rendered[id(frame)][1] if id(frame) in self._rendered else None
 
 
 _render = raycam.render

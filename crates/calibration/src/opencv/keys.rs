@@ -334,7 +334,8 @@ pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
     let entries = root.entries().unwrap_or_default();
     for (key, at) in &entries {
         let name = plain(key);
-        let other = is_base(&name) || OTHER_MATRICES.iter().any(|word| name.contains(word));
+        let other = is_base(&name) && !COEFFICIENTS.contains(&&name[..])
+            || OTHER_MATRICES.iter().any(|word| name.contains(word));
         if let Some(mark) = mark_of(key, &K).filter(|_| !other && looks_like_k(at))
             && !found.contains(&mark)
         {

@@ -78,7 +78,15 @@ pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
 pub(super) fn is_named(view: &KeyView<'_>, key: &str) -> bool {
     let words = [&CAMERA_FROM_WORLD[..], &WORLD_FROM_CAMERA, &OPEN_DIRECTION];
     let named = |name: &String| words.iter().any(|words| words.iter().any(|word| name.contains(word)));
-    view.base(key).iter().any(|name| named(name) || matches!(&name[..], "rt" | "tcw" | "twc"))
+    // `pose_timestamp_0` of OpenCV's multi-camera calibration is a pose of the board.
+    let board = |name: &String| name.contains("timestamp");
+    view.base(key).iter().any(|name| !board(name) && named(name) || matches!(&name[..], "rt" | "tcw" | "twc"))
+}
+
+/// True for a key of the camera's side with a word of a pose, and a value that may be one.
+fn is_named_pose(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
+    is_named(view, key)
+        && (at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9 | 12 | 16)) || keys::is_keyed(at))
 }
 
 /// True for a key that the reader does not know by name and whose value is a pose, by its numbers or its name.
@@ -117,7 +125,7 @@ pub(super) fn read_named(
     let mut found: Option<(Cursor<'_>, Pose)> = None;
     for (key, at) in view.at.entries()? {
         // Of the keys of several cameras, those with the mark of this one and a word of a pose.
-        let own = if view.side.is_empty() { is_pose_key(view, key, &at) } else { is_named(view, key) };
+        let own = if view.side.is_empty() { is_pose_key(view, key, &at) } else { is_named_pose(view, key, &at) };
         if !own {
             continue;
         }

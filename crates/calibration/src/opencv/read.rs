@@ -9,7 +9,7 @@ use crate::document::{Cursor, Value, npy, unread, yaml};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
 use crate::opencv::{camera, partner, pose, stereo};
-use crate::{Calibration, ReadHints};
+use crate::{Calibration, ReadHints, kitti};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
@@ -29,7 +29,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     }
     let path = &source.path;
     let has = |word: &str| text.contains(word);
-    if unread::name_of(&[], text).is_some() && !has("opencv_storage") {
+    if unread::name_of(&[], text).is_some() && !has("opencv_storage") || kitti::has_matrix_line(text) {
         return false;
     }
     let own = has("%YAML:1.0") || has("!!opencv-matrix") || has("\"opencv-matrix\"") || has("<opencv_storage>");
@@ -45,6 +45,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     has_camera(&root)
         || stereo::pair(&root).is_some()
         || !keys::marks(&root).is_empty()
+        || source.stem().is_some_and(|stem| stem.contains("extrinsic")) && partner::has_poses(&root)
         || cameras.iter().any(|(_, view)| has_camera(&view.at))
 }
 
