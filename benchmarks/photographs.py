@@ -1,9 +1,11 @@
-"""Visibility, textures and ambient occlusion of photographs' surfaces: processor seconds, and Open3D next to them.
+"""Textures, depth and occlusion of photographs' surfaces, in turn with other programs on the same arrays.
 
-    python benchmarks/photographs.py [--faces N] [--cameras N] [--size N] [--open3d INTERPRETER]
+    python benchmarks/photographs.py [--faces N] [--cameras N] [--size N] [--photo W H] [--rays N] [--rounds N]
+        [--open3d PYTHON] [--pyrender PYTHON] [--pymeshlab PYTHON] [--bpy PYTHON]
 
-Processor seconds of all threads are less sensitive to other work on the machine than elapsed ones. Open3D runs in its
-own interpreter, since its wheel pins other packages.
+PYTHON is an interpreter with that library; programs without one are skipped. Each program runs in a process of its own,
+one after the other, `--rounds` times; the table has the medians. pyrender draws with OSMesa. `difference` compares the
+results: textures with the one that the photographs show, depth and occlusion with raycam's, the latter of 4096 rays.
 """
 
 from __future__ import annotations
@@ -11,41 +13,25 @@ from __future__ import annotations
 import argparse
 import json
 import subprocess
+import sys
 import tempfile
-import time
 import warnings
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import raycam
 
-RIVAL = """
-import json, resource, sys, time
-import numpy as np, open3d as o3d
-data = np.load(sys.argv[1])
-mesh = o3d.t.geometry.TriangleMesh(data["vertices"], data["faces"])
-mesh.triangle.texture_uvs = o3d.core.Tensor(data["uvs"])
-images = [o3d.t.geometry.Image(image) for image in data["images"]]
-k = [o3d.core.Tensor(matrix) for matrix in data["k"]]
-poses = [o3d.core.Tensor(matrix) for matrix in data["poses"]]
-start = time.process_time(), time.perf_counter()
-albedo = mesh.project_images_to_albedo(images, k, poses, int(data["size"]), True)
-used = time.process_time() - start[0], time.perf_counter() - start[1]
-np.save(sys.argv[2], np.asarray(albedo.as_tensor().numpy()))
-print(json.dumps(used))
-"""
+RIVALS = Path(__file__).with_name("photograph_rivals.py")
+REFERENCE_RAYS = 4096
+REFERENCE_FACES = 20_000
+"""Faces above which occlusion is not compared with a reference, which would take most of the time."""
+
+Arrays = dict[str, Any]
 
 
-def measured(work: Callable[[], object]) -> tuple[object, float, float]:
-    """The result, processor seconds and elapsed seconds."""
-    start = time.process_time(), time.perf_counter()
-    found = work()
-    return found, time.process_time() - start[0], time.perf_counter() - start[1]
-
-
-def ball(faces: int) -> tuple[raycam.World, np.ndarray, np.ndarray, np.ndarray]:
-    """A bumpy ball of about `faces` triangles with texture coordinates, unlit, and its arrays."""
+def ball(faces: int) -> Arrays:
+    """A bumpy ball of about `faces` triangles with texture coordinates, and the texture of its photographs."""
     side = round(np.sqrt(faces / 2))
     u, v = np.meshgrid(np.linspace(0, 1, side + 1), np.linspace(0.02, 0.98, side + 1))
     radius = 1 + 0.05 * np.sin(20 * u * np.pi) * np.sin(15 * v * np.pi)
@@ -53,14 +39,113 @@ def ball(faces: int) -> tuple[raycam.World, np.ndarray, np.ndarray, np.ndarray]:
     points = np.stack([np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar)], axis=-1)
     corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
     a, b, c, d = corner, corner + side + 1, corner + side + 2, corner + 1
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    vertices, uvs = (points * radius[..., None]).reshape(-1, 3), np.stack([u.ravel(), v.ravel()], axis=1)
     x, y = np.meshgrid(np.arange(512), np.arange(512))
     picture = np.stack([x // 2, y // 2, 128 + 100 * np.sin(x / 9) * np.cos(y / 7)], axis=2).astype(np.uint8)
+    return {
+        "vertices": (points * radius[..., None]).reshape(-1, 3),
+        "faces": np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]),
+        "uvs": np.stack([u.ravel(), v.ravel()], axis=1),
+        "picture": picture,
+    }
+
+
+def photographed(data: Arrays, count: int, photo: tuple[int, int]) -> Arrays:
+    """The arrays with cameras around the ball, and their photographs."""
+    turns = np.arange(count) * np.pi * (3 - np.sqrt(5))
+    height = np.linspace(-0.8, 0.8, count)
+    places = np.stack(
+        [np.sqrt(1 - height**2) * np.cos(turns), np.sqrt(1 - height**2) * np.sin(turns), height]
+    )
+    cameras = [raycam.Camera.look_at(3 * place, [0, 0, 0], size=tuple(photo), fov=45) for place in places.T]
     world = raycam.World()
-    material = {"type": "unlit", "texture": raycam.Texture(picture, wrap="clamp")}
-    world.add_mesh(vertices, triangles, uvs=uvs, name="ball", material=material)
-    return world, vertices, triangles, uvs
+    material = {"type": "unlit", "texture": raycam.Texture(data["picture"], wrap="clamp")}
+    world.add_mesh(data["vertices"], data["faces"], uvs=data["uvs"], material=material)
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    for pose, camera in zip(poses, cameras, strict=True):
+        pose[:3, :3], pose[:3, 3] = camera.R, camera.t
+    images = [raycam.render(world, camera, samples=4).to_srgb8() for camera in cameras]
+    return {
+        **data,
+        "k": np.stack([camera.K for camera in cameras]),
+        "poses": poses,
+        "images": np.stack(images),
+        "photo": np.array(photo),
+    }
+
+
+class Race:
+    """Programs that run in turn on the same arrays."""
+
+    def __init__(self, folder: Path, rounds: int) -> None:
+        self.folder, self.rounds = folder, rounds
+
+    def run(
+        self, programs: dict[str, str | None], data: Arrays
+    ) -> tuple[dict[str, list[float]], dict[str, Arrays]]:
+        """The median processor and elapsed seconds, and the results, of programs with their interpreters."""
+        given = self.folder / "in.npz"
+        np.savez(given, **data)
+        used: dict[str, list[list[float]]] = {}
+        results: dict[str, Arrays] = {}
+        for _ in range(self.rounds):
+            for name, interpreter in programs.items():
+                if interpreter is None:
+                    continue
+                output = self.folder / f"{name}.npz"
+                command = [interpreter, str(RIVALS), name, str(given), str(output)]
+                done = subprocess.run(command, capture_output=True, text=True)
+                lines = [line for line in done.stdout.splitlines() if line.startswith("MEASURED ")]
+                if done.returncode or not lines:
+                    print(f"{name} failed: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
+                    continue
+                used.setdefault(name, []).append(json.loads(lines[-1].removeprefix("MEASURED ")))
+                with np.load(output) as arrays:
+                    results[name] = dict(arrays)
+        return {name: np.median(times, axis=0).tolist() for name, times in used.items()}, results
+
+
+def print_rows(task: str, used: dict[str, list[float]], difference: dict[str, str]) -> None:
+    """Prints the rows of a task."""
+    for name, (processor, elapsed) in used.items():
+        print(
+            f"| {task} | {name} | {processor:.2f} | {elapsed:.2f} | {difference.get(name, '')} |", flush=True
+        )
+
+
+def texture_differences(results: dict[str, Arrays], data: Arrays, size: int) -> dict[str, str]:
+    """The mean absolute difference to the photographs' texture, of texels that raycam knows."""
+    place = (np.arange(size) + 0.5) / size * 512
+    truth = data["picture"][place.astype(int)[:, None], place.astype(int)].astype(float)
+    known = next((found["known"] for name, found in results.items() if name.startswith("raycam")), None)
+    if known is None:
+        return {}
+    return {
+        name: f"{np.abs(found['texture'][known] - truth[known]).mean():.2f} of 255"
+        for name, found in results.items()
+    }
+
+
+def depth_differences(results: dict[str, Arrays]) -> dict[str, str]:
+    """The mean relative difference of depth, and the pixels that only one of both sees."""
+    own = results.get("raycam_depth", {}).get("depth")
+    found = {}
+    for name, each in results.items():
+        both = (own > 0) & (each["depth"] > 0)
+        lost = ((own > 0) != (each["depth"] > 0)).sum()
+        off = np.abs(each["depth"][both] / own[both] - 1).mean()
+        found[name] = f"{off:.1e}, {lost} other pixels"
+    return found
+
+
+def occlusion_differences(results: dict[str, Arrays], truth: Arrays | None) -> dict[str, str]:
+    """The root mean square difference to raycam's occlusion of many rays."""
+    if truth is None:
+        return {}
+    known = truth.get("known", np.isfinite(truth["ao"]))
+    return {
+        name: f"{np.sqrt(np.nanmean((each['ao'] - truth['ao'])[known] ** 2)):.4f}"
+        for name, each in results.items()
+    }
 
 
 def main() -> None:
@@ -70,64 +155,40 @@ def main() -> None:
     parser.add_argument("--cameras", type=int, default=20)
     parser.add_argument("--size", type=int, default=1024)
     parser.add_argument("--photo", type=int, nargs=2, default=(1200, 900))
-    parser.add_argument("--open3d", metavar="INTERPRETER")
+    parser.add_argument("--rays", type=int, default=64)
+    parser.add_argument("--rounds", type=int, default=3)
+    for name in ("open3d", "pyrender", "pymeshlab", "bpy"):
+        parser.add_argument(f"--{name}", metavar="PYTHON")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    world, vertices, triangles, uvs = ball(options.faces)
-    turns = np.arange(options.cameras) * np.pi * (3 - np.sqrt(5))
-    height = np.linspace(-0.8, 0.8, options.cameras)
-    cameras = {
-        f"{i:03d}": raycam.Camera.look_at(
-            3 * np.array([np.sqrt(1 - z * z) * np.cos(a), np.sqrt(1 - z * z) * np.sin(a), z]),
-            [0, 0, 0],
-            size=tuple(options.photo),
-            fov=45,
-        )
-        for i, (a, z) in enumerate(zip(turns, height, strict=True))
-    }
-    photos = {name: raycam.render(world, camera, samples=4).to_srgb8() for name, camera in cameras.items()}
-    count = len(triangles)
-    print("| | processor seconds | elapsed seconds |\n| --- | --: | --: |")
-
-    def row(name: str, used: float, elapsed: float) -> None:
-        print(f"| {name} | {used:.1f} | {elapsed:.1f} |", flush=True)
-
-    _, used, elapsed = measured(lambda: raycam.surface_visibility(world, cameras))
-    row(f"visibility of {count} faces in {len(cameras)} cameras", used, elapsed)
-    for method in ("blend", "best"):
-        _, used, elapsed = measured(
-            lambda method=method: raycam.texture_from_photos(  # type: ignore[misc]
-                world, cameras, photos, size=options.size, method=method
-            )
-        )
-        name = f"texture of {options.size}² from {len(cameras)} photographs, {method}"
-        row(name, used, elapsed)
-    _, used, elapsed = measured(lambda: raycam.bake(world, ["ao"], size=options.size // 2, samples=64))
-    row(f"ambient occlusion, {options.size // 2}², 64 rays", used, elapsed)
-    if options.open3d:
-        with tempfile.TemporaryDirectory() as folder:
-            arrays, output = Path(folder) / "in.npz", Path(folder) / "out.npy"
-            poses = []
-            for camera in cameras.values():
-                pose = np.eye(4)
-                pose[:3, :3], pose[:3, 3] = camera.R, camera.t
-                poses.append(pose)
-            corners = uvs[triangles].astype(np.float32)
-            corners[..., 1] = 1 - corners[..., 1]
-            np.savez(
-                arrays,
-                vertices=vertices.astype(np.float32),
-                faces=triangles.astype(np.int64),
-                uvs=corners,
-                images=np.stack(list(photos.values())),
-                k=np.stack([camera.K for camera in cameras.values()]),
-                poses=np.stack(poses),
-                size=options.size,
-            )
-            command = [options.open3d, "-c", RIVAL, str(arrays), str(output)]
-            text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-            used, elapsed = json.loads(text.splitlines()[-1])
-            row(f"Open3D project_images_to_albedo, {options.size}²", used, elapsed)
+    own = sys.executable
+    data = photographed(ball(options.faces), options.cameras, tuple(options.photo))
+    data |= {"size": options.size, "rays": options.rays}
+    faces, cameras = len(data["faces"]), options.cameras
+    print("| task | program | processor s | elapsed s | difference |\n| --- | --- | --: | --: | --- |")
+    with tempfile.TemporaryDirectory() as folder:
+        race = Race(Path(folder), options.rounds)
+        used, _ = race.run({"raycam_visibility": own}, data)
+        print_rows(f"{faces} faces in {cameras} cameras", used, {})
+        used, found = race.run({"raycam_depth": own, "pyrender_depth": options.pyrender}, data)
+        print_rows(f"depth of {cameras} photographs", used, depth_differences(found))
+        programs = {"raycam_blend": own, "raycam_best": own, "open3d_texture": options.open3d}
+        used, found = race.run(programs, data)
+        print_rows(f"texture of {options.size}²", used, texture_differences(found, data, options.size))
+        for task, programs in (
+            (f"occlusion of {options.size}²", {"raycam_occlusion": own, "cycles_occlusion": options.bpy}),
+            (
+                "occlusion at vertices",
+                {"raycam_vertex_occlusion": own, "pymeshlab_occlusion": options.pymeshlab},
+            ),
+        ):
+            used, found = race.run(programs, data)
+            truth = None
+            if faces <= REFERENCE_FACES:
+                name = next(iter(programs))
+                _, best = Race(Path(folder), 1).run({name: own}, {**data, "rays": REFERENCE_RAYS})
+                truth = best.get(name)
+            print_rows(task, used, occlusion_differences(found, truth))
 
 
 if __name__ == "__main__":

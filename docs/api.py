@@ -23,7 +23,7 @@ SECTIONS: dict[str, list[str]] = {
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
     "Photographs": [
-        *("photo_truth", "surface_visibility", "SurfaceVisibility"),
+        *("photo_truth", "surface_visibility", "SurfaceVisibility", "sample_surface", "SurfaceSamples"),
         *("texture_from_photos", "PhotoTexture", "bake", "BakedMaps"),
         *("photos.PhotographFit", "photos.coverage_world", "photos.coverage_picture"),
     ],

@@ -44,7 +44,6 @@ def keep(tab: Tab, name: str) -> None:
 def live(tab: Tab, session: Session) -> None:
     """The live view with the handles of an object."""
     tab.press("g")
-    tab.evaluate("document.getElementById('world-title').scrollIntoView(), null")
     keep(tab, "live")
     tab.press("g")
     tab.evaluate("document.getElementById('panel').scrollTop = 0, null")
@@ -62,11 +61,11 @@ def probe(tab: Tab, session: Session) -> None:
 
 
 def explain(tab: Tab, session: Session) -> None:
-    """The light of the held pixel."""
+    """The ray of the held pixel."""
     tab.press("1")
     tab.press("Enter")
     tab.wait("document.getElementById('explained').open")
-    tab.wait("document.getElementById('explained-figure').naturalWidth > 0")
+    tab.wait("document.querySelectorAll('#explained-drawing canvas').length === 2")
     keep(tab, "explain")
     tab.evaluate("document.getElementById('explained').close(), null")
     tab.evaluate("document.getElementById('show-explained').click(), null")

@@ -45,7 +45,15 @@ if TYPE_CHECKING:
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
     from .lidar import Lidar, Scan, load_lidar, scan
-    from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
+    from .photos import (
+        PhotoTexture,
+        SurfaceSamples,
+        SurfaceVisibility,
+        photo_truth,
+        sample_surface,
+        surface_visibility,
+        texture_from_photos,
+    )
     from .randomize import Recipe, sample
     from .viewer.view import view
     from .viewer.viewer import Viewer
@@ -83,6 +91,7 @@ __all__ = [
     "Sensor",
     "SettingsError",
     "Settled",
+    "SurfaceSamples",
     "SurfaceVisibility",
     "Texture",
     "Topology",
@@ -109,6 +118,7 @@ __all__ = [
     "render",
     "render_many",
     "sample",
+    "sample_surface",
     "save_cameras",
     "scan",
     "selfcheck",
@@ -130,6 +140,8 @@ _LAZY_IMPORTS = {
     "photo_truth": "photos",
     "PhotoTexture": "photos",
     "texture_from_photos": "photos",
+    "SurfaceSamples": "photos",
+    "sample_surface": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",
     "Settled": "world.settle",

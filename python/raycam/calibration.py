@@ -55,7 +55,7 @@ class Cameras(Mapping[str, Camera]):
         self.times = {record.name: record.time for record in records if record.time is not None}
 
     def __getitem__(self, name: str) -> Camera:
-        """The camera of this name; raises `KeyError` for an unknown one, `CameraError` without size or intrinsics."""
+        """Returns the camera of this name; raises `KeyError` if unknown, `CameraError` without size or intrinsics."""
         if name not in self._made:
             if name not in self._records:
                 raise KeyError(nearest("camera", str(name), list(self._records)))
@@ -67,7 +67,7 @@ class Cameras(Mapping[str, Camera]):
         return self._made[name]
 
     def _sized(self, name: str, camera: Camera) -> Camera:
-        """The camera with images of the size that the caller gave; raises `CameraError` for another aspect."""
+        """Returns the camera resized to the given size; raises `CameraError` for another aspect ratio."""
         if self._size is None or camera.size == self._size:
             return camera
         (width, height), (new_width, new_height) = camera.size, self._size
@@ -115,7 +115,7 @@ class Cameras(Mapping[str, Camera]):
         return f"Cameras of {self._path}: {len(self)} ({shown}{more})"
 
     def _repr_html_(self) -> str:
-        """The table that a notebook shows."""
+        """The HTML table shown by notebooks."""
         return html_table(
             f"{len(self)} cameras of {self._path}", ("name", "size", "lens"), self._rows(len(self))
         )
@@ -182,11 +182,11 @@ def load_cameras(
     * "kitti-poses": 12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`
     * "bop", "hot3d": `scene_camera.json` (millimetres become metres), `camera.json`; `cam_model` of head-mounted
       sets
-    * "nuscenes", "argoverse", "waymo": the cameras of vehicles, of tables as JSON (Argoverse 2's as CSV too)
+    * "nuscenes", "argoverse", "waymo": cameras of vehicles, from JSON tables (for Argoverse 2 also CSV)
     * "replicator": camera_params of NVIDIA Replicator, one or a folder of them
     * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`, also with
       the lens of DROID-SLAM (fx fy cx cy k1 k2 p1 p2). If a header names the columns, the names decide the order
-    * "realsense", "coco": intrinsics as people dump them; the `images` of data sets that raycam writes
+    * "realsense", "coco": intrinsics printed by librealsense; the `images` of data sets that raycam writes
 
     Without `format`, the format is detected from the file's contents, then from its name; for a folder, from the
     files in it. Files that contain only poses get size, K and lens from `intrinsics` (a camera or a calibration
@@ -222,7 +222,7 @@ def load_cameras(
 
 
 def _pose_convention(direction: str | None, axes: str | None) -> tuple[bool, bool] | None:
-    """Whether poses are world_from_camera, and in OpenGL's axes; None if the arguments state neither."""
+    """True for world_from_camera poses, and True for OpenGL's axes; None if the arguments specify neither."""
     if direction is None and axes is None:
         return None
     if direction not in (None, "world_from_camera", "camera_from_world"):

@@ -44,8 +44,8 @@ class Notice(UserWarning):
     """A warning about something that was assumed, changed or omitted; the filters of `warnings` apply.
 
     `code` is the kind of notice as a short name; `raycam.codes.NOTICES` lists the cause and remedy of each. Programs
-    should use the code, because messages may change. `subjects` lists up to three of the `count` things that the
-    notice concerns (it is empty if the message itself names them). `str(notice)` is the whole text.
+    should use the code, because messages may change. `subjects` lists up to three of the `count` subjects of the
+    notice (it is empty if the message itself names them). `str(notice)` is the whole text.
     """
 
     def __init__(

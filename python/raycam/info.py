@@ -131,7 +131,7 @@ def _rigs(rigs: Mapping[str, Rig]) -> Iterator[str]:
 
 
 def _light_value(value: object) -> str:
-    """A light's value: its file's name, true or false, its numbers, or the shape of its image."""
+    """A light's value as text: a file name, true or false, numbers, or the shape of an image."""
     if isinstance(value, str):
         return repr(value)
     if isinstance(value, bool):

@@ -26,7 +26,7 @@ def strict() -> Iterator[None]:
     """Context in which notices are errors: a `raycam.Notice` is raised instead of warned.
 
         with raycam.strict():
-            world = raycam.load("room.toml")  # raises raycam.Notice if anything was left out or assumed
+            world = raycam.load("room.toml")  # raises raycam.Notice if anything was omitted or assumed
 
     Like `warnings.catch_warnings`, it changes the warning filters of the whole process.
     """
@@ -67,7 +67,7 @@ def warn(notice: Notice) -> None:
     line = frame.f_lineno
     key, mark = (str(notice), Notice, line), ("raycam", notice.code, cause(str(notice)), line)
     if registry.get(mark):
-        registry[key] = 1  # warnings forgets both when the filters change
+        registry[key] = 1  # `warnings` clears both when its filters change
     warnings.warn_explicit(
         notice,
         Notice,
@@ -108,8 +108,8 @@ def cause(text: str) -> str:
 
 
 def _asking_frame() -> FrameType:
-    """The innermost frame outside of this package, or else the outermost."""
-    passed = {__name__.partition(".")[0], "contextlib"}  # decorators and context managers of ours
+    """The innermost stack frame outside of this package, or else the outermost one."""
+    passed = {__name__.partition(".")[0], "contextlib"}  # raycam's own decorators and context managers
     frame = sys._getframe(1)
     while frame.f_back is not None:
         name = frame.f_globals.get("__name__") or ""

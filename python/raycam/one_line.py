@@ -1,4 +1,4 @@
-"""Texts of objects that hold arrays, in one line."""
+"""One-line reprs of objects that contain arrays."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ BAR_WIDTH = 30
 def bar(title: str) -> Iterator[Callable[[int, int], None]]:
     """Yields a function `progress(done, total)` that draws a bar on stderr while the block lasts.
 
-    Without a terminal, a line tells it every `LINE_AFTER_SECONDS`.
+    Without a terminal, a line is printed every `LINE_AFTER_SECONDS`.
     """
     drawn = _Bar(title)
     lines = _Lines(title)
@@ -42,10 +42,10 @@ def bar(title: str) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
-    """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate,
+    """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what`), their rate,
     the remaining time and the failures.
 
-    Without a terminal, a line tells them every `LINE_AFTER_SECONDS`.
+    Without a terminal, a line is printed every `LINE_AFTER_SECONDS`.
     """
     drawn = _Bar(title)
     lines = _Lines(title, what)
@@ -64,7 +64,7 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
 
 class _Bar:
     """A bar on a terminal, in one line of stderr. It is drawn without control sequences, which old consoles lack, and
-    leaves the cursor before it, so that whatever is printed meanwhile writes over it.
+    leaves the cursor at its start, so that other output overwrites it.
     """
 
     def __init__(self, title: str) -> None:
@@ -81,7 +81,7 @@ class _Bar:
         return (done - self._begun) / max(time.monotonic() - self._start, 1e-9)
 
     def draw(self, done: int, total: int, text: str) -> None:
-        """Draws the bar, with a text behind it, if the work is long and was last drawn some time ago."""
+        """Draws the bar, followed by a text, if the work is long and the last drawing was some time ago."""
         now = time.monotonic()
         rate = self.rate(done)
         if not SHOWN or not sys.stderr.isatty() or total <= 0:
@@ -117,7 +117,7 @@ def _clock(seconds: float) -> str:
 
 
 class _Lines:
-    """Progress in lines on stderr, where there is no terminal."""
+    """Progress as lines on stderr, without a terminal."""
 
     def __init__(self, title: str, what: str = "") -> None:
         self._title, self._what = title, what

@@ -57,7 +57,7 @@ class ReadOnlyDict(dict[Key, Item]):
         self.remedy, self.error = remedy, error
 
     def __missing__(self, key: object) -> Any:
-        """Raises `KeyError` with the names that exist."""
+        """Raises `KeyError` with the existing names."""
         raise KeyError(nearest("name", key, [str(name) for name in self]))
 
     def __reduce__(self) -> Any:
@@ -91,7 +91,7 @@ class ReadOnlyArray(np.ndarray[Any, np.dtype[np.float64]]):
     error: type[Error] = WorldError
 
     def __array_finalize__(self, source: Any) -> None:
-        """Passes the error on to views."""
+        """Passes the error to views."""
         self.remedy = getattr(source, "remedy", "")
         self.error = getattr(source, "error", WorldError)
 

@@ -147,3 +147,61 @@ def test_command_bake_writes_the_maps(tmp_path: Path) -> None:
     assert main(["bake", str(tmp_path / "floor.glb"), *options]) == 0
     assert (cv2.imread(str(tmp_path / "maps/ao.png"), cv2.IMREAD_UNCHANGED) == 65535).all()
     assert (tmp_path / "maps/position.exr").exists()
+
+
+def slab(thickness: float) -> raycam.World:
+    """A slab far wider than thick, whose upper side has texture coordinates around its middle."""
+    world = plane(0.05)
+    half = 1e3
+    bottom = [[-half, -half, -thickness], [-half, half, -thickness], [half, half, -thickness]]
+    world.add_mesh([*bottom, [half, -half, -thickness]], QUAD, name="bottom")
+    return world
+
+
+@pytest.mark.parametrize("cone", [30.0, 120.0])
+def test_thickness_within_a_cone_equals_closed_forms(cone: float) -> None:
+    cosine = np.cos(np.radians(cone / 2))
+    # The mean of t / cos with the weight cos: t (1 - c) / ((1 - c^2) / 2).
+    thin = raycam.bake(slab(0.3), ["thickness"], size=4, samples=1024, cone=cone)["thickness"]
+    assert thin.mean() == pytest.approx(0.3 * 2 / (1 + cosine), rel=2e-3)
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    world = raycam.World()
+    world.add_mesh(ball.vertices, ball.faces, uvs=np.random.default_rng(0).random((len(ball.vertices), 2)))
+    with warns(raycam.Notice, code="overlapping_islands"):
+        thick = raycam.bake(world, ["thickness"], size=16, samples=256, cone=cone)
+    # Chords 2 cos with the weight cos.
+    expected = (2 / 3) * (1 - cosine**3) / ((1 - cosine**2) / 2)
+    assert thick["thickness"][thick.covered].mean() == pytest.approx(expected, rel=0.01)
+
+
+def test_ids_are_png_files_of_id_plus_one(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [1, 1, 1]}, color="red")
+    uvs = SQUARE * 0.5 + 0.25
+    world.add_mesh([[2, 0, 0], [3, 0, 0], [3, 1, 0], [2, 1, 0]], QUAD, uvs=uvs, name="floor", color="blue")
+    maps = raycam.bake(world, ["instance", "material", "triangle"], object="floor", size=32)
+    seen = world.cast_rays([[2.5, 0.4, 1]], [[0, 0, -1]], fields=("instance", "material", "triangle"))
+    for name in maps:
+        inside = maps[name][maps.covered]
+        assert set(np.unique(inside)) == ({0, 1} if name == "triangle" else {int(seen[name][0])})
+        assert (maps[name][~maps.covered] == -1).all()
+    assert [path.name for path in maps.save(tmp_path)] == ["instance.png", "material.png", "triangle.png"]
+    for name in maps:
+        read = cv2.imread(str(tmp_path / f"{name}.png"), cv2.IMREAD_UNCHANGED)
+        np.testing.assert_array_equal(read, maps[name] + 1)
+
+
+@pytest.mark.parametrize("options", [{"cone": 0}, {"cone": 181}, {"green": "left"}, {"to": "faces"}])
+def test_invalid_directions_and_targets_are_refused(options: dict) -> None:
+    with pytest.raises(raycam.SettingsError):
+        raycam.bake(plane(), **options)
+
+
+def test_command_writes_one_map_to_a_file_and_refuses_two(tmp_path: Path) -> None:
+    plane().to_gltf(tmp_path / "floor.glb")
+    common = ["bake", str(tmp_path / "floor.glb"), "--size", "8", "--samples", "4"]
+    assert main([*common, "-o", str(tmp_path / "ao.png")]) == 0
+    assert (cv2.imread(str(tmp_path / "ao.png"), cv2.IMREAD_UNCHANGED) == 65535).all()
+    assert main([*common, "--maps", "ao", "normal", "-o", str(tmp_path / "two.png")]) != 0
+    assert main([*common, "-o", str(tmp_path / "ao.exr")]) != 0
+    assert not (tmp_path / "two.png").exists()

@@ -153,3 +153,15 @@ def test_command_bakes_a_source_onto_an_atlas(tmp_path: Path) -> None:
     assert normal.dtype == np.uint16
     np.testing.assert_allclose(normal[8, 8, ::-1] / 65535, [0.5, 0.5, 1], atol=1e-4)
     assert (tmp_path / "maps/albedo.exr").exists()
+
+
+def test_green_down_reverses_y_of_tangent_normals(tmp_path: Path) -> None:
+    up, down = (
+        raycam.bake(panel(), ["tangent_normal"], size=16, source=wavy(), cage=0.05, green=green)
+        for green in ("up", "down")
+    )
+    assert np.abs(up["tangent_normal"][..., 1]).max() > 0.05
+    np.testing.assert_array_equal(down["tangent_normal"], up["tangent_normal"] * [1, -1, 1])
+    # OpenGL's green grows with the slope towards the image's upper edge, which is +y here.
+    _, normal = waves(*grid(16))
+    np.testing.assert_allclose(up["tangent_normal"][..., 1], normal[..., 1], atol=2e-3)

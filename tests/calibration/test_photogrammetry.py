@@ -189,7 +189,7 @@ def test_master_cameras_of_metashape_may_belong_to_any_sensor_of_the_rig(tmp_pat
     for name, camera in found.items():
         check(camera, intrinsics(500, 500, 320, 240), expected[name][:3, :3].T, expected[name][:3, 3])
     assert "3 cameras of slave sensors" in " ".join(map(str, found.notices))
-    assert "left out: other rig" in " ".join(map(str, found.notices))
+    assert "omitted: other rig" in " ".join(map(str, found.notices))
     write(
         sensors.replace(
             '<sensor id="0" type="frame">',
@@ -391,7 +391,7 @@ def test_reality_capture_csv_is_read(tmp_path: Path) -> None:
     picture(tmp_path / "images/1.jpg")
     cameras = raycam.load_cameras(file)
     assert {camera.size for camera in cameras.values()} == {SIZE}
-    assert any("1 cameras whose picture is not there" in str(notice) for notice in cameras.notices)
+    assert any("the images of 1 cameras are missing" in str(notice) for notice in cameras.notices)
     picture(tmp_path / "0.jpg")
     picture(tmp_path / "1.jpg", (320, 240))
     assert raycam.load_cameras(file)["1.jpg"].size == (320, 240)
@@ -627,7 +627,7 @@ def test_bundler_cameras_are_read(tmp_path: Path) -> None:
         picture(tmp_path / f"images/{name}.jpg")
     cameras = raycam.load_cameras(tmp_path)
     assert list(cameras) == ["images/a.jpg", "images/c.jpg"]
-    assert "1 cameras with a focal length of 0" in str(cameras.notices[0])
+    assert "1 unregistered cameras (focal length 0)" in str(cameras.notices[0])
     for i, camera in zip((0, 2), cameras.values(), strict=True):
         check(camera, intrinsics(520, 520, 320, 240), *pose(i), lambda x: brown(x, (-0.1, 0.02)))
     (tmp_path / "images/a.jpg").rename(tmp_path / "images/d 1.jpg")

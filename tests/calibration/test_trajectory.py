@@ -87,7 +87,7 @@ def test_matrices_in_one_text_file_are_read(tmp_path: Path, kind: str) -> None:
     check_all(cameras, 4)
     if kind == "index":
         assert list(cameras) == ["1", "4", "7", "10"]
-    assert sum("neither direction nor axes" in str(notice) for notice in cameras.notices) == 1
+    assert sum("does not specify direction and axes" in str(notice) for notice in cameras.notices) == 1
 
 
 @pytest.mark.parametrize("direction", ["world_from_camera", "camera_from_world"])
@@ -111,7 +111,7 @@ def test_file_name_determines_the_pose_direction(tmp_path: Path) -> None:
     file.write_text(lines([np.linalg.inv(world_from_camera(i)) for i in range(3)]))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     check_all(cameras, 3)
-    assert "camera_from_world by the file's name" in str(cameras.notices[0])
+    assert "camera_from_world, according to the file's name" in str(cameras.notices[0])
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def test_nodes_of_an_open3d_pose_graph_are_read(tmp_path: Path) -> None:
     file.write_text(json.dumps(pose_graph(3), indent="\t"))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     check_all(cameras, 3)
-    assert any("edges are not read" in str(notice) for notice in cameras.notices)
+    assert any("edges are ignored" in str(notice) for notice in cameras.notices)
     graph = pose_graph(2)
     graph["nodes"][1]["pose"] = world_from_camera(1).ravel().tolist()
     file.write_text(json.dumps(graph))
@@ -354,7 +354,7 @@ def test_matrices_in_json_are_read(tmp_path: Path, name: str, document: Any) -> 
     check_all(cameras, 4)
     named = "000000.png" in json.dumps(document)
     assert list(cameras) == (list(NAMED) if named else [f"{i:06d}" for i in range(4)])
-    assert sum("neither direction nor axes" in str(notice) for notice in cameras.notices) == 1
+    assert sum("does not specify direction and axes" in str(notice) for notice in cameras.notices) == 1
     assert any("fps" in str(notice) for notice in cameras.notices) == ("fps" in document)
 
 
@@ -423,7 +423,7 @@ def test_damaged_arrays_in_a_folder_raise_with_file_and_key(tmp_path: Path) -> N
         np.savez(tmp_path / f"{i}.npz", w2c=np.linalg.inv(world_from_camera(i)))
     cameras = raycam.load_cameras(tmp_path, intrinsics=EYE)
     check_all(cameras, 3)
-    assert any("camera_from_world by the file's name" in str(notice) for notice in cameras.notices)
+    assert any("camera_from_world, according to the file's name" in str(notice) for notice in cameras.notices)
     np.savez(tmp_path / "2.npz", c2w=world_from_camera(2))
     with raises(FormatError, code="syntax", mentions=["2.npz"]):
         raycam.load_cameras(tmp_path, intrinsics=EYE)

@@ -52,7 +52,7 @@ def test_missing_images_use_the_size_of_others_with_a_notice(tmp_path: Path) -> 
         raycam.load_cameras(tmp_path)
     picture(tmp_path / "train/r_1.png")
     cameras = raycam.load_cameras(tmp_path)
-    assert any("1 cameras whose pictures are not there" in str(notice) for notice in cameras.notices)
+    assert any("the images of 1 cameras are missing" in str(notice) for notice in cameras.notices)
     assert any(
         "val.json: 2 cameras" in str(notice) and "another split" in str(notice) for notice in cameras.notices
     )

@@ -269,7 +269,7 @@ def test_direction_option_determines_the_pose_direction(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n")
     shared = ("--to", "kitti-poses", "-o", str(tmp_path / "b.txt"), "--direction", "camera_from_world")
     told = run(str(tmp_path / "a.txt"), *shared)
-    assert "neither direction" not in told
+    assert "does not specify direction" not in told
     np.testing.assert_allclose(np.loadtxt(tmp_path / "b.txt").reshape(3, 4)[:, 3], [-5, -6, -7])
 
 
@@ -277,7 +277,8 @@ def test_orthographic_camera_written_as_kitti_gives_a_notice_about_its_depth_pla
     plan = raycam.Camera.orthographic([3, 2, 1], target=[0, 0, 0], height=4, size=SIZE)
     told = raycam.save_cameras(tmp_path / "calib.txt", {"plan": plan}, "kitti")
     assert any(
-        "its plane from which its rays come, and so depth is not written" in str(notice) for notice in told
+        "its plane in which its rays start (and therefore its depth) is not written" in str(notice)
+        for notice in told
     ), told
     back = raycam.load_cameras(tmp_path / "calib.txt", size=SIZE)["P0"]
     world = np.random.default_rng(0).uniform(-1, 1, (50, 3))

@@ -108,7 +108,7 @@ def test_folder_opens_with_the_calibration_that_it_contains(
     assert run("session") == 0
     shown = capsys.readouterr()
     assert "640 x 480" in shown.out
-    assert "2026-11-27 left.yml is the only calibration of the folder, and opened as opencv" in shown.err
+    assert "2026-11-27 left.yml is the only calibration in the folder; it was opened as opencv" in shown.err
     (folder / "stereo.yaml").rename(folder / "session/stereo.yaml")
     assert run("session") != 0
     told = capsys.readouterr().err

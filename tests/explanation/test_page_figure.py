@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
 import raycam
-from raycam.explanation.page_figure import page_figure
+from raycam.explanation.page_figure import lines_figure, page_figure
+from raycam.explanation.scene_figure import light_lines, path_marks, tree_lines
 from support.node_core import needs_node, run_module
 
 CAMERA = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=40)
@@ -69,3 +71,85 @@ def test_page_shows_the_same_crossings(small_world: raycam.World, name: str) -> 
     )
     if name in ("pinhole", "half", "parallel"):
         assert abs(normal @ (pixel - found["corners"][0])) < 1e-9
+
+
+def lit_world() -> raycam.World:
+    """A box, a floor, a finely divided sphere, and a sun."""
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="box", yaw=20)
+    world.add_object(plane={"size": [60, 60]}, location=[0, 0, -0.5], name="floor")
+    world.add_object(sphere={"radius": 0.5, "level": 5}, location=[1, 1, 0], name="ball")
+    world.add_light({"type": "sun", "direction": [-1, 1, -2], "irradiance": 3})
+    return world
+
+
+def figure_of_lines(camera: raycam.Camera, subject: str) -> dict[str, Any]:
+    """The figure of a subject of pixel (24, 16)."""
+    explanation = raycam.explain(lit_world(), camera, (24, 16))
+    if subject == "tree":
+        return lines_figure(explanation, tree_lines(explanation, explanation.tree()), [])
+    path = explanation.light_path()
+    lines = light_lines(explanation.world, explanation.lighting(), path)
+    return lines_figure(explanation, lines, path_marks(path))
+
+
+@pytest.mark.parametrize("subject", ["light", "tree"])
+def test_lines_in_the_picture_are_the_lines_in_the_world(subject: str) -> None:
+    found = figure_of_lines(CAMERA, subject)
+    json.dumps(found, allow_nan=False)
+    P = np.asarray(CAMERA.P)
+    compared = 0
+    for line in found["lines"]:
+        ends = np.column_stack([line["points"], np.ones(len(line["points"]))]) @ P.T
+        if len(line["pixels"]) == 1 == len(ends) - 1 and (ends[:, 2] > 0.1).all():
+            pixels = (
+                ends[:, :2] / ends[:, 2:] + 0.5
+            )  # from the centre of the first pixel to the picture's corner
+            seen = np.array(line["pixels"][0])
+            way = (pixels[1] - pixels[0]) / np.linalg.norm(pixels[1] - pixels[0])
+            aside = seen - pixels[0]
+            assert np.abs(way[0] * aside[:, 1] - way[1] * aside[:, 0]).max() < 0.1
+            compared += 1
+    assert compared > (0 if subject == "light" else 10)
+    for mark in found["marks"]:
+        if mark["pixel"]:
+            x = P @ [*mark["at"], 1]
+            np.testing.assert_allclose(mark["pixel"], x[:2] / x[2] + 0.5, atol=0.1)
+    assert subject == "tree" or found["marks"][0]["pixel"]
+
+
+def test_large_meshes_are_drawn_coarser() -> None:
+    found = figure_of_lines(CAMERA, "light")
+    shown = np.reshape(found["corners"], (-1, 3, 3))
+    every = np.asarray(lit_world().triangles(), np.float64)
+    assert len(shown) == len(found["colors"]) <= 2000 < len(every)
+    points = shown.reshape(-1, 3)
+    nearest = [np.linalg.norm(every.reshape(-1, 3) - point, axis=1).min() for point in points[::17]]
+    assert max(nearest) < 1e-2  # vertices are vertices of the world, rounded
+    ball = every[np.abs(every - [1, 1, 0]).max(axis=(1, 2)) < 0.51].reshape(-1, 3)
+    gaps = [np.linalg.norm(points - point, axis=1).min() for point in ball[::101]]
+    assert max(gaps) < 0.1
+    area = np.linalg.norm(np.cross(shown[:, 1] - shown[:, 0], shown[:, 2] - shown[:, 0]), axis=1) / 2
+    assert (area > 0).all()
+    assert area[area < 100].sum() == pytest.approx(6 + np.pi, rel=0.1)  # the box and the ball
+
+
+@needs_node
+@pytest.mark.parametrize("name", CAMERAS)
+def test_page_shows_the_lines_from_outside(name: str) -> None:
+    figure = figure_of_lines(CAMERAS[name], "light")
+    found = run_module(
+        "figure/explained.js",
+        f"const figure = {json.dumps(figure)}, {{ view, content }} = outsideOfLines(figure, null);"
+        "view.place(600, 360);"
+        "return { ends: [figure.C, figure.end].map((point) => view.see(point)), strokes: content.strokes,"
+        " panels: linesPanels(figure, null).map(({ title }) => title) };",
+    )
+    assert found["panels"] == ["From outside", "In the picture"]
+    assert all(0 < x < 600 and 0 < y < 360 for x, y, _ in found["ends"])
+    path = [stroke for stroke in found["strokes"] if not stroke.get("dash")]
+    bounces = [figure["C"], *(mark["at"] for mark in figure["marks"])]
+    for stroke, start, end in zip(path, bounces[:-1], bounces[1:], strict=True):
+        np.testing.assert_allclose([stroke["from"], stroke["to"]], [start, end], atol=5e-3)
+    dashed = [stroke for stroke in found["strokes"] if stroke.get("dash")]
+    assert [stroke["text"].split(":")[0] for stroke in dashed] == ["sun 0"]

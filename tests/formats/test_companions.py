@@ -73,7 +73,7 @@ def test_symbolic_links_into_one_folder_are_read(tmp_path: Path, kind: str) -> N
         blob(file, tmp_path / "blobs")
     world = raycam.load(snapshot / f"a.{kind}")
     assert world.counts["textures"] == 1
-    assert not [notice for notice in world.notices if "left out" in str(notice)]
+    assert not [notice for notice in world.notices if "omitted" in str(notice)]
 
 
 def test_symbolic_links_outside_the_root_give_a_notice_with_the_remedy(tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ def test_broken_symbolic_link_is_reported(tmp_path: Path, kind: str, target: str
     (tmp_path / "a.png").symlink_to(target)
     world = raycam.load(path)
     assert any(
-        f"a symbolic link to {target}, which leads to no file" in str(notice) for notice in world.notices
+        f"a symbolic link to {target}, which does not exist" in str(notice) for notice in world.notices
     )
     path.unlink()
     path.symlink_to(f"../gone/{path.name}")
@@ -121,7 +121,7 @@ def test_wider_root_folder_allows_files_of_sibling_folders(tmp_path: Path) -> No
         write_obj(meshes, image)
         narrow = raycam.load(meshes / "a.obj")
         assert narrow.counts["textures"] == 0
-        assert any("wood.png" in str(notice) and "left out" in str(notice) for notice in narrow.notices)
+        assert any("wood.png" in str(notice) and "omitted" in str(notice) for notice in narrow.notices)
         wide = raycam.load(meshes / "a.obj", folder=tmp_path / "model")
         assert wide.counts["textures"] == 1, wide.notices
         assert bool(wide.notices) == (not image.startswith("..")), wide.notices

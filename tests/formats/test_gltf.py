@@ -355,7 +355,7 @@ def test_punctual_lights_are_read(tmp_path: Path) -> None:
     np.testing.assert_allclose([spot["inner"], spot["outer"]], np.degrees([0.2, 0.6]))
     np.testing.assert_allclose((spot["position"], spot["direction"]), ([0, 2, 0], [0, -1, 0]), atol=1e-12)
     world = load(document, tmp_path)
-    assert any("range is a hint" in str(notice) for notice in world.notices)
+    assert any("range is ignored" in str(notice) for notice in world.notices)
 
 
 def omitted(world: raycam.World) -> list[str]:
@@ -470,7 +470,7 @@ def test_unknown_extensions_give_a_notice_or_are_refused_if_required(tmp_path: P
     document.node(mesh=document.square())
     world = load(document, tmp_path)
     assert world.counts["triangles"] == 2
-    assert any("EXT_of_tomorrow is not read, and not required" in str(notice) for notice in world.notices)
+    assert any("extension EXT_of_tomorrow is not supported" in str(notice) for notice in world.notices)
     document.use("EXT_of_tomorrow", required=True)
     with raises(
         raycam.FormatError,

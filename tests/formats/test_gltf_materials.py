@@ -210,11 +210,11 @@ def test_emissive_model_without_lights_is_still_lit(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("lists", "words"),
     [
-        ({"textures": [{"source": 9}]}, "textures[0].source: 9, but there are 1 (UNRESOLVED_REFERENCE)"),
-        ({"textures": []}, "baseColorTexture.index: 0, but there are 0 (UNRESOLVED_REFERENCE)"),
+        ({"textures": [{"source": 9}]}, "textures[0].source: 9, but there are only 1 (UNRESOLVED_REFERENCE)"),
+        ({"textures": []}, "baseColorTexture.index: 0, but there are only 0 (UNRESOLVED_REFERENCE)"),
         (
             {"images": [{"bufferView": 99, "mimeType": "image/png"}]},
-            "images[0]: left out: images[0].bufferView",
+            "images[0]: omitted: images[0].bufferView",
         ),
         ({"images": [{"name": "nothing"}]}, "ONE_OF_MISMATCH"),
         ({"images": [{"uri": "wood.%3CUDIM%3E.png"}]}, "UDIM"),

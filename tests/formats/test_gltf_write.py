@@ -275,7 +275,7 @@ def test_world_built_in_python_is_written_with_notices(tmp_path: Path) -> None:
     for word in (
         "z is up",
         "rounded to float32",
-        "area is left out",
+        "area is omitted",
         "its radius",
         "principal point",
         "Phong",
@@ -388,7 +388,7 @@ def test_animations_are_written(tmp_path: Path) -> None:
     assert values(json, binary, skin["inverseBindMatrices"]).shape == (2, 4, 4)
     # A world at a time is written as a static world.
     notices = first.at(1.0).to_gltf(tmp_path / "moment.glb")
-    assert any("a moment of an animation" in str(notice) for notice in notices)
+    assert any("written at its current time" in str(notice) for notice in notices)
     moment = raycam.load(tmp_path / "moment.glb")
     assert not moment.animations
     np.testing.assert_allclose(moment.triangles(), first.at(1.0).triangles(), atol=1e-6)
@@ -444,34 +444,34 @@ BALL = {"sphere": {"radius": 1}, "name": "ball"}
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda world: world.add_object(box={}, category="crate"), "categories of objects are left out"),
-        (lambda world: world.add_object(plane={}, shadow_catcher=True), "1 shadow catchers are surfaces like others"),
-        (lambda world: world.add_object(box={}, visible=False), "1 objects that are not visible are left out"),
-        (lambda world: world.add_object(box={}, type="metal", metal="gold"), "its index of refraction becomes"),
-        (lambda world: world.add_light("sky", radiance=1), "light 0: sky is left out"),
+        (lambda world: world.add_object(box={}, category="crate"), "categories of objects are omitted"),
+        (lambda world: world.add_object(plane={}, shadow_catcher=True), "1 shadow catchers are written"),
+        (lambda world: world.add_object(box={}, visible=False), "1 invisible objects are omitted"),
+        (lambda world: world.add_object(box={}, type="metal", metal="gold"), "its index of refraction is converted"),
+        (lambda world: world.add_light("sky", radiance=1), "light 0: sky is omitted"),
         (
             lambda world: world.add_light("disk", position=[2, 0, 2], direction=[0, 0, -1], radius=1, radiance=1),
-            "light 0: disk is left out",
+            "light 0: disk is omitted",
         ),
         (
             lambda world: world.add_light("sun", direction=[0, 0, -1], irradiance=3, angular_diameter=0.53),
-            "light 0: its angular diameter is left out",
+            "light 0: its angular diameter is omitted",
         ),
-        (lambda world: world.set_video(fps=10, seconds=1, orbit={"target": [0, 0, 0]}), r"\[video\] is left out"),
+        (lambda world: world.set_video(fps=10, seconds=1, orbit={"target": [0, 0, 0]}), r"\[video\] is omitted"),
         (
             lambda world: world.add_camera(CAMERA.replace(distortion=[-0.2, 0.05, 0, 0], model="opencv"), "a"),
-            'camera "a": its distortion: left out',
+            'camera "a": its distortion cannot be represented',
         ),
-        (lambda world: world.add_camera(CAMERA.with_aperture(0.1, focus=4), "a"), 'camera "a": its aperture: left out'),
+        (lambda world: world.add_camera(CAMERA.with_aperture(0.1, focus=4), "a"), 'camera "a": its aperture cannot'),
         (
             lambda world: world.add_camera(CAMERA.cropped(3, 2, 620, 465), "a"),
-            'camera "a": .*a principal point off the middle, or skew: left out',
+            'camera "a": .*a principal point off the centre, or skew cannot be represented',
         ),
         (
             lambda world: world.add_camera(
                 raycam.Camera.from_matrix([[9, 0, 0, 16], [0, 0, -9, 12], [0, 0, 0, 1]], size=(32, 24)), "a"
             ),
-            'camera "a": its centre lies at infinity: left out',
+            'camera "a" omitted: its centre is at infinity',
         ),
     ],
     ids=range(12),

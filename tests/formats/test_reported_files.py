@@ -331,7 +331,7 @@ def test_renamed_material_library_is_found_with_a_notice(tmp_path: Path, name: s
     (tmp_path / name).write_text("newmtl m\nKd 0.1 0.2 0.3\n")
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
     world = raycam.load(tmp_path / "a.obj")
-    assert any("which lies beside it, is used" in str(notice) for notice in world.notices)
+    assert any("in the same folder is used" in str(notice) for notice in world.notices)
     camera = raycam.Camera.look_at([0.3, 0.3, 3], [0.3, 0.3, 0], [0, 1, 0], size=(8, 8), fov=5)
     seen = raycam.render(world, camera, samples=1, channels=["albedo"])["albedo"][4, 4]
     np.testing.assert_allclose(seen, [0.1, 0.2, 0.3], atol=1e-3)

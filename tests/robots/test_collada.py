@@ -78,6 +78,20 @@ def test_unit_is_applied_and_up_axis_is_not_as_in_rviz(load: Callable[..., rayca
     np.testing.assert_allclose(scaled, plain * 0.02, atol=1e-8)
 
 
+@pytest.mark.parametrize(("up", "expected"), [("Y_UP", [0, 2, 1]), ("X_UP", [1, 2, 0]), ("Z_UP", [0, 1, 2])])
+def test_up_axis_is_applied_on_request(
+    load: Callable[..., raycam.World], tmp_path: Path, up: str, expected: list[int]
+) -> None:
+    plain = load(cube()).triangles().reshape(-1, 3)
+    (tmp_path / "a.dae").write_text(cube(up=up), encoding="utf-8")
+    world = raycam.World()
+    world.add_robot(tmp_path / "r.urdf", up_axis="apply")
+    turned = world.triangles().reshape(-1, 3)
+    # COLLADA 1.4.1: X_UP has its right side at -y and looks along -z; Y_UP looks along -z; Z_UP looks along y
+    signs = {"Y_UP": [1, -1, 1], "X_UP": [-1, -1, 1], "Z_UP": [1, 1, 1]}[up]
+    np.testing.assert_allclose(turned, plain[:, expected] * signs, atol=1e-7)
+
+
 def test_mirrored_scale_keeps_triangles_facing_outwards(load: Callable[..., raycam.World]) -> None:
     plain, mirrored = (load(cube(), scale=scale).triangles() for scale in ("1 1 1", "1 -1 1"))
     np.testing.assert_allclose(mirrored.reshape(-1, 3), plain.reshape(-1, 3) * [1, -1, 1], atol=1e-6)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Literal
 
 import pytest
 import raycam
 from raycam import cli
-from raycam.errors import SettingsError
 from support.chromium import Tab
 
 CAMERA = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=40)
@@ -27,13 +27,19 @@ def test_page_contains_steps_and_figure(small_world: raycam.World, tmp_path: Pat
     assert not re.search(r'(?:src|href)="(?!data:)', text)
 
 
-def test_pages_of_light_and_tree_are_refused(small_world: raycam.World, tmp_path: Path) -> None:
+@pytest.mark.parametrize("subject", ["light", "tree"])
+def test_pages_of_light_and_tree_contain_their_lines(
+    small_world: raycam.World, tmp_path: Path, subject: Literal["light", "tree"]
+) -> None:
     explanation = raycam.explain(small_world, CAMERA, (24, 16))
-    for subject in ("light", "tree"):
-        with pytest.raises(SettingsError) as error:
-            explanation.save_figure(tmp_path / "explain.html", of=subject)
-        assert error.value.code == "conflicting_values"
-        assert not (tmp_path / "explain.html").exists()
+    explanation.save_figure(tmp_path / "explain.html", of=subject)
+    text = (tmp_path / "explain.html").read_text(encoding="utf-8")
+    assert f"<title>Pixel (24, 16) explained: the {subject}</title>" in text
+    found = re.search(r'<script type="application/json" id="figure">(.*?)</script>', text)
+    assert found
+    drawn = {line["color"] for line in json.loads(found[1])["lines"]}
+    assert drawn == ({"r", "L"} if subject == "light" else {"r", "P"})
+    assert ("ONE PATH OF LIGHT" if subject == "light" else "THE TREE") in text
 
 
 def test_command_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -48,8 +54,11 @@ def test_command_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.proof
-def test_figures_are_drawn_and_rotate(tab: Tab, small_world: raycam.World, tmp_path: Path) -> None:
-    raycam.explain(small_world, CAMERA, (24, 16)).save_figure(tmp_path / "explain.html")
+@pytest.mark.parametrize("subject", ["ray", "light", "tree"])
+def test_figures_are_drawn_and_rotate(
+    tab: Tab, small_world: raycam.World, tmp_path: Path, subject: Literal["ray", "light", "tree"]
+) -> None:
+    raycam.explain(small_world, CAMERA, (24, 16)).save_figure(tmp_path / "explain.html", of=subject)
     tab.call("Page.navigate", url=(tmp_path / "explain.html").as_uri())
     tab.wait("document.querySelectorAll('canvas').length === 2")
     tab.wait("[...document.querySelectorAll('canvas')].every((each) => each.dataset.labels)")

@@ -38,5 +38,5 @@ def test_pixel_of_a_lens_is_explained_with_light_and_tree(
     made, lines = probe.explained(small_world, camera, *pixel)
     assert made["text"] == str(raycam.explain(small_world, camera, pixel))
     assert [each["title"] for each in made["sections"]] == ["The light", "The tree"]
-    assert all(each["svg"].startswith("<svg") and each["text"] for each in made["sections"])
+    assert all(each["figure"]["lines"] and each["text"] for each in made["sections"])
     assert lines[0].points.shape[1] == 3

@@ -1,6 +1,6 @@
-//! A hundred meshes against float64 brute force: `brute [RAYS for each mesh, default 1e7] [--triangles 90] [--isa
-//! NAME]`. Prints what each kind of mesh gave, and every answer that is wrong beyond the tie band; fails if there is
-//! one.
+//! Compares a hundred meshes with float64 brute force: `brute [RAYS per mesh, default 1e7] [--triangles 90] [--isa
+//! NAME]`. Prints the results for each kind of mesh, and every answer that is wrong beyond the tie band; fails if there
+//! is one.
 
 #[path = "../tests/bvh/support/brute.rs"]
 mod brute;
@@ -8,7 +8,7 @@ mod brute;
 use raycam_bvh::InstructionSet;
 use rayon::prelude::*;
 
-/// Into how many the rays of a mesh are divided, each with a seed of its own.
+/// Number of parts into which the rays of a mesh are divided, each with its own seed.
 const PARTS: u64 = 16;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut isas: Vec<_> = InstructionSet::ALL.into_iter().filter(|isa| isa.is_available()).collect();
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
-        let mut value = || args.next().ok_or(format!("{arg} needs a value"));
+        let mut value = || args.next().ok_or(format!("{arg} requires a value"));
         match arg.as_str() {
             "--triangles" => triangles = value()?.parse()?,
             "--isa" => {
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     if isas.is_empty() {
-        return Err("no such instruction set here".into());
+        return Err("this machine does not support the instruction set".into());
     }
     let meshes = brute::meshes(triangles);
     let mut tallies: Vec<_> = (0..brute::KINDS.len()).map(|_| brute::Tally::default()).collect();
@@ -59,6 +59,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     told("all", &total);
     match total.faults.is_empty() {
         true => Ok(()),
-        false => Err("not what brute force says".into()),
+        false => Err("answers differ from brute force".into()),
     }
 }

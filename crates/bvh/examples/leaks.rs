@@ -1,9 +1,9 @@
-//! Aims rays at the edges and vertices of closed meshes and counts those that get through:
-//! `leaks [RAYS, default 1e9] [--isa NAME] [--dump DIR]`. Fails if there is one.
+//! Aims rays at the edges and vertices of closed meshes and counts those that pass through: `leaks [RAYS, default 1e9]
+//! [--isa NAME] [--dump DIR]`. Fails if there is one.
 //!
-//! `--dump` writes the meshes where they lie in the scene and the first of these rays for another tracer, and traces
-//! none: NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices), NUMBER.rays (origin, direction,
-//! t_max in f32), and prints the names.
+//! `--dump` traces nothing; it writes the meshes at their positions in the scene and the first of these rays for
+//! another tracer: NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices) and NUMBER.rays
+//! (origin, direction, t_max in f32). It prints the names.
 
 #[path = "../tests/bvh/support/edge_rays.rs"]
 mod edge_rays;
@@ -15,19 +15,21 @@ use rayon::prelude::*;
 
 type Error = Box<dyn std::error::Error>;
 
-/// Into how many the rays of a mesh are divided, each with a seed of its own.
+/// Number of parts into which the rays of a mesh are divided, each with its own seed.
 const PARTS: u64 = 64;
 
 fn main() -> Result<(), Error> {
     let (mut count, mut isa, mut folder) = (1e9, InstructionSet::detect(), None);
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
-        let mut value = || args.next().ok_or(format!("{arg} needs a value"));
+        let mut value = || args.next().ok_or(format!("{arg} requires a value"));
         match arg.as_str() {
             "--isa" => {
                 let name = value()?;
-                isa =
-                    InstructionSet::ALL.into_iter().find(|isa| isa.name() == name).ok_or("no such instruction set")?;
+                isa = InstructionSet::ALL.into_iter().find(|isa| isa.name() == name).ok_or(
+                    "this machine does not \
+                        support the instruction set",
+                )?;
             }
             "--dump" => folder = Some(value()?),
             _ => count = arg.parse()?,
@@ -55,7 +57,7 @@ fn main() -> Result<(), Error> {
         total.leaks += tally.leaks;
     }
     println!("{:<24} {:>12} rays {:>6} leaks  ({})", "all", total.rays, total.leaks, isa.name());
-    if total.leaks > 0 { Err("rays leak".into()) } else { Ok(()) }
+    if total.leaks > 0 { Err("rays pass through closed meshes".into()) } else { Ok(()) }
 }
 
 fn seed(mesh: usize, part: u64) -> u64 {

@@ -1,12 +1,11 @@
-//! Plays recorded rays through a mesh: `ray_bench SCENE.tri [--threads N] [--isa NAME]
-//! [--coherent yes|no|unknown] [--repeat 7] [--cpu] [--exact] RAYS...`
+//! Traces recorded rays through a mesh: `ray_bench SCENE.tri [--threads N] [--isa NAME] [--coherent yes|no|unknown]
+//! [--repeat 7] [--cpu] [--exact] RAYS...`
 //!
-//! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 a ray
-//! (origin, direction, t_max); the `.hits` beside it: f32 t and u32 triangle a ray, or 1 for an occluded shadow ray.
-//! A file whose name starts with `shadow` asks for any hit, every other for the nearest; `bounce` rays count as
-//! incoherent and the others as coherent unless `--coherent` says otherwise. `--cpu` plays them on one thread and
-//! counts the time it was on a CPU (Linux): for a machine that is busy otherwise. `--exact` asks for the float64
-//! answers.
+//! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 per ray
+//! (origin, direction, t_max); the `.hits` file next to it: f32 t and u32 triangle per ray, or 1 for an occluded shadow
+//! ray. Files whose names start with `shadow` test for any hit, all others for the nearest; `bounce` rays count as
+//! incoherent and the others as coherent unless `--coherent` says otherwise. `--cpu` traces them on one thread and
+//! measures its CPU time (Linux), for a busy machine. `--exact` requests the float64 answers.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -40,7 +39,7 @@ unsafe impl GlobalAlloc for Counting {
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: as the caller vouches.
         let moved = unsafe { System.realloc(at, layout, size) };
-        // Reallocation in place never needs both sizes at once.
+        // Reallocation in place never requires both sizes at once.
         let twice = if moved == at { 0 } else { layout.size() };
         let held = HELD.fetch_add(size, Relaxed) + size - layout.size();
         HELD.fetch_sub(layout.size(), Relaxed);
@@ -70,7 +69,7 @@ type Error = Box<dyn std::error::Error>;
 fn main() -> Result<(), Error> {
     let options = options()?;
     let [tri, rays @ ..] = options.files.as_slice() else {
-        return Err("which SCENE.tri?".into());
+        return Err("the argument SCENE.tri is missing".into());
     };
     let (vertices, triangles) = read_tri(tri)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
@@ -86,7 +85,7 @@ fn main() -> Result<(), Error> {
         peak = PEAK.load(Relaxed) - before;
         bvh = Some(Arc::new(built));
     }
-    let bvh = bvh.ok_or("no build")?;
+    let bvh = bvh.ok_or("the BVH cannot be built")?;
     let n = triangles.len() as f64;
     println!(
         "build {build:.3} s  {:.2} Mtri/s  held {:.1} B/tri  peak {:.1} B/tri",
@@ -97,7 +96,7 @@ fn main() -> Result<(), Error> {
     let world_from_mesh = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
     let mut scene = Scene::build(vec![Instance { bvh, world_from_mesh }], [0.0; 3])?;
     if !scene.set_instruction_set(options.isa) {
-        return Err(format!("this machine has no {}", options.isa.name()).into());
+        return Err(format!("this machine does not support {}", options.isa.name()).into());
     }
     let mesh = Corners { vertices: &vertices, triangles: &triangles };
     rays.iter().try_for_each(|path| replay(&scene, &mesh, path, &options))
@@ -202,15 +201,15 @@ fn closest_exact(scene: &Scene, mesh: &Corners, rays: &[Ray], hits: &mut [Hit]) 
     }
 }
 
-/// How long this thread has been on a CPU.
+/// CPU time of this thread.
 fn cpu_seconds() -> f64 {
-    // Giving way makes the kernel bring its books up to date.
+    // Yielding makes the kernel update its accounting.
     std::thread::yield_now();
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1e-9
 }
 
-/// Deals rays out to threads, a batch at a time.
+/// Distributes rays to threads, a batch at a time.
 fn in_parallel<T: Send>(threads: usize, rays: &[Ray], answers: &mut [T], query: impl Fn(&[Ray], &mut [T]) + Sync) {
     let work = std::sync::Mutex::new(rays.chunks(BATCH).zip(answers.chunks_mut(BATCH)));
     std::thread::scope(|scope| {
@@ -239,7 +238,7 @@ fn options() -> Result<Options, Error> {
     };
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
-        let mut value = || args.next().ok_or(format!("{arg} needs a value"));
+        let mut value = || args.next().ok_or(format!("{arg} requires a value"));
         match arg.as_str() {
             "--threads" => options.threads = value()?.parse()?,
             "--repeat" => options.repeat = value()?.parse()?,
@@ -248,7 +247,7 @@ fn options() -> Result<Options, Error> {
                     "yes" => Coherence::Coherent,
                     "no" => Coherence::Incoherent,
                     "unknown" => Coherence::Unknown,
-                    other => return Err(format!("coherent {other}: yes, no or unknown").into()),
+                    other => return Err(format!("coherent is {other}; expected yes, no or unknown").into()),
                 })
             }
             "--cpu" => options.cpu = true,
@@ -256,7 +255,7 @@ fn options() -> Result<Options, Error> {
             "--isa" => {
                 let name = value()?;
                 let known = InstructionSet::ALL.into_iter().find(|isa| isa.name() == name);
-                options.isa = known.ok_or(format!("instruction set {name} is not known"))?;
+                options.isa = known.ok_or(format!("unknown instruction set {name}"))?;
             }
             _ => options.files.push(arg),
         }
@@ -274,7 +273,7 @@ fn read_tri(path: &str) -> Result<Indexed, Error> {
     let bytes = read(Path::new(path))?;
     let mut words = bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let (Some(v), Some(t)) = (words.next(), words.next()) else {
-        return Err("an empty .tri file".into());
+        return Err("empty .tri file".into());
     };
     let mut three = |n: u32| -> Vec<[u32; 3]> {
         (0..n).map_while(|_| Some([words.next()?, words.next()?, words.next()?])).collect()
@@ -282,7 +281,7 @@ fn read_tri(path: &str) -> Result<Indexed, Error> {
     let vertices = three(v).into_iter().map(|p| p.map(f32::from_bits)).collect();
     let triangles = three(t);
     if triangles.len() != t as usize {
-        return Err(format!("{path}: shorter than its head says").into());
+        return Err(format!("{path}: shorter than its header declares").into());
     }
     Ok((vertices, triangles))
 }

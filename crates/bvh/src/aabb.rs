@@ -8,10 +8,10 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The bounds of nothing, and the identity of a union.
+    /// Bounds of nothing: the identity of a union.
     pub const EMPTY: Aabb = Aabb { lower: [f32::INFINITY; 3], upper: [f32::NEG_INFINITY; 3] };
 
-    /// The bounds of a tree without triangles: the origin.
+    /// Bounds of a tree without triangles: the origin.
     pub const ORIGIN: Aabb = Aabb { lower: [0.0; 3], upper: [0.0; 3] };
 
     /// The coordinate of a bounding plane, by its row in [`crate::node::WideNode::bounds`]: lower x, upper x, lower y,
@@ -33,7 +33,7 @@ impl Aabb {
         (0..3).fold(0.0, |r, axis| self.lower[axis].abs().max(self.upper[axis].abs()).max(r))
     }
 
-    /// The largest distance along an axis between a point of the box and one between two coordinates.
+    /// Largest distance along an axis between a point of the box and a point between two coordinates.
     #[inline(always)]
     pub fn max_distance_along(&self, axis: usize, [least, greatest]: [f32; 2]) -> f32 {
         (self.upper[axis] - least).max(greatest - self.lower[axis])

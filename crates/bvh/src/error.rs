@@ -17,7 +17,7 @@ pub enum BuildError {
         /// `vertex 12` or `instance 3`.
         what: String,
     },
-    /// More triangles or instances than 32-bit indices hold.
+    /// More triangles or instances than 32-bit indices support.
     TooLarge {
         /// `triangles` or `instances`.
         what: &'static str,
@@ -26,7 +26,7 @@ pub enum BuildError {
         /// The largest number.
         limit: usize,
     },
-    /// A tree does not fit the mesh of a refit.
+    /// A tree does not match the mesh of a refit.
     TopologyMismatch {
         /// Triangles of the mesh.
         given: usize,

@@ -6,11 +6,11 @@ pub const MAX_TRIANGLES: usize = 1 << 30;
 /// The largest number of instances of a scene.
 pub const MAX_INSTANCES: usize = (1 << 31) - 2;
 
-/// The largest number of nodes on a path from a root, in binary splits and therefore in wide nodes. Where the SAH would
-/// dig deeper, primitives are halved. This bounds the stack of every traversal.
+/// Maximum number of nodes on a path from a root, in binary splits and therefore in wide nodes. Where the SAH would
+/// create deeper trees, primitives are halved. This limits the stack of every traversal.
 pub const MAX_DEPTH: usize = 56;
 
-/// The largest coordinate of a tree: meshes and scenes that reach farther are scaled by a power of two.
+/// Maximum coordinate of a tree: meshes and scenes with larger coordinates are scaled by a power of two.
 pub const MAX_COORD: f32 = (1 << 30) as f32;
 
 /// Half an ulp of 1: the relative error of one rounding to float32.

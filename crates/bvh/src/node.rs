@@ -64,7 +64,7 @@ pub struct WideNode {
 }
 
 impl WideNode {
-    /// A node without children.
+    /// Returns a node without children.
     pub const EMPTY: WideNode = WideNode {
         bounds: {
             let (lower, upper) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
@@ -239,7 +239,7 @@ const _: () = assert!(size_of::<WideNode>() == 256 && size_of::<LeafNode>() == 2
 #[inline(always)]
 pub fn node(blocks: &[NodeBlock], at: NodeRef) -> &WideNode {
     debug_assert!(!at.is_leaf() && at.index() < blocks.len());
-    // SAFETY: the references of a tree lead to its own blocks, and say whether one is a node or a leaf.
+    // SAFETY: the references of a tree refer to its own blocks, and distinguish nodes from leaves.
     unsafe { &blocks.get_unchecked(at.0 as usize).node }
 }
 

@@ -21,7 +21,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// Clips the ray at `t`. A NaN `t_max` stays, and such a ray misses.
+    /// Clips the ray at `t`. A NaN `t_max` is kept, and such a ray misses.
     #[inline(always)]
     pub(crate) fn clip_t_max(&mut self, t: f32) {
         if t < self.t_max {
@@ -67,7 +67,7 @@ pub struct ExactRay {
     pub origin: [f64; 3],
     /// Direction, any length but zero.
     pub direction: [f64; 3],
-    /// The smallest valid `t`, also negative; minus infinity for the whole line.
+    /// Minimum valid `t`, possibly negative; minus infinity for the whole line.
     pub t_min: f64,
     /// The largest valid `t`; infinity for no limit.
     pub t_max: f64,
@@ -93,8 +93,8 @@ pub struct ExactHit {
 }
 
 impl ExactRay {
-    /// The sign of d . (a - o) x (b - o) for the origin o, moved by an infinitesimal vector, and the direction d: the
-    /// side on which the line passes an edge. 0 only for an edge parallel to the ray.
+    /// Sign of d . (a - o) x (b - o) for the direction d and the origin o shifted by an infinitesimal vector: the side
+    /// on which the line passes an edge. 0 only for an edge parallel to the ray.
     pub fn edge_side(&self, a: [f64; 3], b: [f64; 3]) -> i32 {
         RayPredicates { origin: self.origin, direction: self.direction }.moved_edge_sign(a, b)
     }
@@ -113,7 +113,7 @@ impl ExactHit {
     };
 }
 
-/// The choice of hits that count for a ray, by the ray's index in the batch.
+/// Selection of hits that count for a ray, by the ray's index in the batch.
 pub trait HitFilter {
     /// True if triangles of an instance may count.
     fn accepts_instance(&self, ray: usize, instance: u32) -> bool;
@@ -123,18 +123,18 @@ pub trait HitFilter {
         false
     }
 
-    /// True if a hit counts; its instance was accepted. Everything but `t` is set.
+    /// True if a hit counts; its instance has already been accepted. All fields except `t` are set.
     fn accepts(&self, ray: usize, hit: &ExactHit) -> bool;
 }
 
 /// The point of a scene that is closest to a given point, computed from float64 corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestPoint {
-    /// In the world; infinity without a point in reach.
+    /// In world units; infinity if no point is within reach.
     pub distance: f64,
-    /// In the world; NaN without a point in reach.
+    /// In world coordinates; NaN if no point is within reach.
     pub position: [f64; 3],
-    /// Barycentric weights of the corners, of sum 1; 0 without a point in reach.
+    /// Barycentric weights of the corners, with sum 1; 0 if no point is within reach.
     pub weights: [f64; 3],
     /// Index into the instances of the scene, or [`INVALID_ID`].
     pub instance: u32,
@@ -143,7 +143,7 @@ pub struct ClosestPoint {
 }
 
 impl ClosestPoint {
-    /// The answer without a point in reach.
+    /// Answer if no point is within reach.
     pub const MISS: ClosestPoint = ClosestPoint {
         distance: f64::INFINITY,
         position: [f64::NAN; 3],
@@ -153,14 +153,14 @@ impl ClosestPoint {
     };
 }
 
-/// The caller's knowledge of a batch. A hint for speed; hits do not depend on it.
+/// Knowledge of the caller about a batch. It only affects speed; hits do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
-    /// Nothing is known: the batch is examined.
+    /// Nothing is known; the batch is examined.
     #[default]
     Unknown,
-    /// Neighbours in the slice are coherent; best 64 in a row are an 8 x 8 tile of pixels.
+    /// Neighbours in the slice are coherent; ideally, 64 consecutive rays are an 8 x 8 tile of pixels.
     Coherent,
-    /// Neighbours diverge, as diffuse bounces do.
+    /// Neighbours diverge, like diffuse bounces.
     Incoherent,
 }

@@ -1,5 +1,5 @@
 //! BOP: `scene_camera.json` (cam_K, cam_R_w2c, cam_t_w2c in millimetres for each image) and `camera.json` (fx fy cx cy
-//! width height of all). Source: bop_toolkit, docs/bop_datasets_format.md. The world is in metres.
+//! width height for all images). Source: bop_toolkit, docs/bop_datasets_format.md. The world is in metres.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -50,8 +50,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         match (image.get("cam_K"), image.get("cam_model")) {
             (Some(k), None) => record.k = Some(k.matrix3()?),
             (None, Some(model)) => camera_model(&model, &mut record)?,
-            (Some(_), Some(model)) => return Err(model.fail("the image has cam_K as well: expected one of them")),
-            (None, None) => return Err(image.fail("cam_K is missing, and cam_model")),
+            (Some(_), Some(model)) => return Err(model.fail("the image also has cam_K; expected only one of them")),
+            (None, None) => return Err(image.fail("cam_K or cam_model is required; both are missing")),
         }
         if record.size.is_none()
             && let Ok(number) = name.parse::<u32>()
@@ -80,13 +80,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     if measured > 0 {
         calibration.note(
             NoticeCode::UsedOtherFile,
-            format!("the file has no sizes: {measured} cameras have those of their pictures"),
+            format!("the file has no image sizes; {measured} cameras have the sizes of their images"),
         );
     }
     Ok(calibration)
 }
 
-/// The number of millimetres that are read back as these metres, or the nearest.
+/// Number of millimetres that is read back as this number of metres, or the nearest one.
 fn millimetres(metres: f64) -> f64 {
     let near = metres * 1000.0;
     let exact = |v: &f64| *v / 1000.0 == metres;
@@ -108,7 +108,7 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
             _ => {
                 notices.push(Notice::new(
                     NoticeCode::Renamed,
-                    format!("camera {:?} is image {i} in {format}", record.name),
+                    format!("in {format}, camera {:?} is image {i}", record.name),
                 ));
                 i.to_string()
             }
@@ -125,14 +125,14 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         let _ = write!(text, ", \"depth_scale\": {}}}", yaml_float(record.depth_scale.unwrap_or(1.0)));
     }
     text += "\n}\n";
-    notices.push(Notice::new(NoticeCode::NotWritten, format!("{format} has no picture sizes; they are not written")));
+    notices.push(Notice::new(NoticeCode::NotWritten, format!("{format} has no image sizes; they are not written")));
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
 fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles> {
     let format = "BOP's camera.json";
     let [record] = records else {
-        return Err(FormatError::encode(format!("{format} holds one camera, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} stores one camera, got {}", records.len())));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;

@@ -1,4 +1,4 @@
-//! Calibration files: contents that are read, hints for reading, and files to write.
+//! Calibration files: contents after reading, hints for reading, and files to write.
 
 use std::path::Path;
 
@@ -7,20 +7,20 @@ use raycam_scene::{LensModel, Notice, NoticeCode};
 use crate::CameraRecord;
 use raycam_formats::{FormatError, Result};
 
-/// The contents of a file of cameras.
+/// Contents of a file of cameras.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Calibration {
-    /// The cameras, in the order of the file.
+    /// Cameras in file order.
     pub records: Vec<CameraRecord>,
-    /// Notices: what was left out or repaired.
+    /// Notices about everything that was omitted or repaired.
     pub notices: Vec<Notice>,
-    /// True if the file has the poses of a body, and its reader has said what became of the mount.
+    /// True if the file contains the poses of a body, and its reader has reported how the mount was used.
     pub poses_of_body: bool,
     /// True if the reader has used the caller's direction and axes.
     pub(crate) used_convention: bool,
 }
 
-/// A notice about cameras of these names.
+/// Adds a notice about the cameras with these names.
 pub(crate) fn about_cameras<'a>(
     code: NoticeCode,
     names: impl ExactSizeIterator<Item = &'a str>,
@@ -34,13 +34,13 @@ impl Calibration {
         self.notices.push(Notice::new(code, message));
     }
 
-    /// Adds a notice about one part, such as a key or a camera; those with the same message are grouped at the end.
+    /// Adds a notice about one part, such as a key or a camera; notices with the same message are grouped at the end.
     pub(crate) fn note_about(&mut self, code: NoticeCode, subject: impl Into<String>, message: impl Into<String>) {
         self.notices.push(Notice::about(code, subject, message));
     }
 }
 
-/// The direction and the camera axes of poses whose file does not state them.
+/// Direction and camera axes of poses whose file does not specify them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoseConvention {
     /// True for world_from_camera, false for camera_from_world.
@@ -49,16 +49,16 @@ pub struct PoseConvention {
     pub opengl: bool,
 }
 
-/// Data that a file may lack: trajectories have no intrinsics, some files no size.
+/// Data that a file may lack: trajectories have no intrinsics, some files no image size.
 #[derive(Clone, Debug, Default)]
 pub struct ReadHints {
-    /// Columns and rows, where the file has none.
+    /// Columns and rows, if the file has none.
     pub size: Option<[u32; 2]>,
-    /// The camera whose size, K and lens the poses get, where the file has none.
+    /// Camera whose size, K and lens the poses get, if the file has none.
     pub intrinsics: Option<CameraRecord>,
-    /// The lens model of coefficients, where the file does not state it.
+    /// Lens model of the coefficients, if the file does not specify it.
     pub lens: Option<LensModel>,
-    /// Direction and axes of poses, where the file does not state them.
+    /// Direction and axes of poses, if the file does not specify them.
     pub poses: Option<PoseConvention>,
 }
 
@@ -67,19 +67,19 @@ pub struct ReadHints {
 pub struct OutputFiles {
     /// Names relative to the path of the calibration (empty for that path itself), and bytes.
     pub files: Vec<(String, Vec<u8>)>,
-    /// Notices: what the format holds in another way, or not at all.
+    /// Notices about values that the format stores differently, or cannot store.
     pub notices: Vec<Notice>,
 }
 
 impl OutputFiles {
-    /// The single file at the path of the calibration.
+    /// A single file at the path of the calibration.
     pub(crate) fn one(text: String) -> Self {
         Self { files: vec![(String::new(), text.into_bytes())], notices: vec![] }
     }
 }
 
 impl ReadHints {
-    /// Fills in data that the file of a camera lacks, and checks the camera.
+    /// Fills in data that a camera's file lacks, and validates the camera.
     pub(crate) fn fill_missing(&self, record: &mut CameraRecord, path: &Path) -> Result<()> {
         if let (None, None, Some(intrinsics)) = (record.k, record.matrix, &self.intrinsics) {
             record.k = intrinsics.k;
@@ -98,8 +98,8 @@ impl ReadHints {
             return Err(FormatError::whole(
                 path,
                 format!(
-                    "camera {:?} has the lens {:?} by its file, and lens is {:?}: leave it out; it is for files that \
-                     do not state the model of their coefficients",
+                    "camera {:?} has the lens {:?} according to its file, but lens is {:?}; omit lens, which is only \
+                     for files that do not specify the model of their coefficients",
                     record.name,
                     model.map_or("pinhole", LensModel::name),
                     lens.name()

@@ -1,4 +1,4 @@
-//! A folder that is opened as a whole, and the order of the files in it.
+//! Folder that is opened as a whole, and the order of its files.
 
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
@@ -7,54 +7,54 @@ use crate::document::zip_members;
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// A folder, with the names in it in the order of the numbers in them: 2 before 10.
+/// Folder, with its names sorted by the numbers in them: 2 before 10.
 pub(crate) struct Folder {
     pub(crate) path: PathBuf,
     pub(crate) names: Vec<String>,
 }
 
 impl Folder {
-    /// The folder at a path; without names where there is none.
+    /// Folder at a path; without names if it does not exist.
     pub(crate) fn open(path: &Path, assets: &AssetRoot) -> Self {
         let mut names = assets.folder_names(path);
         names.sort_by(|a, b| by_numbers(a, b));
         Self { path: path.into(), names }
     }
 
-    /// A folder below this one, or beside it (`..`).
+    /// Subfolder, or a sibling folder (`..`).
     pub(crate) fn inner(&self, name: &str, assets: &AssetRoot) -> Self {
         Self::open(&self.path.join(name), assets)
     }
 
-    /// True if a file or folder of this name is in it.
+    /// True if it contains a file or folder with this name.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.names.iter().any(|known| known == name)
     }
 
-    /// The name of the folder itself.
+    /// Name of the folder itself.
     pub(crate) fn name(&self) -> String {
         let full = std::path::absolute(&self.path).unwrap_or_default();
         full.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
-    /// The names with an ending.
+    /// Names with this extension.
     pub(crate) fn ending<'a>(&'a self, ending: &'a str) -> impl Iterator<Item = &'a String> {
         self.names.iter().filter(move |name| name.ends_with(ending) && !name.starts_with('.'))
     }
 
-    /// A file in it, unpacked where it is a gzip file.
+    /// File in the folder, decompressed if it is a gzip file.
     pub(crate) fn read(&self, name: &str, assets: &mut AssetRoot) -> Result<InputFile> {
         let packed = assets.read_reference(&self.path.join("any"), name)?;
         zip_members::unpacked(packed, &mut assets.budget)
     }
 
-    /// The path of a name in it.
+    /// Path of a name in the folder.
     pub(crate) fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 }
 
-/// The order of names by the numbers in them, and by text between those.
+/// Order of names: by the numbers in them, and by the text between the numbers.
 pub(crate) fn by_numbers(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     while !left.is_empty() && !right.is_empty() {

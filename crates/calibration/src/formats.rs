@@ -1,4 +1,4 @@
-//! The table of calibration formats, and reading and writing by it.
+//! Table of calibration formats, and reading and writing by it.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -32,18 +32,18 @@ type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles>;
 type DetectFolder = fn(&Folder, &mut AssetRoot) -> bool;
 type ReadFolder = fn(&Folder, &mut AssetRoot, &ReadHints) -> Result<Calibration>;
 
-/// A format of calibrations or poses.
+/// Format of calibrations or poses.
 struct CalibrationFormat {
     name: &'static str,
-    /// True if a file looks like this format, by its bytes, its name and its text (empty for binary files).
+    /// True if a file has this format, judged by its bytes, name and text (empty for binary files).
     detect: Detect,
     read: Read,
     write: Option<Write>,
-    /// The same for a folder, where the format has one that no single file stands for.
+    /// The same for a folder, if the format has folders that no single file represents.
     folder: Option<(DetectFolder, ReadFolder)>,
-    /// True if the format tells which cameras stand on a rig.
+    /// True if the format specifies which cameras belong to a rig.
     supports_rigs: bool,
-    /// True if the format states neither direction nor axes of its poses, and the caller may.
+    /// True if the format specifies neither direction nor axes of its poses, so that the caller may.
     open_poses: bool,
 }
 
@@ -69,7 +69,8 @@ impl CalibrationFormat {
     }
 }
 
-/// Every format; the first that recognises a file reads it: sure marks, as keys, stand before shapes of numbers.
+/// All formats. The first one that recognises a file reads it: reliable markers, such as keys, are listed before shapes
+/// of numbers.
 const FORMATS: &[CalibrationFormat] = &[
     reader("colmap", colmap::text::detect, colmap::text::read).written(colmap::text::write).with_rigs(),
     reader("colmap-binary", colmap::binary::detect, colmap::binary::read).written(colmap::binary::write).with_rigs(),
@@ -141,17 +142,17 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("tum-intrinsics", tum::detect_intrinsics, tum::read_intrinsics).written(tum::write_intrinsics),
 ];
 
-/// The names of the formats of [`read`].
+/// Names of the formats of [`read`].
 pub fn formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.name)
 }
 
-/// The names of the formats of [`write`].
+/// Names of the formats of [`write`].
 pub fn written_formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().filter(|format| format.write.is_some()).map(|format| format.name)
 }
 
-/// The names of all formats, for messages.
+/// Names of all formats, for messages.
 fn format_list() -> String {
     formats().collect::<Vec<_>>().join(", ")
 }
@@ -160,14 +161,15 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
         let hint = raycam_scene::suggestion(name, formats());
         let known = format_list();
-        let message = format!("no calibration format is called {name:?}{hint} (there are: {known})");
+        let message = format!("unknown calibration format {name:?}{hint} (available: {known})");
         FormatError::encode(ErrorCode::UnknownName.message(message))
     })
 }
 
-/// The cameras in a file, or in a folder, which is opened by what lies in it.
+/// Reads the cameras in a file or a folder; the contents of a folder determine how it is opened.
 ///
-/// `format` is one of [`formats`]; without it, name and contents tell. `known` is what the file leaves open.
+/// `format` is one of [`formats`]; by default, name and contents determine it. `known` contains values that the file
+/// does not specify.
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -206,7 +208,7 @@ fn read_folder(
             folders.push((found, read));
         }
     }
-    // A data set has K, sizes and poses; a file of poses in it has poses alone.
+    // A data set contains K, sizes and poses; a pose file in it contains only poses.
     if folders.len() == 1 {
         files.retain(|(_, found, ..)| !matches!(found.name, "kitti-poses" | "bop" | "tum"));
     }
@@ -228,13 +230,16 @@ fn read_folder(
             let names = files.chain(folders.iter().map(|(found, _)| format!("format={:?}", found.name)));
             Err(FormatError::unsupported(
                 path,
-                format!("a folder with several calibrations: give one of {}", names.collect::<Vec<_>>().join(", ")),
+                format!(
+                    "the folder contains several calibrations; open one of {}",
+                    names.collect::<Vec<_>>().join(", ")
+                ),
             ))
         }
     }
 }
 
-/// The cameras of the only file of a folder that is a calibration, under any name.
+/// Cameras of the only calibration file in a folder, whatever its name.
 fn read_only_file(
     folder: &Folder,
     wanted: &dyn Fn(&CalibrationFormat) -> bool,
@@ -251,8 +256,9 @@ fn read_only_file(
     match &found[..] {
         [] => Err(FormatError::unsupported(
             &folder.path,
-            "a folder in which raycam finds no calibration: a COLMAP model (also in sparse/0), transforms.json, pose/, \
-             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that names the whole; give a file of it",
+            "no calibration found in the folder; expected a COLMAP model (also in sparse/0), transforms.json, pose/, \
+             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that describes the whole. Open a file \
+             of it instead",
         )),
         [_] => {
             let (source, format, mut inside) = found.remove(0);
@@ -260,7 +266,7 @@ fn read_only_file(
             let mut calibration = decode_in(source, Some(format), known, &mut inside)?;
             calibration.note(
                 NoticeCode::AssumedConvention,
-                format!("{name} is the only calibration of the folder, and opened as {}", format.name),
+                format!("{name} is the only calibration in the folder; it was opened as {}", format.name),
             );
             Ok(calibration)
         }
@@ -275,7 +281,7 @@ fn read_only_file(
             Err(FormatError::unsupported(
                 &folder.path,
                 format!(
-                    "a folder with {} calibrations, and none that names the whole: give one of {}{}",
+                    "the folder contains {} calibrations, none of which describes the whole; open one of {}{}",
                     several.len(),
                     names.join(", "),
                     if several.len() > 8 { ", ..." } else { "" }
@@ -291,7 +297,7 @@ fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     sides.iter().all(|source| detected(source).is_some_and(|format| format.name == "opencv"))
 }
 
-/// True for files whose names differ only in a number or in left and right: one file for each camera.
+/// True for files whose names differ only in a number or in left and right: one file per camera.
 fn is_set_of_cameras<'a>(sources: impl Iterator<Item = &'a InputFile>) -> bool {
     let base = |source: &InputFile| {
         let stem = source.stem().unwrap_or_default().to_lowercase();
@@ -302,7 +308,7 @@ fn is_set_of_cameras<'a>(sources: impl Iterator<Item = &'a InputFile>) -> bool {
     bases.len() > 1 && bases.iter().all(|name| *name == bases[0])
 }
 
-/// The cameras of a folder with one file for each, with their mounts.
+/// Cameras of a folder with one file per camera, with their mounts.
 fn read_single_cameras(
     folder: &Folder,
     found: Vec<(InputFile, &'static CalibrationFormat, AssetRoot)>,
@@ -329,13 +335,13 @@ fn read_single_cameras(
     if placed < all.records.len() {
         let missing = all.records.iter().filter(|record| record.pose.is_none());
         let names: Vec<&str> = missing.map(|record| record.name.as_str()).collect();
-        let message = "the pose is missing in the file: the camera is at the origin";
+        let message = "the file contains no pose; the camera is at the origin";
         all.notices.push(about_cameras(NoticeCode::MissingValue, names.into_iter(), message));
     }
     finish(all, format, &folder.path, known)
 }
 
-/// The format of a file, by its bytes and its name.
+/// Format of a file, by its bytes and its name.
 fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
     if unread::named_format(text).is_some() {
@@ -344,7 +350,7 @@ fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| (format.detect)(source, text))
 }
 
-/// The cameras in the bytes of a single file. `path` names it in errors; nothing else is read.
+/// Reads the cameras in the bytes of a single file. `path` names it in errors; no other file is read.
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -381,14 +387,14 @@ fn decode_in(
     })
 }
 
-/// The error of a file that no reader recognises.
+/// Error for a file that no reader recognises.
 fn unknown_file(source: &InputFile) -> FormatError {
     let known = format_list();
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
     if let Some((name, way)) = unread::named_format(text).or_else(|| unread::name_of(&source.bytes, text)) {
         return FormatError::unsupported(
             &source.path,
-            format!("a file of {name}, which raycam does not read: {way} (it reads {known})"),
+            format!("{name} files are not supported: {way} (supported: {known})"),
         );
     }
     if looks_like(text, 7) {
@@ -402,23 +408,23 @@ fn unknown_file(source: &InputFile) -> FormatError {
     if source.path.extension().is_some_and(|ending| ending == "tfrecord") {
         return FormatError::unsupported(
             &source.path,
-            "a TFRecord, as Waymo's are, which raycam does not read: write camera_calibrations of a frame's context as \
+            "TFRecord files, such as Waymo's, are not supported; write camera_calibrations of a frame's context as \
              JSON (google.protobuf.json_format.MessageToJson)",
         );
     }
     let document = source.path.extension().is_some_and(|ending| ["yaml", "yml", "json"].iter().any(|e| ending == *e));
     let broken = if document { yaml::parse(text, &source.path).err() } else { None };
-    let broken = broken.map_or_else(String::new, |error| format!(". As YAML or JSON: {error}"));
+    let broken = broken.map_or_else(String::new, |error| format!(". Read as YAML or JSON: {error}"));
     FormatError::unsupported(
         &source.path,
         format!(
-            "not a calibration that raycam knows; it reads {known}. Named (--format NAME, format=\"NAME\"), the \
-             format's reader says in which line the file is something else{broken}"
+            "unknown calibration format; supported: {known}. If you specify the format (--format NAME, \
+             format=\"NAME\"), its reader reports the line that it cannot read{broken}"
         ),
     )
 }
 
-/// Gives the size that all others have to cameras with K whose picture is not there, and returns the notice of it.
+/// Assigns the size common to all other cameras to cameras with K whose image is missing, and returns a notice.
 fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> {
     let size = records.iter().find_map(|record| record.size).filter(|_| known.size.is_none())?;
     let lacks = |record: &CameraRecord| record.size.is_none() && record.k.is_some();
@@ -432,14 +438,14 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> 
     }
     (lent > 0).then(|| {
         let message = format!(
-            "{lent} cameras whose size is not known have that of the others, {} x {} (size= says another)",
+            "{lent} cameras of unknown size get the size of the other cameras, {} x {} (use size= for another)",
             size[0], size[1]
         );
         Notice::new(NoticeCode::AssumedConvention, message)
     })
 }
 
-/// The notice of cameras, by name, whose matrix differs from a rotation by a number.
+/// Notice about cameras, by name, whose matrix differs from a rotation by this amount.
 fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
     let most = repaired.iter().map(|(_, off)| *off).reduce(f64::max)?;
     let message = format!("R differs from a rotation by up to {most:.1e}; the nearest rotation is used");
@@ -463,7 +469,7 @@ fn name_repeated_times(records: &mut [CameraRecord]) -> Option<Notice> {
     Some(about_cameras(NoticeCode::Renamed, repeated.iter().map(String::as_str), message))
 }
 
-/// Fills in what a file leaves open, and checks its cameras.
+/// Fills in values that a file does not specify, and validates its cameras.
 fn finish(
     mut calibration: Calibration,
     format: &CalibrationFormat,
@@ -473,12 +479,15 @@ fn finish(
     if calibration.records.is_empty() {
         let said = calibration.notices.iter().map(Notice::to_string).collect::<Vec<_>>().join("; ");
         let said = if said.is_empty() { said } else { format!(" ({said})") };
-        return Err(FormatError::whole(path, format!("no camera in it, read as {}{said}", format.name)));
+        return Err(FormatError::whole(
+            path,
+            format!("the file contains no camera; it was read as {}{said}", format.name),
+        ));
     }
     if known.poses.is_some() && !format.open_poses && !calibration.used_convention {
         return Err(FormatError::whole(
             path,
-            format!("read as {}, which states the direction and the axes of its poses: leave them out", format.name),
+            format!("{} specifies the direction and the axes of its poses; omit these arguments", format.name),
         ));
     }
     if let Some(intrinsics) = &known.intrinsics
@@ -488,8 +497,9 @@ fn finish(
     {
         calibration.note(
             NoticeCode::IgnoredKey,
-            "the poses are taken as those of the camera itself: the pose that intrinsics have (a mount, as T_BS or \
-             T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)",
+            "the poses are interpreted as those of the camera itself; the pose in the intrinsics (a mount, such as \
+             T_BS or T_cam_imu) is ignored. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, \
+             C)",
         );
     }
     calibration.notices.extend(name_repeated_times(&mut calibration.records));
@@ -505,37 +515,41 @@ fn finish(
     Ok(calibration)
 }
 
-/// The files of `format` that hold the cameras; `path` is where they will be.
+/// Files of `format` that store the cameras; `path` is their future location.
 ///
 /// # Errors
-/// [`FormatError::Encode`] names what the format cannot hold.
+/// [`FormatError::Encode`] for data that the format cannot store.
 pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles> {
     let format = format_named(format)?;
     if records.is_empty() {
-        return Err(FormatError::encode("no camera to write"));
+        return Err(FormatError::encode("no camera to write; expected at least one"));
     }
     let Some(write) = format.write else {
         let known = written_formats().collect::<Vec<_>>().join(", ");
-        return Err(FormatError::encode(format!("{} is read and not written; written are {known}", format.name)));
+        return Err(FormatError::encode(format!(
+            "format {} cannot be written; available for writing: {known}",
+            format.name
+        )));
     };
     let mut written = write(records, path)?;
     for record in records.iter().filter(|record| !record.unsupported.is_empty()) {
-        written.notices.push(Notice::new(NoticeCode::NotWritten, format!(
-            "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",
-            record.name,
-            match record.unsupported[..] {
-                [one] => format!("{one} is"),
-                _ => format!("{} are", record.unsupported.join(" and ")),
-            }
-        )));
+        written.notices.push(Notice::new(
+            NoticeCode::NotWritten,
+            format!(
+                "camera {:?}: its {} not written, because calibration files store only K, a lens and one pose; use a \
+             world file to store everything",
+                record.name,
+                match record.unsupported[..] {
+                    [one] => format!("{one} is"),
+                    _ => format!("{} are", record.unsupported.join(" and ")),
+                }
+            ),
+        ));
     }
     if !format.supports_rigs && records.iter().any(|record| record.mount.is_some()) {
         written.notices.push(Notice::new(
             NoticeCode::NotWritten,
-            format!(
-                "{} does not say which cameras stand on a rig; they are where they stand in the world",
-                format.name
-            ),
+            format!("{} cannot store which cameras belong to a rig; they keep their poses in the world", format.name),
         ));
     }
     Ok(written)

@@ -1,4 +1,4 @@
-//! K from the numbers that files have, and the lens terms that raycam has no model for.
+//! K from the numbers in files, and lens terms for which raycam has no model.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ pub(crate) fn pinhole_matrix([fx, fy, cx, cy]: [f64; 4]) -> DMat3 {
     DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
 }
 
-/// OpenCV's lens of radial and tangential terms; a pinhole where all are 0.
+/// OpenCV's lens with radial and tangential terms; a pinhole if all are 0.
 pub(crate) fn brown_lens(k1: f64, k2: f64, p1: f64, p2: f64, k3: f64) -> Result<Lens, String> {
     let terms = [k1, k2, p1, p2, k3];
     if terms == [0.0; 5] {
@@ -22,7 +22,7 @@ pub(crate) fn brown_lens(k1: f64, k2: f64, p1: f64, p2: f64, k3: f64) -> Result<
     Lens::new(LensModel::OpenCv, if k3 == 0.0 { &terms[..4] } else { &terms }).map_err(|error| error.to_string())
 }
 
-/// The lens of a model; a pinhole for OpenCV's without any coefficient.
+/// Lens of a model; a pinhole for OpenCV's model without coefficients.
 pub(crate) fn lens_of(model: LensModel, coefficients: &[f64]) -> Result<Lens, String> {
     if model == LensModel::OpenCv && coefficients.iter().all(|value| *value == 0.0) {
         return Ok(Lens::Pinhole);
@@ -30,24 +30,24 @@ pub(crate) fn lens_of(model: LensModel, coefficients: &[f64]) -> Result<Lens, St
     Lens::new(model, coefficients).map_err(|error| error.to_string())
 }
 
-/// Refuses the first term that is not 0, of those that raycam has no model for.
+/// Rejects the first term that is not 0, among those for which raycam has no model.
 pub(crate) fn refuse_terms<'a>(terms: impl IntoIterator<Item = (&'a str, f64)>) -> Result<(), String> {
     match terms.into_iter().find(|(_, value)| *value != 0.0) {
         None => Ok(()),
         Some((name, value)) => Err(format!(
-            "{name} is {value}, a lens term that raycam has no model for: calibrate without it, or undistort the \
-             pictures with the program that wrote the file; without it the picture would be another"
+            "{name} is {value}, a lens term that raycam does not support; calibrate without it, or undistort the \
+             images with the program that wrote the file"
         )),
     }
 }
 
-/// Makes a record the whole panorama of its size.
+/// Makes a record the complete panorama of its size.
 pub(crate) fn set_panorama(record: &mut CameraRecord) -> Result<(), String> {
     let Some(size) = record.size else {
-        return Err("a panorama needs its size: give it (--size WIDTHxHEIGHT, size=(width, height))".into());
+        return Err("a panorama requires its size; set it with --size WIDTHxHEIGHT or size=(width, height)".into());
     };
     if size[0] != 2 * size[1] {
-        return Err(format!("a panorama of {} x {}: expected twice as wide as high", size[0], size[1]));
+        return Err(format!("a panorama of {} x {}; expected a width of twice the height", size[0], size[1]));
     }
     let lens = Lens::new(LensModel::Equirectangular, &[]).map_err(|error| error.to_string())?;
     record.k = lens.full_panorama(size, record.pixel_center);
@@ -55,19 +55,19 @@ pub(crate) fn set_panorama(record: &mut CameraRecord) -> Result<(), String> {
     Ok(())
 }
 
-/// The middle of a picture.
+/// Centre of an image.
 pub(crate) fn middle_of(size: [u32; 2], center: PixelCenter) -> [f64; 2] {
     size.map(|side| 0.5 * f64::from(side) - 0.5 + center.offset())
 }
 
-/// The size that only the caller knows.
+/// Size that only the caller can specify.
 pub(crate) fn require_known_size(size: Option<[u32; 2]>, path: &Path, format: &str) -> Result<[u32; 2]> {
     size.ok_or_else(|| {
         FormatError::whole(
             path,
             format!(
-                "{format} does not say how large the pictures are, no picture lies where it names them, and K needs \
-                 their size: give it (--size WIDTHxHEIGHT, size=(width, height))"
+                "{format} does not contain the image size, which K requires, and the images were not found; set the \
+                 size with --size WIDTHxHEIGHT or size=(width, height)"
             ),
         )
     })

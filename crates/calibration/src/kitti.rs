@@ -1,7 +1,8 @@
-//! KITTI: calibrations of lines `KEY: numbers` (odometry and object `P0:` to `P3:`, raw `calib_cam_to_cam.txt`), and
-//! poses of 12 numbers a line, world from camera (cvlibs.net/datasets/kitti, the development kits' readmes).
+//! KITTI: calibrations with lines `KEY: numbers` (odometry and object `P0:` to `P3:`, raw `calib_cam_to_cam.txt`), and
+//! poses with 12 numbers per line, world from camera (cvlibs.net/datasets/kitti, the development kits' readmes).
 //!
-//! `P` projects points of rectified camera 0, which is the world here; `Tr` and its kin, from other sensors, are noticed.
+//! `P` projects points of rectified camera 0, which defines the world here. `Tr` and similar keys of other sensors
+//! cause a notice.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -48,7 +49,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             return Err(FormatError::line(path, line, "expected KEY: numbers"));
         };
         if places.insert(key, rows.len()).is_some() {
-            return Err(FormatError::line(path, line, format!("{key} is there twice")));
+            return Err(FormatError::line(path, line, format!("{key} is defined twice")));
         }
         rows.push((key, line, values));
     }
@@ -75,12 +76,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             calibration.records.push(record);
         } else if number.is_some() || key.len() == 2 && key.starts_with('P') {
             let m: [f64; 12] = numbers(path, line, values)?;
-            // The object development kit leaves matrices of cameras that are not there at 0.
+            // The object development kit sets the matrices of missing cameras to 0.
             if m == [0.0; 12] {
                 calibration.note_about(
                     NoticeCode::IgnoredElement,
                     format!("{key} (line {line})"),
-                    "left out, since it is 0",
+                    "omitted, because it is 0",
                 );
                 continue;
             }
@@ -100,14 +101,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 ),
             ));
         } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {
-            calibration.note_about(
-                NoticeCode::IgnoredElement,
-                format!("{key} (line {line})"),
-                "not a camera, not read",
-            );
+            calibration.note_about(NoticeCode::IgnoredElement, format!("{key} (line {line})"), "not a camera; ignored");
         }
     }
-    // The world is rectified camera 0; R and T of the raw cameras are from raw camera 0.
+    // The world is rectified camera 0; R and T of the raw cameras are relative to raw camera 0.
     if let Some(&(_, line, values)) = find("R_rect_00".into()) {
         let raw_from_rectified = DMat3::from_cols_array(&numbers::<9>(path, line, values)?);
         let world = Pose::camera_from_world(Rotation::Matrix(raw_from_rectified), DVec3::ZERO);
@@ -115,7 +112,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             record.pose = Some(record.pose.take().unwrap_or_else(Pose::identity).compose(&world));
         }
     }
-    // The raw calibration has its cameras twice: as they are, and rectified.
+    // The raw calibration contains its cameras twice: raw, and rectified.
     for (rig, rectified) in [("unrectified", false), ("rig", true)] {
         let records = calibration.records.iter_mut();
         one_rig(records.filter(|record| record.matrix.is_some() == rectified), rig);
@@ -127,7 +124,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
     let Some(&(_, line, values)) = row else { return Ok(None) };
     let size: [f64; 2] = numbers(path, line, values)?;
     if size.iter().any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v)) {
-        return Err(FormatError::line(path, line, "expected columns and rows"));
+        return Err(FormatError::line(path, line, "expected the number of columns and rows"));
     }
     Ok(Some(size.map(|v| v as u32)))
 }
@@ -135,7 +132,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     if records.len() > 10 {
         return Err(FormatError::encode(format!(
-            "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
+            "a KITTI calibration stores the cameras of one rig, P0 to P9; got {}",
             records.len()
         )));
     }
@@ -172,11 +169,11 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         if record.name != format!("P{i}") {
             notices.push(Notice::new(
                 NoticeCode::Renamed,
-                format!("camera {:?} is called P{i} in a KITTI calibration", record.name),
+                format!("in a KITTI calibration, camera {:?} is called P{i}", record.name),
             ));
         }
     }
-    notices.push(Notice::new(NoticeCode::NotWritten, "a KITTI calibration has no picture sizes; they are not written"));
+    notices.push(Notice::new(NoticeCode::NotWritten, "a KITTI calibration has no image sizes; they are not written"));
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
@@ -200,7 +197,7 @@ pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFi
     Ok(OutputFiles {
         notices: vec![Notice::new(
             NoticeCode::NotWritten,
-            "KITTI poses hold poses alone; names, sizes, K and lens are not written",
+            "KITTI poses contain only poses; names, sizes, K and lens are not written",
         )],
         ..OutputFiles::one(text)
     })

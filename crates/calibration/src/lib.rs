@@ -1,9 +1,8 @@
-//! Cameras and poses from the files of other tools, and back.
+//! Reading and writing of cameras and poses in the files of other tools.
 //!
 //! Every format is a row of one table, [`formats`](self::formats): its name, its detection, its reader and its writer.
-//! Readers and writers meet in [`CameraRecord`], which keeps the numbers exactly as written in the file, so that a
-//! calibration that is read and written again is unchanged to the last bit. Files, budgets and errors are those of
-//! `raycam_formats`.
+//! Readers and writers use [`CameraRecord`], which keeps the numbers exactly as in the file, so that a calibration that
+//! is read and written again is unchanged to the last bit. Files, budgets and errors are those of `raycam_formats`.
 //!
 //! | folder or file | formats |
 //! |---|---|
@@ -22,7 +21,7 @@
 //! | `datasets` | `coco`, `nuscenes`, `replicator`, `argoverse`, `waymo`, `cityscapes`, `virtual-kitti`, `tartanair`, `scannetpp-iphone`, and the folders of BOP, EuRoC and KITTI |
 //!
 //! The other modules are shared: `document` parses YAML, JSON, XML, INI and NumPy files into one tree, `pose` and
-//! `record` hold the numbers, `plausibility` checks the cameras of every format.
+//! `record` store the numbers, and `plausibility` checks the cameras of every format.
 #![forbid(unsafe_code)]
 
 mod bop;

@@ -1,4 +1,4 @@
-//! Folders, opened by what lies in them.
+//! Folders whose contents determine how they are opened.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -8,7 +8,7 @@ use raycam_formats::Budget;
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
 
-/// Files that are a calibration of a whole folder by their name; the first of a line alone counts.
+/// Files that by their name are the calibration of a whole folder; only the first one in each line counts.
 const FILES: [&[&str]; 29] = [
     &["cameras.bin", "cameras.txt"],
     &["sparse/0/cameras.bin", "sparse/0/cameras.txt"],
@@ -41,8 +41,8 @@ const FILES: [&[&str]; 29] = [
     &["camera.yaml", "camera.yml", "camera.json", "camera.xml"],
 ];
 
-/// Endings of calibrations (those of packed ones before `.gz`), and the largest file and the most files of any name that
-/// are looked into where several could be one.
+/// Extensions of calibrations (of compressed ones, the extension before `.gz`). If several files could be a
+/// calibration: the maximum size of a file and the maximum number of files that are examined.
 const ENDINGS: [&str; 18] = [
     "yaml",
     "yml",
@@ -66,7 +66,7 @@ const ENDINGS: [&str; 18] = [
 const MAX_BYTES: u64 = 4 << 20;
 const MAX_FILES: usize = 64;
 
-/// A folder with the assets that its files may name: those beside it too.
+/// Folder with the assets that its files may refer to, including those next to it.
 pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
     let root = match path.components().next_back() {
         Some(Component::Normal(_)) => path.parent().unwrap_or(path),
@@ -76,15 +76,15 @@ pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
     (Folder::open(path, &assets), assets)
 }
 
-/// The files of a folder that may be calibrations of it as a whole.
+/// Files of a folder that may be calibrations of the whole folder.
 pub(crate) fn candidates(folder: &Folder) -> Vec<PathBuf> {
     let plain_or_packed = |name: &&str| [folder.path.join(name), folder.path.join(format!("{name}.gz"))];
     let first = |names: &&[&str]| names.iter().flat_map(plain_or_packed).find(|path| path.is_file());
     FILES.iter().filter_map(first).collect()
 }
 
-/// Files of a folder whose endings are those of calibrations: the only one, or small ones, or none where they are too
-/// many; a small file that is alone has any ending.
+/// Files of a folder with an extension of calibrations: the only one, or small ones; none if there are too many. A
+/// single small file may have any extension.
 pub(crate) fn small_files(folder: &Folder) -> Vec<PathBuf> {
     let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.len() <= MAX_BYTES);
     let paths = folder.names.iter().filter(|name| !name.starts_with('.')).map(|name| folder.path.join(name));
@@ -107,7 +107,7 @@ fn has_known_ending(path: &Path) -> bool {
     name.rsplit_once('.').is_some_and(|(_, ending)| ENDINGS.contains(&ending))
 }
 
-/// A file of a folder, with the assets that it may name.
+/// File of a folder, with the assets that it may refer to.
 pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(InputFile, AssetRoot)> {
     let root = match folder.components().next_back() {
         Some(Component::Normal(_)) => folder.parent().unwrap_or(folder),

@@ -1,16 +1,16 @@
-//! The size of a picture beside a calibration, of its PNG or JPEG header. Source: PNG specification, section 11.2.2;
-//! ITU T.81, annex B.2.2.
+//! Size of an image next to a calibration, from its PNG or JPEG header. Source: PNG specification, section 11.2.2; ITU
+//! T.81, annex B.2.2.
 
 use std::path::Path;
 
 use raycam_formats::io::AssetRoot;
 use raycam_scene::{Notice, NoticeCode};
 
-/// Bytes in which the header of a picture is searched: as a rule the first, else all, because thumbnails and colour
-/// profiles may stand before it.
+/// Number of bytes in which an image's header is searched: usually only the first ones, otherwise all, because
+/// thumbnails and colour profiles may precede it.
 const HEADERS: [u64; 2] = [1 << 12, 1 << 20];
 
-/// Columns and rows of the first of some pictures that is there; names are relative to the file `from`.
+/// Columns and rows of the first existing image; names are relative to the file `from`.
 pub(crate) fn size_of_picture<S: AsRef<str>>(
     assets: &mut AssetRoot,
     from: &Path,
@@ -24,8 +24,8 @@ pub(crate) fn size_of_picture<S: AsRef<str>>(
     })
 }
 
-/// The sizes of the cameras of a file that has none: each of its own picture, else that of the caller, else that of the
-/// first picture that is there.
+/// Sizes of the cameras of a file that has none: the size of each camera's own image, otherwise the caller's size,
+/// otherwise the size of the first existing image.
 pub(crate) struct PictureSizes {
     known: Option<[u32; 2]>,
     first: Option<[u32; 2]>,
@@ -34,7 +34,7 @@ pub(crate) struct PictureSizes {
 }
 
 impl PictureSizes {
-    /// The sizes of pictures whose names are relative to the file `from`; `known` is the size that the caller gives.
+    /// Sizes of images whose names are relative to the file `from`; `known` is the size specified by the caller.
     pub(crate) fn new<S: AsRef<str>>(
         assets: &mut AssetRoot,
         from: &Path,
@@ -45,7 +45,7 @@ impl PictureSizes {
         Self { known, first, measured: 0, lent: 0 }
     }
 
-    /// The size of a camera whose picture has one of some names.
+    /// Size of a camera whose image has one of several names.
     pub(crate) fn size<S: AsRef<str>>(
         &mut self,
         assets: &mut AssetRoot,
@@ -58,11 +58,12 @@ impl PictureSizes {
         own.or(self.known).or(self.first)
     }
 
-    /// The notices of where the sizes are from.
+    /// Notices about the origin of the sizes.
     pub(crate) fn notices(&self) -> impl Iterator<Item = Notice> {
-        let own = format!("the file has no sizes: {} cameras have those of their pictures", self.measured);
+        let own = format!("the file has no image sizes; {} cameras have the sizes of their images", self.measured);
         let lent = format!(
-            "{} cameras whose picture is not there have the size of the first picture that is (size= says another)",
+            "the images of {} cameras are missing; they get the size of the first existing image (use size= for \
+             another)",
             self.lent
         );
         let sources =
@@ -86,7 +87,7 @@ fn jpeg(bytes: &[u8]) -> Option<[u32; 2]> {
         match marker {
             0xff => at += 1,
             0x01 | 0xd0..=0xd7 => at += 2,
-            // Frames, but for Huffman tables, extensions and arithmetic conditioning.
+            // Frame markers, excluding Huffman tables, extensions and arithmetic conditioning.
             0xc0..=0xcf if !matches!(marker, 0xc4 | 0xc8 | 0xcc) => return Some([side(at + 7)?, side(at + 5)?]),
             _ => at += 2 + side(at + 2)? as usize,
         }

@@ -1,4 +1,4 @@
-//! Checks of K and lens against the size of the pictures: the commonest mistakes are errors or notices.
+//! Checks of K and lens against the image size: the most common mistakes are errors or notices.
 
 use std::path::Path;
 
@@ -9,23 +9,23 @@ use crate::CameraRecord;
 use crate::files::about_cameras;
 use raycam_formats::{FormatError, Result};
 
-/// Ratios of principal points and middles of pictures that are equal, in x and in y, within this.
+/// Tolerance for comparing the ratios of principal point and image centre in x and in y.
 const SAME_RATIO: f64 = 0.04;
-/// The least ratio that is that of another resolution, and no principal point off the middle.
+/// Minimum ratio that indicates another resolution instead of a principal point off the centre.
 const OTHER_RESOLUTION: f64 = 1.25;
-/// Columns and rows of the grid of pixels whose rays are looked for.
+/// Size of the pixel grid on which undistortion is tested.
 const GRID: u32 = 12;
 
-/// The notices of cameras that can be, and are likely to be mistaken; one for each kind of mistake.
+/// Notices about cameras that are valid but probably mistaken; one for each kind of mistake.
 ///
 /// # Errors
-/// [`FormatError::Syntax`] for K in units of the picture's size.
+/// [`FormatError::Syntax`] for K in units of the image size.
 pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<Notice>> {
     let (mut outside, mut resolution, mut blind, mut turned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut short = Vec::new();
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
     for record in records {
-        // K of a camera matrix P is that of its decomposition.
+        // K of a camera matrix P comes from its decomposition.
         let Ok(k) = record.require_k("") else { continue };
         if focal_length_of_few_pixels(record, k) {
             short.push((record.name.as_str(), k.x_axis.x));
@@ -38,8 +38,8 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
             return Err(FormatError::whole(
                 path,
                 format!(
-                    "camera {:?}: fx {}, cx {cx} are in units of the image's size; expected pixels: multiply the first \
-                     row of K by the width and the second by the height",
+                    "camera {:?}: fx {}, cx {cx} are in units of the image size; expected pixels, so multiply the \
+                     first row of K by the width and the second by the height",
                     record.name, k.x_axis.x
                 ),
             ));
@@ -52,7 +52,7 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         } else if !(panorama || (-0.5..=width).contains(&cx) && (-0.5..=height).contains(&cy)) {
             outside.push((record, cx, cy));
         }
-        // In the middle of the picture with columns and rows exchanged.
+        // At the centre of the image with columns and rows exchanged.
         let middle = |at: f64, side: f64| (2.0 * at / side - 1.0).abs() < SAME_RATIO;
         let is_turned = middle(cx, height) && middle(cy, width) && (width / height - 1.0).abs() > 4.0 * SAME_RATIO;
         turned.extend((is_turned && !panorama).then_some((record, size)));
@@ -78,7 +78,8 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
 fn notice_of_short(found: &[(&str, f64)]) -> Option<Notice> {
     let (_, focal) = found.first()?;
     let message = format!(
-        "a focal length of only {focal:.6} pixels; expected about the size of the image: is K in other units, or missing?"
+        "the focal length is only {focal:.6} pixels; expected about the size of the image (K may be missing or in \
+         other units)"
     );
     Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(name, _)| *name), message))
 }
@@ -86,15 +87,15 @@ fn notice_of_short(found: &[(&str, f64)]) -> Option<Notice> {
 fn notice_of_outside(found: &[(&CameraRecord, f64, f64)]) -> Option<Notice> {
     let (record, cx, cy) = found.first()?;
     let [width, height] = record.size.unwrap_or_default();
-    let message = format!("the principal point is outside of the image: cx {cx:.6}, cy {cy:.6} in {width} x {height}");
+    let message = format!("the principal point is outside the image: cx {cx:.6}, cy {cy:.6} in {width} x {height}");
     Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, ..)| record.name.as_str()), message))
 }
 
 fn notice_of_resolution(found: &[(&CameraRecord, f64, [u32; 2])]) -> Option<Notice> {
     let (_, ratio, [width, height]) = found.first()?;
     let message = format!(
-        "K seems to belong to another resolution: the principal point is in the middle of {:.0} x {:.0}, but the image \
-         has {width} x {height}; if so, give the size that K belongs to, and resize the camera (resized())",
+        "K seems to belong to another resolution: the principal point is at the centre of {:.0} x {:.0}, but the \
+         image has {width} x {height}; if so, use the size that K belongs to, and resize the camera (resized())",
         f64::from(*width) * ratio,
         f64::from(*height) * ratio
     );
@@ -104,20 +105,21 @@ fn notice_of_resolution(found: &[(&CameraRecord, f64, [u32; 2])]) -> Option<Noti
 fn notice_of_turned(found: &[(&CameraRecord, [u32; 2])]) -> Option<Notice> {
     let (_, [width, height]) = found.first()?;
     let message = format!(
-        "K seems to belong to the image rotated by 90 degrees: the principal point is in the middle of {height} x \
-         {width}, but the image has {width} x {height}; if so, exchange the width and the height, or fx and fy, cx and cy"
+        "K seems to belong to the image rotated by 90 degrees: the principal point is at the centre of {height} x \
+         {width}, but the image has {width} x {height}; if so, exchange width and height, or fx and fy, cx and cy"
     );
     Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, _)| record.name.as_str()), message))
 }
 
 fn notice_of_blind(found: &[(&CameraRecord, f64)]) -> Option<Notice> {
     let (_, share) = found.first()?;
-    let message = format!("most pixels ({:.0} %) have no ray: the lens does not fit K and the size", 100.0 * share);
+    let message =
+        format!("most pixels ({:.0} %) have no ray, so the lens probably does not match K and the size", 100.0 * share);
     Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, _)| record.name.as_str()), message))
 }
 
-/// True if the focal length in pixels is too short for a camera: fewer than 8 pixels, unless the image is as small, or, for
-/// a pinhole, an angle of view of more than 168 degrees.
+/// True if the focal length in pixels is implausibly short: fewer than 8 pixels (unless the image is equally small) or,
+/// for a pinhole, an angle of view of more than 168 degrees.
 fn focal_length_of_few_pixels(record: &CameraRecord, k: DMat3) -> bool {
     if matches!(record.lens, Lens::Equirectangular | Lens::Cylindrical) {
         return false;
@@ -128,7 +130,7 @@ fn focal_length_of_few_pixels(record: &CameraRecord, k: DMat3) -> bool {
     focal < 8.0 && side.is_none_or(|side| side > 8.0 * focal) || pinhole && side.is_some_and(|side| focal < 0.05 * side)
 }
 
-/// The share of pixels that no direction is seen in; None for a camera that is none.
+/// Fraction of pixels without a ray; None for an invalid camera.
 fn share_without_rays(record: &CameraRecord) -> Option<f64> {
     if matches!(record.lens, Lens::Pinhole | Lens::Equirectangular | Lens::Cylindrical) {
         return Some(0.0);

@@ -1,51 +1,52 @@
-//! Poses as files have them: a matrix or a quaternion, from world to camera or back.
+//! Poses as stored in files: a matrix or a quaternion, from world to camera or from camera to world.
 
 use std::f64::consts::TAU;
 
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::camera::nearest_rotation;
 
-/// The rotation of a pose.
+/// Rotation of a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rotation {
     /// A matrix.
     Matrix(DMat3),
-    /// A quaternion of any length but 0: w, x, y, z.
+    /// A quaternion of any length except 0: w, x, y, z.
     Quaternion([f64; 4]),
 }
 
 impl Rotation {
-    /// From a quaternion w, x, y, z, whose length may differ from 1 by rounding (1e-2).
+    /// Creates a rotation from a quaternion w, x, y, z, whose length may differ from 1 by rounding (1e-2).
     ///
     /// # Errors
-    /// A quaternion of another length: most often its numbers are other columns.
+    /// A quaternion of another length, which usually means that its numbers are other columns.
     pub(crate) fn unit_quaternion(quaternion: [f64; 4]) -> Result<Self, String> {
         let [w, x, y, z] = quaternion;
         let length = w.hypot(x).hypot(y).hypot(z);
         if length.is_nan() || (length - 1.0).abs() > 1e-2 {
             return Err(format!(
-                "a quaternion of length {length:.4} (w {w}, x {x}, y {y}, z {z}); expected 1: are these its numbers, in \
-                 this order? w 1 and x y z 0 turn nothing"
+                "the quaternion has length {length:.4} (w {w}, x {x}, y {y}, z {z}); expected 1, so check the columns \
+                 and their order (w 1 and x y z 0 is no rotation)"
             ));
         }
         Ok(Self::Quaternion(quaternion))
     }
 
-    /// From a rotation vector in radians: its direction is the axis, its length the angle.
+    /// Creates a rotation from a rotation vector in radians: its direction is the axis, its length the angle.
     ///
     /// # Errors
-    /// A vector longer than 2 pi: its numbers are degrees or angles.
+    /// A vector longer than 2 pi, which is probably in degrees or contains angles.
     pub(crate) fn from_vector([x, y, z]: [f64; 3]) -> Result<Self, String> {
         let length = DVec3::new(x, y, z).length();
         if !length.is_finite() {
-            return Err(format!("[{x}, {y}, {z}]: expected finite numbers"));
+            return Err(format!("[{x}, {y}, {z}]; expected finite numbers"));
         }
         if length > TAU + 1e-9 {
             return Err(format!(
-                "[{x}, {y}, {z}] is {length:.6} long, and a rotation vector (axis times angle, in radians) has at most 2 \
-                 pi: write a rotation vector in radians (numpy.radians([{x}, {y}, {z}]) if these are degrees), or, for \
-                 angles about the axes, the 3x3 matrix (scipy.spatial.transform.Rotation.from_euler(\"xyz\", [{x}, {y}, \
-                 {z}], degrees=True).as_matrix(), with the order of your axes)"
+                "[{x}, {y}, {z}] is {length:.6} long, but a rotation vector (axis times angle, in radians) has a \
+                 length of at most 2 pi; write a rotation vector in radians (numpy.radians([{x}, {y}, {z}]) if these \
+                 are degrees), or, for angles about the axes, the 3x3 matrix \
+                 (scipy.spatial.transform.Rotation.from_euler(\"xyz\", [{x}, {y}, {z}], degrees=True).as_matrix(), \
+                 with the order of your axes)"
             ));
         }
         Ok(Self::Matrix(DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(x, y, z)))))
@@ -62,7 +63,7 @@ impl Rotation {
         }
     }
 
-    /// As a quaternion w, x, y, z; w is not negative where it is made from a matrix.
+    /// As a quaternion w, x, y, z; w is not negative if it is computed from a matrix.
     pub fn quaternion(self) -> [f64; 4] {
         match self {
             Self::Quaternion(quaternion) => quaternion,
@@ -82,7 +83,7 @@ impl Rotation {
     }
 }
 
-/// A pose, in the direction that its file has.
+/// Pose in the direction of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     rotation: Rotation,
@@ -92,17 +93,17 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// From camera_from_world: x = R X + t.
+    /// Creates a pose from camera_from_world: x = R X + t.
     pub fn camera_from_world(rotation: Rotation, t: DVec3) -> Self {
         Self { rotation, translation: t, world_from_camera: false }
     }
 
-    /// From world_from_camera: X = R x + C.
+    /// Creates a pose from world_from_camera: X = R x + C.
     pub fn world_from_camera(rotation: Rotation, c: DVec3) -> Self {
         Self { rotation, translation: c, world_from_camera: true }
     }
 
-    /// The pose of a camera whose axes are those of the world.
+    /// Pose of a camera whose axes are those of the world.
     pub fn identity() -> Self {
         Self::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO)
     }
@@ -112,13 +113,13 @@ impl Pose {
         self.r_c() == (DMat3::IDENTITY, DVec3::ZERO)
     }
 
-    /// The inverse transform.
+    /// Inverse transform.
     pub fn inverted(&self) -> Self {
         let (r, c) = self.world_r_c();
         Self::camera_from_world(r, c)
     }
 
-    /// From camera_from_world and the centre.
+    /// Creates a pose from camera_from_world and the centre.
     pub fn from_r_c(r: DMat3, c: DVec3) -> Self {
         Self::world_from_camera(Rotation::Matrix(r.transpose()), c)
     }
@@ -133,7 +134,7 @@ impl Pose {
         }
     }
 
-    /// camera_from_world and t; unchanged where the file has them.
+    /// camera_from_world and t, with the file's digits if it contains them.
     pub fn r_t(&self) -> (Rotation, DVec3) {
         if self.world_from_camera {
             let rotation = self.rotation.inverse();
@@ -143,23 +144,23 @@ impl Pose {
         }
     }
 
-    /// world_from_camera and the centre; unchanged where the file has them.
+    /// world_from_camera and the centre, with the file's digits if it contains them.
     pub fn world_r_c(&self) -> (Rotation, DVec3) {
         if self.world_from_camera { (self.rotation, self.translation) } else { (self.rotation.inverse(), self.r_c().1) }
     }
 
-    /// The pose of a camera in the world; `self` is its pose from the body, `body` the pose of the body: x = R (R' X +
-    /// t') + t.
+    /// Pose of a camera in the world, if `self` is its pose from the body and `body` the pose of the body: x = R (R' X
+    /// + t') + t.
     pub fn compose(&self, body: &Pose) -> Self {
         let ((r, t), (r2, t2)) = (self.r_t(), body.r_t());
-        // Errors of rounded matrices would multiply.
+        // Otherwise, errors of rounded matrices would multiply.
         let nearest = |r: DMat3| nearest_rotation(r).map_or(r, |(rotation, _)| rotation);
         let (r, r2) = (nearest(r.matrix()), nearest(r2.matrix()));
         Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
     }
 
-    /// Replaces a matrix that is nearly a rotation by the nearest rotation; returns the largest difference of an entry if
-    /// it exceeds the rounding of float32.
+    /// Replaces a matrix that is nearly a rotation by the nearest rotation; returns the largest difference of an entry
+    /// if it exceeds float32 rounding.
     pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
         let Rotation::Matrix(matrix) = self.rotation else { return None };
         let (rotation, off) = nearest_rotation(matrix).ok()?;
@@ -171,10 +172,10 @@ impl Pose {
     }
 }
 
-/// Largest difference between a matrix and a rotation that remains as written in the file.
+/// Maximum difference between a matrix and a rotation at which the matrix is kept as in the file.
 const UNREPORTED_DIFFERENCE: f64 = 1e-7;
 
-/// The quaternion with length 1; unchanged where it has that nearly.
+/// Quaternion normalised to length 1; unchanged if its length is almost 1.
 pub(crate) fn normalized(quaternion: [f64; 4]) -> [f64; 4] {
     let length = quaternion.iter().map(|value| value * value).sum::<f64>().sqrt();
     if (length - 1.0).abs() < 1e-6 { quaternion } else { quaternion.map(|value| value / length) }

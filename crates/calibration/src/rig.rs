@@ -1,14 +1,14 @@
-//! Rigs of cameras from files with one rig, and back.
+//! Conversion of rigs from and to files that contain one rig.
 
 use crate::rig_mount::RigMount;
 use crate::{CameraRecord, Pose};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::{Notice, NoticeCode};
 
-/// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.
+/// Makes the cameras of a file one rig, whose body is the world of the file; a single camera does not become a rig.
 pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
     let records: Vec<_> = records.into_iter().collect();
-    // A camera with parallel rays is none that a body carries.
+    // A body cannot carry a camera with parallel rays.
     if records.len() < 2 || records.iter().any(|record| record.require_pose().is_err()) {
         return;
     }
@@ -17,7 +17,7 @@ pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord
     }
 }
 
-/// Mounts a camera on a rig whose body is the world of the file, as its format says.
+/// Mounts a camera on a rig whose body is the world of the file, as specified by its format.
 pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
     let Ok(camera) = record.require_pose() else { return };
     record.mount = Some(RigMount {
@@ -29,10 +29,11 @@ pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
     });
 }
 
-/// The poses of cameras for a format that holds one rig, camera_from_body where they stand on one, with what is lost.
+/// Poses of cameras for a format that stores one rig (camera_from_body for cameras on a rig), with notices about what
+/// is lost.
 ///
 /// # Errors
-/// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
+/// [`FormatError::Encode`] if they belong to several rigs, or to one rig at several poses.
 pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<Notice>) -> Result<Vec<Pose>> {
     let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
     let Some(mounts) = mounts else { return records.iter().map(CameraRecord::require_pose).collect() };
@@ -40,14 +41,14 @@ pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: 
     let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
     if let Some(other) = mounts.iter().find(other) {
         return Err(FormatError::encode(format!(
-            "{format} holds one rig at one pose, and these are {:?} at {:?} and {:?} at {:?}",
+            "{format} stores one rig at one pose, but these cameras are {:?} at {:?} and {:?} at {:?}",
             first.rig, first.frame, other.rig, other.frame
         )));
     }
     if !first.body.is_identity() {
         notices.push(Notice::new(
             NoticeCode::NotWritten,
-            format!("{format} holds a rig without its place in the world, which is not written"),
+            format!("{format} cannot store a rig's pose in the world, which is not written"),
         ));
     }
     Ok(mounts.iter().map(|mount| mount.camera.clone()).collect())

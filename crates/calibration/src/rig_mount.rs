@@ -1,13 +1,13 @@
-//! The mount of a camera on a rig.
+//! Mount of a camera on a rig.
 
 use crate::Pose;
 
-/// The mount of a camera on a rig, at one pose of the rig.
+/// Mount of a camera on a rig, at one pose of the rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigMount {
     /// Name of the rig.
     pub rig: String,
-    /// Name of the pose of the rig: cameras of one frame saw at the same time.
+    /// Name of the rig's pose: cameras of one frame exposed at the same time.
     pub frame: String,
     /// Name of the camera on the rig.
     pub name: String,

@@ -1,6 +1,6 @@
-//! ROS CameraInfo: the YAML of `camera_info_manager`, the INI file that means the same, and the message itself
-//! (`sensor_msgs/msg/CameraInfo`), of ROS 1 (D K R P) and 2 (d k r p). The camera is that of the raw picture: K and D, cropped and binned as `image_geometry`
-//! does; R and P are those of the rectified one.
+//! ROS CameraInfo: the YAML of `camera_info_manager`, the equivalent INI file, and the message itself
+//! (`sensor_msgs/msg/CameraInfo`), of ROS 1 (D K R P) and 2 (d k r p). The camera is that of the raw image: K and D,
+//! cropped and binned as in `image_geometry`. R and P belong to the rectified image.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -78,22 +78,28 @@ pub(crate) fn detect_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     })
 }
 
-/// The raw cameras of a rectified pair, in the axes of the rectified left one: P has the baseline, R the turns.
+/// Raw cameras of a rectified pair, in the axes of the rectified left one: P contains the baseline, R the rotations.
 pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
-    let names = pair_of(folder).ok_or_else(|| FormatError::unsupported(&folder.path, "expected left and right"))?;
+    let names = pair_of(folder).ok_or_else(|| {
+        FormatError::unsupported(
+            &folder.path,
+            "expected files with left and \
+        right in their names",
+        )
+    })?;
     let mut sides = Vec::new();
     for name in &names {
         let source = folder.read(name, assets)?;
         let mut cameras = cameras(&source)?;
         match (cameras.pop(), cameras.is_empty()) {
             (Some(node), true) => sides.push((source, node)),
-            _ => return Err(FormatError::whole(&source.path, "several cameras, expected one of a pair")),
+            _ => return Err(FormatError::whole(&source.path, "several cameras; expected one camera of a pair")),
         }
     }
     pair(&sides.iter().map(|(source, node)| (source, node)).collect::<Vec<_>>())
 }
 
-/// The documents of the cameras in a file.
+/// Documents of the cameras in a file.
 fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>> {
     let text = source.text()?;
     match ini::detect(text) {
@@ -102,7 +108,7 @@ fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>> {
     }
 }
 
-/// The cameras of a left and a right file.
+/// Cameras of a left and a right file.
 fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for ((source, node), side) in sides.iter().zip(["left", "right"]) {
@@ -116,7 +122,7 @@ fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
         let r = at.matrix3()?;
         check_rotation(r).map_err(|message| at.fail(message))?;
         if p[0] == 0.0 || p[5] == 0.0 {
-            return Err(at.fail("P has no focal length: the pair is not rectified"));
+            return Err(at.fail("P has no focal length, so the pair is not rectified"));
         }
         record.pose = Some(Pose::from_r_c(r.transpose(), DVec3::new(-p[3] / p[0], -p[7] / p[5], 0.0)));
         calibration.records.push(record);
@@ -146,7 +152,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// The camera of a document.
+/// Camera of a document.
 fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
     let either = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
     let mut notices = root.unknown_keys(&KEYS)?;
@@ -161,10 +167,10 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
         let p = root.any(&["projection_matrix", "P", "p"]).and_then(|at| at.array::<12>().ok());
         return Err(at_k.fail(match p.filter(|p| *p != [0.0; 12]) {
             Some(_) => {
-                "all 0: the raw camera is not calibrated, only projection_matrix (P) of the rectified one is given; for the \
-                 rectified camera, write the first three columns of P as K and 0 as D"
+                "all numbers are 0: the raw camera is not calibrated, and the file contains only projection_matrix \
+                 (P) of the rectified camera; to use that, write the first three columns of P as K and 0 as D"
             }
-            None => "all 0: the camera is not calibrated (ROS publishes this before the calibration)",
+            None => "all numbers are 0: the camera is not calibrated (ROS publishes this before a calibration)",
         }));
     }
     let distortion = root.any(&["distortion_coefficients", "D", "d"]);
@@ -181,7 +187,7 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
         notices.push(Notice::new(
             NoticeCode::AssumedConvention,
             format!(
-                "roi and binning: the camera takes {} x {} of {} x {} pixels, K as image_geometry has it",
+                "roi and binning: the camera has {} x {} of {} x {} pixels, with K as in image_geometry",
                 size[0], size[1], full[0], full[1]
             ),
         ));
@@ -193,8 +199,8 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
     if size == full && (p != plain || r != DMat3::IDENTITY) {
         notices.push(Notice::new(
             NoticeCode::RectifiedValues,
-            "rectification_matrix and projection_matrix are those of the rectified picture; the camera is that of the \
-             raw one (camera_matrix and distortion_coefficients)",
+            "rectification_matrix and projection_matrix belong to the rectified image; the camera is that of the raw \
+             image (camera_matrix and distortion_coefficients)",
         ));
     }
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
@@ -209,7 +215,7 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
         if width > 0 || height > 0 {
             let fits = |start: u32, length: u32, all: u32| u64::from(start) + u64::from(length) <= u64::from(all);
             if !(fits(x, width, size[0]) && fits(y, height, size[1]) && width > 0 && height > 0) {
-                return Err(roi.fail("it leaves the picture"));
+                return Err(roi.fail("it extends beyond the image"));
             }
             k.z_axis -= DVec3::new(f64::from(x), f64::from(y), 0.0);
             *size = [width, height];
@@ -227,7 +233,7 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let [record] = records else {
         return Err(FormatError::encode(format!(
-            "ROS CameraInfo holds one camera, {} given: write each into a file of its own",
+            "ROS CameraInfo stores one camera, got {}; write each camera to a separate file",
             records.len()
         )));
     };
@@ -269,7 +275,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         written.notices.push(Notice::new(
             NoticeCode::NotWritten,
             format!(
-                "camera {:?}: ROS CameraInfo has no pose; the one at {} {} {} is not written",
+                "camera {:?}: ROS CameraInfo cannot store a pose; the pose at {} {} {} is not written",
                 record.name,
                 yaml_float(c.x),
                 yaml_float(c.y),

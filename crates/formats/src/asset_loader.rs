@@ -1,4 +1,4 @@
-//! [`AssetLoader`] for [`AssetRoot`]: the files that a description names, by the readers of all formats.
+//! Implementation of [`AssetLoader`] for [`AssetRoot`]: reads the files that a description names, in all formats.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::io::AssetRoot;
 use crate::registry;
 
 impl AssetRoot {
-    /// Adds a notice for an environment image that is not twice as wide as high.
+    /// Adds a notice for an environment image whose width is not twice its height.
     pub fn check_environment_shape(&mut self, name: &str, [columns, rows]: [u32; 2]) {
         if u64::from(columns) != 2 * u64::from(rows) {
             let message = format!(
-                "{columns} x {rows} pixels, but an image of all directions is twice as wide as high: it is stretched to \
-                 latitude and longitude"
+                "{columns} x {rows} pixels, but an environment image should be twice as wide as high; it is stretched \
+                 to latitude and longitude"
             );
             self.budget_and_notices().1.push(Notice::about(NoticeCode::Implausible, name, message));
         }

@@ -1,13 +1,13 @@
-//! Budgets: how much a file may make raycam read and keep.
+//! Budgets: limits on what a file may make raycam read and store.
 
 use std::path::Path;
 
 use crate::error::{FormatError, Result};
 
-/// Limits on reading one world with every file that it names.
+/// Limits on reading one world with every file that it refers to.
 ///
-/// Besides these limits every reader checks each declared count against the bytes that are left in the file before it
-/// allocates, so that memory stays proportional to the file: a few hundred bytes never ask for gigabytes.
+/// In addition to these limits, every reader checks each declared count against the remaining bytes of the file before
+/// it allocates. Memory therefore stays proportional to the file size: a few hundred bytes never allocate gigabytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Bytes of all files together.
@@ -18,17 +18,17 @@ pub struct Budget {
     pub pixels: u64,
     /// Pixels of one image.
     pub image_pixels: u64,
-    /// Bytes of memory for textures and their mip maps; what does not fit goes to a temporary file, as
-    /// [`TextureMemory`](raycam_scene::TextureMemory) says. `None` keeps all of them in memory.
+    /// Bytes of memory for textures and their mip maps; textures that do not fit are moved to a temporary file: see
+    /// [`TextureMemory`](raycam_scene::TextureMemory). `None` keeps all of them in memory.
     pub texture_memory: Option<u64>,
-    /// Steps of cutting polygons with reflex corners into triangles: some hundred a corner, many more where a contour
-    /// crosses itself.
+    /// Steps for cutting polygons with reflex corners into triangles: some hundreds per corner, and many more if a
+    /// contour intersects itself.
     pub steps: u64,
 }
 
 impl Default for Budget {
-    /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192) in memory, 2²⁹ steps (some five seconds; as a
-    /// rule enough for contours of a million corners).
+    /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192) in memory, 2²⁹ steps (about five seconds,
+    /// usually sufficient for contours of a million corners).
     fn default() -> Self {
         Self {
             bytes: 4 << 30,
@@ -42,14 +42,14 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// The budget of a world whose textures may take `bytes` of memory: 64 GiB of files and 2³³ pixels (128 textures of
-    /// 8192 x 8192), which the disk holds.
+    /// Returns the budget of a world whose textures may take `bytes` of memory: 64 GiB of files and 2³³ pixels (128
+    /// textures of 8192 x 8192), which are stored on disk.
     pub fn with_texture_memory(bytes: u64) -> Self {
         Self { bytes: 64 << 30, pixels: 1 << 33, texture_memory: Some(bytes), ..Self::default() }
     }
 
-    /// The budget of a page in a browser, which has half a GiB of memory: 128 MiB of files, 2²² elements, 2²⁴ pixels (a
-    /// texture of 4096 x 4096), 2²⁶ steps.
+    /// Returns the budget of a browser page, which has half a GiB of memory: 128 MiB of files, 2²² elements, 2²⁴ pixels
+    /// (a texture of 4096 x 4096), 2²⁶ steps.
     pub fn of_page() -> Self {
         let (pixels, elements) = (1 << 24, 1 << 22);
         Self { bytes: 128 << 20, elements, pixels, image_pixels: pixels, texture_memory: None, steps: 1 << 26 }
@@ -58,7 +58,7 @@ impl Budget {
     /// Charges `amount` bytes of `path`.
     ///
     /// # Errors
-    /// [`FormatError::Budget`] if less is left.
+    /// [`FormatError::Budget`] if the remaining budget is smaller.
     pub fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut self.bytes, path, "bytes", amount)
     }
@@ -66,7 +66,7 @@ impl Budget {
     /// Charges `amount` vertices, corners or parts of `path`.
     ///
     /// # Errors
-    /// [`FormatError::Budget`] if less is left.
+    /// [`FormatError::Budget`] if the remaining budget is smaller.
     pub fn take_elements(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut self.elements, path, "vertices and face corners", amount)
     }
@@ -74,7 +74,7 @@ impl Budget {
     /// Charges `amount` pixels of `path`.
     ///
     /// # Errors
-    /// [`FormatError::Budget`] if less is left.
+    /// [`FormatError::Budget`] if the remaining budget is smaller.
     pub fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut { self.image_pixels }, path, "pixels", amount)?;
         charge(&mut self.pixels, path, "pixels", amount)

@@ -1,8 +1,9 @@
-//! Worlds as bytes for other processes and machines: everything that pictures are made from, exactly.
+//! Worlds as bytes for other processes and machines, with the exact data that images are rendered from.
 //!
 //! The first line names the format and the version of raycam; the world follows in [MessagePack](https://msgpack.org).
-//! Images are stored as the files that they were read from, if these are shorter than the texels. The same world gives
-//! the same bytes, wherever its files were: their hash identifies the world. Each version of raycam reads only its own.
+//! Images are stored as their original files if these are smaller than the texels. Equal worlds give equal bytes,
+//! wherever their files were, so the hash of the bytes identifies the world. Each version of raycam reads only its own
+//! bytes.
 
 use std::collections::HashMap;
 use std::io::{self, Write};
@@ -19,29 +20,29 @@ use raycam_scene::ColorUse;
 const MAGIC: &str = "raycam world ";
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The bytes of a world. Its notices, which tell of the files it came from, stay behind.
+/// Returns the bytes of a world. Its notices, which concern its source files, are not included.
 ///
 /// # Errors
-/// [`FormatError::Encode`] where memory runs out; [`FormatError::Scene`] where textures exceed their memory, since the
-/// bytes hold all of them.
+/// [`FormatError::Encode`] if there is not enough memory; [`FormatError::Scene`] if textures exceed their memory,
+/// because the bytes contain all of them.
 pub fn write(world: &World) -> Result<Vec<u8>> {
     world.check_textures_in_memory()?;
     let world = World { notices: Vec::new(), ..world.clone() };
     let mut count = ByteCount(0);
     serialize(&world, &mut count)?;
     let mut bytes = Vec::new();
-    // A vector that grows ends the process when memory runs out.
+    // A growing vector would end the process if memory runs out.
     bytes.try_reserve_exact(count.0).map_err(|_| {
-        FormatError::encode(format!("this world cannot be written: it needs {} bytes of memory", count.0))
+        FormatError::encode(format!("the world is too large to write: it requires {} bytes of memory", count.0))
     })?;
     serialize(&world, &mut bytes)?;
     Ok(bytes)
 }
 
 fn serialize(world: &World, mut to: impl Write) -> Result<()> {
-    let failed = |error: &dyn std::fmt::Display| FormatError::encode(format!("this world cannot be written: {error}"));
+    let failed = |error: &dyn std::fmt::Display| FormatError::encode(format!("the world cannot be written: {error}"));
     writeln!(to, "{MAGIC}{VERSION}").map_err(|error| failed(&error))?;
-    // By name, since some fields are left out where they say nothing.
+    // Fields are stored by name, because fields with default values are omitted.
     let mut writer = rmp_serde::Serializer::new(to).with_struct_map();
     serde::Serialize::serialize(world, &mut writer).map_err(|error| failed(&error))
 }
@@ -60,7 +61,7 @@ impl Write for ByteCount {
     }
 }
 
-/// Decodes the images whose files the bytes of a world hold; textures that shared an image still do.
+/// Decodes the images whose files are stored in the bytes of a world; textures that shared an image still share it.
 fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<()> {
     let mut known: HashMap<*const Image, Arc<Image>> = HashMap::new();
     let mut decoded = |image: &Arc<Image>| -> Result<Option<Arc<Image>>> {
@@ -73,7 +74,7 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
         let found = decode_image(&encoded.bytes.0, name, color_use, budget, &mut Vec::new())?;
         if found.size != image.size {
             let message =
-                format!("damaged: image {:?} has {:?} pixels; expected {:?}", image.name, found.size, image.size);
+                format!("damaged file: image {:?} has {:?} pixels; expected {:?}", image.name, found.size, image.size);
             return Err(FormatError::whole(path, message));
         }
         let found = Arc::new(Image { name: image.name.clone(), ..found });
@@ -95,26 +96,28 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
     Ok(())
 }
 
-/// The world in the bytes of a file called `path` in errors, checked as one that is built by hand.
+/// Reads the world in the bytes of a file, which is called `path` in errors. The world is validated like one that is
+/// built from a description.
 ///
 /// # Errors
-/// [`FormatError`]: more bytes than the budget allows, no world of this version, or one that cannot be.
+/// [`FormatError`] for more bytes than the budget allows, for bytes that are not a world of this version, and for an
+/// invalid world.
 pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
     let wrong = |message: String| FormatError::whole(path, message);
     budget.take_bytes(path, bytes.len() as u64)?;
     let Some(rest) = bytes.strip_prefix(MAGIC.as_bytes()) else {
-        return Err(wrong("these are not the bytes of a world".into()));
+        return Err(wrong("the bytes are not a world written by raycam".into()));
     };
     let version = rest.split(|&byte| byte == b'\n').next().unwrap_or(rest);
     if version != VERSION.as_bytes() {
         let version = String::from_utf8_lossy(&version[..version.len().min(20)]);
-        let message = format!("a world of raycam {version}; this is {VERSION}, and reads only its own");
+        let message = format!("the world was written by raycam {version}; version {VERSION} reads only its own worlds");
         return Err(FormatError::unsupported(path, message));
     }
     let data = rest.get(version.len() + 1..).unwrap_or_default();
     let mut reader = rmp_serde::Deserializer::from_read_ref(data);
     let mut world: World =
-        serde::Deserialize::deserialize(&mut reader).map_err(|error| wrong(format!("damaged: {error}")))?;
+        serde::Deserialize::deserialize(&mut reader).map_err(|error| wrong(format!("damaged file: {error}")))?;
     decode_images(&mut world, path, &mut budget)?;
     let bounded = |world: World| match budget.texture_memory {
         Some(limit) => world.with_texture_cache(TextureCache::new(limit)),

@@ -1,4 +1,4 @@
-//! Errors of files, with the place of each.
+//! Errors of files, with the position of each.
 
 use std::fmt;
 use std::io;
@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use raycam_scene::{ErrorCode, Message, SceneError};
 
-/// An error of reading or writing. Programs decide by [`FormatError::code`]; the message states the place, what was found,
-/// what was expected and what to do.
+/// An error of reading or writing. Programs should test [`FormatError::code`]; the message states the position, the
+/// value found, the expectation and a remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
-    /// The file cannot be read; `source.kind()` says why (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
+    /// The file cannot be read; `source.kind()` is the reason (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
     #[error("{}: {source}{}", path.display(), broken_link(path))]
     Io {
         /// The file.
@@ -23,7 +23,7 @@ pub enum FormatError {
     Syntax {
         /// The file.
         path: PathBuf,
-        /// Place in the file.
+        /// Position in the file.
         location: Location,
         /// The value found and the value expected.
         message: Message,
@@ -33,68 +33,68 @@ pub enum FormatError {
     Schema {
         /// The world file.
         path: PathBuf,
-        /// Counted from 1.
+        /// Line number, from 1.
         line: usize,
-        /// As `object[2].diffuse`; empty at the top.
+        /// Key, such as `object[2].diffuse`; empty for the whole file.
         key: String,
         /// The value expected, with the nearest valid name.
         message: Message,
     },
-    /// The file asks for more than the budget allows.
-    #[error("{}: {amount} {what}, but the budget has {left} left; raise it if you trust the file", path.display())]
+    /// The file requires more than the budget allows.
+    #[error("{}: {amount} {what} exceed the remaining budget of {left}; raise the budget if you trust the file", path.display())]
     Budget {
         /// The file.
         path: PathBuf,
         /// The exhausted resource.
         what: &'static str,
-        /// How much the file asks for.
+        /// The amount that the file requires.
         amount: u64,
-        /// How much may still be used.
+        /// The amount that remains.
         left: u64,
     },
-    /// A valid file of a kind, or with a feature, that raycam does not read.
+    /// A valid file of a format, or with a feature, that raycam does not support.
     #[error("{}: {message}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// The kind of the file, and the kinds that are read.
+        /// The format of the file, and the supported formats.
         message: Message,
     },
-    /// A name inside a file points to where files may not come from.
+    /// A name inside a file refers to a location that files must not come from.
     #[error("file name {reference:?}: {message}")]
     Reference {
         /// The name as written.
         reference: String,
-        /// Why it is refused.
+        /// The reason for the refusal.
         message: Message,
     },
-    /// Something is wrong with a file that a world file or another description names.
+    /// A file that a world file or another description refers to is invalid.
     #[error("{}{key}: {source}", place.as_ref().map(|(path, line)| format!("{}:{line}: ", path.display())).unwrap_or_default())]
     Named {
-        /// The world file and the line in it, from 1, where there is one.
+        /// The world file and the line (from 1) that refers to the file, if any.
         place: Option<(PathBuf, usize)>,
-        /// As `object[2].mesh`.
+        /// Key, such as `object[2].mesh`.
         key: String,
         /// The error of the file.
         source: Box<FormatError>,
     },
-    /// A well-formed description of something impossible.
+    /// A well-formed description of an impossible value.
     #[error("{}{source}", path.as_ref().map(|p| format!("{}: ", p.display())).unwrap_or_default())]
     Scene {
-        /// The file, where there is one.
+        /// The file, if there is one.
         path: Option<PathBuf>,
         /// The error of the description.
         source: SceneError,
     },
-    /// Pixels that do not fit the image they are to become.
+    /// Pixels that do not match the image to be encoded.
     #[error("{0}")]
     Encode(Message),
 }
 
-/// The result of reading or writing.
+/// Result of reading or writing.
 pub type Result<T, E = FormatError> = std::result::Result<T, E>;
 
-/// Place in a file.
+/// Position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Location {
     /// Line of a text file, from 1.
@@ -115,10 +115,10 @@ impl fmt::Display for Location {
     }
 }
 
-/// "; it is a symbolic link to ..." for a link that leads to no file, else empty.
+/// "; it is a symbolic link to ..." for a link whose target does not exist, otherwise empty.
 pub fn broken_link(path: &Path) -> String {
     let Some(target) = path.read_link().ok().filter(|_| !path.exists()) else { return String::new() };
-    format!("; it is a symbolic link to {}, which leads to no file", target.display())
+    format!("; it is a symbolic link to {}, which does not exist", target.display())
 }
 
 fn prefix(key: &str) -> String {
@@ -126,7 +126,7 @@ fn prefix(key: &str) -> String {
 }
 
 impl FormatError {
-    /// The error of values that do not fit the file they are to be written to.
+    /// The error of values that do not match the file to which they are written.
     pub fn encode(message: impl Into<Message>) -> Self {
         Self::Encode(message.into())
     }
@@ -164,7 +164,7 @@ impl FormatError {
         Self::Syntax { path: path.into(), location: Location::Whole, message: message.into() }
     }
 
-    /// The error of a valid file that raycam does not read.
+    /// The error of a valid file that raycam does not support.
     pub fn unsupported(path: &Path, message: impl Into<Message>) -> Self {
         Self::Unsupported { path: path.into(), message: message.into() }
     }

@@ -9,14 +9,15 @@ use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::io::InputFile;
 
-/// The profile in a file. Its candela are those of the luminaire as tested: multiplier and ballast factors are applied.
+/// Reads the profile in a file. Its candela values are those of the tested luminaire: multiplier and ballast factors
+/// are applied.
 ///
 /// # Errors
-/// [`FormatError::Syntax`] with the line, [`FormatError::Unsupported`] for other photometry than type C and for a tilt
-/// that changes the lamp's output, [`FormatError::Budget`].
+/// [`FormatError::Syntax`] with the line; [`FormatError::Unsupported`] for photometry other than type C and for a tilt
+/// that changes the lamp's output; [`FormatError::Budget`].
 pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile> {
     let path = source.path.as_path();
-    // Keywords may be in any old encoding; the numbers are ASCII.
+    // Keywords may have any legacy encoding; the numbers are ASCII.
     let text = String::from_utf8_lossy(&source.bytes);
     let mut lines = text.lines().enumerate();
     let tilt = lines.by_ref().find_map(|(i, line)| Some((i + 1, line.trim().strip_prefix("TILT=")?.trim())));
@@ -25,10 +26,13 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
         Some((_, other)) => {
             return Err(FormatError::unsupported(
                 path,
-                format!("TILT={other}, expected TILT=NONE: a lamp whose output depends on how it hangs"),
+                format!(
+                    "TILT={other}; expected TILT=NONE (a lamp whose output depends on its orientation is not \
+                    supported)"
+                ),
             ));
         }
-        None => return Err(FormatError::whole(path, "no line TILT=: not an IES file")),
+        None => return Err(FormatError::whole(path, "the line TILT= is missing, so this is not an IES file")),
     }
     let mut numbers = NumberReader {
         path,
@@ -45,7 +49,7 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     let horizontals = numbers.count("the number of horizontal angles")?;
     let kind = numbers.next("the photometric type")?;
     if kind != 1.0 {
-        return Err(FormatError::unsupported(path, format!("photometric type {kind}, expected 1 (type C)")));
+        return Err(FormatError::unsupported(path, format!("photometric type {kind}; expected 1 (type C)")));
     }
     for what in ["units", "width", "length", "height"] {
         numbers.next(what)?;
@@ -55,11 +59,11 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     numbers.next("the input watts")?;
     let count = verticals.saturating_mul(horizontals);
     budget.take_elements(path, count.saturating_add(verticals).saturating_add(horizontals))?;
-    // As many numbers need as many bytes.
+    // This many numbers require at least as many bytes.
     if count > source.bytes.len() as u64 {
         return Err(FormatError::whole(
             path,
-            format!("{horizontals} x {verticals} intensities announced, more than the file can hold"),
+            format!("{horizontals} x {verticals} intensities are declared, more than the file can contain"),
         ));
     }
     let vertical = numbers.list(verticals, "a vertical angle")?;
@@ -71,7 +75,7 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     Ok(profile)
 }
 
-/// The numbers of a file, one after the other, wherever its lines end.
+/// Numbers of a file, one after the other, independent of line ends.
 struct NumberReader<'a, I> {
     path: &'a Path,
     last: usize,
@@ -84,12 +88,12 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
             return Err(FormatError::line(
                 self.path,
                 self.last,
-                ErrorCode::TruncatedFile.message(format!("the file ends, expected {what}")),
+                ErrorCode::TruncatedFile.message(format!("unexpected end of file; expected {what}")),
             ));
         };
         match token.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(FormatError::line(self.path, line, format!("{token:?}, expected {what}"))),
+            _ => Err(FormatError::line(self.path, line, format!("{token:?}; expected {what}"))),
         }
     }
 
@@ -98,7 +102,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
         if value.fract() == 0.0 && (1.0..=1e9).contains(&value) {
             return Ok(value as u64);
         }
-        Err(FormatError::whole(self.path, format!("{what} is {value}, expected a whole number >= 1")))
+        Err(FormatError::whole(self.path, format!("{what} is {value}; expected a whole number >= 1")))
     }
 
     fn list(&mut self, count: u64, what: &str) -> Result<Vec<f64>> {

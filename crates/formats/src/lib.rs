@@ -1,9 +1,9 @@
-//! Readers of all files from outside, and writers: bytes to worlds and back.
+//! Readers of all external files, and writers: conversion between bytes and worlds.
 //!
-//! The crate is the trust boundary. A reader takes bytes and a [`Budget`] and returns plain data of `raycam_scene` or a
-//! [`FormatError`] that names the place in the file. It never panics, never allocates what a file merely declares, and
-//! opens nothing outside the folder of the file that the caller names. Skipped and repaired data become notices of the
-//! world. Writers return bytes.
+//! The crate is the trust boundary. A reader takes bytes and a [`Budget`] and returns plain data of `raycam_scene`, or
+//! a [`FormatError`] with the position in the file. It never panics, never allocates memory just because a file
+//! declares it, and opens nothing outside the folder of the file that the caller names. Skipped and repaired data cause
+//! notices of the world. Writers return bytes.
 //!
 //! ```text
 //! error, budget        errors with their places; limits
@@ -19,7 +19,7 @@
 //! encode               PNG, EXR, HDR, masks
 //! ```
 //!
-//! A line imports the lines above it; `encode` stands alone.
+//! A line imports the lines above it; `encode` is independent of the others.
 #![forbid(unsafe_code)]
 
 mod asset_loader;

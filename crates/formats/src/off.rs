@@ -1,8 +1,8 @@
 //! OFF (Geomview, "OFF Files"): text, with the prefixes ST, C and N for texture coordinates, colours and normals.
 //!
-//! Colours of a file are 0..=255 in sRGB where all are whole numbers, else 0..=1 and linear; whole numbers that never
-//! pass 1 count as the latter. Texture coordinates have their origin at the bottom left in the file and at the top left
-//! here.
+//! Colours of a file are 0..=255 in sRGB if all are whole numbers, otherwise 0..=1 and linear; whole numbers that never
+//! exceed 1 count as the latter. Texture coordinates have their origin at the bottom left in the file and at the top
+//! left here.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use crate::geometry::vertex_dedup::Corner;
 use crate::io::lexer::{self, Lines, Words};
 use crate::io::{AssetRoot, Diagnostics, InputFile};
 
-/// Attributes of vertices by the first word, in this order.
+/// Attributes of vertices according to the first word, in this order.
 #[derive(Clone, Copy, Debug, Default)]
 struct OffHeader {
     normals: bool,
@@ -26,13 +26,13 @@ struct OffHeader {
     uvs: bool,
 }
 
-/// The model in an OFF file: one part.
+/// Reads the model in an OFF file: one part.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let path = &source.path;
     let text = lexer::plain_text(&source.bytes);
     let mut rows = LineReader { path, lines: Lines::new(&text), line: 0, odd: Diagnostics::default() };
     let (header, [count, face_count]) = rows.header()?;
-    // Three digits, spaces and line ends each, at least.
+    // At least three digits, each with a space or line end.
     let left = rows.lines.remaining() + 1;
     if count.checked_mul(6).is_none_or(|n| n > left) || face_count.checked_mul(4).is_none_or(|n| n > left) {
         let message = format!("{count} vertices and {face_count} faces declared, but only {left} bytes follow");
@@ -46,13 +46,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: the lines after the last face are not used", path.display()),
+            format!("{}: the lines after the last face are ignored", path.display()),
         ));
     }
     if faces.polygons.len() == 0 {
         return Err(FormatError::whole(
             path,
-            ErrorCode::NothingVisible.message(format!("no faces, only {count} vertices: nothing to see")),
+            ErrorCode::NothingVisible.message(format!("no faces, only {count} vertices; there is nothing to render")),
         ));
     }
     let face_colors = faces.colors.linear("faces", path, &mut notices);
@@ -75,7 +75,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let chosen = colors::choose(&mut mesh);
     let filled = directionless::fill_normals(&mut mesh);
     let filled = (filled > 0).then(|| {
-        let message = format!("normals without a direction are those of the faces: {filled}");
+        let message = format!("{filled} normals without a direction are replaced by those of the faces");
         Notice::new(NoticeCode::ReplacedValue, message)
     });
     notices.extend([chosen, filled].into_iter().flatten().map(|note| note.in_context(path.display())));
@@ -87,7 +87,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
 #[derive(Default)]
 struct OffVertices {
     positions: Vec<DVec3>,
-    /// Unit length, or zero where the normal of the file has no direction.
+    /// Unit length, or zero if the file's normal has no direction.
     normals: Vec<[f32; 3]>,
     uvs: Vec<[f32; 2]>,
     colors: OffColors,
@@ -117,7 +117,7 @@ fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) 
                 rows.odd.note(
                     NoticeCode::ReplacedValue,
                     Location::Line(rows.line),
-                    "a texture coordinate is not finite: taken as 0 0",
+                    "a texture coordinate is not finite; treated as 0 0",
                 );
                 uv = [0.0; 2];
             }
@@ -170,7 +170,7 @@ fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Resul
     Ok(all)
 }
 
-/// The lines that are neither empty nor comments, one by one.
+/// Lines that are neither empty nor comments, one by one.
 struct LineReader<'a> {
     path: &'a Path,
     lines: Lines<'a>,
@@ -189,7 +189,7 @@ impl<'a> LineReader<'a> {
         Some(Words(text))
     }
 
-    /// The next word of a face, which may go on in the next line.
+    /// Next word of a face, which may continue in the next line.
     fn word(&mut self, words: &mut Words<'a>) -> Option<&'a [u8]> {
         if let Some(word) = words.next() {
             return Some(word);
@@ -203,9 +203,9 @@ impl<'a> LineReader<'a> {
         self.words().ok_or_else(|| self.error(ErrorCode::TruncatedFile.message(end)))
     }
 
-    /// The kind and the numbers of vertices and faces; that of edges may be missing and is not used.
+    /// Kind, and the numbers of vertices and faces; the number of edges is optional and ignored.
     fn header(&mut self) -> Result<(OffHeader, [usize; 2])> {
-        let mut words = self.words().ok_or_else(|| self.error("empty, expected an OFF file"))?;
+        let mut words = self.words().ok_or_else(|| self.error("the file is empty; expected an OFF file"))?;
         let mut kind = OffHeader::default();
         let first = words.clone().next().unwrap_or_default();
         // The word may be missing, and the numbers may follow without a space, as in ModelNet.
@@ -225,15 +225,21 @@ impl<'a> LineReader<'a> {
                 }
             }
             if !prefix.is_empty() {
-                let message = format!("{}: only three dimensions are read", lexer::for_message(first));
+                let message = format!("{}: only three dimensions are supported", lexer::for_message(first));
                 return Err(FormatError::unsupported(self.path, message));
             }
             match words.clone().next() {
                 Some(b"BINARY") => {
-                    return Err(FormatError::unsupported(self.path, "binary OFF; save it as text"));
+                    return Err(FormatError::unsupported(
+                        self.path,
+                        "binary OFF is not supported; save the file as \
+                        text",
+                    ));
                 }
                 Some(_) => {}
-                None => words = self.words().ok_or_else(|| self.error("no numbers of vertices and faces"))?,
+                None => {
+                    words = self.words().ok_or_else(|| self.error("the numbers of vertices and faces are missing"))?
+                }
             }
         }
         let mut count = || words.next().and_then(lexer::integer).and_then(|n| usize::try_from(n).ok());
@@ -257,18 +263,18 @@ impl<'a> LineReader<'a> {
     }
 }
 
-/// Colours whose unit is known when all have been seen.
+/// Colours whose range is known only after all have been read.
 #[derive(Default)]
 struct OffColors {
-    /// NaN where there is none.
+    /// NaN for a missing colour.
     values: Vec<[f64; 3]>,
     missing: usize,
-    /// Indices of a colour map.
+    /// Indices into a colour map.
     mapped: usize,
     fractions: bool,
     translucent: usize,
     largest: f64,
-    /// How many values are below 0, or are none.
+    /// Number of values that are negative or not numbers.
     odd: usize,
 }
 
@@ -283,7 +289,7 @@ impl OffColors {
                 return Ok(());
             }
             count => {
-                return Err(rows.error(format!("{count} numbers after {number}, expected a colour of 3 or 4")));
+                return Err(rows.error(format!("{count} numbers after {number}; expected a colour of 3 or 4 numbers")));
             }
         }
         let mut rgba = [0.0, 0.0, 0.0, f64::NAN];
@@ -302,7 +308,7 @@ impl OffColors {
         Ok(())
     }
 
-    /// Linear colours, white where there is none; `None` where there is none at all.
+    /// Linear colours, white for missing ones; `None` if there are no colours at all.
     fn linear(self, what: &str, path: &Path, notices: &mut Vec<Notice>) -> Option<Vec<Rgb>> {
         let shown = path.display();
         if self.mapped > 0 {
@@ -324,28 +330,32 @@ impl OffColors {
         if self.translucent > 0 {
             notices.push(Notice::new(
                 NoticeCode::IgnoredTransparency,
-                format!("{shown}: the transparency of {} {what} is dropped", self.translucent),
+                format!("{shown}: the transparency of {} {what} is ignored", self.translucent),
             ));
         }
         let largest = self.largest;
         if largest > 255.0 {
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: colours of {what} up to {largest}, expected 0 to 255: ignored"),
+                format!("{shown}: colours of {what} up to {largest} are ignored; expected 0 to 255"),
             ));
             return None;
         }
         if self.odd > 0 {
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: values of colours of {what} that are below 0 or no numbers are 0: {}", self.odd),
+                format!(
+                    "{shown}: {what} have colour values that are negative or not numbers, which are treated as 0: \
+                    {}",
+                    self.odd
+                ),
             ));
         }
         let bytes = largest > if self.fractions { 1.01 } else { 1.0 };
         if bytes && self.fractions {
             notices.push(Notice::new(
                 NoticeCode::AssumedConvention,
-                format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0 to 255"),
+                format!("{shown}: colours of {what} with fractions up to {largest} are treated as 0 to 255"),
             ));
         } else if largest > 1.0 && !bytes {
             notices.push(Notice::new(

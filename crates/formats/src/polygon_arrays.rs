@@ -1,5 +1,5 @@
-//! Meshes, objects and materials that another process hands over: flat arrays, and an MTL file with its images in a
-//! folder. Nothing about the arrays is trusted.
+//! Meshes, objects and materials that another process passes: flat arrays, and an MTL file with its images in a folder.
+//! The arrays are fully validated.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,13 +18,14 @@ use crate::obj::materials::Materials;
 use crate::obj::mtl::MtlMaterial;
 use crate::obj::parse::Obj;
 
-/// Polygon meshes and the objects that show them. All arrays hold one mesh (or object) after the other.
+/// Polygon meshes and the objects that show them. All arrays contain one mesh (or object) after the other.
 pub struct PolygonArrays<'a> {
-    /// For each mesh: the numbers of its points, colours, texture coordinates, normals and polygons, and 1 if it is smooth.
+    /// For each mesh: the numbers of its points, colours, texture coordinates, normals and polygons, and 1 if it is
+    /// smooth.
     pub meshes: &'a [[u64; 6]],
     /// Coordinates of the points.
     pub points: &'a [[f64; 3]],
-    /// Linear colours of a mesh: one for each point, one for each corner, or none.
+    /// Linear colours of a mesh: one per point, one per corner, or none.
     pub colors: &'a [Rgb],
     /// Texture coordinates, whose origin is at the top left.
     pub uvs: &'a [[f32; 2]],
@@ -36,11 +37,11 @@ pub struct PolygonArrays<'a> {
     pub corners: &'a [[u32; 3]],
     /// Names of the objects.
     pub names: Vec<String>,
-    /// The mesh of each object.
+    /// Mesh of each object.
     pub object_meshes: &'a [u32],
-    /// The materials of each object's slots, as indices into `materials`.
+    /// Materials of each object's slots, as indices into `materials`.
     pub object_materials: &'a [u32],
-    /// Rows of the 3 x 4 matrices `world_from_mesh` of the objects.
+    /// Rows of the objects' 3 x 4 matrices `world_from_mesh`.
     pub object_matrices: &'a [[f64; 12]],
     /// Names of the materials in the MTL file.
     pub materials: Vec<String>,
@@ -48,14 +49,14 @@ pub struct PolygonArrays<'a> {
     pub plain_materials: &'a [[f32; 4]],
 }
 
-/// The name of the MTL file in the folder.
+/// Name of the MTL file in the folder.
 const LIBRARY: &str = "materials.mtl";
 
 impl PolygonArrays<'_> {
     /// Adds the meshes and objects to a world. The MTL file and its images are read from `folder`.
     ///
     /// # Errors
-    /// Arrays that contradict each other, and the errors of materials and images.
+    /// Inconsistent arrays, and the errors of materials and images.
     pub fn add_to(&self, world: &mut World, folder: &Path, assets: &mut AssetRoot) -> Result<()> {
         let mut model = self.read(folder, assets)?;
         let scene = |source| FormatError::Scene { path: Some(folder.into()), source };
@@ -80,10 +81,10 @@ impl PolygonArrays<'_> {
         })
     }
 
-    /// All objects as the parts of one model, in the coordinates of the world.
+    /// Returns all objects as the parts of one model, in world coordinates.
     ///
     /// # Errors
-    /// Those of [`Self::add_to`].
+    /// Same as [`Self::add_to`].
     pub fn merge(&self, folder: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
         let mut model = self.read(folder, assets)?;
         let meshes = std::mem::take(&mut model.parts);
@@ -100,7 +101,7 @@ impl PolygonArrays<'_> {
         Ok(model)
     }
 
-    /// The meshes as parts, whose materials are the numbers of their slots, and all materials.
+    /// Meshes as parts, whose materials are the numbers of their slots, and all materials.
     fn read(&self, folder: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
         let mut model = MeshFile::default();
         assets.uses_alpha_as_written = true;
@@ -168,7 +169,7 @@ impl PolygonArrays<'_> {
     }
 }
 
-/// The part of the arrays behind the meshes that were read.
+/// Rest of the arrays after the meshes that have been read.
 struct Rest<'a> {
     points: &'a [[f64; 3]],
     colors: &'a [Rgb],
@@ -179,7 +180,8 @@ struct Rest<'a> {
 }
 
 impl Rest<'_> {
-    /// The next mesh as an OBJ file has it, its material slots as materials; `None` if its arrays contradict each other.
+    /// Next mesh in the form of an OBJ file, with its material slots as materials; `None` if its arrays are
+    /// inconsistent.
     fn next_mesh(&mut self, [points, colors, uvs, normals, polygons, smooth]: [u64; 6]) -> Option<Obj> {
         let points = take(&mut self.points, points)?;
         let colors = take(&mut self.colors, colors)?;
@@ -224,7 +226,7 @@ impl Rest<'_> {
     }
 }
 
-/// The mesh of polygons, its material slots as materials.
+/// Mesh of polygons, with its material slots as materials.
 fn build_mesh(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshPart> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     assets.budget.take_elements(path, elements as u64)?;
@@ -245,7 +247,7 @@ fn build_mesh(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshP
     Ok(part)
 }
 
-/// Gives each corner a point of its own, since it has a colour of its own; a smooth surface is shaded as before.
+/// Gives each corner a separate point, because it has a separate colour; a smooth surface keeps its shading.
 fn split_corners(obj: &mut Obj, runs: &mut [RunRange]) {
     let mut sites = VertexDeduper::new(obj.positions.len());
     sites.reserve(0..obj.positions.len() as u32);
@@ -261,13 +263,13 @@ fn split_corners(obj: &mut Obj, runs: &mut [RunRange]) {
     obj.positions = positions;
 }
 
-/// The index of the first row that equals each row.
+/// Index of the first equal row, for each row.
 fn unique_rows<const N: usize>(rows: impl ExactSizeIterator<Item = [u32; N]>) -> Vec<u32> {
     let mut first = HashMap::with_capacity(rows.len());
     rows.enumerate().map(|(number, row)| *first.entry(row).or_insert(number as u32)).collect()
 }
 
-/// The first elements of a slice, which it loses; `None` if it has fewer.
+/// Removes and returns the first elements of a slice; `None` if it has fewer.
 fn take<'a, T>(rest: &mut &'a [T], count: u64) -> Option<&'a [T]> {
     let (taken, left) = rest.split_at_checked(usize::try_from(count).ok()?)?;
     *rest = left;
@@ -280,5 +282,5 @@ fn affine(&[a, b, c, x, d, e, f, y, g, h, i, z]: &[f64; 12]) -> DAffine3 {
 }
 
 fn contradiction(path: &Path, what: &str) -> FormatError {
-    FormatError::whole(path, format!("the arrays of {what} contradict each other"))
+    FormatError::whole(path, format!("the arrays of {what} are inconsistent"))
 }

@@ -1,4 +1,4 @@
-//! The table of file formats, and loading by it.
+//! Table of file formats, and loading by it.
 
 use std::fs::File;
 use std::path::Path;
@@ -13,18 +13,18 @@ use crate::io::memory_files::MemoryFiles;
 use crate::io::{AssetRoot, InputFile, file_kind, lexer, stand_in};
 use crate::{gltf, obj, off, ply, stl, world_file};
 
-/// A file format.
+/// File format.
 struct FileFormat {
-    /// In small letters, without the dot.
+    /// Extension in lower case, without the dot.
     extension: &'static str,
     read: Reader,
-    /// Number of bytes of a large file that its reader needs in memory; `None` for all.
+    /// Number of bytes of a large file that its reader requires in memory; `None` for all.
     head: fn(&File, u64) -> Option<u64>,
 }
 
 enum Reader {
     World(fn(&InputFile, &mut AssetRoot) -> Result<World>),
-    /// A world of its own that can be an object of another, too.
+    /// Format of complete worlds, which can also be objects of other worlds.
     Scene(fn(&InputFile, &mut AssetRoot) -> Result<World>),
     Model(fn(&InputFile, &mut AssetRoot) -> Result<MeshFile>),
 }
@@ -40,46 +40,47 @@ const FORMATS: &[FileFormat] = &[
     FileFormat { extension: "off", read: Reader::Model(off::read), head: read_whole },
 ];
 
-/// The extensions of the files that [`load`] reads, in small letters and without the dot.
+/// Extensions of the files that [`load`] reads, in lower case and without the dot.
 pub fn extensions() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.extension)
 }
 
-/// The extensions of the files that worlds and models name: materials, buffers, images and light profiles.
+/// Extensions of the files that worlds and models refer to: materials, buffers, images and light profiles.
 pub const COMPANION_EXTENSIONS: &[&str] =
     &["mtl", "bin", "png", "jpg", "jpeg", "hdr", "exr", "tga", "bmp", "gif", "webp", "ktx2", "tif", "tiff", "ies"];
 
-/// The world in a file: `.toml`, `.gltf`, `.glb`, `.obj`, `.ply`, `.stl`, `.off`, in capitals or not.
+/// Reads the world in a file: `.toml`, `.gltf`, `.glb`, `.obj`, `.ply`, `.stl`, `.off`, in upper or lower case.
 ///
-/// A mesh file (glTF apart, which holds worlds) becomes a world of its parts, each an object, without lights and cameras, z up.
+/// A mesh file (except glTF, which contains worlds) becomes a world in which each part is an object, without lights and
+/// cameras, z up.
 ///
 /// # Errors
-/// See [`FormatError`]; an unknown extension lists the known ones.
+/// See [`FormatError`]; for an unknown extension, the message lists the known ones.
 pub fn load(path: &Path, budget: &Budget) -> Result<World> {
     load_within(path, None, budget)
 }
 
-/// The world in a file, whose files lie in `folder` (where not given: in the folder of the file), as [`load`].
+/// Reads the world in a file, like [`load`]; its files are in `folder` (default: the folder of the file).
 ///
 /// # Errors
-/// See [`load`].
+/// Same as [`load`].
 pub fn load_within(path: &Path, folder: Option<&Path>, budget: &Budget) -> Result<World> {
     let mut assets = AssetRoot::of_file(path, folder, budget);
     let source = open_input(path, &mut assets)?;
     read_world(source, &mut assets)
 }
 
-/// The world in one of the files in memory, as [`load`]; names in it lead to the others, and to no disk.
+/// Reads the world in one of the files in memory, like [`load`]; names in it refer only to the other files in memory.
 ///
 /// # Errors
-/// See [`load`].
+/// Same as [`load`].
 pub fn load_from_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Result<World> {
     let mut assets = AssetRoot::of_memory(path, files, budget);
     let source = open_input(path, &mut assets)?;
     read_world(source, &mut assets)
 }
 
-/// The world in a file that has been read.
+/// World in a file that has been read.
 fn read_world(source: InputFile, assets: &mut AssetRoot) -> Result<World> {
     let (source, read) = checked(source)?;
     let mut world = match read {
@@ -93,7 +94,8 @@ fn read_world(source: InputFile, assets: &mut AssetRoot) -> Result<World> {
     Ok(world)
 }
 
-/// The model in a mesh file: `.obj` and `.gltf` with their materials and textures, `.glb`, `.ply`, `.stl`, `.off`.
+/// Reads the model in a mesh file: `.obj` and `.gltf` with their materials and textures, `.glb`, `.ply`, `.stl`,
+/// `.off`.
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -102,24 +104,24 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile> {
     read_mesh_file(open_input(path, &mut assets)?, &mut assets)
 }
 
-/// The bytes of a file of a known kind, as far as its reader wants them in memory.
+/// Bytes of a file of a known format, as far as its reader requires them in memory.
 fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
     match named_format(path) {
         Some(format) => assets.read_head(path, format.head),
-        // Its content may determine its kind.
+        // The contents may determine its format.
         None => assets.read(path),
     }
 }
 
-/// The format that a file's content determines, or else the extension of its name.
+/// Format determined by a file's contents, or otherwise by its extension.
 fn format_of_content(path: &Path, bytes: &[u8]) -> Result<&'static FileFormat> {
     let named = named_format(path);
     let sniffed = file_kind::model_extension(bytes);
-    // Text may look like several formats: a name that is known decides.
+    // Text may look like several formats, so a known extension decides.
     let sniffed = sniffed.or_else(|| named.is_none().then(|| text_extension(bytes)).flatten());
     match (named, sniffed) {
         (Some(format), Some("glb")) if format.extension == "gltf" => Ok(format),
-        // A binary STL file begins with 80 bytes of any kind.
+        // A binary STL file begins with 80 arbitrary bytes.
         (Some(format), Some(_)) if format.extension == "stl" && stl::has_binary_length(bytes) => Ok(format),
         (named, found) => {
             let found = found.and_then(|found| FORMATS.iter().find(|format| format.extension == found));
@@ -128,7 +130,7 @@ fn format_of_content(path: &Path, bytes: &[u8]) -> Result<&'static FileFormat> {
     }
 }
 
-/// The extension of the format that a text, or a binary STL file, has the marks of.
+/// Extension of the format whose markers a text, or a binary STL file, contains.
 fn text_extension(bytes: &[u8]) -> Option<&'static str> {
     const HEAD: usize = 1 << 16;
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD)]);
@@ -149,12 +151,12 @@ fn text_extension(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// A whole file.
+/// A complete file.
 fn read_whole(_: &File, _: u64) -> Option<u64> {
     None
 }
 
-/// The world in the bytes of a file, which `path` names as [`load`] takes it.
+/// Reads the world in the bytes of a file; `path` is its name as for [`load`].
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -163,8 +165,8 @@ pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World> {
     read_world(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
 
-/// The model in the bytes of a mesh file. `path` says of which kind it is, names it in errors, and its folder is where
-/// the files it names are read from.
+/// Reads the model in the bytes of a mesh file. `path` determines the format, is used in errors, and its folder
+/// contains the files to which the mesh file refers.
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -173,29 +175,30 @@ pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<Mesh
     read_mesh_file(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
 
-/// The model in a mesh file that has been read: everything in it fits together.
+/// Model in a mesh file that has been read; all its parts are consistent.
 pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let (source, read) = checked(source)?;
     let mut model = match read {
         Reader::Model(read) => read(&source, assets)?,
         Reader::Scene(read) => flatten_world(read(&source, assets)?, &source.path, assets)?,
         Reader::World(_) => {
-            return Err(FormatError::unsupported(&source.path, "a world file, expected a mesh file"));
+            return Err(FormatError::unsupported(&source.path, "a world file; expected a mesh file"));
         }
     };
     check_parts(&mut model, &source.path)?;
     Ok(model)
 }
 
-/// A file whose bytes may be of the kind that its name says, in UTF-8 where it is marked UTF-16, and the reader of its kind.
+/// File whose bytes may have the format of its extension, converted from UTF-16 to UTF-8 if marked, and the reader of
+/// this format.
 fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader)> {
     source.bytes = lexer::without_utf16(source.bytes);
-    // Of a file that is read in parts, the length has confirmed the kind.
+    // For a file that is read in parts, the length has confirmed the format.
     let format = match source.rest {
         Some(_) => format_of(&source.path)?,
         None => format_of_content(&source.path, &source.bytes)?,
     };
-    // A byte order mark is no part of a PLY file; the other readers know it.
+    // A byte order mark does not belong to a PLY file; the other readers support it.
     if format.extension == "ply" && source.bytes.starts_with(b"\xef\xbb\xbfply") {
         source.bytes.drain(..3);
     }
@@ -203,11 +206,11 @@ fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader)> {
     Ok((source, &format.read))
 }
 
-/// Checks the parts of a model, after faces with vertices that are not finite are left out with a notice.
+/// Validates the parts of a model, after omitting faces with vertices that are not finite, with a notice.
 fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
     let mut found = NonFinite::default();
     for part in &mut model.parts {
-        // A look at all vertices takes time, and the check has to look at them anyway.
+        // Checking all vertices takes time, and the validation has to check them anyway.
         if let Err(source) = part.mesh.validate() {
             let dropped = finite::drop_non_finite(&mut part.mesh);
             if dropped.vertices == 0 {
@@ -223,7 +226,10 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
         if model.parts.is_empty() {
             return Err(FormatError::whole(
                 path,
-                ErrorCode::NothingVisible.message("all faces have vertices that are not finite: nothing to see"),
+                ErrorCode::NothingVisible.message(
+                    "all faces have vertices that are not finite; there is nothing to \
+                    render",
+                ),
             ));
         }
     }
@@ -233,12 +239,12 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The model of a world whose objects are all one; each copy of a mesh counts.
+/// Model of a world whose objects are joined into one; each copy of a mesh counts.
 fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let (lights, cameras) = (world.lights.len(), world.cameras.len());
     let left_out = (lights + cameras > 0).then(|| {
-        let message = "as an object it has no lights and cameras";
-        let message = format!("{}: {message}: {lights} and {cameras} are left out", path.display());
+        let message = "used as an object";
+        let message = format!("{}: {message}: {lights} and {cameras} are omitted", path.display());
         Notice::new(NoticeCode::IgnoredElement, message)
     });
     for object in &world.objects {
@@ -251,10 +257,10 @@ fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<Me
     Ok(model)
 }
 
-/// Ends of the names of USD files, which the Python package reads.
+/// Extensions of USD files, which the Python package reads.
 const USD_EXTENSIONS: [&str; 4] = ["usd", "usda", "usdc", "usdz"];
 
-/// The format that the extension of a file's name determines.
+/// Format determined by the extension of a file's name.
 fn named_format(path: &Path) -> Option<&'static FileFormat> {
     let extension = extension_of(path);
     FORMATS.iter().find(|format| format.extension == extension)
@@ -271,21 +277,21 @@ fn format_of(path: &Path) -> Result<&'static FileFormat> {
     let extension = extension_of(path);
     if USD_EXTENSIONS.contains(&extension.as_str()) {
         let message = ErrorCode::UnknownFormat.message(
-            "only raycam.load and World.add_object in Python read USD files; for other uses, such as world files, convert \
-             the file once with raycam.load(\"x.usd\").to_gltf(\"x.glb\")",
+            "USD files can only be read by raycam.load and World.add_object in Python; for other uses, such as world \
+             files, convert the file once with raycam.load(\"x.usd\").to_gltf(\"x.glb\")",
         );
         return Err(FormatError::unsupported(path, message));
     }
     let known: Vec<_> = extensions().map(|extension| format!(".{extension}")).collect();
     let known = known.join(", ");
     let message = ErrorCode::UnknownFormat.message(format!(
-        "unknown kind of file, by its name and its content; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
-         raycam.from_trimesh(trimesh.load(...)) or converted to .glb"
+        "unknown file format; supported: {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); convert \
+         other files to .glb, or load them with raycam.from_trimesh(trimesh.load(...))"
     ));
     Err(FormatError::unsupported(path, message))
 }
 
-/// The world of a mesh file: each part an object, named after the file where it has no name.
+/// World of a mesh file: each part becomes an object, named after the file if the part has no name.
 fn world_of_parts(model: MeshFile, path: &Path) -> Result<World> {
     let scene = |source| FormatError::Scene { path: Some(path.into()), source };
     let mut world = World { notices: model.notices, ..World::default() };

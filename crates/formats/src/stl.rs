@@ -1,9 +1,9 @@
 //! STL (3D Systems, "StereoLithography Interface Specification", 1989), text and binary.
 //!
-//! A file is recognised as binary by its length, not by its first bytes: many binary files begin with "solid" too.
-//! Corners at exactly the same place become one vertex. Facet normals follow from the corners and are not read. The two
-//! bytes after each binary facet are colours where bit 15 says so (VisCAM, SolidView) or the header has `COLOR=`
-//! (Materialise Magics): five bits a channel, sRGB.
+//! A file is recognised as binary by its length instead of its first bytes, because many binary files also begin with
+//! "solid". Corners at exactly the same position become one vertex. Facet normals follow from the corners and are
+//! ignored. The two bytes after each binary facet are colours if bit 15 is set (VisCAM, SolidView) or the header
+//! contains `COLOR=` (Materialise Magics): five bits per channel, sRGB.
 
 use std::fs::File;
 use std::io::Read;
@@ -19,14 +19,14 @@ use crate::geometry::weld::{self, VertexWelder};
 use crate::io::lexer::{self, Lines, Words};
 use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
 
-/// Before the facets of a binary file: 80 bytes of anything and their number.
+/// Bytes before the facets of a binary file: 80 arbitrary bytes and the number of facets.
 const HEADER_BYTES: usize = 84;
 /// A normal, three corners of three float32, and two bytes.
 const FACET_BYTES: usize = 50;
 /// Facets that are read at a time.
 const BLOCK_FACETS: usize = 1 << 14;
 
-/// The model in an STL file: one part for each solid that has facets.
+/// Reads the model in an STL file: one part for each solid that has facets.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let InputFile { path, bytes, .. } = source;
     let mut notices = Vec::new();
@@ -56,13 +56,16 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         })
         .collect();
     if parts.is_empty() {
-        return Err(FormatError::whole(path, ErrorCode::NothingVisible.message("no facets: nothing to see")));
+        return Err(FormatError::whole(
+            path,
+            ErrorCode::NothingVisible.message("no facets; there is nothing to render"),
+        ));
     }
     let materials = vec![Material::for_mesh(&parts[0].mesh)];
     Ok(MeshFile { parts, materials, notices, ..MeshFile::default() })
 }
 
-/// The triangles of a solid, with corners at the same place made one.
+/// Triangles of a solid, with corners at the same position merged.
 struct Solid {
     name: String,
     vertices: Vec<DVec3>,
@@ -71,7 +74,7 @@ struct Solid {
     colors: Option<Vec<Rgb>>,
 }
 
-/// How much of a file has to be in memory: of one that is binary beyond doubt, what is before the facets.
+/// Number of bytes of a file that must be in memory: for a file that is certainly binary, the bytes before the facets.
 pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
     let mut head = [0; HEADER_BYTES];
     file.read_exact(&mut head).ok()?;
@@ -83,7 +86,7 @@ fn declared(bytes: &[u8]) -> Option<usize> {
     bytes.get(80..HEADER_BYTES)?.try_into().ok().map(|count| u32::from_le_bytes(count) as usize)
 }
 
-/// True if a file is exactly as long as a binary file of the number of facets that it declares.
+/// True if a file has exactly the length of a binary file with the declared number of facets.
 pub(crate) fn has_binary_length(bytes: &[u8]) -> bool {
     let facets = declared(bytes).filter(|&facets| facets > 0).and_then(|facets| facets.checked_mul(FACET_BYTES));
     facets.is_some_and(|facets| Some(facets) == bytes.len().checked_sub(HEADER_BYTES))
@@ -98,11 +101,11 @@ fn is_binary(source: &InputFile) -> bool {
     let first = Lines::new(&text).map(|(_, line)| lexer::trim(line)).find(|line| !line.is_empty() && !is_comment(line));
     let begins = |word: &[u8]| word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"facet");
     let solid = first.and_then(|line| line.get(..5)).is_some_and(begins);
-    // No text has a zero byte.
+    // Text contains no zero byte.
     !solid || text.contains(&0)
 }
 
-/// True for a line of a text file that some programs put before or between the statements.
+/// True for a line of a text file that some programs write before or between the statements.
 fn is_comment(line: &[u8]) -> bool {
     line.starts_with(b"#") || line.starts_with(b";") || line.starts_with(b"//")
 }
@@ -110,12 +113,12 @@ fn is_comment(line: &[u8]) -> bool {
 fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     let InputFile { path, bytes, .. } = source;
     let Some(count) = declared(bytes) else {
-        let message = "neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
+        let message = "neither \"solid\" nor the 84 bytes that precede the facets of a binary STL file";
         return Err(FormatError::whole(path, message));
     };
     let after = source.len() - HEADER_BYTES;
     let (held, extra) = (after / FACET_BYTES, after % FACET_BYTES);
-    // Programs that write without going back leave one of these in the place of the number.
+    // Programs that write sequentially leave one of these values in place of the number.
     let unknown = extra == 0 && (count == 0 || count == u32::MAX as usize);
     if count > held && !unknown {
         let message = format!("{count} facets declared, but the file ends after {held}");
@@ -127,17 +130,17 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
         let left = after - FACET_BYTES * count;
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: {left} bytes after the last facet are not used", path.display()),
+            format!("{}: {left} bytes after the last facet are ignored", path.display()),
         ));
     } else if count != held {
         notices.push(Notice::new(
             NoticeCode::TruncatedData,
-            format!("{}: {count} facets declared, {held} found and used", path.display()),
+            format!("{}: {count} facets declared, but {held} found and used", path.display()),
         ));
     } else if extra != 0 {
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: {extra} bytes after the last facet are not used", path.display()),
+            format!("{}: {extra} bytes after the last facet are ignored", path.display()),
         ));
     }
 
@@ -151,7 +154,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
                 let float = |i: usize| f32::from_le_bytes(words[i]);
                 let place = |i: usize| [float(i), float(i + 1), float(i + 2)];
                 attributes |= attribute(facet);
-                // A triangle with a corner that is not finite is left out later.
+                // A triangle with a corner that is not finite is omitted later.
                 corners([place(3), place(6), place(9)]);
             }
         };
@@ -172,12 +175,12 @@ fn attribute(facet: &[u8; FACET_BYTES]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
-/// The linear colour of five bits a channel, the lowest first.
+/// Linear colour from five bits per channel, the lowest first.
 fn color_of_bits(bits: u16) -> Rgb {
     [0, 5, 10].map(|shift| linear_from_srgb(f32::from(bits >> shift & 31) / 31.0))
 }
 
-/// The colours of facets, where the file has them. `any` is true if some facet has a byte after it that is not 0.
+/// Colours of facets, if the file has them. `any` is true if any byte after a facet is not 0.
 fn facet_colors(
     path: &Path,
     header: &[u8],
@@ -201,11 +204,11 @@ fn facet_colors(
         if alpha < 255 {
             notices.push(Notice::new(
                 NoticeCode::IgnoredTransparency,
-                format!("{}: its transparency is dropped", path.display()),
+                format!("{}: its transparency is ignored", path.display()),
             ));
         }
         let whole = linear_from_srgb8([r, g, b]);
-        // Bit 15 says that a facet has the colour of the whole.
+        // Bit 15 means that a facet has the colour of the whole object.
         let of = |&bits: &u16| if !any || bits & OWN != 0 { whole } else { color_of_bits(bits) };
         return Ok(Some(attributes.iter().map(of).collect()));
     }
@@ -214,14 +217,14 @@ fn facet_colors(
         let odd = attributes.iter().filter(|&&bits| bits != 0).count();
         notices.push(Notice::new(
             NoticeCode::IgnoredKey,
-            format!("{}: the bytes after a facet, which are no colours, are not used: {odd}", path.display()),
+            format!("{}: {odd} facets are followed by bytes that are not colours and are ignored", path.display()),
         ));
         return Ok(None);
     }
     if without > 0 {
         notices.push(Notice::new(
             NoticeCode::MissingColors,
-            format!("{}: facets without a colour are grey: {without}", path.display()),
+            format!("{}: {without} facets without a colour are grey", path.display()),
         ));
     }
     // Blue is in the lowest bits.
@@ -232,7 +235,7 @@ fn facet_colors(
     Ok(Some(attributes.iter().map(of).collect()))
 }
 
-/// Statement that a text file has next.
+/// Next statement of a text file.
 #[derive(Clone, Copy, PartialEq)]
 enum ParserState {
     Solid,
@@ -244,7 +247,7 @@ enum ParserState {
 }
 
 impl ParserState {
-    /// The statement that this state expects.
+    /// Statement that this state expects.
     fn statement(self) -> Statement {
         match self {
             Self::Solid => Statement::Solid,
@@ -272,7 +275,7 @@ enum Statement {
 }
 
 impl Statement {
-    /// The statement in a line, and the text after its keyword. `end loop` is `endloop`, and `endsolidNAME` is
+    /// Statement in a line, and the text after its keyword. `end loop` is read as `endloop`, and `endsolidNAME` as
     /// `endsolid NAME`.
     fn parse(line: &[u8]) -> (Self, &[u8]) {
         let (key, rest) = lexer::split_word(line);
@@ -334,16 +337,16 @@ impl TextParser<'_> {
         }
         if statement == Statement::Unknown {
             let (key, _) = lexer::split_word(text);
-            let message = format!("lines that begin with {} are not used", lexer::for_message(key));
+            let message = format!("lines that begin with {} are ignored", lexer::for_message(key));
             self.odd.note(NoticeCode::IgnoredKey, Location::Line(line), message);
             return Ok(());
         }
         while self.is_missing(statement) {
-            self.note(line, &format!("expected {} before this line; it is added", name(self.expect)));
+            self.note(line, &format!("expected {} before this line; it is assumed", name(self.expect)));
             self.statement(line, self.expect.statement(), b"")?;
         }
         if self.is_repeated(statement) {
-            self.note(line, "a repeated line is not used");
+            self.note(line, "a repeated line is ignored");
             return Ok(());
         }
         if !self.statement(line, statement, rest)? {
@@ -353,7 +356,7 @@ impl TextParser<'_> {
         Ok(())
     }
 
-    /// True if the statement follows one that contains no data, such as `outer loop`, and which the file leaves out.
+    /// True if the statement follows one that contains no data, such as `outer loop`, and that the file omits.
     fn is_missing(&self, statement: Statement) -> bool {
         use {ParserState as P, Statement as S};
         matches!(
@@ -364,7 +367,7 @@ impl TextParser<'_> {
         )
     }
 
-    /// True if the statement says the same as the one before it.
+    /// True if the statement repeats the previous one.
     fn is_repeated(&self, statement: Statement) -> bool {
         use {ParserState as P, Statement as S};
         matches!(
@@ -379,7 +382,7 @@ impl TextParser<'_> {
         self.expect = match (self.expect, statement) {
             (P::Solid, S::Solid) => return self.begin_solid(line, lexer::name(rest)),
             (P::Facet, S::Solid) => {
-                self.note(line, "the solid before this line has no endsolid: it is taken to end here");
+                self.note(line, "the solid before this line has no endsolid; it is assumed to end here");
                 match self.solids.last_mut().filter(|(.., triangles)| triangles.is_empty()) {
                     Some((old, ..)) => *old = lexer::name(rest),
                     None => return self.begin_solid(line, lexer::name(rest)),
@@ -387,7 +390,7 @@ impl TextParser<'_> {
                 P::Facet
             }
             (P::Solid, S::Facet) => {
-                self.note(line, "a facet outside of a solid: it is read as part of a solid without a name");
+                self.note(line, "a facet outside a solid is read as part of an unnamed solid");
                 self.begin_solid(line, String::new())?;
                 P::Loop
             }
@@ -414,7 +417,7 @@ impl TextParser<'_> {
     }
 }
 
-/// The solids of a text file. Lines of other keywords and a missing `endsolid` get a notice.
+/// Solids of a text file. Lines with other keywords and a missing `endsolid` cause a notice.
 fn text(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<Solid>> {
     let mut parser = TextParser {
         path,
@@ -432,11 +435,11 @@ fn text(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<Soli
     match parser.expect {
         ParserState::Solid => {}
         ParserState::Facet => {
-            let message = "the last solid has no endsolid: the file may be cut off";
+            let message = "the last solid has no endsolid; the file may be truncated";
             parser.odd.note(NoticeCode::TruncatedData, Location::Line(last), message);
         }
         expect => {
-            let message = format!("the file ends where {} is expected", name(expect));
+            let message = format!("unexpected end of file; expected {}", name(expect));
             return Err(FormatError::line(path, last, ErrorCode::TruncatedFile.message(message)));
         }
     }
@@ -470,7 +473,7 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3> {
         *value = word.and_then(lexer::number).ok_or_else(|| {
             let found = lexer::for_message(lexer::trim(rest));
             let fault = word.map(|word| format!("; {}", lexer::not_a_number(word))).unwrap_or_default();
-            FormatError::line(path, line, format!("vertex {found}: expected three numbers{fault}"))
+            FormatError::line(path, line, format!("vertex {found}; expected three numbers{fault}"))
         })?;
     }
     if let Some(word) = words.next() {

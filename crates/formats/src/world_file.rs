@@ -1,4 +1,4 @@
-//! World files: TOML to a [`World`].
+//! World files: conversion of TOML to a [`World`].
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,11 +12,11 @@ use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
-/// The world that `text` describes. `path` names it in errors; the files it names are read from `folder` and nowhere
-/// else.
+/// Reads the world that `text` describes. `path` is its name in errors; the files to which it refers must be in
+/// `folder`.
 ///
 /// # Errors
-/// See [`FormatError`]; one in the text itself has the line and the key.
+/// See [`FormatError`]; an error in the text itself has the line and the key.
 pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<World> {
     let mut assets = AssetRoot::new(folder, budget);
     let mut world = build(text, path, &mut assets)?;
@@ -24,7 +24,7 @@ pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<
     Ok(world)
 }
 
-/// The world in a file.
+/// World in a file.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> {
     let InputFile { path, bytes, .. } = source;
     let text = std::str::from_utf8(bytes).map_err(|error| {
@@ -41,8 +41,8 @@ fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World> {
     file.build(assets).map_err(|error| with_line(error, &node, text, path))
 }
 
-/// Drops the objects after the first empty one. That one is an error, and a file of little else would take memory for
-/// all fields of an object, hundreds of times its own size.
+/// Drops the objects after the first empty one. That one is an error, and a file that consists mostly of empty objects
+/// would otherwise take hundreds of times its own size in memory, for all fields of each object.
 fn truncate_after_empty(node: &mut SpannedValue) {
     let Value::Table(entries) = &mut node.value else { return };
     let objects = entries.iter_mut().find(|entry| entry.key == "object");
@@ -56,26 +56,27 @@ fn truncate_after_empty(node: &mut SpannedValue) {
     }
 }
 
-/// The tree of a TOML text.
+/// Tree of a TOML text.
 fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue> {
     match parse_in_pieces(text, path) {
         Some(node) => Ok(node),
-        // All at once: the text may be short, or an error is to be told as it is.
+        // Parsed at once: either the text is short, or an error must be reported as in the complete text.
         None => parse_piece(text, 0..text.len(), path),
     }
 }
 
-/// Bytes that are parsed at a time of a text with many objects: the parser takes a kilobyte and more for each table,
-/// several times the memory of the result.
+/// Number of bytes of a text with many objects that are parsed at a time, because the parser takes more than a kilobyte
+/// for each table, several times the memory of the result.
 const PIECE_BYTES: usize = 1 << 16;
 
-/// The tree of a text, whose objects are parsed some at a time; `None` where that is not how it is written.
+/// Tree of a text whose objects are parsed a few at a time; `None` if the text is not written that way.
 fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     const OBJECT: &str = "[[object]]";
     if text.len() < 2 * PIECE_BYTES {
         return None;
     }
-    // In a text of several lines, this line may be no header: then neither the piece that it ends nor the text has an end.
+    // Inside a multi-line string this line may not be a header; in that case neither the piece that it ends nor the
+    // text is complete.
     let mut headers = text.match_indices(OBJECT).map(|(at, _)| at);
     let mut start = headers.find(|&at| begins_line(text, at))?;
     let mut root = parse_piece(text, 0..start, path).ok()?;
@@ -103,13 +104,13 @@ fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     Some(root)
 }
 
-/// True if only white space stands before this byte in its line.
+/// True if only white space precedes this byte in its line.
 fn begins_line(text: &str, at: usize) -> bool {
     let line = text[..at].rsplit('\n').next().unwrap_or_default();
     line.bytes().all(|byte| matches!(byte, b' ' | b'\t'))
 }
 
-/// The tree of a part of a TOML text, which is one by itself.
+/// Tree of a part of a TOML text that is valid by itself.
 fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedValue> {
     let start = range.start;
     let table = DeTable::parse(&text[range.clone()]).map_err(|error| {
@@ -121,7 +122,7 @@ fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedVa
     read.table(table.into_inner(), span)
 }
 
-/// A part of a text that becomes a tree.
+/// Part of a text that is converted to a tree.
 struct TextPiece<'a> {
     text: &'a str,
     /// Offset in the text.
@@ -143,7 +144,7 @@ impl TextPiece<'_> {
                 value: self.value(value)?,
             });
         }
-        // As written, not by name.
+        // As written, not sorted by name.
         entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
         Ok(SpannedValue { value: Value::Table(entries), span: Some(self.shift_span(span)) })
     }
@@ -161,13 +162,13 @@ impl TextPiece<'_> {
             DeValue::Boolean(value) => Value::Bool(value),
             DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
                 Ok(value) => Value::Integer(value),
-                Err(_) => return fail(format!("{number} is beyond 64 bits")),
+                Err(_) => return fail(format!("{number} does not fit into 64 bits")),
             },
             DeValue::Float(number) => match number.as_str().parse() {
                 Ok(value) => Value::Float(value),
                 Err(_) => return fail(format!("{number} is not a number")),
             },
-            DeValue::Datetime(_) => return fail("a date; expected text in quotes".into()),
+            DeValue::Datetime(_) => return fail("a date; expected a string in quotes".into()),
             DeValue::Array(items) => {
                 let items: Result<_, _> = items.into_iter().map(|item| self.value(item)).collect();
                 Value::List(items?)
@@ -178,7 +179,7 @@ impl TextPiece<'_> {
     }
 }
 
-/// An error of the schema with the line it is about.
+/// Error of the schema, with its line.
 fn with_line(error: FormatError, node: &SpannedValue, text: &str, file: &Path) -> FormatError {
     match error {
         FormatError::Scene { path: None, source: SceneError::Schema { path: key, message, span } } => {
@@ -194,7 +195,7 @@ fn with_line(error: FormatError, node: &SpannedValue, text: &str, file: &Path) -
     }
 }
 
-/// The number, from 1, of the line with this byte.
+/// Number, from 1, of the line that contains this byte.
 fn line_of(text: &[u8], at: usize) -> usize {
     1 + text[..at.min(text.len())].iter().filter(|&&b| b == b'\n').count()
 }

@@ -1,4 +1,4 @@
-//! The objects of a world for the simulation and the judge.
+//! Objects of a world for the simulation and the judge.
 
 use glam::DAffine3;
 use rapier3d_f64::math::{Pose, Vector};
@@ -12,12 +12,12 @@ use crate::parts::{convex_parts, hull, solidity};
 use crate::request::Physics;
 use crate::surface::{Placed, Surface};
 
-/// Size in metres from which tolerances no longer grow.
+/// Size in metres above which tolerances are constant.
 const FULL_TOLERANCE_SIZE: f64 = 0.1;
-/// Solidity from which the hull of an object that does not move has the same surface.
+/// Solidity above which a static object is represented by its hull.
 const EXACTLY_CONVEX: f64 = 1.0 - 1e-9;
 
-/// An object that falls. Its body has the world's axes at first, and its origin in the middle of the mesh's bounds.
+/// Object that falls. Initially, its body has the world's axes, and its origin is at the centre of the mesh's bounds.
 pub(crate) struct Body {
     pub(crate) object: usize,
     pub(crate) name: String,
@@ -26,15 +26,15 @@ pub(crate) struct Body {
     pub(crate) parts: Vec<SharedShape>,
     /// The real mesh in the body's coordinates.
     pub(crate) surface: Surface,
-    /// Where the body is in the world.
+    /// Position of the body in the world.
     pub(crate) origin: Pose,
-    /// The greatest distance of a vertex to the origin.
+    /// Maximum distance of a vertex from the origin.
     pub(crate) radius: f64,
-    /// The longest side of its bounds.
+    /// Longest side of its bounds.
     pub(crate) size: f64,
 }
 
-/// An object that does not move, in the world's coordinates.
+/// Object that does not move, in world coordinates.
 pub(crate) struct Obstacle {
     pub(crate) object: usize,
     pub(crate) name: String,
@@ -44,7 +44,7 @@ pub(crate) struct Obstacle {
 }
 
 impl Body {
-    /// The body of an object.
+    /// Body of an object.
     ///
     /// # Errors
     /// [`SettleError::NoVolume`] for a flat mesh.
@@ -76,7 +76,7 @@ impl Body {
         Ok(Self { object, name, physics, parts, surface, origin: Pose::from_translation(center), radius, size })
     }
 
-    /// The factor of lengths that are tolerated: 1 for objects of 0.1 m and more, in proportion to smaller ones.
+    /// Factor on tolerated lengths: 1 for objects of 0.1 m and more, proportionally smaller for smaller ones.
     pub(crate) fn tolerance(&self) -> f64 {
         (self.size / FULL_TOLERANCE_SIZE).min(1.0)
     }
@@ -90,12 +90,12 @@ impl Obstacle {
         Some(Self { object, name: world.objects[object].name.clone(), physics, surface, bounds })
     }
 
-    /// The obstacle where it is.
+    /// Obstacle at its position.
     pub(crate) fn placed(&self) -> Placed<'_> {
         Placed { surface: &self.surface, pose: Pose::identity(), bounds: self.bounds }
     }
 
-    /// The shape for the simulation: the hull of a convex object, or else its triangles, solid from both sides.
+    /// Shape for the simulation: the hull of a convex object, otherwise its triangles, solid from both sides.
     pub(crate) fn shape(&self) -> SharedShape {
         use rapier3d_f64::parry::shape::{TriMesh, TriMeshFlags};
         let mesh = self.surface.mesh();
@@ -110,7 +110,7 @@ impl Obstacle {
     }
 }
 
-/// The surface of an object placed by a transform.
+/// Surface of an object placed by a transform.
 fn surface_of(world: &World, object: usize, place: DAffine3) -> Option<Surface> {
     let mesh = &world.meshes[world.objects[object].mesh];
     let points: Vec<Vector> = mesh.vertices.iter().map(|&v| vector(place.transform_point3(v))).collect();

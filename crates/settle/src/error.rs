@@ -1,6 +1,6 @@
 //! Errors of settling.
 
-/// Why objects do not settle.
+/// Reasons why objects do not settle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettleError {
     /// A number is outside its range.
@@ -13,14 +13,14 @@ pub enum SettleError {
         name: String,
     },
     /// No attempt passed the checks.
-    #[error("{message} (last of {attempts} attempts); use fewer objects, more room, more time or another seed")]
+    #[error("{message} (last of {attempts} attempts); use fewer objects, a larger region, more time or another seed")]
     NotSettled {
-        /// The first check that failed, with object and figure.
+        /// The first check that failed, with object and value.
         message: String,
         /// Number of attempts.
         attempts: usize,
     },
-    /// The caller has stopped the work.
+    /// The caller stopped the work.
     #[error("settling was cancelled")]
     Cancelled,
 }
@@ -29,7 +29,7 @@ pub enum SettleError {
 pub type Result<T> = std::result::Result<T, SettleError>;
 
 impl SettleError {
-    /// The kind of error, as the codes of raycam's errors.
+    /// Kind of error, as raycam's error code.
     pub fn code(&self) -> &'static str {
         match self {
             Self::OutOfRange(_) => "out_of_range",

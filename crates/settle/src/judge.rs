@@ -1,4 +1,4 @@
-//! Checks of settled objects on their real meshes.
+//! Checks of settled objects, using their real meshes.
 
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::Aabb;
@@ -8,31 +8,32 @@ use crate::request::Place;
 use crate::start::Region;
 use crate::surface::Placed;
 
-/// Penetration in metres that is tolerated, for objects of 0.1 m and more.
+/// Tolerated penetration in metres, for objects of 0.1 m and more.
 const MAX_PENETRATION: f64 = 2e-4;
-/// Distance in metres by which a resting object may be lowered before it touches, for objects of 0.1 m and more.
+/// Maximum distance in metres by which a resting object can be lowered before it touches something, for objects of 0.1
+/// m and more.
 const MAX_GAP: f64 = 5e-4;
-/// The same as a share of the size, for objects in several parts, which enclose some space around the mesh.
+/// The same as a fraction of the size, for objects in several parts, which enclose some space around the mesh.
 const MAX_GAP_OF_PARTS: f64 = 0.02;
-/// Distance in metres by which an object may reach beyond the sides of its target.
+/// Maximum distance in metres by which an object may extend beyond the sides of its target.
 const MAX_OUTSIDE: f64 = 1e-3;
 
-/// A check that failed.
+/// Failed check.
 pub(crate) enum Fault {
-    /// Bodies penetrate by these depths, which lifting may cure.
+    /// Bodies penetrate by these depths; lifting them may help.
     Penetration { depths: Vec<f64>, text: String },
-    /// Only another draw helps.
+    /// Only another random draw helps.
     Other(String),
 }
 
-/// What the judge measured.
+/// Measurements of the judge.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Measures {
-    /// The greatest penetration in metres.
+    /// Maximum penetration in metres.
     pub(crate) penetration: f64,
 }
 
-/// The bodies at their poses among the obstacles.
+/// Bodies at their poses among the obstacles.
 pub(crate) struct Judge<'a> {
     bodies: &'a [Body],
     placed: Vec<Placed<'a>>,
@@ -47,7 +48,7 @@ impl<'a> Judge<'a> {
         Self { bodies, placed, obstacles, up }
     }
 
-    /// Checks place, penetration and support.
+    /// Checks position, penetration and support.
     pub(crate) fn check(&self, region: Option<&Region>) -> Result<Measures, Fault> {
         if let Some(region) = region {
             self.check_place(region)?;
@@ -66,7 +67,7 @@ impl<'a> Judge<'a> {
             let outside = (region.bounds.mins - inner.mins).max(inner.maxs - region.bounds.maxs) * level;
             let below = (region.bounds.mins - placed.bounds.mins).dot(self.up);
             if outside.max_element().max(below) > MAX_OUTSIDE {
-                return Err(Fault::Other(format!("object {:?} fell beside its target", body.name)));
+                return Err(Fault::Other(format!("object {:?} fell next to its target", body.name)));
             }
         }
         Ok(())
@@ -89,7 +90,7 @@ impl<'a> Judge<'a> {
         };
         for (i, one) in self.placed.iter().enumerate() {
             for (j, other) in self.placed.iter().enumerate().take(i) {
-                // The upper one is lifted.
+                // The upper object is lifted.
                 let is_upper = (one.bounds.center() - other.bounds.center()).dot(self.up) > 0.0;
                 let (upper, lower) = if is_upper { (i, j) } else { (j, i) };
                 note(upper, &self.bodies[lower].name, one.penetration(other));
@@ -104,8 +105,8 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Checks that every body touches something if it is lowered a little, and that bodies on a target are carried by it,
-    /// directly or by other bodies.
+    /// Checks that every body touches something if it is lowered slightly, and that a target carries its bodies,
+    /// directly or through other bodies.
     fn check_support(&self, region: Option<&Region>) -> Result<(), Fault> {
         let is_target = |obstacle: &Obstacle| match region {
             Some(region) if region.place == Place::On => region.objects.contains(&obstacle.object),
@@ -130,12 +131,12 @@ impl<'a> Judge<'a> {
             }
         }
         match is_carried.iter().position(|carried| !carried) {
-            Some(i) => Err(Fault::Other(format!("object {:?} fell beside its target", self.bodies[i].name))),
+            Some(i) => Err(Fault::Other(format!("object {:?} fell next to its target", self.bodies[i].name))),
             None => Ok(()),
         }
     }
 
-    /// A body moved down by the distance within which it must touch something.
+    /// Body moved down by the distance within which it must touch something.
     fn lowered(&self, number: usize) -> Placed<'a> {
         let body = &self.bodies[number];
         let parts = if body.parts.len() > 1 { MAX_GAP_OF_PARTS * body.size } else { 0.0 };

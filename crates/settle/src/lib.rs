@@ -1,6 +1,6 @@
 //! Piles: objects of a world that fall and come to rest.
 //!
-//! rapier moves convex parts of the meshes; afterwards the real meshes are judged: no penetration, support from below,
+//! rapier moves convex parts of the meshes. Afterwards the real meshes are checked: no penetration, support from below,
 //! no motion. A call uses one thread, and equal input gives equal bytes (rapier's `enhanced-determinism`).
 //!
 //! ```text
@@ -18,7 +18,7 @@
 //! settle        attempts until the judge agrees
 //! ```
 //!
-//! A file imports only those above it.
+//! A file imports only files above it.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! Objects of a world that overlap as they are.
+//! Overlapping objects of a world.
 
 use raycam_scene::World;
 
@@ -8,14 +8,14 @@ use crate::request::Physics;
 /// Two objects that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// The indices of the objects.
+    /// Indices of the objects.
     pub objects: [usize; 2],
     /// Depth in metres.
     pub depth: f64,
 }
 
-/// The pairs of visible objects of different groups that penetrate each other by more than `limit` metres. `groups` has
-/// a number for each object; objects of one group may overlap, as the links of a robot do.
+/// Pairs of visible objects of different groups that penetrate each other by more than `limit` metres. `groups`
+/// contains a number for each object; objects of one group may overlap, such as the links of a robot.
 pub fn overlaps(world: &World, groups: &[usize], limit: f64) -> Vec<Overlap> {
     let visible = world.objects.iter().enumerate().filter(|(_, object)| object.visible);
     let surfaces: Vec<Obstacle> = visible.filter_map(|(i, _)| Obstacle::new(world, i, Physics::default())).collect();

@@ -9,22 +9,22 @@ use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 
 use crate::surface::Surface;
 
-/// Share of its hull that a mesh fills if the hull may represent it.
+/// Fraction of its hull that a mesh must fill for the hull to represent it.
 const CONVEX_SOLIDITY: f64 = 0.95;
-/// Concavity that a part may keep, as a share of the whole.
+/// Concavity that a part may have, as a fraction of the whole.
 const CONCAVITY: f64 = 0.01;
 /// Voxels along the longest side.
 const RESOLUTION: u32 = 64;
-/// Meshes whose parts are kept for further calls.
+/// Maximum number of meshes whose parts are kept for further calls.
 const CACHE_SIZE: usize = 64;
 
-/// Points whose hulls are the parts of a mesh, in its coordinates.
+/// Points whose hulls are the parts of a mesh, in mesh coordinates.
 pub(crate) type Parts = Vec<Vec<Vector>>;
 
 /// Parts by the hash of mesh and limit, most recent last.
 static CACHE: Mutex<Vec<(u64, Arc<Parts>)>> = Mutex::new(Vec::new());
 
-/// The convex parts of a surface, at most `limit`; none for a surface whose hull has no volume.
+/// Convex parts of a surface, at most `limit`; empty for a surface whose hull has no volume.
 pub(crate) fn convex_parts(surface: &Surface, limit: u32) -> Arc<Parts> {
     let key = key_of(surface, limit);
     let mut cache = CACHE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -40,7 +40,7 @@ pub(crate) fn convex_parts(surface: &Surface, limit: u32) -> Arc<Parts> {
     parts
 }
 
-/// The share of its hull that a closed surface fills; 0 for an open one.
+/// Fraction of its hull that a closed surface fills; 0 for an open surface.
 pub(crate) fn solidity(surface: &Surface) -> f64 {
     match hull(surface.mesh().vertices()) {
         Some((_, volume)) if surface.is_closed => surface.volume().abs() / volume,
@@ -48,7 +48,7 @@ pub(crate) fn solidity(surface: &Surface) -> f64 {
     }
 }
 
-/// The corners and the volume of a convex hull; `None` if it is flat.
+/// Corners and volume of a convex hull; `None` if it is flat.
 pub(crate) fn hull(points: &[Vector]) -> Option<(Vec<Vector>, f64)> {
     let (corners, triangles) = try_convex_hull(points).ok()?;
     let size = corners.iter().map(|corner| (*corner - corners[0]).length()).fold(0.0, f64::max);
@@ -97,14 +97,14 @@ mod tests {
     }
 
     #[test]
-    fn convex_mesh_is_one_part_with_its_own_corners() {
+    fn convex_meshes_are_one_part_with_their_own_corners() {
         let parts = convex_parts(&surface(&primitive::box_([1.0, 2.0, 3.0]).unwrap()), 32);
         assert_eq!(parts.len(), 1);
         assert_eq!(parts[0].len(), 8);
     }
 
     #[test]
-    fn torus_is_several_parts_that_leave_its_hole_open() {
+    fn parts_of_a_torus_leave_its_hole_open() {
         let torus = surface(&primitive::torus(1.0, 0.2, 32).unwrap());
         let parts = convex_parts(&torus, 32);
         assert!((4..=32).contains(&parts.len()), "{}", parts.len());
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_mesh_has_no_parts() {
+    fn flat_meshes_have_no_parts() {
         assert!(convex_parts(&surface(&primitive::plane([1.0; 2]).unwrap()), 32).is_empty());
     }
 }

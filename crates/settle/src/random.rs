@@ -1,15 +1,15 @@
-//! Deterministic draws without functions of the platform's mathematics library.
+//! Deterministic random numbers, without functions of the platform's mathematics library.
 
 use glam::DVec3;
 use rapier3d_f64::math::Rotation;
 
-/// A stream of numbers that depends only on its seed. Source: SplitMix64 (Steele, Lea and Flood 2014).
+/// Stream of numbers that depends only on its seed. Source: SplitMix64 (Steele, Lea and Flood 2014).
 pub(crate) struct Stream(u64);
 
 impl Stream {
-    /// The stream of a seed, a name and an attempt.
+    /// Stream of a seed, a name and an attempt.
     pub(crate) fn new(seed: u64, name: &str, attempt: u64) -> Self {
-        // FNV-1a over the name, so that an object's draws do not depend on the other objects.
+        // FNV-1a over the name, so that an object's random numbers do not depend on the other objects.
         let hash = name
             .bytes()
             .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
@@ -26,17 +26,17 @@ impl Stream {
         z ^ (z >> 31)
     }
 
-    /// A number in 0..1.
+    /// Number in 0..1.
     pub(crate) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// A number between two others.
+    /// Number between two limits.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// A uniformly distributed rotation. Source: Marsaglia 1972, points of the unit sphere in four dimensions.
+    /// Uniformly distributed rotation. Source: Marsaglia 1972, points of the unit sphere in four dimensions.
     pub(crate) fn rotation(&mut self) -> Rotation {
         let (a, b, s) = self.disk();
         let (c, d, t) = self.disk();
@@ -44,7 +44,7 @@ impl Stream {
         Rotation::from_xyzw(a, b, c * scale, d * scale).normalize()
     }
 
-    /// A point of the unit disk other than its centre, and its squared radius.
+    /// Point of the unit disk other than its centre, and its squared radius.
     fn disk(&mut self) -> (f64, f64, f64) {
         loop {
             let (x, y) = (self.between(-1.0, 1.0), self.between(-1.0, 1.0));
@@ -55,7 +55,7 @@ impl Stream {
         }
     }
 
-    /// A point in a box.
+    /// Point in a box.
     pub(crate) fn point(&mut self, low: DVec3, high: DVec3) -> DVec3 {
         DVec3::new(self.between(low.x, high.x), self.between(low.y, high.y), self.between(low.z, high.z))
     }
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rotations_are_uniform() {
+    fn random_rotations_are_uniform() {
         let mut stream = Stream::new(1, "mug", 0);
         let axes: Vec<_> = (0..20_000).map(|_| stream.rotation() * rapier3d_f64::math::Vector::Z).collect();
         for k in 0..3 {
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn draws_depend_on_seed_name_and_attempt() {
+    fn random_numbers_depend_on_seed_name_and_attempt() {
         let first = |seed, name, attempt| Stream::new(seed, name, attempt).unit();
         assert_eq!(first(1, "mug", 0), first(1, "mug", 0));
         let all = [first(1, "mug", 0), first(2, "mug", 0), first(1, "can", 0), first(1, "mug", 1)];

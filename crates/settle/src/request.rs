@@ -1,15 +1,15 @@
-//! What falls, where and how.
+//! Request: which objects fall, where and how.
 
 /// Physical properties of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Physics {
     /// Mass per volume in kg/m³.
     pub density: f64,
-    /// Coulomb's coefficient; of two surfaces, the mean counts.
+    /// Coulomb friction coefficient; for two surfaces, the mean is used.
     pub friction: f64,
-    /// Share of the speed that a bounce keeps; of two surfaces, the mean counts.
+    /// Restitution: fraction of the speed that a bounce keeps; for two surfaces, the mean is used.
     pub restitution: f64,
-    /// Greatest number of convex parts that represent a mesh; 1 for its convex hull.
+    /// Maximum number of convex parts that represent a mesh; 1 for its convex hull.
     pub parts: u32,
 }
 
@@ -19,33 +19,33 @@ impl Default for Physics {
     }
 }
 
-/// How a target holds objects.
+/// Constraint of a target on its objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Objects lie completely within its sides.
+    /// Objects must be completely within its sides.
     Into,
-    /// The objects' centres lie above it.
+    /// The objects' centres must be above it.
     On,
 }
 
-/// Objects above which others are dropped.
+/// Target: objects above which others are dropped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
     /// Indices into the world's objects.
     pub objects: Vec<usize>,
-    /// How they hold objects.
+    /// Constraint on the dropped objects.
     pub place: Place,
 }
 
-/// What falls, where and how.
+/// Request: which objects fall, where and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// Indices into the world's objects.
     pub moving: Vec<usize>,
-    /// Properties of each object of the world; the others are as by default. Density and parts have no effect on objects
-    /// that do not move.
+    /// Properties of each object of the world; missing ones have the defaults. Density and parts have no effect on
+    /// objects that do not move.
     pub physics: Vec<(usize, Physics)>,
-    /// Where objects are thrown, with random poses; without it they fall from where they are.
+    /// Where objects are dropped with random poses; without a target they fall from their current poses.
     pub target: Option<Target>,
     /// Seed of random poses.
     pub seed: u64,
@@ -56,7 +56,7 @@ pub struct Request {
 }
 
 impl Request {
-    /// The properties of an object.
+    /// Properties of an object.
     pub(crate) fn physics_of(&self, object: usize) -> Physics {
         let known = self.physics.iter().rev().find(|(known, _)| *known == object);
         known.map_or_else(Physics::default, |(_, physics)| *physics)

@@ -1,4 +1,4 @@
-//! Attempts until the judge agrees.
+//! Simulation in attempts until the judge accepts the result.
 
 use glam::DAffine3;
 use raycam_scene::World;
@@ -11,9 +11,9 @@ use crate::request::Request;
 use crate::simulation::{REST_MOTION, Simulation, shapes};
 use crate::start::{Region, Start, present_starts};
 
-/// Draws of all poses before the request is refused.
+/// Maximum number of random draws of all poses before settling fails.
 const MAX_ATTEMPTS: usize = 10;
-/// Times that penetrating bodies are lifted and fall again, for each draw.
+/// Maximum number of times that penetrating bodies are lifted and dropped again, for each draw.
 const MAX_LIFTS: usize = 3;
 
 /// Objects at rest.
@@ -21,28 +21,29 @@ const MAX_LIFTS: usize = 3;
 pub struct Settled {
     /// world_from_mesh of each moving object, in the request's order.
     pub transforms: Vec<DAffine3>,
-    /// Figures of the checks.
+    /// Results of the checks.
     pub report: Report,
 }
 
-/// Figures of the checks.
+/// Results of the checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// Draws that were needed.
+    /// Number of draws that were required.
     pub attempts: usize,
-    /// Steps of the last attempt, of 1/240 s.
+    /// Number of steps of 1/240 s in the last attempt.
     pub steps: usize,
-    /// The greatest penetration in metres.
+    /// Maximum penetration in metres.
     pub penetration: f64,
-    /// The greatest motion of a point in metres in another second.
+    /// Maximum motion of a point, in metres, during one more second.
     pub motion: f64,
 }
 
-/// Lets objects of a world fall until they are at rest. `stop` is called a few times each simulated second; when it returns
-/// true, the work ends.
+/// Simulates falling objects of a world until they are at rest. `stop` is called several times per simulated second; if
+/// it returns true, the work ends.
 ///
 /// # Errors
-/// [`SettleError`]: numbers out of range, objects without volume, no attempt that passes the checks, cancelled.
+/// [`SettleError`] for numbers out of range, objects without volume, no attempt that passes the checks, or a cancelled
+/// call.
 pub fn settle(world: &World, request: &Request, stop: &dyn Fn() -> bool) -> Result<Settled> {
     check(request)?;
     let moving = |&object: &usize| Body::new(world, object, request.physics_of(object));
@@ -82,8 +83,8 @@ pub fn settle(world: &World, request: &Request, stop: &dyn Fn() -> bool) -> Resu
     Err(SettleError::NotSettled { message: fault, attempts })
 }
 
-/// Lets the bodies fall from their starts, and again after lifting those that penetrate. Returns the figures, or the text
-/// of the check that failed.
+/// Drops the bodies from their starts, and again after lifting those that penetrate. Returns the measurements, or the
+/// text of the failed check.
 fn try_once<'a>(
     simulation: &mut Simulation<'a>,
     starts: &[Start],

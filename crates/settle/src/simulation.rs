@@ -1,4 +1,4 @@
-//! rapier's world.
+//! rapier's simulation.
 
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::BoundingVolume;
@@ -8,38 +8,39 @@ use crate::bodies::{Body, Obstacle};
 use crate::request::{Physics, Request};
 use crate::start::Start;
 
-/// Length of a step in seconds.
+/// Time step in seconds.
 const STEP: f64 = 1.0 / 240.0;
-/// Steps between two looks at what moves.
+/// Number of steps between two checks for motion.
 const WINDOW_STEPS: usize = 60;
-/// Windows without motion after which everything is at rest: one second.
+/// Number of checks without motion after which everything is at rest: one second.
 const REST_WINDOWS: usize = 4;
-/// Motion in metres within a second that counts as rest.
+/// Maximum motion in metres per second that counts as rest.
 pub(crate) const REST_MOTION: f64 = 1e-4;
-/// Thickness in metres around each shape, for objects of 0.1 m and more, so that contacts leave a gap instead of an overlap.
+/// Skin thickness in metres around each shape, for objects of 0.1 m and more, so that contacts leave a gap instead of
+/// an overlap.
 const SKIN: f64 = 1e-4;
-/// Natural frequency in Hz and damping ratio of contacts: as stiff as the solver's substeps of 1/960 s allow, because the
-/// sag under a load falls with the square of the frequency.
+/// Natural frequency in Hz and damping ratio of contacts. They are as stiff as the solver's substeps of 1/960 s allow,
+/// because the sag under a load decreases with the square of the frequency.
 const CONTACT_FREQUENCY: f64 = 240.0;
 const CONTACT_DAMPING: f64 = 10.0;
-/// Damping rates, in 1/s, while objects fall and at the end of the time, where they also stop rolling.
+/// Damping rates in 1/s, while objects fall and towards the end of the time, when rolling must stop too.
 const DAMPING: f64 = 0.1;
 const FINAL_DAMPING: f64 = 10.0;
-/// Share of the time after which damping grows.
+/// Fraction of the time after which damping increases.
 const DAMPING_BEGINS: f64 = 0.2;
 
-/// Bodies among obstacles while they fall.
+/// Falling bodies among obstacles.
 pub(crate) struct Simulation<'a> {
     physics: PhysicsWorld,
     bodies: &'a [Body],
     handles: Vec<Option<RigidBodyHandle>>,
     up: Vector,
-    /// Steps made so far.
+    /// Number of steps so far.
     pub(crate) steps: usize,
 }
 
 impl<'a> Simulation<'a> {
-    /// The obstacles, without bodies.
+    /// Simulation with the obstacles, without bodies.
     pub(crate) fn new(request: &Request, up: Vector, bodies: &'a [Body], obstacles: &[(SharedShape, Physics)]) -> Self {
         let mut physics = PhysicsWorld::new();
         physics.gravity = up * -request.gravity;
@@ -51,8 +52,8 @@ impl<'a> Simulation<'a> {
         Self { physics, bodies, handles: vec![None; bodies.len()], up, steps: 0 }
     }
 
-    /// Inserts each body at its time and lets them fall, until nothing moves or `seconds` have passed after the last start.
-    /// Returns `None` if `stop` returns true.
+    /// Inserts each body at its start time and simulates until nothing moves or `seconds` have passed after the last
+    /// start. Returns `None` if `stop` returns true.
     pub(crate) fn fall(&mut self, starts: &[Start], seconds: f64, stop: &dyn Fn() -> bool) -> Option<()> {
         let last = starts.iter().map(|start| start.time).fold(0.0, f64::max);
         let count = ((last + seconds) / STEP).ceil() as usize;
@@ -86,7 +87,7 @@ impl<'a> Simulation<'a> {
         Some(())
     }
 
-    /// Lets bodies move for another second as at first; returns the greatest motion and its body.
+    /// Simulates one more second with the initial damping; returns the maximum motion and its body.
     pub(crate) fn wait(&mut self) -> (f64, usize) {
         let before = self.poses();
         self.damp(DAMPING);
@@ -96,7 +97,7 @@ impl<'a> Simulation<'a> {
         self.motion_since(&before).unwrap_or((f64::MAX, 0))
     }
 
-    /// The poses of the bodies; those that have not started are where they are in the world.
+    /// Poses of the bodies; bodies that have not started are at their poses in the world.
     pub(crate) fn poses(&self) -> Vec<Pose> {
         let pose = |(handle, body): (&Option<RigidBodyHandle>, &Body)| {
             handle.map_or(body.origin, |handle| *self.physics.bodies[handle].position())
@@ -104,7 +105,7 @@ impl<'a> Simulation<'a> {
         self.handles.iter().zip(self.bodies).map(pose).collect()
     }
 
-    /// How messages name a body.
+    /// Name of a body in messages.
     pub(crate) fn name(&self, body: usize) -> String {
         format!("object {:?}", self.bodies[body].name)
     }
@@ -125,7 +126,7 @@ impl<'a> Simulation<'a> {
         self.steps += 1;
     }
 
-    /// Sets the damping of turns, and a fifth of it for motion.
+    /// Sets the damping of rotations, and a fifth of it for translations.
     fn damp(&mut self, rate: f64) {
         for &handle in self.handles.iter().flatten() {
             if let Some(body) = self.physics.bodies.get_mut(handle) {
@@ -135,14 +136,14 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// The greatest motion of a point of a body, and the body; `None` unless all bodies have started.
+    /// Maximum motion of a point of a body, and the body; `None` unless all bodies have started.
     fn motion_since(&self, before: &[Pose]) -> Option<(f64, usize)> {
         if self.handles.iter().any(Option::is_none) {
             return None;
         }
         let motion = |((now, then), body): ((&Pose, &Pose), &Body)| {
             let turn = (then.rotation.inverse() * now.rotation).normalize();
-            // The chord of the angle, without trigonometry.
+            // The chord of the angle, computed without trigonometry.
             let chord = 2.0 * Vector::new(turn.x, turn.y, turn.z).length();
             (now.translation - then.translation).length() + chord * body.radius
         };
@@ -151,7 +152,7 @@ impl<'a> Simulation<'a> {
         Some(motions.fold((0.0, 0), |worst, (i, motion)| if motion > worst.0 { (motion, i) } else { worst }))
     }
 
-    /// Inserts a body, above those that are in its way.
+    /// Inserts a body above all bodies that block its start.
     fn insert(&mut self, number: usize, mut pose: Pose) {
         let body = &self.bodies[number];
         let present = self.poses();
@@ -185,7 +186,7 @@ fn collider(shape: SharedShape, physics: &Physics, tolerance: f64) -> ColliderBu
         .contact_skin(SKIN * tolerance)
 }
 
-/// Parameters for objects of this size; rapier's own are for a size of a metre.
+/// Parameters for objects of this size; rapier's defaults are for a size of one metre.
 fn parameters(bodies: &[Body]) -> IntegrationParameters {
     let mut sizes: Vec<f64> = bodies.iter().map(|body| body.size).collect();
     sizes.sort_by(f64::total_cmp);
@@ -201,7 +202,7 @@ fn parameters(bodies: &[Body]) -> IntegrationParameters {
     }
 }
 
-/// The shapes of obstacles, with their properties.
+/// Shapes of obstacles, with their properties.
 pub(crate) fn shapes(obstacles: &[Obstacle]) -> Vec<(SharedShape, Physics)> {
     obstacles.iter().map(|obstacle| (obstacle.shape(), obstacle.physics)).collect()
 }

@@ -12,19 +12,19 @@ use crate::request::Place;
 
 /// Simulated time between two objects, in seconds.
 const INTERVAL: f64 = 0.1;
-/// Draws of a pose that does not start inside of an obstacle.
+/// Maximum number of draws of a pose that must not start inside an obstacle.
 const MAX_DRAWS: usize = 64;
 
-/// Where and when a body starts.
+/// Start position and time of a body.
 #[derive(Clone, Copy)]
 pub(crate) struct Start {
     pub(crate) time: f64,
     pub(crate) pose: Pose,
 }
 
-/// The bounds above which objects are dropped.
+/// Bounds above which objects are dropped.
 pub(crate) struct Region {
-    /// The indices of the target's objects.
+    /// Indices of the target's objects.
     pub(crate) objects: Vec<usize>,
     pub(crate) bounds: Aabb,
     pub(crate) place: Place,
@@ -32,7 +32,7 @@ pub(crate) struct Region {
 }
 
 impl Region {
-    /// The region of obstacles; `None` without any.
+    /// Region of obstacles; `None` if there are none.
     pub(crate) fn new<'a>(targets: impl Iterator<Item = &'a Obstacle>, place: Place, up: Up) -> Option<Self> {
         let targets: Vec<&Obstacle> = targets.collect();
         let bounds = targets.iter().map(|target| target.bounds).reduce(|a, b| a.merged(&b))?;
@@ -40,7 +40,7 @@ impl Region {
         Some(Self { objects, bounds, place, up: vector(up.axis()) })
     }
 
-    /// A random start of each body above the region, one after the other.
+    /// Random start of each body above the region, one after the other.
     pub(crate) fn starts(&self, bodies: &[Body], obstacles: &[Obstacle], seed: u64, attempt: u64) -> Vec<Start> {
         let start = |(i, body): (usize, &Body)| {
             let mut stream = Stream::new(seed, &body.name, attempt);
@@ -63,7 +63,7 @@ impl Region {
     fn draw(&self, body: &Body, stream: &mut Stream) -> Pose {
         let level = Vector::ONE - self.up;
         let middle = self.bounds.center();
-        // A body that is wider than the region starts above its middle.
+        // A body that is wider than the region starts above its centre.
         let room = (self.bounds.half_extents() - Vector::splat(body.radius)).max(Vector::ZERO) * level;
         let height = self.bounds.maxs.dot(self.up) + 1.05 * body.radius;
         let (low, high) = (middle * level - room, middle * level + room);
@@ -83,7 +83,7 @@ impl DistanceAtLeast for Aabb {
     }
 }
 
-/// The bodies where they are in the world, all at once.
+/// Starts all bodies at their poses in the world at once.
 pub(crate) fn present_starts(bodies: &[Body]) -> Vec<Start> {
     bodies.iter().map(|body| Start { time: 0.0, pose: body.origin }).collect()
 }

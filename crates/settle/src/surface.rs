@@ -7,17 +7,18 @@ use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d_f64::parry::query::{PointQuery, Ray};
 use rapier3d_f64::parry::shape::{TriMesh, Triangle};
 
-/// Directions of the three rays that decide by majority whether a point is inside; not along edges of common models.
+/// Directions of the three rays that decide by majority whether a point is inside; they are not parallel to typical
+/// edges.
 const PARITY_DIRECTIONS: [[f64; 3]; 3] = [
     [0.533_174_1, 0.218_653_9, 0.817_263_3],
     [-0.731_822_6, 0.611_193_2, 0.301_492_7],
     [0.170_871_9, -0.892_113_4, 0.418_261_5],
 ];
 
-/// The triangles of a mesh, with what queries need.
+/// Triangles of a mesh, with precomputed data for queries.
 pub(crate) struct Surface {
     mesh: TriMesh,
-    /// True if every edge has as many triangles in one direction as in the other, so that there is an inside.
+    /// True if every edge has equally many triangles in both directions, so that there is an inside.
     pub(crate) is_closed: bool,
     /// Each edge once.
     edges: Vec<[u32; 2]>,
@@ -25,7 +26,7 @@ pub(crate) struct Surface {
     seeds: Vec<u32>,
 }
 
-/// A surface at a pose, with its bounds there.
+/// Surface at a pose, with its bounds there.
 pub(crate) struct Placed<'a> {
     pub(crate) surface: &'a Surface,
     pub(crate) pose: Pose,
@@ -33,7 +34,7 @@ pub(crate) struct Placed<'a> {
 }
 
 impl Surface {
-    /// The surface of these triangles, without those of zero area; `None` if none is left.
+    /// Surface of these triangles, without those of zero area; `None` if none is left.
     pub(crate) fn new(vertices: &[Vector], triangles: impl Iterator<Item = [u32; 3]>) -> Option<Self> {
         let mut numbers = HashMap::new();
         let mut points = Vec::new();
@@ -63,7 +64,7 @@ impl Surface {
         &self.mesh
     }
 
-    /// The enclosed volume of a closed surface, positive if its triangles face outwards.
+    /// Enclosed volume of a closed surface, positive if its triangles face outwards.
     pub(crate) fn volume(&self) -> f64 {
         let origin = self.mesh.local_aabb().center();
         let volume = |triangle: Triangle| {
@@ -73,13 +74,13 @@ impl Surface {
         self.mesh.triangles().map(volume).sum()
     }
 
-    /// The surface at a pose.
+    /// Surface at a pose.
     pub(crate) fn at(&self, pose: Pose) -> Placed<'_> {
         let points = self.mesh.vertices().iter().map(|&point| pose * point);
         Placed { surface: self, pose, bounds: Aabb::from_points(points) }
     }
 
-    /// The distance of a point to the surface.
+    /// Distance of a point to the surface.
     pub(crate) fn distance(&self, point: Vector) -> f64 {
         (self.mesh.project_local_point(point, false).point - point).length()
     }
@@ -93,7 +94,7 @@ impl Surface {
         PARITY_DIRECTIONS.iter().map(odd).sum::<usize>() >= 2
     }
 
-    /// How deep a point is inside a closed surface; 0 outside.
+    /// Depth of a point inside a closed surface; 0 outside.
     fn depth(&self, point: Vector) -> f64 {
         if self.contains(point) { self.distance(point) } else { 0.0 }
     }
@@ -111,10 +112,10 @@ impl Surface {
 }
 
 impl Placed<'_> {
-    /// The greatest depth to which two surfaces penetrate each other; 0 if they do not.
+    /// Maximum depth to which two surfaces penetrate each other; 0 if they do not.
     ///
-    /// For a closed surface these are distances of vertices and parts of edges inside; for an open one, the shorter part
-    /// of an edge on one side of a triangle that it crosses.
+    /// For a closed surface, these are the depths of vertices and edge parts inside it. For an open surface: the
+    /// shorter part of an edge on one side of a triangle that the edge crosses.
     pub(crate) fn penetration(&self, other: &Placed<'_>) -> f64 {
         if !self.bounds.intersects(&other.bounds) {
             return 0.0;
@@ -135,7 +136,7 @@ impl Placed<'_> {
             && (self.any_edge(other, &mut crosses) || other.any_edge(self, &mut crosses))
     }
 
-    /// The edges near another surface, as start and direction in its coordinates; ends if `visit` returns true.
+    /// Visits the edges near another surface, as start and direction in its coordinates; ends if `visit` returns true.
     fn any_edge(&self, other: &Placed<'_>, visit: &mut dyn FnMut(Vector, Vector, &Placed<'_>) -> bool) -> bool {
         let there = other.pose.inverse() * self.pose;
         let bounds = other.surface.mesh.local_aabb();
@@ -146,7 +147,7 @@ impl Placed<'_> {
         })
     }
 
-    /// The depth of this surface's edges in another one, and whether any crosses it.
+    /// Depth of this surface's edges inside another one, and true if any edge crosses it.
     fn penetration_of_edges(&self, other: &Placed<'_>) -> (f64, bool) {
         let (mut deepest, mut crosses): (f64, bool) = (0.0, false);
         self.any_edge(other, &mut |from, along, solid| {
@@ -167,8 +168,8 @@ impl Placed<'_> {
         (deepest, crosses)
     }
 
-    /// The depth of this surface's vertices and edge middles in another one that is closed. Surfaces that do not cross are
-    /// inside of each other completely or not at all.
+    /// Depth of this surface's vertices and edge midpoints inside another, closed surface. If the surfaces do not
+    /// cross, each is inside the other either completely or not at all.
     fn penetration_of_points(&self, other: &Placed<'_>, is_crossed: bool) -> f64 {
         if !other.surface.is_closed {
             return 0.0;
@@ -185,7 +186,7 @@ impl Placed<'_> {
     }
 }
 
-/// Where a ray crosses a triangle, from either side. Source: Möller and Trumbore 1997.
+/// Intersection of a ray with a triangle, from either side. Source: Möller and Trumbore 1997.
 fn crossing(triangle: &Triangle, origin: Vector, direction: Vector) -> Option<f64> {
     let (u_edge, v_edge) = (triangle.b - triangle.a, triangle.c - triangle.a);
     let p = direction.cross(v_edge);
@@ -201,7 +202,7 @@ fn crossing(triangle: &Triangle, origin: Vector, direction: Vector) -> Option<f6
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some(t)
 }
 
-/// Each edge once, and whether every edge has as many triangles in one direction as in the other.
+/// Each edge once, and true if every edge has equally many triangles in both directions.
 fn edges_of(triangles: &[[u32; 3]]) -> (Vec<[u32; 2]>, bool) {
     let mut balance: HashMap<[u32; 2], i32> = HashMap::new();
     let mut edges = Vec::new();
@@ -218,7 +219,7 @@ fn edges_of(triangles: &[[u32; 3]]) -> (Vec<[u32; 2]>, bool) {
     (edges, is_closed)
 }
 
-/// One vertex of each part that edges connect; vertices without edges are no part.
+/// One vertex of each part connected by edges; vertices without edges do not count.
 fn seeds_of(count: usize, edges: &[[u32; 2]]) -> Vec<u32> {
     let mut parents: Vec<u32> = (0..count as u32).collect();
     fn root(parents: &mut [u32], mut i: u32) -> u32 {
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn depth_of_points_in_a_cube_is_the_distance_to_its_nearest_face() {
+    fn depth_in_a_cube_is_the_distance_to_its_nearest_face() {
         let cube = cube();
         assert!(cube.is_closed);
         assert!((cube.volume() - 1.0).abs() < 1e-12);
@@ -272,12 +273,12 @@ mod tests {
     }
 
     #[test]
-    fn penetration_of_crossed_bars_without_vertices_inside_is_found() {
+    fn penetration_of_crossed_bars_is_found_without_vertices_inside() {
         let bar = surface(&primitive::box_([2.0, 0.2, 0.2]).unwrap());
         let lower = bar.at(Pose::from_translation(Vector::ZERO));
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let turned = rapier3d_f64::math::Rotation::from_xyzw(0.0, 0.0, half, half);
-        // Odd offsets, so that no middle of an edge is inside.
+        // Odd offsets, so that no edge midpoint is inside.
         let upper = bar.at(Pose::from_parts(Vector::new(0.33, 0.27, 0.19), turned));
         assert!((lower.penetration(&upper) - 0.01).abs() < 1e-9, "{}", lower.penetration(&upper));
     }
@@ -293,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_inside_another_penetrates_it() {
+    fn surfaces_inside_others_penetrate_them() {
         let (cube, outer) = (cube(), surface(&primitive::box_([3.0; 3]).unwrap()));
         let inside = cube.at(Pose::identity()).penetration(&outer.at(Pose::identity()));
         assert!((inside - 1.0).abs() < 1e-9, "{inside}");

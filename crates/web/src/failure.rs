@@ -1,5 +1,5 @@
-//! Errors as JSON: `{"text": ..., "code": ..., "line": ..., "file": ...}`; the line, from 1, its file and the code where
-//! there are any.
+//! Errors as JSON: `{"text": ..., "code": ..., "line": ..., "file": ...}`. The line (from 1), its file and the code are
+//! optional.
 
 use std::path::Path;
 
@@ -7,17 +7,17 @@ use raycam_formats::{FormatError, Location};
 use raycam_scene::ErrorCode;
 use serde_json::json;
 
-/// An error without a place.
+/// Error without a position.
 pub fn failure(text: impl ToString) -> String {
     json!({ "text": text.to_string() }).to_string()
 }
 
-/// A bug in raycam, after which the instance is of no use.
+/// A bug in raycam, after which the instance cannot be used.
 pub fn internal_failure(text: impl ToString) -> String {
     json!({ "text": text.to_string(), "code": ErrorCode::Internal.name() }).to_string()
 }
 
-/// An error of a file.
+/// Error of a file.
 pub fn format_failure(error: &FormatError) -> String {
     let mut found = json!({ "text": error.to_string(), "code": error.code().name() });
     if let Some((file, line)) = place_of(error) {
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_error_of_a_world_file_has_its_line() {
+    fn world_file_errors_contain_their_line() {
         for (text, line) in [
             ("[[object]]\nname = 'a'\ncolour = 3\n", 3),
             ("[[object]]\n\nmesh = 'none.obj'\n", 3),

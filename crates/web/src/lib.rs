@@ -1,7 +1,7 @@
-//! Worlds, cameras and frames for JavaScript: what a page holds instead of a server.
+//! Worlds, cameras and frames for JavaScript, for pages that do not use a server.
 //!
-//! A thin shell: files come as bytes, pictures go as typed arrays, and everything between is done by the crates below.
-//! Errors are JSON texts, see [`failure`]. One thread does all, in a worker of the page.
+//! A thin wrapper: files are passed as bytes, images are returned as typed arrays, and the other crates do all work.
+//! Errors are JSON texts; see [`failure`]. One thread, a worker of the page, does all work.
 #![forbid(unsafe_code)]
 
 pub mod failure;

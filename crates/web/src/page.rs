@@ -1,4 +1,4 @@
-//! The classes of JavaScript.
+//! Classes for JavaScript.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,22 +15,22 @@ use wasm_bindgen::prelude::*;
 use crate::failure::{failure, format_failure, internal_failure};
 use crate::request;
 
-/// Makes a panic an exception with its text. The instance is of no use afterwards.
+/// Converts a panic to an exception with its text. The instance cannot be used afterwards.
 #[wasm_bindgen(start)]
 pub fn start() {
     std::panic::set_hook(Box::new(|info| {
-        let text = internal_failure(format!("raycam failed at {info}; this is a bug of raycam"));
+        let text = internal_failure(format!("raycam failed at {info}; this is a bug of raycam, please report it"));
         wasm_bindgen::throw_str(&text);
     }));
 }
 
-/// The version of raycam.
+/// Returns the version of raycam.
 #[wasm_bindgen]
 pub fn version() -> String {
     env!("CARGO_PKG_VERSION").into()
 }
 
-/// All channels as JSON: name, type of the numbers, and numbers per pixel.
+/// Returns all channels as JSON: name, number type, and numbers per pixel.
 #[wasm_bindgen]
 pub fn channels() -> String {
     let row = |channel: Channel| {
@@ -44,14 +44,14 @@ pub fn channels() -> String {
     json!(Channel::all().map(row).collect::<Vec<_>>()).to_string()
 }
 
-/// Files by their names.
+/// Files by name.
 #[wasm_bindgen]
 #[derive(Default)]
 pub struct Files(MemoryFiles);
 
 #[wasm_bindgen]
 impl Files {
-    /// No files.
+    /// Creates an empty set of files.
     #[wasm_bindgen(constructor)]
     pub fn new() -> Self {
         Self::default()
@@ -63,7 +63,7 @@ impl Files {
     }
 }
 
-/// A world, prepared when its first picture is rendered.
+/// World, prepared when its first image is rendered.
 #[wasm_bindgen]
 pub struct World {
     world: raycam_scene::World,
@@ -73,26 +73,26 @@ pub struct World {
 
 #[wasm_bindgen]
 impl World {
-    /// The world in one of these files, by its name.
+    /// Reads the world in one of these files, by name.
     ///
     /// # Errors
-    /// The errors of `raycam_formats::load`.
+    /// Errors of `raycam_formats::load`.
     pub fn load(path: &str, files: Files) -> Result<World, String> {
         load_from_memory(Path::new(path), files.0, &Budget::of_page())
             .map(Self::from_scene)
             .map_err(|e| format_failure(&e))
     }
 
-    /// The world in the bytes of a bundle.
+    /// Reads the world in the bytes of a bundle.
     ///
     /// # Errors
-    /// The errors of `raycam_formats::bundle::read`.
+    /// Errors of `raycam_formats::bundle::read`.
     pub fn unpack(bytes: &[u8]) -> Result<World, String> {
         let world = bundle::read(bytes, Path::new("world"), Budget::of_page());
         world.map(Self::from_scene).map_err(|e| format_failure(&e))
     }
 
-    /// Objects, cameras, bounds and notices, as JSON.
+    /// Returns objects, cameras, bounds and notices as JSON.
     pub fn about(&self) -> String {
         let world = &self.world;
         let objects: Vec<_> = world.objects.iter().map(|object| &object.name).collect();
@@ -113,10 +113,11 @@ impl World {
         .to_string()
     }
 
-    /// The camera of this name; without a name the first one, or one that frames everything in a picture of this size.
+    /// Returns the camera with this name; without a name the first camera, or one that frames everything in an image of
+    /// this size.
     ///
     /// # Errors
-    /// No camera of this name, or nothing to frame.
+    /// If there is no camera with this name, or no object to frame.
     pub fn camera(&self, name: Option<String>, width: u32, height: u32) -> Result<Camera, String> {
         let found = match name {
             Some(name) => self.world.find_camera(&name).map(|found| found.camera.clone()),
@@ -125,36 +126,36 @@ impl World {
         found.map(|inner| Camera { inner }).map_err(failure)
     }
 
-    /// The world in the middle of the exposure of the line at pixel coordinates.
+    /// Returns the world in the middle of the exposure of the line at pixel coordinates.
     ///
     /// # Errors
-    /// The errors of `raycam_scene::World::at_line`.
+    /// Errors of `raycam_scene::World::at_line`.
     #[wasm_bindgen(js_name = atLine)]
     pub fn at_line(&self, camera: &Camera, u: f64, v: f64) -> Result<World, String> {
         self.world.at_line(&camera.inner, DVec2::new(u, v)).map(Self::from_scene).map_err(failure)
     }
 
-    /// Corners of all visible triangles, nine numbers each, in the order of object and triangle.
+    /// Returns the corners of all visible triangles, nine numbers each, in the order of object and triangle.
     pub fn triangles(&self) -> Vec<f64> {
         triangles::corners(&self.world, None).into_flattened().into_flattened()
     }
 
-    /// Object and triangle of each of these triangles.
+    /// Returns object and triangle of each of these triangles.
     #[wasm_bindgen(js_name = triangleIds)]
     pub fn triangle_ids(&self) -> Vec<i32> {
         triangles::ids(&self.world).into_flattened()
     }
 
-    /// Linear colour of each of these triangles.
+    /// Returns the linear colour of each of these triangles.
     #[wasm_bindgen(js_name = triangleColors)]
     pub fn triangle_colors(&self) -> Vec<f32> {
         triangles::colors(&self.world).into_flattened()
     }
 
-    /// The picture that a camera sees. `request` is JSON: see `request.rs`.
+    /// Renders a camera's image. `request` is JSON: see `request.rs`.
     ///
     /// # Errors
-    /// Invalid settings, or more memory than a page has.
+    /// Invalid settings, or not enough memory in the page.
     pub fn render(&mut self, camera: &Camera, request: &str) -> Result<Frame, String> {
         let (settings, mut notices) = request::settings(request, &self.world.render)?;
         let control = Control::new();
@@ -176,7 +177,7 @@ impl World {
     }
 }
 
-/// A camera.
+/// Camera.
 #[wasm_bindgen]
 #[derive(Clone)]
 pub struct Camera {
@@ -191,7 +192,7 @@ impl Camera {
         self.inner.k().transpose().to_cols_array().into()
     }
 
-    /// Rotation R of the world's axes into the camera's, row by row.
+    /// Rotation R from world axes to camera axes, row by row.
     #[wasm_bindgen(getter, js_name = R)]
     pub fn r(&self) -> Vec<f64> {
         self.inner.r().transpose().to_cols_array().into()
@@ -209,13 +210,13 @@ impl Camera {
         self.inner.p().as_flattened().into()
     }
 
-    /// Width and height of its picture.
+    /// Width and height of its image.
     #[wasm_bindgen(getter)]
     pub fn size(&self) -> Vec<u32> {
         self.inner.size().into()
     }
 
-    /// Pixel coordinates of the centre of the first pixel: 0 or 0.5.
+    /// Pixel coordinates of the first pixel's centre: 0 or 0.5.
     #[wasm_bindgen(getter)]
     pub fn offset(&self) -> f64 {
         self.inner.pixel_center().offset()
@@ -227,15 +228,15 @@ impl Camera {
         self.inner.roll_pitch_yaw(if z_up { Up::Z } else { Up::Y }).into()
     }
 
-    /// Origin and unit direction of the ray at pixel coordinates; NaN where there is none.
+    /// Origin and unit direction of the ray at pixel coordinates; NaN if there is none.
     pub fn ray(&self, u: f64, v: f64) -> Vec<f64> {
         let (origin, direction) = self.inner.ray(DVec2::new(u, v));
         [origin.to_array(), direction.to_array()].as_flattened().into()
     }
 
-    /// The ray at pixel coordinates as JSON: `origin` and unit `direction` (null without a ray), `R` in the middle of the
-    /// exposure of the pixel's line, `back`, where a point of the ray is seen, `model` and `coefficients` of the lens,
-    /// and names of what `further` the camera has.
+    /// The ray at pixel coordinates as JSON: `origin` and unit `direction` (null without a ray), `R` in the middle of
+    /// the exposure of the pixel's line, `back` (the pixel to which a point of the ray projects), `model` and
+    /// `coefficients` of the lens, and `further`, the names of the camera's other properties.
     #[wasm_bindgen(js_name = lensRay)]
     pub fn lens_ray(&self, u: f64, v: f64) -> String {
         let (camera, pixel) = (&self.inner, DVec2::new(u, v));
@@ -253,23 +254,23 @@ impl Camera {
         .to_string()
     }
 
-    /// The same camera at another pose: R row by row, and C.
+    /// Returns a copy with another pose: R row by row, and C.
     ///
     /// # Errors
-    /// No rotation, or a centre that is not finite.
+    /// If R is not a rotation, or the centre is not finite.
     #[wasm_bindgen(js_name = atPose)]
     pub fn at_pose(&self, r: &[f64], c: &[f64]) -> Result<Camera, String> {
         let (Ok(r), Ok(c)) = (r.try_into(), c.try_into()) else {
-            return Err(failure("expected 9 numbers of R and 3 of C"));
+            return Err(failure("expected 9 numbers for R and 3 for C"));
         };
         let moved = self.inner.at_pose(DMat3::from_cols_array(r).transpose(), DVec3::from_array(c));
         moved.map(|inner| Camera { inner }).map_err(failure)
     }
 
-    /// The same view in a picture of another size: K is scaled so that the edges stay the same.
+    /// Returns the same view with another image size: K is scaled so that the edges of the view do not change.
     ///
     /// # Errors
-    /// A side that is 0 or too large.
+    /// If a side is 0 or too large.
     pub fn resized(&self, width: u32, height: u32) -> Result<Camera, String> {
         let [old_width, old_height] = self.inner.size().map(f64::from);
         let (x, y) = (f64::from(width) / old_width, f64::from(height) / old_height);
@@ -280,7 +281,7 @@ impl Camera {
     }
 }
 
-/// A picture.
+/// Image.
 #[wasm_bindgen]
 pub struct Frame {
     inner: raycam_render::Frame,
@@ -289,13 +290,13 @@ pub struct Frame {
 
 #[wasm_bindgen]
 impl Frame {
-    /// Left, top, width and height in the whole picture.
+    /// Left, top, width and height within the whole image.
     #[wasm_bindgen(getter)]
     pub fn region(&self) -> Vec<u32> {
         self.inner.region.into()
     }
 
-    /// Notices of what was left out or repaired.
+    /// Notices about everything that was omitted or repaired.
     #[wasm_bindgen(getter)]
     pub fn notices(&self) -> Vec<String> {
         self.notices.iter().map(Notice::to_string).collect()
@@ -307,7 +308,7 @@ impl Frame {
         self.notices.iter().map(|notice| notice.code.to_string()).collect()
     }
 
-    /// The numbers of a channel as a typed array, row by row; undefined without the channel.
+    /// Values of a channel as a typed array, row by row; undefined if the image does not have the channel.
     pub fn plane(&self, name: &str) -> JsValue {
         match self.find_plane(name) {
             Some(ImagePlane::F32 { data, .. }) => js_sys::Float32Array::from(&data[..]).into(),
@@ -317,15 +318,15 @@ impl Frame {
         }
     }
 
-    /// The colour as the bytes of a PNG file: `exposure` in stops, and a view transform by its name.
+    /// The colour as the bytes of a PNG file, with `exposure` in stops and a view transform by name.
     ///
     /// # Errors
-    /// No colour, or no view of this name.
+    /// If there is no colour, or no view transform with this name.
     pub fn png(&self, exposure: f64, view: &str) -> Result<Vec<u8>, String> {
         let Some(ImagePlane::F32 { data, .. }) = self.find_plane("color") else {
-            return Err(failure("the picture has no channel color"));
+            return Err(failure("the image has no channel color; request it"));
         };
-        let view = ViewTransform::from_name(view).ok_or_else(|| failure(format!("no view {view:?}")))?;
+        let view = ViewTransform::from_name(view).ok_or_else(|| failure(format!("unknown view {view:?}")))?;
         let pixels = display::srgb8(data.as_chunks().0, exposure.exp2() as f32, view).map_err(failure)?;
         let [_, _, width, height] = self.inner.region;
         png::encode([width, height], 3, png::Samples::U8(&pixels)).map_err(|e| format_failure(&e))

@@ -1,5 +1,5 @@
-//! Requests for images, as JSON: the arguments of `raycam.render` that a page supports. Options that are not given have the
-//! value in the world's `[render]`, or the default.
+//! Requests for images, as JSON: the arguments of `raycam.render` that a page supports. Options that are not given have
+//! the value of the world's `[render]`, or the default.
 
 use raycam_render::{Channel, Settings, TruthSurface};
 use raycam_scene::render_options::{RENDER_OPTIONS, RenderOptions};
@@ -9,19 +9,19 @@ use serde_json::{Map, Value};
 
 use crate::failure::failure;
 
-/// The arguments of one call besides the options of [`RenderOptions`].
+/// Arguments of one call in addition to the options of [`RenderOptions`].
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct CallArguments {
     frame: u32,
-    /// Names; all channels if empty.
+    /// Channel names; empty for all channels.
     channels: Vec<String>,
     region: Option<[u32; 4]>,
     /// "first" (default) or "solid".
     surface: Option<String>,
 }
 
-/// The settings of a request for a world with these options, and notices.
+/// Settings of a request for a world with these options, and notices.
 pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<Notice>), String> {
     let invalid = |error: serde_json::Error| failure(format!("render: {error}"));
     let arguments: Map<String, Value> = serde_json::from_str(request).map_err(invalid)?;
@@ -32,7 +32,10 @@ pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<N
     let mut notices = vec![];
     let mut world = world.clone();
     if let Some(seconds) = world.time_limit.take() {
-        let message = format!("the world's time_limit of {seconds} s is ignored: a page renders a number of samples");
+        let message = format!(
+            "the world's time_limit of {seconds} s is ignored, because pages render a fixed number \
+            of samples"
+        );
         notices.push(Notice::new(NoticeCode::UnusedOption, message));
     }
     let channel = |name: &String| Channel::from_name(name).ok_or_else(|| failure(format!("unknown channel {name:?}")));

@@ -39,7 +39,7 @@ def flow(
 
     ========== ================= ========================================================================== ==========
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
-    scene_flow float32 [h, w, 3] how far the point moves in the world, metres                               NaN
+    scene_flow float32 [h, w, 3] motion of the point in the world, metres                                   NaN
     depth      float32 [h, w]    z of the point along the principal axis of `camera2`, metres               NaN
     occluded   bool [h, w]       the point is inside the second image, but hidden there                   False
     outside    bool [h, w]       the point is not inside the second image                                 False
@@ -47,7 +47,7 @@ def flow(
 
     The last column is the value of pixels that show the background. `flow` is also NaN if `camera2` cannot project
     the point: behind the camera, or outside its lens model's valid region. A point is occluded if the second camera's
-    ray to it hits a surface that is nearer by more than 1e-6 of the distance. A point on the far side of its own
+    ray to it hits a surface that is closer by more than 1e-6 of the distance. A point on the far side of its own
     object is occluded too.
 
     With a rolling shutter, each line shows the world at its own time, in both images. In the second image, points
@@ -81,7 +81,7 @@ def disparity(
     length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
 
     Raises `CameraError` if the cameras are not a rectified pair. A rectified pair has the same rotation, focal
-    lengths, skew and row of the principal point, no lens, and its right camera lies to the right along the x axis of
+    lengths, skew and row of the principal point, no lens, and its right camera is displaced along the x axis of
     the left one. `Rig.rectified` creates such a pair from any two cameras.
     """
     world = world_of(world)

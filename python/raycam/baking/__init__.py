@@ -1,5 +1,7 @@
-"""Baking: properties of a surface stored in textures."""
+"""Baking: properties of a surface stored in textures or at vertices."""
 
-from .maps import MAPS, BakedMaps, bake
+from .baked_maps import BakedMaps
+from .maps import bake
+from .settings import MAPS
 
 __all__ = ["MAPS", "BakedMaps", "bake"]

@@ -1,4 +1,4 @@
-"""Texture coordinates for meshes that have none."""
+"""Texture coordinates for meshes without any."""
 
 from __future__ import annotations
 

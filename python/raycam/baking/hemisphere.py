@@ -10,8 +10,12 @@ from ..arguments import Floats
 __all__ = ["hemisphere_directions"]
 
 
-def hemisphere_directions(normals: Floats, keys: npt.NDArray[np.int64], sample: int, samples: int) -> Floats:
-    """Returns unit directions [n, 3], the `sample`-th of `samples` for each normal, with the density cosine / pi.
+def hemisphere_directions(
+    normals: Floats, keys: npt.NDArray[np.int64], sample: int, samples: int, cone: float = np.pi
+) -> Floats:
+    """Returns unit directions [n, 3], the `sample`-th of `samples` for each normal, with a density like the cosine.
+
+    They are in a cone with the opening angle `cone` in radians: pi is the hemisphere, with the density cosine / pi.
 
     A Hammersley set is shifted by a hash of `keys` [n] (Cranley and Patterson 1976) and mapped by Malley's method.
     """
@@ -21,7 +25,7 @@ def hemisphere_directions(normals: Floats, keys: npt.NDArray[np.int64], sample: 
     mixed ^= mixed >> np.uint64(32)
     shift_u = (mixed >> np.uint64(40)).astype(np.float64) / (1 << 24)
     shift_v = (mixed & np.uint64(0xFFFFFF)).astype(np.float64) / (1 << 24)
-    u = ((sample + 0.5) / samples + shift_u) % 1.0
+    u = ((sample + 0.5) / samples + shift_u) % 1.0 * np.sin(cone / 2) ** 2
     v = (int(f"{sample:032b}"[::-1], 2) / 2.0**32 + shift_v) % 1.0
     radius, angle = np.sqrt(u), 2 * np.pi * v
     x, y, z = radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - u)

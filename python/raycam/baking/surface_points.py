@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -11,8 +11,12 @@ import numpy.typing as npt
 from ..arguments import Bools, Floats
 from ..world import World
 
-__all__ = ["SurfacePoints", "transfer"]
+__all__ = ["MATERIAL_MAPS", "SurfacePoints", "material_numbers", "transfer"]
 
+MATERIAL_MAPS = ("albedo",)
+"""Maps of materials, which are fields of hits."""
+MAX_ROUNDING = 64 * float(np.finfo(np.float64).eps)
+"""Rounding error of a point, relative to its largest coordinate, at most."""
 OVERLAP = 1e-4
 """Distance beyond a texel's point at which both rays start, relative to the cage: the source may be exactly there."""
 
@@ -33,10 +37,12 @@ class SurfacePoints:
     """Ids of the objects [n]."""
     triangle: npt.NDArray[np.int32]
     """Numbers of the faces [n]."""
+    barycentric: Floats
+    """Weights of the faces' corners [n, 3]."""
     missed: Bools
     """True [n] for points without a source, which are those of the baked object."""
-    albedo: npt.NDArray[np.float32] | None = None
-    """The source's base colours [n, 3], linear."""
+    materials: dict[str, npt.NDArray[np.float32]] = field(default_factory=dict)
+    """Properties [n, ...] of the materials by name: those of `MATERIAL_MAPS`."""
 
 
 def transfer(points: SurfacePoints, source: World, cage: float, threads: int | None) -> SurfacePoints:
@@ -45,7 +51,10 @@ def transfer(points: SurfacePoints, source: World, cage: float, threads: int | N
     Only surfaces that face outwards count: not the other side of a thin wall.
     """
     normal, skip = points.shading_normal, OVERLAP * cage
-    fields = ("t", "instance", "triangle", "position", "normal", "shading_normal", "albedo")
+    fields = (
+        *("t", "instance", "triangle", "barycentric", "position", "normal", "shading_normal"),
+        *MATERIAL_MAPS,
+    )
     hits: list[dict[str, npt.NDArray[Any]]] = []
     sides: tuple[tuple[float, Literal["front", "back"]], ...] = ((1.0, "back"), (-1.0, "front"))
     for sign, side in sides:
@@ -71,6 +80,26 @@ def transfer(points: SurfacePoints, source: World, cage: float, threads: int | N
         chosen("shading_normal", points.shading_normal, -1.0),
         chosen("instance", np.full_like(points.instance, -1)),
         chosen("triangle", np.full_like(points.triangle, -1)),
+        chosen("barycentric", points.barycentric),
         missed,
-        chosen("albedo", np.zeros((len(outer), 3), np.float32)),
+        {name: chosen(name, np.zeros(hits[0][name].shape, np.float32)) for name in MATERIAL_MAPS},
     )
+
+
+def material_numbers(points: SurfacePoints, threads: int | None) -> npt.NDArray[np.int32]:
+    """The numbers of the materials [n] at points of an object, as in the channel `material`.
+
+    Rays start at the points against the normals, and end at their own triangles, within the rounding error.
+    """
+    if not len(points.position):
+        return np.zeros(0, np.int32)
+    reach = MAX_ROUNDING * np.maximum(np.abs(points.position).max(axis=1), 1e-30)
+    found: npt.NDArray[np.int32] = points.world.cast_rays(
+        points.position + points.normal * reach[:, None],
+        -points.normal,
+        t_max=2 * reach,
+        fields=("material",),
+        objects=[int(points.instance[0])],
+        threads=threads,
+    )["material"]
+    return found

@@ -69,7 +69,7 @@ def _terrain(rng: np.random.Generator, triangles: int) -> BenchScene:
 
 
 def _icosphere(levels: int) -> tuple[Floats, Faces]:
-    """An icosahedron, every triangle of it cut into four `levels` times, its vertices on the unit sphere."""
+    """An icosahedron whose triangles are divided into four `levels` times, with vertices on the unit sphere."""
     g = (1 + 5**0.5) / 2
     corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0)]
     vertices = np.array([np.roll(corner, turn) for turn in range(3) for corner in corners])

@@ -107,7 +107,7 @@ class Board:
     def cameras(self, camera: Camera, count: int) -> list[Camera]:
         """`camera` at `count` poses, so that the board covers all parts of the image, tilted up to 40 degrees.
 
-        The poses depend on the arguments alone. Raises `SettingsError` if no pose shows the board.
+        The poses depend only on the arguments. Raises `SettingsError` if no pose shows the board.
         """
         if camera.is_parallel:
             raise SettingsError(
@@ -177,13 +177,13 @@ class Board:
         return numbers, refined(blurred, places, self._window(numbers, places))
 
     def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
-        """Half the side of the refinement window in pixels: so small that none of the corner's edges ends in it."""
+        """Half the side of the refinement window in pixels, small enough that no edge of a corner ends inside it."""
         grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
         grid.reshape(-1, 2)[numbers] = places
         steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])
         lengths = np.linalg.norm(steps, axis=1)
         shortest = float(np.nanmin(lengths)) if np.isfinite(lengths).any() else 16.0
-        # A marker begins a quarter of a square from the square's edges; the diagonal and the blur reduce this.
+        # A marker starts a quarter of a square from the square's edges; the diagonal and the blur reduce this distance.
         return max(3, min(8, int(shortest * (0.15 if self.kind == "charuco" else 0.3)) - 1))
 
 
@@ -203,7 +203,7 @@ def _placed(camera: Camera, rotation: Floats, center: Floats) -> Camera:
 
 
 def _facing(way: Floats) -> Floats:
-    """The axes [3, 3], as columns, of a board that faces a camera along its ray `way`; z points away from it."""
+    """The axes [3, 3], as columns, of a board that faces a camera on its ray `way`; z points away from the camera."""
     across = np.cross([0.0, 1.0, 0.0], way)
     if np.linalg.norm(across) < 1e-6:
         across = np.array([1.0, 0.0, 0.0])

@@ -1,8 +1,8 @@
-"""The self-check: OpenCV calibrates a camera from rendered pictures of a board and must recover it.
+"""The self-check: OpenCV calibrates a camera from rendered images of a board and must recover it.
 
-The board is rendered through the camera from many places. OpenCV detects the corners and calibrates, and the recovered
-parameters are compared with the camera's. A second calibration, from the exact projections of the corners, separates
-errors of the picture from errors of the corner detection.
+The board is rendered through the camera from many positions. OpenCV detects the corners and calibrates, and the
+recovered parameters are compared with the camera's. A second calibration, from the exact projections of the corners,
+separates errors of the image from errors of the corner detection.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def selfcheck(
     progress: Progress | None = None,
     keep: Callable[[int, Frame], object] | None = None,
 ) -> SelfCheck:
-    """Renders a board through `camera` from `views` places, calibrates with OpenCV, and compares.
+    """Renders a board through `camera` from `views` positions, calibrates with OpenCV, and compares.
 
     `camera` (default: 1920 x 1080 with five coefficients) has a lens that OpenCV calibrates: none, "opencv" with any of
     its coefficients, or "fisheye". The camera's pose does not matter. `size` (width, height) replaces the camera's
@@ -130,9 +130,9 @@ def selfcheck(
     pixels and 8 bits of linear light. `progress(done, total)` counts the views; `keep(number, frame)` receives each
     image.
 
-    OpenCV is given the number of coefficients and nothing else of the camera. Raises `SettingsError` if OpenCV is not
-    installed (`pip install opencv-python-headless`) or detects the board too seldom, and `CameraError` for a lens that
-    OpenCV does not calibrate.
+    OpenCV receives only the number of coefficients. Raises `SettingsError` if OpenCV is not installed (`pip install
+    opencv-python-headless`) or detects the board in too few images, and `CameraError` for a lens that OpenCV does not
+    calibrate.
 
     Source: OpenCV, `calib3d`: Z. Zhang, A Flexible New Technique for Camera Calibration, 2000.
     """
@@ -299,7 +299,7 @@ def _ray_difference(true: Camera, k: Floats, lens: Floats, corners: Sequence[Flo
             model=model,
         )
     except CameraError:
-        return float("inf")  # a lens that folds over at once
+        return float("inf")  # a lens that folds at the image centre
     ours, theirs = true.rays(grid)[1], found.rays(grid)[1]
     good = np.isfinite(ours[:, 0]) & np.isfinite(theirs[:, 0])
     # The rotation between two bundles of rays: W. Kabsch 1976.

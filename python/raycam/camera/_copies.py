@@ -169,7 +169,7 @@ class Copies(Optics):
 
     @property
     def background(self) -> Background | None:
-        """The photo behind the rendered objects, which `raycam.render` shows where nothing is rendered; or None."""
+        """The photo that `raycam.render` shows behind the rendered objects, or None."""
         found = self._core.background
         if found is None:
             return None

@@ -138,7 +138,7 @@ def _main(words: Sequence[str]) -> int:
 
 
 def _refuse(commands: dict[str, argparse.ArgumentParser], name: str, others: Sequence[str]) -> NoReturn:
-    """Exits with the arguments that a command does not accept, and the option that was meant."""
+    """Exits with the arguments that a command does not accept, and the likely option."""
     message = f"unrecognized arguments: {' '.join(others)}"
     option = next((word.partition("=")[0] for word in others if word.startswith("--")), "")
     having = [f"raycam {other}" for other, command in commands.items() if option in option_names(command)]
@@ -150,7 +150,7 @@ def _refuse(commands: dict[str, argparse.ArgumentParser], name: str, others: Seq
 
 
 def _meant_option(option: str, options: list[str]) -> str | None:
-    """Returns the option that an abbreviation, another program's term or a misspelling means."""
+    """Returns the likely option for an abbreviation, another program's term or a misspelling."""
     import difflib
 
     from .._core import names_for_foreign_term
@@ -189,7 +189,7 @@ def _open_closed_streams() -> None:
 
 
 def _write_utf8() -> None:
-    """Sets the encoding of pipes and files to UTF-8 on Windows, whose default lacks many letters."""
+    """Sets the encoding of pipes and files to UTF-8 on Windows, whose default encoding lacks many characters."""
     if os.name == "nt":
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
@@ -197,7 +197,7 @@ def _write_utf8() -> None:
 
 
 def _join_values(words: Sequence[str]) -> list[str]:
-    """Joins "--frames -4:" to "--frames=-4:", because argparse takes "-4:" and "-1,0,2" for options.
+    """Joins "--frames -4:" to "--frames=-4:", because argparse reads "-4:" and "-1,0,2" as options.
 
     Splits "--pixel 320,240".
     """
@@ -281,9 +281,8 @@ def _parser() -> argparse.ArgumentParser:
         epilog="To start, run `raycam demo DIR`. `raycam COMMAND --help` lists the options of a command.",
     )
     parsers: dict[str, argparse.ArgumentParser] = {}
-    parser.set_defaults(
-        main=main, commands=lambda: parsers
-    )  # for `demo`, which runs others, and `completion`
+    # `demo` runs other commands, and `completion` lists them.
+    parser.set_defaults(main=main, commands=lambda: parsers)
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
     for name, (add, help_text, examples) in COMMANDS.items():

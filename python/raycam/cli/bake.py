@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from .options.command import Command
 from .options.worlds import add_world, load_world
@@ -15,10 +16,22 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         nargs="+",
         default=["ao"],
-        help="ao (default), position, normal, shading_normal, tangent_normal, bent_normal, thickness, albedo, "
-        "instance, triangle",
+        help="ao (default), bent_normal, thickness, curvature, position, normal, shading_normal, tangent_normal, "
+        "instance, material, triangle; with --from: albedo",
     )
-    command.add_argument("-o", "--output", metavar="DIR", required=True, help="folder to write to")
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="PATH",
+        required=True,
+        help="folder to write to, or the file of a single map (.png or .exr, as in the folder; .glb of vertices)",
+    )
+    command.add_argument(
+        "--to",
+        choices=("texture", "vertices"),
+        default="texture",
+        help="texture (default), or vertices: a mesh in vertex colours for each map",
+    )
     command.add_argument("--object", metavar="NAME", default=None, help="object to bake (default: the first)")
     command.add_argument(
         "--size",
@@ -54,21 +67,41 @@ def _add(command: argparse.ArgumentParser) -> None:
         type=float,
         help="ignore surfaces beyond this distance (default: no limit)",
     )
+    command.add_argument(
+        "--cone",
+        metavar="DEGREES",
+        type=float,
+        default=180.0,
+        help="opening angle of the rays of thickness (default: 180; 120 is the shape diameter function)",
+    )
+    command.add_argument(
+        "--green",
+        choices=("up", "down"),
+        default="up",
+        help="direction of green in tangent_normal: up (default; glTF, OpenGL) or down (DirectX)",
+    )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
     from ..baking import bake
+    from ..errors import SettingsError
     from ..notices import collected
     from .options.messages import print_notices
 
+    if Path(options.output).suffix in (".png", ".exr", ".glb") and len(set(options.maps)) > 1:
+        raise SettingsError(
+            f"--output {options.output} is the file of a single map, got {len(set(options.maps))} maps; use a folder",
+            code="conflicting_values",
+        )
     world = load_world(options)
     with collected() as notices:
         maps = bake(
             world,
             options.maps,
             object=0 if options.object is None else options.object,
+            to=options.to,
             size=options.size,
             uv_set=options.uv_set,
             source=options.source,
@@ -76,20 +109,27 @@ def _run(options: argparse.Namespace) -> None:
             atlas=options.atlas,
             samples=options.samples,
             distance=float("inf") if options.distance is None else options.distance,
+            cone=options.cone,
+            green=options.green,
             threads=options.threads,
         )
     print_notices(notices)
+    if Path(options.output).suffix in (".png", ".exr", ".glb"):
+        maps.save_map(options.maps[0], options.output)
+        print(options.output)
+        return
     for path in maps.save(options.output):
         print(path)
 
 
 COMMAND = Command(
     _add,
-    "bake maps of a surface into textures: ambient occlusion, normals, thickness",
+    "bake maps of a surface into textures or vertex colours: ambient occlusion, normals",
     [
         "raycam bake model.glb -o maps                                     maps/ao.png",
         "raycam bake model.glb --maps ao bent_normal --samples 256 --size 2048 -o maps",
         "raycam bake low.glb --from high.obj --maps tangent_normal ao -o maps",
+        "raycam bake model.glb --to vertices -o ao.glb                        ambient occlusion as vertex colours",
         "raycam bake room.toml --object chair --maps thickness --distance 0.1 -o maps",
     ],
 )

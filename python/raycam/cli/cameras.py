@@ -89,7 +89,7 @@ def _run(options: argparse.Namespace) -> None:
         options.output or f"{Path(file).stem}{'_' if name else ''}{Path(name).name}_{options.to}{ending}"
     )
     if not (name or options.time_offset or has_copies(options)):
-        images, times = {}, {}  # the records have them
+        images, times = {}, {}  # the records contain them
     print_notices(save_cameras(output, cameras, options.to, images=images, times=times))
     loaded = isinstance(cameras, Cameras)
     count = len(cameras) if loaded else sum(len(x) if isinstance(x, Rig) else 1 for x in cameras.values())
@@ -97,7 +97,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _times(times: Mapping[str, float], offset: str | None) -> dict[str, float]:
-    """The times less `--time-offset`."""
+    """The times minus `--time-offset`."""
     from ..errors import SettingsError
 
     if offset is None:

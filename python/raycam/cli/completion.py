@@ -33,7 +33,7 @@ def _actions(command: argparse.ArgumentParser) -> list[argparse.Action]:
 
 
 def _values(name: str, action: argparse.Action) -> list[str]:
-    """The values of an option, or of an argument, of the command `name` that has a list of them; else none."""
+    """The values of an option or argument of the command `name` with a closed set of values; else empty."""
     if action.choices:
         return [str(choice) for choice in action.choices]
     lists = _lists()
@@ -72,7 +72,7 @@ def _lists() -> dict[str, Iterable[str]]:
 
 
 def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
-    """The script for bash, which zsh also runs. File names complete everywhere else."""
+    """The script for bash, which zsh also runs. Everywhere else, file names are completed."""
     yield "_raycam() {"
     yield '    local word="${COMP_WORDS[COMP_CWORD]}" last="${COMP_WORDS[COMP_CWORD-1]}" words=""'
     yield "    COMPREPLY=()"

@@ -42,7 +42,7 @@ def _run(options: argparse.Namespace) -> None:
     if options.of not in SUBJECTS:
         raise SettingsError(f"--of {options.of}: expected {', '.join(SUBJECTS)}", code="invalid_value")
     if options.figure is not None:
-        check_figure(options.figure, options.of)
+        check_figure(options.figure)
     world = load_world(options)
     explanation = explain(world, find_camera(world, options), options.pixel)
     if options.of == "light":

@@ -151,7 +151,7 @@ def _show_frames(options: argparse.Namespace) -> None:
 
 
 def _refuse_others(options: argparse.Namespace) -> None:
-    """Refuses options of worlds, which a saved frame does not have."""
+    """Raises an error for options that do not apply to a saved frame."""
     command = argparse.ArgumentParser(add_help=False)
     _add(command)
     defaults = vars(command.parse_args([options.world, *options.more]))
@@ -167,13 +167,13 @@ def _refuse_others(options: argparse.Namespace) -> None:
 
 
 def _view_world(options: argparse.Namespace) -> None:
-    """The live view, until Ctrl-C."""
+    """Runs the live view until Ctrl-C."""
     with tempfile.TemporaryDirectory(prefix="raycam-archive-") as unpacked:
         _view_files(options, Path(unpacked))
 
 
 def _view_files(options: argparse.Namespace, unpacked: Path) -> None:
-    """The live view of files; archives are unpacked to a folder."""
+    """Runs the live view of files; archives are unpacked to a folder."""
     from ..viewer.files.photographs import Photographs
     from ..viewer.files.sources import Opening
     from ..viewer.view import open_browser

@@ -1,8 +1,8 @@
 """Pool of the workers of a Dask cluster: the `raycam[cluster]` extra.
 
-Tasks are data. A worker reads the package from the job's folder, or receives it once through the scheduler if it does
-not see the folder. The package is never scattered, because scattered data is lost with the worker that holds it.
-Results return to this process; the scheduler keeps none of them.
+Tasks are plain data. A worker reads the package from the job's folder, or receives it once through the scheduler if it
+has no access to the folder. The package is never scattered, because scattered data is lost with the worker that holds
+it. Results return to this process; the scheduler keeps none of them.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ POLL_INTERVAL = 0.2  # seconds between polls for a first worker
 def connect(address: str, threads: int | None = None, tell: Callable[[Notice], object] = warn) -> DaskPool:
     """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT"; "local:N" starts one of N processes.
 
-    `tell` is called with a notice while the pool waits for workers.
+    `tell` is called with notices while the pool waits for workers.
 
     Raises `SettingsError` for an invalid address and if Dask is not installed, `NetworkError` if no scheduler answers.
     """
@@ -139,7 +139,7 @@ class DaskPool:
             self.notices.append(Notice(message, "insecure_cluster"))
 
     def threads(self, left: int) -> int | None:
-        """The given threads, or else all threads of a worker that has its machine to itself (None), or 1."""
+        """The given threads; otherwise None (all) for a worker that is alone on its machine, or 1."""
         if self._given is not None:
             return self._given
         if self._cluster is not None:
@@ -149,9 +149,9 @@ class DaskPool:
         return None if alone else 1
 
     def open(self, package: JobPackage, path: str) -> None:
-        """Waits for a worker, probes all workers, and sends the package to those that do not see it.
+        """Waits for a worker, probes all workers, and sends the package to those without access to it.
 
-        Raises `NetworkError` if the scheduler stops meanwhile.
+        Raises `NetworkError` if the scheduler stops while waiting.
         """
         from .worker_registry import WorkerRegistry
 
@@ -211,9 +211,9 @@ class DaskPool:
         self._report_waiting()
 
     def _restart(self) -> None:
-        """Starts the processes of this pool's own cluster anew that Dask has given up.
+        """Restarts processes of this pool's own cluster that Dask has abandoned.
 
-        A nanny starts a process again that died, and ends if that takes longer than its timeout, as under heavy load.
+        A nanny restarts a dead process, but exits if that takes longer than its timeout, for example under heavy load.
         """
         if self._cluster is None:
             return
@@ -237,7 +237,7 @@ class DaskPool:
                 ours.set_exception(WorkerUnfit("all workers that it was meant for have gone"))
 
     def _report_waiting(self) -> None:
-        """Reports, at growing intervals, that there is no worker, and then that there is one."""
+        """Reports at growing intervals that no worker is available, and finally that one has joined."""
         if self._workers:
             if self._next_report > SILENCE_TIMEOUT:
                 self._tell(Notice("a worker is available: rendering continues", "waiting_for_workers"))

@@ -1,4 +1,4 @@
-"""Functions that run on Dask workers; needs Dask."""
+"""Functions that run on Dask workers; requires Dask."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def render_frame(task: FrameTask) -> FrameResult:
 
 
 def has_package(task: FrameTask) -> bool:
-    """True if this worker has or finds the package of a job; raises `WorkerUnfit` for another version's package."""
+    """True if this worker has or finds the package of a job; raises `WorkerUnfit` for a package of another version."""
     try:
         worker.load_package(task)
     except PackageNotFound:
@@ -41,7 +41,7 @@ def has_package(task: FrameTask) -> bool:
 
 
 def keep_package(job: str, data: bytes) -> None:
-    """Stores a package in a file that `worker.load_package` finds when the cache in memory has dropped it."""
+    """Stores a package in a file, for `worker.load_package` after the memory cache has dropped the package."""
     folder = Path(get_worker().local_directory) / "raycam"
     folder.mkdir(exist_ok=True)
     atomic_files.write(folder / job, data)

@@ -39,10 +39,10 @@ def make_pool(
     * "tcp://HOST:PORT", "tls://HOST:PORT": the Dask cluster of the scheduler there.
     * an `Executor` of `concurrent.futures`, which stays open, or a function that makes one, called again if the
       executor breaks. Its workers import this version of raycam. They read the package from the job's folder; a worker
-      that does not see the folder receives the package with its frame.
+      without access to the folder receives the package with its frame.
 
     `threads` is the number of threads per worker; None divides the cores, if their number is known. `tell` is called
-    with notices that cannot wait for `Pool.notices`, such as a cluster without workers.
+    immediately with urgent notices, such as a cluster without workers.
 
     Raises `SettingsError` for anything else, and if Dask is not installed.
     """
@@ -99,7 +99,7 @@ class InProcessPool:
 
 
 class ExecutorPool:
-    """Renders on a `concurrent.futures.Executor`, or on those that a function creates, again after each failure."""
+    """Renders on a `concurrent.futures.Executor`, or on executors from a function, called again after each failure."""
 
     apart = True
     notices: tuple[Notice, ...] = ()
@@ -149,6 +149,6 @@ class ExecutorPool:
         return self._slots
 
     def close(self) -> None:
-        """Shuts down an executor that this pool made; a given one stays open."""
+        """Shuts down an executor that this pool created; a given one stays open."""
         if self._make is not None:
             self._executor.shutdown(wait=False, cancel_futures=True)

@@ -112,7 +112,7 @@ class ProcessPool:
         return growing + expected <= memory_limits.available_bytes(MAX_MEMORY_FRACTION)
 
     def _serve(self) -> None:
-        """Thread of one worker: hands it tasks, and replaces it if it dies."""
+        """Thread of one worker: sends it tasks, and replaces it if it dies."""
         worker: _Worker | None = None
         while (item := self._tasks.get()) is not None and not self._closing:
             task, future = item

@@ -28,7 +28,7 @@ MERGE_TOLERANCE = 1e-8
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with the way on: of trimesh's names, those of rays and nearest points alone are here."""
+    """Raises `AttributeError` with an alternative: only trimesh's names for rays and nearest points are supported."""
     raise AttributeError(
         f"{name} of trimesh is not in raycam.compat.trimesh, which supports only rays and nearest points; "
         "keep meshes in trimesh, or load them with raycam.load(path)"
@@ -111,15 +111,15 @@ class RayMeshIntersector:
         return self.world.inside(_points(points))
 
     def __getstate__(self) -> dict[str, Any]:
-        """The mesh, without what was built of it."""
+        """The mesh, without acceleration structures."""
         return {"mesh": self.mesh, "_scale_to_box": self._scale_to_box, "_built": None}
 
     def __copy__(self, *_: object) -> RayMeshIntersector:
-        """Queries of the same mesh."""
+        """Returns queries of the same mesh."""
         return type(self)(self.mesh, self._scale_to_box)
 
     def __deepcopy__(self, *_: object) -> RayMeshIntersector:
-        """Queries of the same mesh; `Trimesh.copy` makes its own."""
+        """Returns queries of the same mesh; `Trimesh.copy` creates its own."""
         return self.__copy__()
 
 
@@ -144,14 +144,14 @@ def _choose_facing(
 ) -> None:
     """Replaces each closest triangle by the one that faces the query most among those at equal distance.
 
-    Looks at the triangles that share a corner with the closest one. Equal are triangles with the same closest point,
-    and those whose squared distance differs by less than trimesh's tolerance. Writes into the last three arrays.
+    Considers the triangles that share a vertex with the closest one. Distances are equal for the same closest point,
+    or if their squares differ by less than trimesh's tolerance. Writes into the last three arrays.
     """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(lengths > 0, lengths, 1)
     away = queries - position
-    # A triangle that faces its query fully cannot be beaten.
+    # No triangle can face its query more than fully.
     facing = np.einsum("ni,ni->n", normals[triangle], away)
     doubtful = np.flatnonzero(facing < distance * (1 - 1e-12))
     query, candidate = _triangles_around(corners, triangle[doubtful])
@@ -182,7 +182,7 @@ def _choose_facing(
 
 
 def _triangles_around(corners: Floats, triangles: Ids) -> tuple[Ids, Ids]:
-    """All pairs of a place in `triangles` and a triangle that shares a corner with the one there, or is the same."""
+    """All pairs of an index into `triangles` and a triangle that equals this triangle or shares a vertex with it."""
     _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     vertex = vertex.reshape(-1, 3)
     by_vertex = np.argsort(vertex.ravel(), kind="stable")
@@ -252,7 +252,7 @@ def uninstall() -> None:
 
 
 def _world_for(mesh: Any) -> World:
-    """The world of a mesh, that of its `ray` where that is ours."""
+    """The world of a mesh: that of its `ray` if it is raycam's."""
     ray = getattr(mesh, "ray", None)
     return (ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)).world
 
@@ -266,7 +266,7 @@ def _world_of(mesh: Any) -> World:
 
 
 def _hash_of(mesh: Any) -> object:
-    """The mesh's hash of its data (trimesh), or one of its arrays."""
+    """The mesh's own hash of its data (trimesh), or a hash of its arrays."""
     own = type(mesh).__hash__
     if own is not None and own is not object.__hash__:  # type: ignore[comparison-overlap]
         return hash(mesh)

@@ -204,7 +204,7 @@ class ModelCatalogue:
 
 
 def _order_of(model: Model) -> tuple[Any, ...]:
-    """The place of a model among those without a given id: by category, or else by name, then by size."""
+    """The sort key of a model without a given id: category or name, then size."""
     shape = model.shape
     return sorted(model.categories or model.names), shape.triangles, shape.size, shape.moments
 

@@ -142,7 +142,7 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
 
 
 def _with(world: World, cameras: list[Any]) -> World:
-    """The world with the cameras of the views, in their order and under reserved names."""
+    """Returns the world with the cameras of the views, in their order and under reserved names."""
     taken = [name for name in world.cameras if name.startswith(f"{PREFIX}-")]
     if taken:
         raise JobError(

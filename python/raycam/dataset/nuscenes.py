@@ -146,7 +146,7 @@ def scan_bytes(scan: Scan) -> bytes:
 
 
 def lidar_mount(lidar: Lidar, R: Floats, C: Floats) -> tuple[Floats, Floats]:
-    """Returns the rotation body_from_lidar and the lidar's place on the body."""
+    """Returns the rotation body_from_lidar and the lidar's position on the body."""
     pose = pose_of(lidar)
     return product(R, pose[:3, :3]), product(R, pose[:3, 3] - C)
 
@@ -203,7 +203,7 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def sensors(mounts: list[list[Any]]) -> dict[str, Iterator[dict[str, Any]]]:
-    """Returns the tables of sensors and of their places on the body."""
+    """Returns the tables of sensors and of their poses on the body."""
     devices = (
         {"token": token("sensor", mount[0]), "channel": mount[0], "modality": mount[1]} for mount in mounts
     )

@@ -25,8 +25,8 @@ class WorldSequence:
     """The worlds of `raycam.dataset.write(worlds=)`, by number.
 
     `worlds` is a sequence of worlds, an iterator over worlds, or a function that returns world i. `count` is the number
-    of worlds; a sequence has its own. `categories` are the names of all categories, or a mapping from ids to names; by
-    default, those of a sequence's worlds, or those of the first world.
+    of worlds; a sequence has its own length. `categories` are the names of all categories, or a mapping from ids to
+    names; by default, those of a sequence's worlds, or those of the first world.
 
     Raises `SettingsError` if the count is missing or wrong.
     """

@@ -294,7 +294,7 @@ def _write_index(job: Job, kind: Format, plan: Plan, format: str, licence: str) 
 
 
 def _check_source(source: World | Recipe | WorldSequence, format: str, workers: int | str | None) -> None:
-    """Raises `SettingsError` if a caller's worlds cannot be made where they are needed."""
+    """Raises `SettingsError` if a caller's worlds cannot be created where they are needed."""
     if not isinstance(source, WorldSequence):
         return
     if workers is not None:
@@ -393,7 +393,7 @@ def late_times(plan: Plan) -> list[Notice]:
     ends = [animation.duration for animation in plan.world.animations]
     ends.extend([video.frames / video.fps] if video is not None else [])
     times = [view.time for view in plan.shots if view.time is not None]
-    # A frame later it may well be: the last one lasts so long.
+    # Up to one frame later is allowed, because the last frame lasts that long.
     end = max(ends, default=0.0) + (1 / video.fps if video is not None else 0.0)
     out = [time for time in times if not 0 <= time <= end]
     if plan.recipe is not None or not ends or not out:

@@ -1,4 +1,4 @@
-"""All triangles of a world tried by one ray, a block at a time: counts, and those that are worth their numbers."""
+"""All triangles of a world tested against one ray in blocks: counts, and details of a few triangles."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BLOCK = 1 << 15
 
 @dataclass(frozen=True)
 class Tried:
-    """Every triangle counted, and the few with full details."""
+    """The counts of all triangles, and full details of a few."""
 
     triangles: int
     without_area: int
@@ -39,7 +39,7 @@ class Tried:
 
 
 def tried(world_corners: Floats, points: Callable[[Floats], Floats], C: Floats, r: Floats) -> Tried:
-    """Tries triangles [n, 3, 3] by the ray C + t r, both [3]; `points` brings corners into the units of the ray."""
+    """Tests triangles [n, 3, 3] against the ray C + t r, both [3]; `points` converts corners to the ray's units."""
     counts = np.zeros(4, dtype=np.int64)
     hits, misses = _Smallest(HITS_SHOWN), _Smallest(max(MISSES_SHOWN, MISSES_SHOWN_WITHOUT_A_HIT))
     for start in range(0, len(world_corners), BLOCK):
@@ -68,7 +68,7 @@ def tried(world_corners: Floats, points: Callable[[Floats], Floats], C: Floats, 
 
 
 def _narrowness(corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats) -> Floats:
-    """How far the ray passes each triangle of `missed` in its plane, from its middle, relative to its size."""
+    """The distance between the ray and the centre of each triangle of `missed` in its plane, relative to its size."""
     corners = corners[missed]
     middle = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3
     f = C + t[missed, None] * r
@@ -77,7 +77,7 @@ def _narrowness(corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats)
 
 
 class _Smallest:
-    """The triangles of the smallest keys; among equal ones those that come first."""
+    """The triangles with the smallest keys; among equal keys, the first ones."""
 
     def __init__(self, most: int) -> None:
         self.index = np.empty(0, np.int64)
@@ -86,7 +86,7 @@ class _Smallest:
         self._keys = np.empty(0)
 
     def add(self, index: Indices, keys: Floats, t: Floats) -> None:
-        """Takes more triangles, of larger indices."""
+        """Adds further triangles, which have larger indices."""
         if len(keys) > self._most:
             found = np.partition(keys, self._most - 1)[self._most - 1]
             kept = ~(keys > found)

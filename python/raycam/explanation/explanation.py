@@ -1,7 +1,7 @@
-"""Explanation of one pixel: every step of the lecture with its numbers, then its light, and the tree that is searched.
+"""Explanation of one pixel: every step of the lecture with its numbers, its light, and the search tree.
 
-The numbers of the flat picture come from :mod:`raycam.reference`: the functions of the reference picture, run for one
-ray over all triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
+The numbers of the flat image come from :mod:`raycam.reference`: its functions are run for one ray over all
+triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Explanation(PixelSteps):
         return text.text(self)
 
     def __repr__(self) -> str:
-        """The pixel and what it sees, in one line; `str` has all steps."""
+        """The pixel and the object it shows, in one line; `str` returns all steps."""
         seen = text.name(self.winner) if self.winner else "no triangle"
         return f"Explanation of pixel {self.pixel}: sees {seen}; print it for all steps"
 
@@ -58,26 +58,26 @@ class Explanation(PixelSteps):
         return self.svg()
 
     def lighting(self, samples: int = 256) -> Lighting:
-        """The light of the pixel: each light's shadow ray, cosine, diffuse and specular term, and their sum.
+        """Returns the light of the pixel: each light's shadow ray, cosine, diffuse and specular term, and their sum.
 
-        Suns, bulbs and spots without an extent are closed forms; the others are means of `samples` samples.
+        Suns, point lights and spots without an extent are closed forms; other lights are means of `samples` samples.
         """
         return lighting(self, samples)
 
     def light_path(self, seed: int = 0, max_bounces: int = 5) -> LightPath:
-        """One path of light through the pixel, of at most `max_bounces` points; another one for each `seed`."""
+        """Returns a light path through the pixel with at most `max_bounces` points; each `seed` gives another path."""
         return light_path(self, seed, max_bounces)
 
     def tree(self) -> TreeSearch:
-        """The search for the closest triangle in a tree of boxes: the boxes that the ray enters, and counts."""
+        """Returns the search for the closest triangle in a tree of boxes: the boxes that the ray enters, and counts."""
         return tree_search(self)
 
     def svg(self, of: Subject = "ray") -> str:
-        """A figure as SVG.
+        """Returns a figure as SVG text.
 
-        Of the "ray": the image with the marked pixel, ray and triangle in 3D, and the inside test. Of the "light":
-        shadow rays and a path of light in 3D. Of the "tree": the boxes that the ray enters. Raises SettingsError for
-        another word.
+        `of="ray"` shows the image with the marked pixel, ray and triangle in 3D, and the inside test. `of="light"`
+        shows shadow rays and a light path in 3D. `of="tree"` shows the boxes that the ray enters. Raises SettingsError
+        for other values.
         """
         if of not in SUBJECTS:
             raise SettingsError(f"of={of!r}: expected {', '.join(SUBJECTS)}", code="invalid_value")
@@ -88,16 +88,16 @@ class Explanation(PixelSteps):
     def save_figure(self, path: str | os.PathLike[str], of: Subject = "ray") -> None:
         """Writes the figure `svg` to an .svg file atomically, or to a .png or .pdf with CairoSVG.
 
-        With `of="ray"`, an .html file is a page with the steps, whose figures can be turned as in the lecture and the
-        live view. Raises SettingsError for another ending and without CairoSVG, and OSError if the file cannot be
+        An .html file is a page with the steps, whose figures are those of the lecture and the live view and can be
+        rotated. Raises SettingsError for another extension and without CairoSVG, and OSError if the file cannot be
         written.
         """
-        check_figure(path, of)
+        check_figure(path)
         suffix = Path(path).suffix.lower()
         if suffix == ".html":
             from ..viewer.explanation_page import explanation_page
 
-            atomic_files.write(path, explanation_page(self).encode())
+            atomic_files.write(path, explanation_page(self, of).encode())
             return
         svg = self.svg(of).encode()
         atomic_files.write(path, svg if suffix == ".svg" else _converter(suffix)(bytestring=svg))
@@ -110,14 +110,14 @@ def explain(
 ) -> Explanation:
     """Explains the colour of one pixel of ``raycam.render(world, camera, integrator="flat")``.
 
-    `world` and `camera` are as in `raycam.render`; ``explain(world, (320, 240))`` takes the default camera.
-    `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's centre.
+    `world` and `camera` are as in `raycam.render`; ``explain(world, (320, 240))`` uses the default camera.
+    `pixel` is (column, row), integers from (0, 0) at the top left; the ray passes through the pixel's centre.
 
-    Cameras may have a lens or parallel rays: the ray is then explained from the pixel through the undistortion to the
-    direction in the world. A moving camera, and a world at a time before a rolling shutter, are explained as they are
-    in the middle of the exposure of the pixel's line, as ground truth is.
+    Cameras may have a lens or parallel rays: the explanation then contains the steps from the pixel through the
+    undistortion to the direction in the world. Moving cameras, and moving worlds with a rolling shutter, are explained
+    at the middle of the exposure of the pixel's line, like ground truth.
 
-    Raises SettingsError for a pixel outside the image, CameraError for one outside of the image of a lens.
+    Raises SettingsError for a pixel outside the image, and CameraError for a pixel that the lens maps to no ray.
     """
     if pixel is None:  # explain(world, pixel)
         camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
@@ -181,7 +181,7 @@ def explain(
 
 
 def _candidates(world: World, found: Tried, corners: Floats, C: Floats, r: Floats) -> dict[int, Candidate]:
-    """The details of the triangles that are shown, by their index; `corners` are theirs."""
+    """The details of the shown triangles by index; `corners` are their vertices."""
     ids, colors = world.triangle_ids()[found.shown], world.triangle_colors()[found.shown]
     n = reference.normals(corners)
     t = reference.plane_distances(n, corners[:, 0], C, r[None])[0]
@@ -196,7 +196,7 @@ FIGURES = (".svg", ".html", ".png", ".pdf")
 
 
 def _converter(suffix: str) -> Callable[..., bytes]:
-    """CairoSVG's function for an ending; raises `SettingsError` if it is not installed."""
+    """CairoSVG's function for a file extension; raises `SettingsError` if it is not installed."""
     try:
         import cairosvg
     except (ImportError, OSError) as error:  # OSError: without the library cairo
@@ -208,18 +208,13 @@ def _converter(suffix: str) -> Callable[..., bytes]:
     return convert
 
 
-def check_figure(path: str | os.PathLike[str], of: Subject = "ray") -> None:
-    """Checks that a figure of a subject can be written to `path`; raises the errors of `save_figure`."""
+def check_figure(path: str | os.PathLike[str]) -> None:
+    """Checks that a figure can be written to `path`; raises the errors of `save_figure`."""
     suffix = Path(path).suffix.lower()
     if suffix not in FIGURES:
         raise SettingsError(
             f"{path}: unknown ending of a figure; expected .svg, .html (a page that can be turned), .png or .pdf",
             code="unknown_format",
-        )
-    if suffix == ".html" and of != "ray":
-        raise SettingsError(
-            f"{path}: pages show the ray only; write the figure of the {of} as .svg",
-            code="conflicting_values",
         )
     if suffix in (".png", ".pdf"):
         _converter(suffix)

@@ -1,30 +1,33 @@
-"""An explanation as a figure: the picture with the marked pixel, ray and triangle in 3D, and the inside test.
+"""Figure of an explanation: the image with the marked pixel, ray and triangle in 3D, and the inside test.
 
-The 3D drawing is fitted to the triangle, whatever the distance of the camera; a longer ray is shortened with an axis
+The figure shows the subjects of the lecture's figures in their colours and marks, without a browser.
+The 3D drawing is scaled to the triangle for any distance of the camera; a long ray is shortened with an axis
 break. Directions and all points of the plane are exact.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core, reference
-from ..reference.units import Floats
+from ..reference.units import Bools, Floats
 from ..render import render
 from .digits import number, srgb, vector
+from .palette import PALETTE, SHADES
 from .steps import Candidate, PixelSteps
 from .svg import MONO, Label, Svg
 from .text import EDGES, name
 from .view import Box, choose_viewpoint, fit_to_box, plane_grid, unit, view
 
 INK, FAINT, RULE = "#1d2330", "#69707f", "#d9dce3"
-RAY, CAMERA, EDGE, TO_G, CROSSING, NORMAL = "#d9381e", "#0b7a75", "#2456c8", "#8e3ab5", "#e08a00", "#3f7d20"
 WIDTH, HEIGHT, MARGIN, HEADING = 1280.0, 930.0, 24.0, 34.0
 ZOOMED = 11
+SOFT = "#f0ede6"
+EDGE_NAMES = ("v₁", "v₂", "v₃")
 
 
 def figure(e: PixelSteps) -> str:
@@ -123,7 +126,7 @@ def marked_picture(svg: Svg, box: Box, e: PixelSteps, picture: npt.NDArray[np.ui
     ]
     svg.polygon(square, "none", stroke="#000000", width=4)
     svg.polygon(square, "none", stroke="#ffffff", width=2)
-    svg.dot(middle, 2, RAY, "#ffffff", 1)
+    svg.dot(middle, 2, PALETTE["x"], "#ffffff", 1)
 
 
 def ray_and_triangle(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
@@ -166,30 +169,31 @@ def ray_and_triangle(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     strokes = [(A, B), (B, Cc), (Cc, A), (A, G), (F, G), (eye, F), (F, E), (to_page(middle[None])[0], N)]
     strokes += [(window[i], window[(i + 1) % 4]) for i in range(4)] + [(eye, corner) for corner in window]
 
-    svg.line(F, E, RAY, 1.5, "4 5", 0.7)
+    svg.line(F, E, PALETTE["r"], 1.5, "4 5", 0.7)
     if behind:
-        svg.arrow(to_page(middle[None])[0], N, NORMAL)
-    svg.polygon(list(plane), "#7f93b8", 0.16, "#aab4c8")
+        svg.arrow(to_page(middle[None])[0], N, PALETTE["n"])
+    color, opacity = SHADES["plane"]
+    svg.polygon(list(plane), color, opacity, PALETTE["n"], 1.5)
     for p, q in grid:
         a, b = to_page(np.array([p, q]))
-        svg.line(a, b, "#aab4c8", 0.6)
+        svg.line(a, b, PALETTE["n"], 0.6, opacity=0.3)
     r, g, b = srgb(c.color)
     svg.polygon([A, B, Cc], f"#{r:02x}{g:02x}{b:02x}", 0.75)
-    triangle_and_test(svg, [A, B, Cc, F, G], c, to_page(crossing_points(c)))
+    triangle_and_test(svg, [A, B, Cc, F, G], c, *to_page_points(to_page, c))
     if not behind:
-        svg.arrow(to_page(middle[None])[0], N, NORMAL)
+        svg.arrow(to_page(middle[None])[0], N, PALETTE["n"])
     for corner in window:
-        svg.line(eye, corner, CAMERA, 1)
-    svg.polygon(window, "#ffffff", 0.55, CAMERA, 1.8)
-    svg.arrow(eye, V, CAMERA, 1.2, "3 4")
-    svg.line(eye, F, RAY, 2.2)
+        svg.line(eye, corner, PALETTE["K"], 1.1)
+    svg.polygon(window, "#ffffff", 0.55, PALETTE["K"], 1.8)
+    svg.arrow(eye, V, PALETTE["R"], 2)
+    svg.line(eye, F, PALETTE["r"], 2.5)
     head = eye + 0.62 * (F - eye)
-    svg.arrow(head - 0.01 * (F - eye), head, RAY, 2.2)
+    svg.arrow(head - 0.01 * (F - eye), head, PALETTE["r"], 2.5)
     if shown_distance < distance:
         axis_break(svg, eye + 0.78 * (F - eye), F - eye)
-    svg.dot(eye, 4.5, CAMERA, "#ffffff")
-    svg.dot(pixel, 3.5, RAY, "#ffffff")
-    svg.dot(F, 4.5, INK, "#ffffff")
+    svg.dot(eye, 5, PALETTE["C"], "#ffffff")
+    svg.dot(pixel, 5, PALETTE["x"], "#ffffff")
+    svg.dot(F, 5, PALETTE["t"], "#ffffff")
 
     labels = _labels([A, B, Cc], F, G, eye, pixel, N, V, F - E)
     strokes += [(dot - 4, dot + 4) for dot in (F, G, eye, pixel)]
@@ -213,42 +217,58 @@ def _labels(
     V: Floats,
     towards_eye: Floats,
 ) -> list[Label]:
-    """The labels of `ray_and_triangle`, beside points of the page."""
+    """The labels of `ray_and_triangle`, next to points of the page."""
     A, B, Cc = corners
     out = np.array(corners).mean(axis=0)
     return [
-        Label(F, "f(t)", INK, towards_eye),
-        Label(eye, "C", CAMERA, eye - F),
-        Label(pixel, "x", RAY, (-1, -1)),
-        Label(A, "a", EDGE, A - out),
-        Label(B, "b", EDGE, B - out),
-        Label(Cc, "c", EDGE, Cc - out),
-        Label(G, "g", TO_G, G - A),
-        Label((F + G) / 2, "u", TO_G, (0, -1)),
-        Label((A + B) / 2, "v1", EDGE, (A + B) / 2 - out),
-        Label((B + Cc) / 2, "v2", EDGE, (B + Cc) / 2 - out),
-        Label((Cc + A) / 2, "v3", EDGE, (Cc + A) / 2 - out),
-        Label(N, "n", NORMAL, N - out),
-        Label(V, "v", CAMERA, V - eye),
-        Label(eye + 0.5 * (F - eye), "r", RAY, (0, -1)),
+        Label(F, "f(t)", PALETTE["t"], towards_eye),
+        Label(eye, "C", PALETTE["C"], eye - F),
+        Label(pixel, "x", PALETTE["x"], (-1, -1)),
+        *_corner_labels(A, B, Cc, out),
+        Label(G, "g", PALETTE["u"], G - A),
+        Label((F + G) / 2, "u", PALETTE["u"], (0, -1)),
+        Label(N, "n", PALETTE["n"], N - out),
+        Label(V, "v", PALETTE["R"], V - eye),
+        Label(eye + 0.5 * (F - eye), "r", PALETTE["r"], (0, -1)),
     ]
 
 
-def crossing_points(c: Candidate) -> Floats:
-    """The points at which u crosses edges, [crossings, 3]."""
-    return np.asarray(c.f + c.along_u[c.crossed][:, None] * c.u)
+def _corner_labels(A: Floats, B: Floats, C: Floats, middle: Floats) -> list[Label]:
+    """The labels of the corners and the edges."""
+    corners = (A, B, C)
+    ends = [(corners[i] + corners[(i + 1) % 3]) / 2 for i in range(3)]
+    return [
+        *(Label(at, name, PALETTE["a"], at - middle) for name, at in zip("abc", corners, strict=True)),
+        *(Label(at, name, PALETTE["edge"], at - middle) for name, at in zip(EDGE_NAMES, ends, strict=True)),
+    ]
 
 
-def triangle_and_test(svg: Svg, corners: Sequence[Floats], c: Candidate, crossings: Floats) -> None:
-    """Draws the edges, g, u and the crossings, for `corners` a, b, c, f, g on the page."""
+def to_page_points(to_page: Callable[[Floats], Floats], c: Candidate) -> tuple[Floats, Floats]:
+    """Where u meets the edges' lines on the page: the crossings [n, 2], and nearby intersections that do not count."""
+
+    def places(chosen: Bools) -> Floats:
+        points = np.asarray(c.f + c.along_u[chosen][:, None] * c.u)
+        return to_page(points) if len(points) else np.empty((0, 2))
+
+    return places(c.crossed), places(~c.crossed & (np.abs(c.along_u) <= 1))
+
+
+def triangle_and_test(
+    svg: Svg, corners: Sequence[Floats], c: Candidate, crossings: Floats, others: Floats
+) -> None:
+    """Draws the edges, g, u and the intersections, for `corners` a, b, c, f, g on the page."""
     a, b, third, f, g = corners
-    svg.line(a, g, TO_G, 1.2, "2 5")
+    svg.line(a, g, PALETTE["edge"], 1, "4 4")
     for p, q in ((a, b), (b, third), (third, a)):
-        svg.arrow(p, q, EDGE, 2)
-    svg.arrow(f, g, TO_G, 2, "7 5")
-    svg.dot(g, 4.5, TO_G, "#ffffff")
+        svg.arrow(p, q, PALETTE["edge"], 3)
+    svg.arrow(f, g, PALETTE["u"], 3)
+    for other in others:
+        svg.dot(other, 4, FAINT, "#ffffff")
     for crossing in crossings:
-        svg.dot(crossing, 6, "#ffffff", CROSSING, 3)
+        svg.dot(crossing, 7, PALETTE["r"], "#ffffff")
+    for corner in (a, b, third):
+        svg.dot(corner, 4.5, PALETTE["edge"], "#ffffff")
+    svg.dot(g, 5, PALETTE["u"], "#ffffff")
 
 
 def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
@@ -259,7 +279,7 @@ def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
     for side in (-4, 4):
         middle = at + side * along
         slant = 7 * across + 3 * along
-        svg.line(middle - slant, middle + slant, RAY, 1.8)
+        svg.line(middle - slant, middle + slant, PALETTE["r"], 1.8)
 
 
 def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
@@ -279,52 +299,49 @@ def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     points = np.array([c.a, c.b, c.c, c.f, c.g])
     to_page = fit_to_box(lambda some: (some - c.a) @ basis, points, box.inner(40))
     A, B, Cc, F, G = to_page(points)
-    crossings = to_page(crossing_points(c))
-    r, g, b = srgb(c.color)
-    svg.polygon([A, B, Cc], f"#{r:02x}{g:02x}{b:02x}", 0.55)
-    triangle_and_test(svg, [A, B, Cc, F, G], c, crossings)
-    svg.dot(F, 4.5, INK, "#ffffff")
+    crossings, others = to_page_points(to_page, c)
+    color, opacity = SHADES["inside"] if c.inside else (SOFT, 1.0)
+    svg.polygon([A, B, Cc], color, opacity)
+    triangle_and_test(svg, [A, B, Cc, F, G], c, crossings, others)
+    svg.dot(F, 6, PALETTE["t"], "#ffffff")
     middle = (A + B + Cc) / 3
     labels = [
-        Label(F, "f(t)", INK, F - G),
-        Label(G, "g", TO_G, G - A),
-        Label(A, "a", EDGE, A - middle),
-        Label(B, "b", EDGE, B - middle),
-        Label(Cc, "c", EDGE, Cc - middle),
-        *(Label(at, str(i + 1), CROSSING, at - middle) for i, at in enumerate(crossings)),
-        Label((A + B) / 2, "v1", EDGE, (A + B) / 2 - middle),
-        Label((B + Cc) / 2, "v2", EDGE, (B + Cc) / 2 - middle),
-        Label((Cc + A) / 2, "v3", EDGE, (Cc + A) / 2 - middle),
-        Label(F + 0.6 * (G - F), "u", TO_G, (0, -1)),
+        Label(F, f"f(t): {'inside' if c.inside else 'outside'}", PALETTE["t"], F - G),
+        Label(G, "g = a + v₃", PALETTE["u"], G - A),
+        *_corner_labels(A, B, Cc, middle),
+        Label(F + 0.6 * (G - F), "u", PALETTE["u"], (0, -1)),
     ]
     strokes = [(A, B), (B, Cc), (Cc, A), (A, G), (F, G)]
-    strokes += [(dot - 4, dot + 4) for dot in (F, G, *crossings)]
+    strokes += [(dot - 4, dot + 4) for dot in (F, G, *crossings, *others)]
     svg.labels(labels, strokes, (box.x + 4, box.y, box.width - 8, box.height - 4))
 
 
 def numbers(svg: Svg, box: Box, e: PixelSteps, c: Candidate | None) -> None:
     """Draws the formulas with their numbers."""
-    rows: list[tuple[str, str, str]] = [("x", vector(e.x, 4), RAY), ("C", vector(e.C, 4), CAMERA)]
+    rows: list[tuple[str, str, str]] = [
+        ("x", vector(e.x, 4), PALETTE["x"]),
+        ("C", vector(e.C, 4), PALETTE["C"]),
+    ]
     if e.lens is None:
         rows += [
-            ("X' - C", vector(e.line, 4), RAY),
-            ("v·(X' - C)", number(e.forward_dot_line, 4), INK),
-            ("r = X' - C" if e.forward_dot_line > 0 else "r = C - X'", vector(e.r, 4), RAY),
+            ("X' - C", vector(e.line, 4), PALETTE["r"]),
+            ("v·(X' - C)", number(e.forward_dot_line, 4), PALETTE["R"]),
+            ("r = X' - C" if e.forward_dot_line > 0 else "r = C - X'", vector(e.r, 4), PALETTE["r"]),
         ]
     else:
         rows += [
-            ("m' = K⁻¹ x", vector(e.lens.image_point, 4), RAY),
-            ("d, in the camera", vector(e.lens.in_camera, 4), RAY),
-            ("r = Rᵀ d", vector(e.r, 4), RAY),
+            ("m' = K⁻¹ x", vector(e.lens.image_point, 4), PALETTE["K"]),
+            ("d, in the camera", vector(e.lens.in_camera, 4), PALETTE["r"]),
+            ("r = Rᵀ d", vector(e.r, 4), PALETTE["r"]),
         ]
     if c is not None:
         rows += [
-            ("n = (c-a) x (b-a)", vector(c.n, 4), NORMAL),
-            ("t = n·(a-C) / n·r", f"{number(c.n_dot_a_minus_C, 4)} / {number(c.n_dot_r, 4)}", INK),
-            ("", f"= {number(c.t, 4)}", INK),
-            ("f(t) = C + t r", vector(c.f, 4), INK),
-            ("g = a + v3", vector(c.g, 4), TO_G),
-            ("u = g - f(t)", vector(c.u, 4), TO_G),
+            ("n = (c-a) x (b-a)", vector(c.n, 4), PALETTE["n"]),
+            ("t = n·(a-C) / n·r", f"{number(c.n_dot_a_minus_C, 4)} / {number(c.n_dot_r, 4)}", PALETTE["t"]),
+            ("", f"= {number(c.t, 4)}", PALETTE["t"]),
+            ("f(t) = C + t r", vector(c.f, 4), PALETTE["t"]),
+            ("g = a + v3", vector(c.g, 4), PALETTE["u"]),
+            ("u = g - f(t)", vector(c.u, 4), PALETTE["u"]),
         ]
         for (edge, start), s, q, crossed in zip(EDGES, c.along_u, c.along_edge, c.crossed, strict=True):
             met = "parallel to u" if math.isnan(s) else f"s = {number(s, 4)}, q = {number(q, 4)}"
@@ -332,7 +349,7 @@ def numbers(svg: Svg, box: Box, e: PixelSteps, c: Candidate | None) -> None:
                 (
                     f"{start} + q {edge}",
                     f"{met}{'  crossed' if crossed else ''}",
-                    CROSSING if crossed else FAINT,
+                    PALETTE["r"] if crossed else FAINT,
                 )
             )
     if e.winner is not None:

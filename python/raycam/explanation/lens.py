@@ -1,4 +1,4 @@
-"""The ray of a camera that no camera matrix describes: a lens, or parallel rays, in steps with their numbers."""
+"""The ray of a camera with lens distortion or parallel rays, in steps with their numbers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["LensSteps", "at_line", "lens_section", "lens_steps", "world_at_line"
 
 @dataclass(frozen=True)
 class LensSteps:
-    """The steps from a pixel to its ray, in float64. Those of the camera have x right, y down, z forward."""
+    """The steps from a pixel to its ray, in float64. Camera coordinates have x right, y down, z forward."""
 
     model: str
     """The name of the lens model; "parallel" for parallel rays."""
@@ -54,20 +54,20 @@ def at_line(camera: Camera, column: int, row: int) -> Camera:
     pixel = np.array([column, row]) + camera.corner + 0.5
     still = camera.still()
     rotation = camera._core.rotations(pixel[None])[0]
-    # The ray starts at the centre, or with parallel rays beside it.
+    # The ray starts at the centre, or next to it for parallel rays.
     beside = still.R @ (still.rays(pixel)[0] - still.location)
     return still.at_pose(rotation, camera.rays(pixel)[0] - rotation.T @ beside)
 
 
 def world_at_line(world: World, camera: Camera, pixel: Floats) -> World:
-    """The world in the middle of the exposure of the line of `pixel` [2]; itself without a readout."""
+    """The world in the middle of the exposure of the line of `pixel` [2]; unchanged without a rolling shutter."""
     if camera.shutter is None or camera.shutter["readout"] == 0:
         return world
     return world._derived(world._core.at_line(camera._core, pixel.tolist()))
 
 
 def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:
-    """The steps of a pixel. Raises `CameraError` where the lens has no image."""
+    """The steps of a pixel. Raises `CameraError` if the lens maps the pixel to no ray."""
     pixel = np.array([column, row]) + camera.corner + 0.5
     origin, direction = camera.rays(pixel)
     if not np.isfinite(direction).all():
@@ -95,7 +95,7 @@ def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:
 
 
 def lens_section(steps: LensSteps, C: Floats) -> Iterator[str]:
-    """The lines of steps 1 and 2 where the camera has a lens or parallel rays; the ray starts at C."""
+    """The lines of steps 1 and 2 for a camera with a lens or parallel rays; the ray starts at C."""
     yield ""
     if steps.model == "parallel":
         yield "1. THE RAY OF THE PIXEL: ALL RAYS OF THIS CAMERA ARE PARALLEL"

@@ -50,7 +50,7 @@ class LightPath:
 
     @property
     def points(self) -> Floats:
-        """The corners of the path, [n, 3], from the camera on."""
+        """The vertices [n, 3] of the path, starting at the camera."""
         return np.array([self.origin, *(each.point for each in self.bounces)])
 
     def __str__(self) -> str:
@@ -59,10 +59,10 @@ class LightPath:
 
 
 def light_path(explanation: PixelSteps, seed: int = 0, max_bounces: int = 5) -> LightPath:
-    """A path from an explained pixel of at most `max_bounces` points, its directions chosen by `seed`.
+    """Returns a path from an explained pixel with at most `max_bounces` points; `seed` selects its directions.
 
-    Directions are drawn by the cosine to the normal (Lambert); a weight is then reflectance times π. What is seen in
-    a mirror or through glass has no such direction: the path ends there.
+    Directions are sampled proportionally to the cosine with the normal (Lambert); a weight is then reflectance times
+    π. The path ends at mirrors and glass, which have no such distribution.
     """
     world = lit_world(explanation.world, explanation.camera)
     dark = only_light(world, None)
@@ -103,7 +103,7 @@ def _far(world: World) -> float:
 
 
 def _cosine_direction(normal: Floats, random: np.random.Generator) -> Floats:
-    """A direction [3] with the density cosine / π about a normal: a point on the sphere that touches it."""
+    """A direction [3] with the density cosine / π about a normal: a uniform point on a tangent sphere."""
     z = random.uniform(-1, 1)
     angle = random.uniform(0, 2 * np.pi)
     ring = np.sqrt(1 - z * z)

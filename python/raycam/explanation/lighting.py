@@ -1,6 +1,6 @@
 """The light of one pixel: each light's shadow ray, cosine, diffuse and specular term, and their sum.
 
-The terms of lights that are points or directions are closed forms. The sum is compared with the picture.
+The terms of point lights and directional lights are closed forms. The sum is compared with the image.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class LightTerm:
-    """One light and the point. Radiances are [3], linear RGB, W/(m² sr)."""
+    """The contribution of one light at the point. Radiances are [3], linear RGB, W/(m² sr)."""
 
     name: str
     """Type and number, as "sun 0"."""
@@ -81,7 +81,7 @@ class LightTerm:
 
 @dataclass(frozen=True)
 class Lighting:
-    """The light of one pixel's centre ray, without what comes by way of other surfaces. Radiances in W/(m² sr)."""
+    """The direct light of one pixel's centre ray, without indirect light. Radiances in W/(m² sr)."""
 
     surface: Surface | None
     """The point that is seen; None for a miss."""
@@ -101,7 +101,7 @@ class Lighting:
 
 
 def lighting(explanation: PixelSteps, samples: int = 256) -> Lighting:
-    """The light of an explained pixel; lights with an extent by `samples` samples."""
+    """Returns the direct light of an explained pixel; lights with an extent use `samples` samples."""
     world = lit_world(explanation.world, explanation.camera)
     origin, direction = ray_of(explanation)
     surface = surface_at(world, origin, direction)
@@ -216,7 +216,7 @@ def _term(
 
 
 def _delta(light: dict[str, Any], point: Floats) -> tuple[Floats, float, Floats] | None:
-    """Direction, distance, and irradiance facing a light that is a direction or a point; None for others."""
+    """Direction, distance, and irradiance at normal incidence of a directional or point light; None for others."""
     kind = light["type"]
     if kind == "sun" and not light.get("angular_diameter"):
         way = -np.asarray(light["direction"], np.float64)
@@ -243,7 +243,7 @@ def _rgb(value: Any) -> Floats:
 
 
 def _blocker(world: World, surface: Surface, to_light: Floats, distance: float) -> tuple[str | None, float]:
-    """The name of the first object between the point and a light, and how far it is; else None and the light's."""
+    """The name and distance of the first object between point and light; else None and the light's distance."""
     size = float(np.abs(surface.point).max()) + 1.0
     start = surface.point + 1e-6 * size * surface.normal
     hit = world.cast_rays(start, to_light, t_max=distance, fields=("t", "instance"), threads=1)

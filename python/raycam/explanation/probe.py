@@ -1,4 +1,4 @@
-"""The light along one ray, as `raycam.render` finds it by a pinhole of one pixel that is 1e-5 radians wide."""
+"""The light along one ray, computed by `raycam.render` with a one-pixel pinhole camera that is 1e-5 radians wide."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class Estimate:
 
 
 def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, seed: int = 0) -> Estimate:
-    """The radiance that comes to `origin` [3] from `direction` [3]: emission and direct light, by `samples` samples."""
-    with collected():  # one pixel says nothing of the image
+    """The radiance at `origin` [3] from `direction` [3]: emission and direct light, from `samples` samples."""
+    with collected():  # notices about a single pixel do not apply to the image
         frame = render(
             world,
             _camera(origin, direction),
@@ -81,7 +81,7 @@ def only_light(world: World, number: int | None) -> World:
 
 
 def facing_light(dark: World, point: Floats, towards: Floats, distance: float) -> World:
-    """A copy of a world without lights, with a bulb that gives `point` an irradiance of 1 from `towards` [3]."""
+    """Returns a copy of a world with one point light, which has an irradiance of 1 at `point` from `towards` [3]."""
     made = dark.copy()
     made.add_light(
         {"type": "point", "position": (point + distance * towards).tolist(), "intensity": [distance**2] * 3}

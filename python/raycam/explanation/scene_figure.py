@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,19 +16,32 @@ from ..world import World
 from .digits import vector
 from .light_path import LightPath
 from .lighting import Lighting, ray_of
+from .palette import BRIGHT, PALETTE
 from .steps import PixelSteps
 from .svg import Svg
 from .tree import TreeSearch
 from .view import Box
 
-__all__ = ["Line", "light_figure", "light_lines", "tree_figure", "tree_lines"]
+__all__ = [
+    "Line",
+    "Mark",
+    "focus",
+    "light_figure",
+    "light_lines",
+    "path_marks",
+    "projected",
+    "runs",
+    "tree_figure",
+    "tree_lines",
+]
 
 INK, FAINT, RULE = "#1d2330", "#69707f", "#d9dce3"
-RAY, LIT, BLOCKED = "#d9381e", "#e0a800", "#5b3fb8"
-LEVELS = ("#2456c8", "#0b7a75", "#3f7d20", "#e08a00", "#8e3ab5")
+DASHES = "6 5"
 WIDTH, HEIGHT, MARGIN, HEADING = 1280.0, 560.0, 24.0, 34.0
 BOXES = 60
 """The boxes that are drawn."""
+FAR = 0.75
+"""The drawn length of a way that does not end, as a share of the ray's length."""
 PIECES = 24
 """Pieces of a line, which a lens bends."""
 CORNERS = [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)]
@@ -40,37 +53,73 @@ class Line(NamedTuple):
     name: str
     """The name beside its end; empty for none."""
     color: str
+    """The colour over a picture."""
     points: Floats
     """[n, 3], world, metres."""
+    symbol: str = ""
+    """The symbol in the palette that has the line's colour; empty for lines of scripts."""
+    width: float = 2.0
+    is_dashed: bool = False
+    is_arrow: bool = False
+
+
+Mark = tuple[str, Floats]
+"""A number or name, and its point [3], world, metres."""
+
+
+def symbol_line(symbol: str, points: Floats, name: str = "", **style: Any) -> Line:
+    """A line in its symbol's colour."""
+    return Line(name, BRIGHT[symbol], points, symbol, **style)
 
 
 def light_lines(world: World, lighting: Lighting, path: LightPath) -> list[Line]:
-    """The path, and the shadow rays to lights that are points or directions."""
-    lines = [Line("", RAY, path.points)]
+    """The light path, and the shadow rays to point lights and directional lights."""
+    far = FAR * float(np.linalg.norm(path.points[1] - path.points[0]))
+    points = np.array([path.origin, *(point for _, point in path_marks(path))])
+    lines = [symbol_line("r", points[:2], is_arrow=True)]
+    if len(points) > 2:
+        lines.append(symbol_line("L", points[1:], is_arrow=True))
     if lighting.surface is None:
         return lines
-    far = 0.5 * _size(world)
     for term in lighting.terms:
         if term.to_light is None or term.cosine <= 0:
             continue
-        end = lighting.surface.point + min(term.reach, far) * term.to_light
+        reach = term.reach if np.isfinite(term.reach) else far
+        end = lighting.surface.point + reach * term.to_light
         name = term.name if term.blocker is None else f"{term.name}: {term.blocker} in the way"
-        color = LIT if term.blocker is None else BLOCKED
-        lines.append(Line(name, color, np.array([lighting.surface.point, end])))
+        symbol = "L" if term.blocker is None else "axis"
+        way = np.array([lighting.surface.point, end])
+        lines.append(symbol_line(symbol, way, name, is_dashed=True, is_arrow=True))
     return lines
 
 
 def tree_lines(explanation: PixelSteps, search: TreeSearch) -> list[Line]:
-    """The edges of the opened boxes, those of the same level in one colour, and the ray up to the triangle."""
+    """The edges of the opened boxes, thinner for each level, and the ray up to the triangle."""
     units, lines = explanation.units, []
     for box in search.boxes[:BOXES]:
         low, high = (units.origin + units.scale * each for each in (box.low, box.high))
         corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
-        color = LEVELS[box.depth % len(LEVELS)]
-        lines += [Line("", color, corners[[a, b]]) for a, b in CORNERS]
-    origin, direction = ray_of(explanation)
-    reach = explanation.distance if np.isfinite(explanation.distance) else _size(explanation.world)
-    return [*lines, Line("", RAY, np.array([origin, origin + reach * direction]))]
+        width = max(0.8, 3 - 0.4 * box.depth)
+        lines += [symbol_line("P", corners[[a, b]], width=width) for a, b in CORNERS]
+    return [*lines, symbol_line("r", np.array(focus(explanation)), is_arrow=True)]
+
+
+def path_marks(path: LightPath) -> list[Mark]:
+    """The numbers of the path's bounces. The way to the sky is drawn shorter."""
+    points, far = path.points, FAR * float(np.linalg.norm(path.points[1] - path.points[0]))
+    marks = []
+    for i, bounce in enumerate(path.bounces):
+        way = points[i + 1] - points[i]
+        shorter = far / float(np.linalg.norm(way)) if i and bounce.object_name == "the sky" else 1.0
+        marks.append((str(i + 1), points[i] + min(shorter, 1.0) * way))
+    return marks
+
+
+def focus(e: PixelSteps) -> tuple[Floats, Floats]:
+    """Start and end [3] of the ray in the world, metres; a miss ends at the world's size."""
+    start, direction = ray_of(e)
+    reach = e.distance if np.isfinite(e.distance) else _size(e.world)
+    return start, start + reach * direction
 
 
 def light_figure(explanation: PixelSteps, lighting: Lighting, path: LightPath) -> str:
@@ -78,13 +127,15 @@ def light_figure(explanation: PixelSteps, lighting: Lighting, path: LightPath) -
     notes = [f"{term.name}: {vector(term.radiance, 3)}" for term in lighting.terms]
     sum_ = f"sum {vector(lighting.total, 4)}, the renderer {vector(lighting.rendered.value, 4)} W/(m² sr)"
     notes.append(sum_)
-    notes.append(f"red: a path of light, whose bounces gather {vector(path.radiance, 4)}")
+    notes.append(
+        f"numbered: a path of light, whose bounces gather {vector(path.radiance, 4)}; dashed: the ways to the lights"
+    )
     return _figure(
         explanation,
         "The light of pixel",
         light_lines(explanation.world, lighting, path),
         notes,
-        [(str(i + 1), each.point) for i, each in enumerate(path.bounces)],
+        path_marks(path),
     )
 
 
@@ -93,15 +144,13 @@ def tree_figure(explanation: PixelSteps, search: TreeSearch) -> str:
     notes = [
         f"{search.triangles:,} triangles; tested are {search.tested_boxes:,} boxes "
         f"and {search.tested_triangles:,} triangles",
-        f"{len(search.boxes):,} boxes opened, {min(len(search.boxes), BOXES)} drawn: each colour is a level",
+        f"{len(search.boxes):,} boxes opened, {min(len(search.boxes), BOXES)} drawn, thinner from level to level",
     ]
     return _figure(explanation, "The tree, for pixel", tree_lines(explanation, search), notes, [])
 
 
-def _figure(
-    e: PixelSteps, title: str, lines: list[Line], notes: list[str], marks: list[tuple[str, Floats]]
-) -> str:
-    """Two panels, the image and the view from the side, and notes below."""
+def _figure(e: PixelSteps, title: str, lines: list[Line], notes: list[str], marks: list[Mark]) -> str:
+    """Draws two panels, the image and a side view, with notes below."""
     height = HEIGHT + 20 * max(0, len(notes) - 2)
     svg = Svg(WIDTH, height)
     svg.rectangle(0, 0, WIDTH, height, "#ffffff")
@@ -126,9 +175,9 @@ def _drawn(
     world: World,
     camera: Camera,
     lines: list[Line],
-    marks: list[tuple[str, Floats]],
+    marks: list[Mark],
 ) -> None:
-    """The image of a camera in a box, its lines and marks over it, cut at the image's edges."""
+    """Draws a camera's image in a box, with lines and marks clipped at the image's edges."""
     width, height = camera.size
     with collected():
         picture = render(world, camera, integrator="flat", samples=1, channels="color").to_srgb8()
@@ -136,39 +185,47 @@ def _drawn(
     left, top = box.x + (box.width - scale * width) / 2, box.y + (box.height - scale * height) / 2
     svg.png(left, top, scale * width, scale * height, _core.encode_png(_veiled(picture)), scale > 1)
 
-    def on_page(points: Floats) -> Floats:
-        pixels, in_front = camera.project(points)
-        apart = np.linalg.norm(points - camera.rays(np.zeros(2) + camera.corner)[0], axis=1)
-        in_front = in_front & (apart > 1e-9 * (1 + np.abs(points).max()))  # the camera's centre has no pixel
-        pixels = np.asarray(pixels) - camera.corner
-        inside = in_front & ((pixels >= 0) & (pixels <= (width, height))).all(axis=1)
-        return np.where(inside[:, None], np.array([left, top]) + scale * pixels, np.nan)
+    def on_page(pixels: Floats) -> Floats:
+        return np.array([left, top]) + scale * pixels
 
     for line in lines:
-        spread = np.linspace(0, 1, PIECES + 1)[:, None]
-        pieces = [a + spread * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
-        flat = on_page(np.concatenate(pieces)).reshape(len(pieces), PIECES + 1, 2)
-        shown = [_plain(run) for piece in flat for run in _runs(piece)]
-        for color, wide in (("#ffffff", 4.0), (line.color, 1.8)):
+        shown, own = [on_page(run) for run in runs(line, camera)], PALETTE[line.symbol]
+        for color, wider in (("#ffffff", 2.2), (own, 0.0)):
             for run in shown:
-                svg.polyline(run.tolist(), color, wide)
-        visible = flat[np.isfinite(flat).all(axis=2)]
-        if line.name and len(visible):
-            x, y = visible[-1]
+                dash = DASHES if line.is_dashed and not wider else ""
+                svg.polyline(run.tolist(), color, line.width + wider, dash)
+        if line.name and shown:
+            x, y = shown[-1][-1]
             at_right = x > left + 0.7 * scale * width
             anchor = "end" if at_right else "start"
-            svg.text(
-                (x - 6 if at_right else x + 6, y - 4), line.name, 13, line.color, anchor=anchor, halo=True
-            )
+            svg.text((x - 6 if at_right else x + 6, y - 4), line.name, 13, own, anchor=anchor, halo=True)
     for name, point in marks:
-        at = on_page(point[None])[0]
+        at = on_page(projected(point[None], camera))[0]
         if np.isfinite(at).all():
-            svg.dot(at, 5, RAY, "#ffffff")
-            svg.text((at[0] + 8, at[1] + 16), name, 13, INK, bold=True, halo=True)
+            svg.dot(at, 5, PALETTE["t"], "#ffffff")
+            svg.text((at[0] + 8, at[1] + 16), name, 13, PALETTE["t"], bold=True, halo=True)
+
+
+def projected(points: Floats, camera: Camera) -> Floats:
+    """The pixels [n, 2] of points [n, 3], from the picture's top left corner; NaN outside the picture."""
+    pixels, in_front = camera.project(points)
+    apart = np.linalg.norm(points - camera.rays(np.zeros(2) + camera.corner)[0], axis=1)
+    in_front = in_front & (apart > 1e-9 * (1 + np.abs(points).max()))  # the camera's centre has no pixel
+    pixels = np.asarray(pixels) - camera.corner
+    inside = in_front & ((pixels >= 0) & (pixels <= camera.size)).all(axis=1)
+    return np.where(inside[:, None], pixels, np.nan)
+
+
+def runs(line: Line, camera: Camera) -> list[Floats]:
+    """The visible parts of a line in pixels [n, 2]; a lens bends them."""
+    spread = np.linspace(0, 1, PIECES + 1)[:, None]
+    pieces = [a + spread * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
+    flat = projected(np.concatenate(pieces), camera).reshape(len(pieces), PIECES + 1, 2)
+    return [_plain(run) for piece in flat for run in _runs(piece)]
 
 
 def _runs(points: Floats) -> list[Floats]:
-    """The runs of two and more points of [n, 2] without a NaN between them."""
+    """The runs of at least two points of [n, 2] without NaN between them."""
     finite = np.isfinite(points).all(axis=1)
     pieces = np.split(points, np.nonzero(~finite)[0])
     pieces = [piece[np.isfinite(piece).all(axis=1)] for piece in pieces]
@@ -176,7 +233,7 @@ def _runs(points: Floats) -> list[Floats]:
 
 
 def _plain(points: Floats) -> Floats:
-    """Points [n, 2] of a line, or its two ends where it is straight to a hundredth of a pixel."""
+    """Points [n, 2] of a line, or only its two ends if it is straight within a hundredth of a pixel."""
     way = points[-1] - points[0]
     away = points[1:-1] - points[0]
     aside = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0])
@@ -184,13 +241,16 @@ def _plain(points: Floats) -> Floats:
 
 
 def _veiled(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """An image that is paler, so that lines over it are seen."""
+    """A paler copy of the image, on which lines are visible."""
     return np.asarray(255 - (255 - picture.astype(np.uint16)) * 5 // 8, np.uint8)
 
 
 def _side_camera(e: PixelSteps, lines: list[Line], size: tuple[int, int]) -> Camera:
-    """A camera that sees all lines from the side of the ray, and a little from above."""
+    """A camera that shows the lines near the ray from the side, and slightly from above."""
+    start, end = focus(e)
     points = np.concatenate([line.points for line in lines])
+    is_near = np.linalg.norm(points - (start + end) / 2, axis=1) <= 1.5 * np.linalg.norm(end - start)
+    points = np.concatenate([points[is_near], [start, end]])
     low, high = points.min(axis=0), points.max(axis=0)
     middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-9)
     up = np.eye(3)[2 if e.world.up == "z" else 1]

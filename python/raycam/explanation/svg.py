@@ -1,4 +1,4 @@
-"""Drawings as SVG 1.1 text: lines, arrows, dots, pictures, and labels placed without overlaps."""
+"""Drawings as SVG 1.1 text: lines, arrows, dots, images, and labels placed without overlaps."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class Label:
 
 @dataclass
 class Svg:
-    """A drawing of a width and a height in pixels; x to the right, y down."""
+    """A drawing with a width and a height in pixels; x points right, y down."""
 
     width: float
     height: float
     parts: list[str] = field(default_factory=list)
 
     def text_of(self) -> str:
-        """The SVG file as text; cells of notebooks that are narrower shrink it."""
+        """The SVG file as text; narrower notebook cells scale it down."""
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
             f'width="{_n(self.width)}" height="{_n(self.height)}" '
@@ -76,7 +76,7 @@ class Svg:
         )
 
     def arrow(self, p: Point, q: Point, color: str, width: float = 2.0, dash: str = "") -> None:
-        """A line from p to q with a head at q, which shrinks with short arrows."""
+        """A line from p to q with a head at q, which is smaller for short arrows."""
         dx, dy = q[0] - p[0], q[1] - p[1]
         length = math.hypot(dx, dy)
         if length < 1e-6:
@@ -90,12 +90,13 @@ class Svg:
             [q, (neck[0] + side[0], neck[1] + side[1]), (neck[0] - side[0], neck[1] - side[1])], color
         )
 
-    def polyline(self, points: Sequence[Point], color: str, width: float) -> None:
-        """Straight lines from point to point with round ends."""
+    def polyline(self, points: Sequence[Point], color: str, width: float, dash: str = "") -> None:
+        """Straight lines from point to point with round ends; `dash` as in stroke-dasharray."""
+        dashes = f' stroke-dasharray="{dash}"' if dash else ""
         places = " ".join(f"{_n(x)},{_n(y)}" for x, y in points)
         self.parts.append(
             f'<polyline points="{places}" fill="none" stroke="{color}" stroke-width="{_n(width)}" '
-            f'stroke-linecap="round" stroke-linejoin="round"/>'
+            f'stroke-linecap="round" stroke-linejoin="round"{dashes}/>'
         )
 
     def polygon(
@@ -106,7 +107,7 @@ class Svg:
         stroke: str = "none",
         width: float = 1.0,
     ) -> None:
-        """A filled polygon; `opacity` is that of the fill."""
+        """A filled polygon; `opacity` applies to the fill."""
         corners = " ".join(f"{_n(x)},{_n(y)}" for x, y in points)
         self.parts.append(
             f'<polygon points="{corners}" fill="{fill}" fill-opacity="{_n(opacity)}" stroke="{stroke}" '
@@ -133,7 +134,7 @@ class Svg:
         italic: bool = False,
         halo: bool = False,
     ) -> None:
-        """A line of text, its baseline beginning at p, or as `anchor` says; `halo` sets it off in white."""
+        """A line of text whose baseline starts at p, or is aligned by `anchor`; `halo` adds a white outline."""
         style = ' font-weight="bold"' if bold else ""
         style += ' font-style="italic"' if italic else ""
         letters = (
@@ -142,7 +143,7 @@ class Svg:
         )
         if (
             halo
-        ):  # an element of its own: not every program knows paint-order, and then the halo hides the letters
+        ):  # a separate element, because without support for paint-order the halo would hide the letters
             white = 'fill="#ffffff" stroke="#ffffff" stroke-width="4" stroke-linejoin="round"'
             self.parts.append(f'{letters} {white} aria-hidden="true">{escape(text)}</text>')
         self.parts.append(f'{letters} fill="{color}">{escape(text)}</text>')

@@ -158,7 +158,7 @@ def color_section(e: PixelSteps) -> Iterator[str]:
 
 
 def aside(e: PixelSteps) -> str:
-    """The principal axis of a camera with a lens, which no step has named before."""
+    """The principal axis of a camera with a lens, which no earlier step contains."""
     return "" if e.lens is None else f" v = {vector(e.lens.forward)}"
 
 

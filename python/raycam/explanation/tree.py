@@ -1,8 +1,8 @@
 """The search for the closest triangle in a tree of boxes: which boxes the ray enters, and how many triangles it tests.
 
-The tree is the plainest there is: two halves of each box, split at the median along its longest side, at most four
-triangles in a leaf. raycam's own has wider nodes and better splits; the idea is the same. Only boxes that the ray
-enters are built.
+The tree is the simplest kind: each box is split into halves at the median along its longest side, with at most four
+triangles in a leaf. raycam's own tree has wider nodes and better splits, but works in the same way. Only boxes that
+the ray enters are built.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def _temporary_stem_and_ending(target: str) -> tuple[str, str]:
 def _remove_stale_temp_files(target: str) -> None:
     """Removes the temporary files of a target that no running process has locked, as far as the disk permits.
 
-    A file system without locks does not show whether a process still writes a file: all files stay.
+    Without file locks it is unknown whether a process still writes a file, so all files are kept.
     """
     folder = os.path.dirname(target)
     stem, ending = _temporary_stem_and_ending(target)
@@ -134,7 +134,7 @@ def _create_temporary(target: str, folder: str) -> tuple[str, int]:
             file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
             try:
                 if (_lock_if_supported(file) or os.name == "nt") and os.fstat(file).st_nlink > 0:
-                    return temporary, file  # Windows removes no open file
+                    return temporary, file  # Windows cannot remove an open file
             except BaseException:
                 os.unlink(temporary)
                 os.close(file)
@@ -213,7 +213,7 @@ def _move(temporary: str, found: _Destination) -> None:
 
 @contextlib.contextmanager
 def with_path(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterator[None]:
-    """Adds `path` to `OSError`s of the block that name no file, or `instead_of`."""
+    """Adds `path` to `OSError`s of the block that contain no file name, or the name `instead_of`."""
     try:
         yield
     except OSError as fault:
@@ -242,7 +242,7 @@ def write(
 def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     """Checks, before long work, that a file of about `size` bytes can be written to `path`.
 
-    A temporary file is created and removed, so that quotas, read-only disks and the limits of names are found as well.
+    A temporary file is created and removed, so that quotas, read-only disks and limits of names are also detected.
 
     Raises `FileNotFoundError` or `NotADirectoryError` if there is no such folder, `IsADirectoryError` if `path` is a
     folder, `PermissionError` if the folder or the existing file is write-protected, and `OSError` if the disk has too

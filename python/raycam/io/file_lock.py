@@ -26,8 +26,8 @@ class LocksUnsupportedError(OSError):
 def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
     """Holds the lock file `path` of `folder` while the block lasts; the lock of a dead process is free.
 
-    Waits up to `patience` seconds for the lock, also because `lock_holder` takes it for an instant. A file system
-    without locks produces a notice.
+    Waits up to `patience` seconds for the lock, because `lock_holder` holds it briefly. A file system
+    without locks gives a notice.
 
     Raises `JobError` with the name of the process that holds the lock.
     """
@@ -82,7 +82,7 @@ def lock_holder(path: Path) -> str | None:
 def try_lock(file: int) -> bool:
     """Locks an open file until it is closed or the process ends; returns False if another process holds the lock.
 
-    Raises `LocksUnsupportedError` if the file system has no locks, as Lustre, NFS and SMB shares often have none.
+    Raises `LocksUnsupportedError` if the file system has no locks, which is common for Lustre, NFS and SMB shares.
     """
     try:
         import fcntl

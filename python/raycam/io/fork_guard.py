@@ -1,4 +1,4 @@
-"""Forks wait for worlds that are being built, so that the child has no half of one and no held lock."""
+"""Forks wait while worlds are built, so that the child process has no incomplete world and no locked mutex."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _inside: Counter[int] = Counter()
 
 @contextmanager
 def no_fork() -> Iterator[None]:
-    """Context during which `os.fork` of other threads waits."""
+    """Context in which `os.fork` of other threads waits."""
     me = threading.get_ident()
     with _changed:
         _inside[me] += 1

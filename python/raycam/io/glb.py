@@ -25,7 +25,7 @@ class GlbBuilder:
         self._length = 0
 
     def add(self, kind: str, **item: Any) -> int:
-        """Adds an item to one of the document's lists; keys that are None are left out."""
+        """Adds an item to one of the document's lists; keys that are None are omitted."""
         items = self._lists.setdefault(kind, [])
         items.append({key: value for key, value in item.items() if value is not None})
         return len(items) - 1

@@ -1,4 +1,4 @@
-"""Tables in HTML: the forms that objects have at the end of a notebook's cell."""
+"""HTML tables, which notebooks show for objects at the end of a cell."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAX_ROWS = 20
 def html_table(
     title: str, head: Sequence[str], rows: Iterable[Sequence[object]], notes: Sequence[str] = ()
 ) -> str:
-    """A title in bold, a table of at most `MAX_ROWS` rows, and lines below; all text is escaped."""
+    """Returns HTML with a bold title, a table of at most `MAX_ROWS` rows, and lines below; all text is escaped."""
     from html import escape  # imported here: `import raycam` does not wait for it
 
     every = list(rows)

@@ -31,7 +31,7 @@ def available_bytes(share: float = 1.0) -> int:
 
 
 def peak_bytes(pid: int) -> int:
-    """The peak resident memory of a process in bytes (macOS: what it has now); 0 if unknown."""
+    """The peak resident memory of a process in bytes (macOS: the current memory); 0 if unknown."""
     if sys.platform == "darwin":
         return _number_in(_command_output("ps", "-o", "rss=", "-p", str(pid)), r"(\d+)") * 1024
     if sys.platform == "win32":
@@ -89,7 +89,7 @@ def limits() -> list[tuple[int, int]]:
 
 
 def mac_available(vm_stat: str) -> int:
-    """Bytes that macOS can give without swapping, from the text of `vm_stat`: free, speculative and inactive pages."""
+    """Bytes available on macOS without swapping, from the text of `vm_stat`: free, speculative and inactive pages."""
     page = _number_in(vm_stat, r"page size of (\d+) bytes")
     return page * sum(_number_in(vm_stat, rf"Pages {kind}:\s+(\d+)") for kind in MAC_AVAILABLE)
 
@@ -108,7 +108,7 @@ def _command_output(*command: str) -> str:
 
 
 def _number_in(text: str, pattern: str) -> int:
-    """The number that the pattern's group finds in a text; 0 if it finds none."""
+    """The number in a text that matches the pattern's group; 0 without a match."""
     found = re.search(pattern, text)
     return int(found[1]) if found else 0
 
@@ -124,7 +124,7 @@ class _Files(NamedTuple):
 VERSION_1 = _Files(
     ("memory.limit_in_bytes",), "memory.usage_in_bytes", ("total_inactive_file", "total_active_file")
 )
-# Beyond "high" a group is not killed, but throttled until it hardly runs.
+# Beyond "high" a group is not killed, but throttled almost to a standstill.
 VERSION_2 = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
 
 

@@ -14,8 +14,8 @@ __all__ = ["npz_bytes"]
 def npz_bytes(arrays: Mapping[str, Any], *, compressed: bool = False) -> bytes:
     """The bytes of a .npz file with these arrays, in their order, which `numpy.load` reads.
 
-    Stored, they are the same on every system and with every Python: no time, no system, no attributes of files.
-    Compressed, they also depend on the zlib library; the arrays in them do not.
+    Uncompressed files are equal on every system and Python version, because they contain no times, systems or file
+    attributes. Compressed files also depend on the zlib library.
     """
     import zipfile  # imported here: `import raycam` does not wait for it
 

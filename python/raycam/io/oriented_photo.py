@@ -1,4 +1,4 @@
-"""Photographs turned by their EXIF orientation."""
+"""Photographs rotated by their EXIF orientation."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ Pixels = npt.NDArray[np.float32]
 def read_oriented(
     path: str | os.PathLike[str], size: tuple[int, int] | None, orientation: str = "auto"
 ) -> tuple[Pixels, list[Notice]]:
-    """The linear colours and opacity [h, w, 4] of a photograph, and notices.
+    """Returns the linear colours and opacity [h, w, 4] of a photograph, and notices.
 
-    `size` is the (width, height) of the camera that took it. With `orientation` "auto", the photograph is turned by
-    its EXIF orientation if only the turned photograph has the camera's shape, with a notice; otherwise a notice states
-    which of the two fits. "apply" turns it always, as `cv2.imread` does, and "ignore" never.
+    `size` is the (width, height) of the camera that took it. With `orientation` "auto", the photograph is rotated by
+    its EXIF orientation if only the rotated photograph has the camera's shape, with a notice; otherwise a notice states
+    which of the two fits. "apply" always rotates it, like `cv2.imread`, and "ignore" never does.
 
     Raises `SettingsError` for another `orientation`, `FormatError` and `OSError` for the file.
     """

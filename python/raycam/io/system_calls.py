@@ -1,4 +1,4 @@
-"""Calls of the operating system that others have in another form, or not at all."""
+"""System calls that differ between operating systems, or are missing on some."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BINARY: int = getattr(os, "O_BINARY", 0)
 
 
 def read_at(file: int, count: int, place: int) -> bytes:
-    """Reads up to `count` bytes of an open file from the byte `place`; on Windows this moves the file's position."""
+    """Reads up to `count` bytes of an open file from the offset `place`; on Windows this moves the file's position."""
     if hasattr(os, "pread"):
         return os.pread(file, count, place)
     os.lseek(file, place, os.SEEK_SET)
@@ -32,7 +32,7 @@ def read_at(file: int, count: int, place: int) -> bytes:
 
 
 def write_at(file: int, data: bytes, place: int) -> int:
-    """Writes bytes to an open file from the byte `place`, and returns their number; on Windows this moves the file's
+    """Writes bytes to an open file from the offset `place`, and returns their number; on Windows this moves the file's
     position.
     """
     if hasattr(os, "pwrite"):
@@ -49,7 +49,7 @@ def sync_file(file: int) -> None:
         try:
             fcntl.fcntl(file, fcntl.F_FULLFSYNC)
             return
-        except OSError:  # a network disk may not have it
+        except OSError:  # network disks may not support it
             pass
     os.fsync(file)
 
@@ -73,8 +73,8 @@ def sync(path: str | os.PathLike[str]) -> None:
 def sync_folder(path: str | os.PathLike[str]) -> None:
     """Syncs the entries of a folder to the disk, if the file system supports it.
 
-    Network shares may refuse with EINVAL or EIO. The files are complete then; only their names could be lost in a
-    crash of the system.
+    Network shares may fail with EINVAL or EIO. The files are complete in that case, but their names could be lost in
+    a crash of the system.
     """
     with contextlib.suppress(OSError):
         sync(path)
@@ -101,11 +101,11 @@ WAIT_OBJECT_0 = 0
 
 
 def parent_watch() -> Callable[[], bool]:
-    """A function that returns True once the process that started this one has ended."""
+    """Returns a function that returns True once the parent process has ended."""
     parent = os.getppid()
     if os.name != "nt":
         return lambda: os.getppid() != parent
-    # The number of the parent never changes on Windows; its handle says when it ends.
+    # The parent's process id never changes on Windows; its handle is signalled when it ends.
     import ctypes
 
     kernel = ctypes.windll.kernel32  # type: ignore[attr-defined]
@@ -123,9 +123,9 @@ MMAP_THRESHOLD = -3
 def give_memory_back() -> bool:
     """Makes the C library return freed blocks to the system; returns False without effect if it is not glibc.
 
-    Without it each thread keeps up to 64 MiB of what it freed, because a large block that is freed once raises the
-    bounds of blocks that are mapped alone and of free memory that is kept. Blocks from 256 KiB on, planes of images
-    and trees, then lie between no others and go back at once, and each thread keeps 128 KiB.
+    By default glibc raises its mmap and trim thresholds after a large block is freed, so each thread may keep up to
+    64 MiB of freed memory. This call fixes the thresholds: blocks of 256 KiB or more (image planes, trees) are mapped
+    separately and returned immediately, and each thread keeps at most 128 KiB.
     """
     import ctypes
 

@@ -16,7 +16,7 @@ READ_BYTES = 1 << 20
 
 
 class TempStreamError(OSError):
-    """The job's disk failed while writing a stream, which is no fault of the frame."""
+    """The job's disk failed while writing a stream, which does not count as a failure of the frame."""
 
 
 class TempStream:

@@ -11,13 +11,13 @@ QUERY_LIMITED = 0x1000
 
 
 def limit_and_used() -> tuple[int, int]:
-    """The bytes of the machine's memory, and those in use."""
+    """The machine's memory and the memory in use, in bytes."""
     import ctypes  # imported here: `import raycam` does not wait for it
 
     class MemoryStatus(ctypes.Structure):
         """MEMORYSTATUSEX."""
 
-        # Fields that nobody reads are letters.
+        # Unused fields have one-letter names.
         _fields_ = [
             ("length", ctypes.c_ulong),
             ("load", ctypes.c_ulong),
@@ -59,7 +59,7 @@ def peak_bytes(pid: int) -> int:
 
 
 def _kernel() -> Any:
-    """Windows' library of the kernel."""
+    """The Windows library kernel32."""
     import ctypes
 
     return ctypes.windll.kernel32  # type: ignore[attr-defined]

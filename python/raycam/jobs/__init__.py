@@ -1,4 +1,4 @@
-"""Resumable jobs, used for videos, data sets and large pictures.
+"""Resumable jobs, used for videos, data sets and large images.
 
 A job is a folder. Each frame is a pure function of a `JobPackage` (world, settings, version) and the frame's number. So
 a job may be killed at any instant, resumed, and split over processes and machines, and always gives the same bytes:
@@ -11,12 +11,12 @@ a job may be killed at any instant, resumed, and split over processes and machin
 
 A kind of job is a function `factory(world, settings, threads)`, given to `jobs.kinds.register`. It returns a function
 `make(number, progress)`, which returns the files of a frame as `{name: bytes}`, and notices. Names are relative to the
-folder, with `/` between folders. An index of all frames is made by the caller of `run`, from `finished()`.
+folder, with `/` between folders. An index of all frames is created by the caller of `run`, from `finished()`.
 
-In the folder, `.raycam/` holds `job.json` (a readable description), `package` (the complete package), `journal.jsonl`
-(the journal: finished frames with the hashes of their files; one more for each shard), and `failed/` (logs of failed
-frames). All other files are results. A file with its final name is complete: results are written to a temporary name,
-synced, renamed, and their folder is synced, before the journal records them.
+In the folder, `.raycam/` contains `job.json` (a readable description), `package` (the complete package),
+`journal.jsonl` (the journal: finished frames with the hashes of their files; one more for each shard), and `failed/`
+(logs of failed frames). All other files are results. A file with its final name is complete: results are written to a
+temporary name, synced, renamed, and their folder is synced, before the journal records them.
 
 This file imports no module of the package: a worker may import one in a thread while another thread imports the
 package, which would deadlock if the package imported the module in turn.

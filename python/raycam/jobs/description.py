@@ -40,7 +40,7 @@ def read_description(path: Path) -> dict[str, Any] | None:
 
 
 def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: JobPackage) -> str:
-    """The message that a folder holds another job, described by `there`, with its package in the file `stored`."""
+    """Returns the message that a folder contains another job, described by `there`; `stored` is its package file."""
     lines = list(differences(there, {"job": there["job"], **asked.describe()}))
     if there.get("world") != asked.describe()["world"]:
         try:
@@ -55,7 +55,7 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
 
 
 def world_differences(there: World, asked: World) -> list[str]:
-    """The differences of two worlds by object, light, camera and setting, at most `MAX_REPORTED`, as in `differences`.
+    """Returns the differences of two worlds by object, light, camera and setting, at most `MAX_REPORTED`.
 
     Meshes and materials, which have no short text, are only reported as different.
     """

@@ -61,11 +61,11 @@ class Status:
 class Job:
     """A job in a folder, new or resumed.
 
-    `package` defines the job; None opens an existing one. A missing folder is created. If the folder holds the same
+    `package` defines the job; None opens an existing one. A missing folder is created. If the folder contains the same
     job, finished frames are kept. With `resume=False` the job starts again, and the files of the old job are removed
     first.
 
-    Raises `JobError` if the folder holds another job, with every difference, or no job and no package is given, and
+    Raises `JobError` if the folder contains another job, with every difference, or no job and no package is given, and
     `OSError` from the disk.
     """
 
@@ -294,11 +294,10 @@ class Job:
     # Internals ------------------------------------------------------------------------------------------------
 
     def _create(self, package: JobPackage) -> None:
-        """Writes the missing files of the job; `job.json` comes last, so it only exists beside a complete package."""
+        """Writes the missing files of the job; `job.json` is last, so it exists only next to a complete package."""
         path, description = self._state / "package", self._state / "job.json"
-        begun = (
-            self._state / "scratch-begin"
-        )  # exists while a process creates the job, or after it was killed
+        # This folder exists while a process creates the job, or after the process was killed.
+        begun = self._state / "scratch-begin"
         whole = package.exists_in(path) or self._is_released()
         if description.exists() and whole and not begun.exists():
             return
@@ -325,7 +324,7 @@ class Job:
                 atomic_files.sync_folder(self.folder)
 
     def _write_package(self, package: JobPackage, scratch: Path) -> None:
-        """Writes the package; the mark of its removal goes first, so that a missing package is noticed."""
+        """Writes the package, after removing the mark of its removal, so that a missing package is detected."""
         (self._state / RELEASED).unlink(missing_ok=True)
         atomic_files.write(self._state / "package", package.to_bytes(), scratch)
 

@@ -100,7 +100,7 @@ class JobPackage:
         return self._header + self.world_bytes
 
     def exists_in(self, path: Path) -> bool:
-        """True if a file holds exactly this package."""
+        """True if a file contains exactly this package."""
         try:
             return hashlib.sha256(path.read_bytes()).hexdigest() == self.id
         except FileNotFoundError:
@@ -142,7 +142,7 @@ class JobPackage:
 
 
 def _background_hashes(world: World) -> dict[str, str]:
-    """The SHA-256 of the photographs behind the world's cameras, by path."""
+    """The SHA-256 hashes of the cameras' background photos, by path."""
     behind = (camera.background for camera in world.cameras.values())
     return {found.file: _hash_of(found.file) for found in behind if found is not None}
 

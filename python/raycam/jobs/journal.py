@@ -6,8 +6,8 @@ The journal is an append-only text file with one JSON object per line and one li
     {"frame": 13, "error": "WorldError: ...", "crc32": "c3a40e2b"}
 
 where a file has its size in bytes and its SHA-256. A line is written and synced after its files have their final names,
-so that every recorded file is on the disk. A process that is killed while it writes leaves a partial line at the end,
-which is ignored, and truncated by the next writer. A damaged line is ignored too: its frame is rendered again, and the
+so that every recorded file is on the disk. A process that is killed while writing leaves a partial line at the end,
+which is ignored and truncated by the next writer. A damaged line is ignored too: its frame is rendered again, and the
 line is overwritten with spaces.
 """
 
@@ -63,7 +63,7 @@ class JournalEntry:
 
 
 def digest(pieces: Iterable[bytes]) -> Stamp:
-    """The stamp of a file with these bytes."""
+    """Returns the stamp of a file with these bytes."""
     size, hashed = 0, hashlib.sha256()
     for piece in pieces:
         size += len(piece)

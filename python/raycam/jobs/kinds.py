@@ -1,7 +1,7 @@
 """Registry of job kinds: for each kind, the function that makes the frames of a package.
 
-A module registers its kind when it is imported. A worker in another process knows only the kind's name, so
-`frame_maker` imports the module of raycam that has it.
+A module registers its kind when it is imported. A worker in another process receives only the kind's name, so
+`frame_maker` imports the module that registers it.
 """
 
 from __future__ import annotations

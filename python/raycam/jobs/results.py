@@ -115,7 +115,7 @@ class ResultStore:
         return wrong
 
     def quarantine(self, name: str) -> None:
-        """Renames a damaged file to the ending `.damaged`, if possible."""
+        """Appends `.damaged` to the name of a damaged file, if possible."""
         path = self._path(name)
         with contextlib.suppress(OSError):
             os.replace(path, path + ".damaged")
@@ -137,7 +137,7 @@ class ResultStore:
         return os.path.join(self._folder, _safe_name(name))
 
     def _assembled_path(self, name: str) -> str:
-        """The path of an assembled file: in the folder, or "../NAME" directly beside it."""
+        """The path of an assembled file: in the folder, or "../NAME" next to the folder."""
         beside = name.removeprefix("../")
         if beside == name or "/" in beside:
             return self._path(name)

@@ -58,7 +58,7 @@ class Pool(Protocol):
         """Notices for the user, so far."""
 
     def threads(self, left: int) -> int | None:
-        """Threads for the next frame, when `left` frames including it are to be submitted; None for all threads."""
+        """Threads for the next frame if `left` frames, including it, remain to be submitted; None for all threads."""
 
     def open(self, package: JobPackage, path: str) -> None:
         """Prepares for the frames of a job whose package is in the file `path`."""
@@ -91,7 +91,7 @@ class FailedFrame:
 def shared_threads(cores: int, workers: int, left: int) -> int:
     """`Pool.threads` for workers on one machine: the cores divided by the workers.
 
-    The last frames, when there are fewer frames than workers, get more threads each, so that no core idles.
+    If fewer frames than workers remain, each gets more threads, so that no core idles.
     """
     share = max(1, cores // workers)
     return share if left > workers else max(share, min(cores, -(-2 * cores // left)))
@@ -108,8 +108,9 @@ def schedule(
 
     At most `pool.slots()` frames are submitted at a time. A frame that raises an error of raycam itself fails at once,
     because the error would occur again; after other errors and deaths of workers it is tried `attempts` times. If a
-    pool cannot tell which of several frames killed a worker, these frames are retried at the end, one at a time, so
-    that no frame fails because of another. When no other frames are left, a straggler is also given to a second worker.
+    pool cannot determine which of several frames killed a worker, these frames are retried at the end, one at a time,
+    so that no frame fails because of another. When no other frames are left, a straggler is also given to a second
+    worker.
 
     Raises `JobError` if all workers are lost, and `OSError` if the job's disk fails.
     """

@@ -36,11 +36,11 @@ def job_package(
     tile: int | None = None,
     **settings: Any,
 ) -> JobPackage:
-    """The job for the image of `raycam.render` with the same arguments, in tiles of `tile` (256) pixels a side.
+    """Returns the job for the image of `raycam.render` with the same arguments, in square tiles of `tile` (256) pixels.
 
     Run the job with `Job(folder, package).run(pool)`, then `assemble` the tiles.
 
-    Raises `SettingsError` for `time_limit` and `denoise`, which need the whole image, and for a `region` outside the
+    Raises `SettingsError` for `time_limit` and `denoise`, which require the whole image, and for a `region` outside the
     image.
     """
     for name in ("time_limit", "denoise"):
@@ -142,7 +142,7 @@ def render_tiled(
     progress: Progress | None = None,
     save: Callable[[Frame], object] | None = None,
 ) -> Frame | None:
-    """Renders the image of a package from `job_package` by a job in `folder`; None if other shards have tiles left.
+    """Renders the image of a package from `job_package` by a job in `folder`; None if other shards lack tiles.
 
     With `save`, `save(image)` is called and the job removed; returns None if another shard has already saved the
     image. Other arguments are as in `Job.run`, whose errors are raised.

@@ -1,6 +1,6 @@
 """The worker's side of a job: loads the package once and renders the requested frames.
 
-A task is data: the job by its hash, the place of its package, the frame. Nothing in a task is run as code: the kind of
+A task is data: the job's hash, the path of its package, the frame. Nothing in a task is run as code: the kind of
 the job is looked up in `jobs.kinds`. Frames are pure functions of their package, so a frame that is made twice, by this
 worker or another, has the same bytes. A worker never writes a final file; it returns the bytes.
 """
@@ -69,7 +69,7 @@ class FrameResult(NamedTuple):
 
 
 class WorkerUnfit(Exception):
-    """This worker cannot render frames of the job, but another may; no fault of the frame."""
+    """This worker cannot render frames of the job, but another may; does not count as a failure of the frame."""
 
     worker: str | None = None
     """The worker's address in its cluster."""
@@ -115,7 +115,7 @@ def load_package(task: FrameTask) -> JobPackage:
     """Returns a task's package, from the cache, the task's path, or `PACKAGE_PATHS`, and caches it.
 
     Raises `PackageNotFound` if the package is in none of these places, and `WorkerUnfit` if another version of raycam
-    made it.
+    created it.
     """
     with _lock:  # other threads wait, so that the world is loaded once
         return _load_package(task)

@@ -117,7 +117,7 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
 
 
 def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]) -> Verdict:
-    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the triangle's plane, NaN if r is parallel."""
+    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the plane; NaN if r is parallel to it."""
     rng = np.random.default_rng(1)
     for _ in range(8):
         triangle, C, r = rng.normal(size=(3, 3)), rng.normal(size=3), 3 * rng.normal(size=3)
@@ -180,7 +180,7 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
 
 
 def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdict:
-    """Checks `closest(triangles, C, r)`: the number of the first triangle that the ray meets, -1 if it meets none."""
+    """Checks `closest(triangles, C, r)`: the index of the first triangle that the ray hits; -1 for a miss."""
     near, far, behind = ([[-3.0, -2, z], [3, -2, z], [0, 4, z]] for z in (2.0, 4.0, -1.0))
     C, forward, aside = np.zeros(3), np.array([0.0, 0, 1]), np.array([5.0, 0, 1])
     cases = [
@@ -205,7 +205,7 @@ def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdic
 
 
 def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
-    """Checks the triangle numbers of an image, [height, width], -1 for pixels that show nothing."""
+    """Checks an image of triangle indices [height, width]; -1 for the background."""
     width, height = camera.size
     given = np.asarray(numbers)
     if given.dtype == object or given.ndim != 2:
@@ -254,7 +254,7 @@ def _plane_distance(triangle: Floats, C: Floats, r: Floats) -> float:
 
 
 def _triangle_numbers(triangles: Triangles, camera: Camera, shift: float) -> Any:
-    """The numbers of the first triangles at all pixels, by barycentric weights, [height, width]."""
+    """The indices [height, width] of the first triangles at all pixels, by barycentric weights."""
     width, height = camera.size
     P, numbers = camera.P, np.full((height, width), -1)
     C = reference.camera_center(P)
@@ -302,7 +302,7 @@ def _exception(error: Exception) -> str:
 
 
 def _numbers(function: Callable[[], Any], shape: tuple[int, ...]) -> tuple[Any, str]:
-    """The function's result as an array, and None with a text if it has another shape or none."""
+    """The function's result as an array; None and a text if it is missing or has another shape."""
     try:
         given = function()
     except Exception as error:

@@ -14,10 +14,10 @@ WITHOUT_LIVE = (
 
 
 def write_lecture(folder: Path) -> list[Path]:
-    """Writes `live.html`, `lecture.html` and the notebooks; returns their paths, the page to open first.
+    """Writes `live.html`, `lecture.html` and the notebooks; returns their paths, starting with the page to open.
 
     Notebooks that exist are kept, because they may contain answers. Without the WebAssembly core, which wheels
-    contain, the interactive page `live.html` is omitted, and the lecture's text names the remedy.
+    contain, the interactive page `live.html` is omitted, and the lecture's text contains the remedy.
     """
     from ..viewer.web.core import is_built
     from ..viewer.web.live_page import lecture_page

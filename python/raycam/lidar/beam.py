@@ -15,7 +15,7 @@ __all__ = ["beam_rays", "hexagonal_set"]
 def hexagonal_set(samples: int) -> tuple[Floats, Floats]:
     """Returns points [k, 2] in radii of the beam at 1/e², the centre first, and their weights [k], all 1 / k.
 
-    Points have the angles of a hexagonal lattice. The points of a shell stand for an annulus with their share of the
+    Points have the angles of a hexagonal lattice. The points of a shell represent an annulus with their share of the
     energy of the Gaussian exp(-2 r²), at its mean of r², so that the mean of r² over all points is the Gaussian's, 1/2.
     """
     rings = {1: 0, 7: 1, 19: 2, 37: 3}[samples]
@@ -33,7 +33,7 @@ def hexagonal_set(samples: int) -> tuple[Floats, Floats]:
     for radius, shell in shells.items():
         share, end = inside / samples, (inside + len(shell)) / samples
         mean = (_moment(end) - _moment(share)) / (end - share) / 2.0
-        # The centre stands at r = 0 for a disc whose r² is not 0; the first shell makes up for it.
+        # The centre point at r = 0 represents a disc whose mean r² is not 0; the first shell compensates for this.
         if inside == 1:
             mean += _moment(share) / 2.0 / (end - share)
         places += [(x / radius * math.sqrt(mean), y / radius * math.sqrt(mean)) for x, y in shell]

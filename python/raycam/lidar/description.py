@@ -36,7 +36,7 @@ def describe_lidar(lidar: Lidar) -> str:
 
 
 def _text(name: str, value: object) -> str:
-    """Returns a setting's value with its unit; "unknown" if the manufacturer's documents do not confirm a number."""
+    """Returns a setting's value with its unit; "unknown" if the manufacturer's documents do not confirm it."""
     if name == "visibility" and value is None:
         return "no fog"
     if name == "mode" and value is None:

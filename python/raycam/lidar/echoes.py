@@ -124,8 +124,8 @@ def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma
 def _climb(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
     """Returns the maxima above the starts `at` [n] of sums of Gaussians at `places` [n, m] with `shares` [n, m].
 
-    Mean shift, which only rises, until a step is below a thousandth of sigma and the sum curves downwards; then
-    Newton's method. On a slope without a maximum, steps become small, but the sum curves upwards around them.
+    The method is mean shift, which never descends, until a step is below sigma / 1000 and the sum curves downwards;
+    then Newton's method. On a slope without a maximum, steps become small, but the sum curves upwards around them.
     """
     at = at.copy()
     active = np.arange(len(at))
@@ -144,7 +144,7 @@ def _climb(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
 
 
 def _shift(at: Floats, places: Floats, shares: Floats, sigma: float) -> tuple[Floats, Floats]:
-    """Returns the mean of `places` as seen from `at`, less `at`, and their variance."""
+    """Returns the weighted mean of `places` around `at`, minus `at`, and their variance."""
     apart = places - at[:, None]
     seen = shares * np.exp(-0.5 * (apart / sigma) ** 2)
     total = np.maximum(seen.sum(axis=1), 1e-300)

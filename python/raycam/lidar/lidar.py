@@ -263,7 +263,7 @@ class Lidar:
 
     @property
     def sources(self) -> list[str]:
-        """The documents and programs that the device's numbers come from."""
+        """The documents and programs that are the sources of the device's numbers."""
         return list(self._description.get("sources", []))
 
     @property

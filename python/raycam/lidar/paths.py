@@ -1,4 +1,4 @@
-"""Paths of light from the lidar to surfaces, also over mirrors and through glass."""
+"""Paths of light from the lidar to surfaces, also by way of mirrors and through glass."""
 
 from __future__ import annotations
 
@@ -119,9 +119,9 @@ def trace_paths(
     max_bounces: int,
     threads: int | None,
 ) -> Contributions:
-    """Returns what surfaces return of beams with rays [n, k, 3] and weights [k], at `times` [n] (None: the world's).
+    """Returns the light from surfaces for beams of rays [n, k, 3] with weights [k], at `times` [n] (None: the world's).
 
-    Each ray's path is a tree: at a smooth interface it goes on reflected with the share F and refracted with 1 - F
+    Each ray's path is a tree: at a smooth interface it continues reflected with the share F and refracted with 1 - F
     (Fresnel), squared because the light comes back along the same path. Both branches are followed, up to
     `max_bounces` interfaces; no random numbers are used.
     """
@@ -208,7 +208,7 @@ def _onward(
     max_bounces: int,
     deflected: npt.NDArray[np.bool_],
 ) -> _Rays:
-    """Returns the rays that go on: behind translucent surfaces, reflected, and refracted."""
+    """Returns the continued rays: behind translucent surfaces, reflected, and refracted."""
     if not len(cosine):
         return rays
     kind = surfaces.column(hits["material"], "kind")
@@ -265,7 +265,7 @@ def _at_interface(
     ratio = np.where(thin, 1.0, rays.index[at] / behind)
     glass = kind == "glass"
     single = dielectric_reflectance(c, np.where(thin, 1.0 / ior, ratio))
-    # Between the faces of a thin pane light goes back and forth: R + T² R / (1 - R²) = 2 R / (1 + R).
+    # Between the faces of a thin pane, light is reflected repeatedly: R + T² R / (1 - R²) = 2 R / (1 + R).
     dielectric = np.where(thin, 2.0 * single / (1.0 + single), single)
     extinction = surfaces.column(material, "extinction").astype(float)
     metal = np.where(ior > 0.0, conductor_reflectance(c, np.maximum(ior, 1e-9), extinction), 1.0)

@@ -33,7 +33,7 @@ class Prism:
 
 
 def risley_pattern(prisms: Sequence[Prism], pulse_rate: float, rate: float, frame: int) -> Pattern:
-    """Returns the pulses of frame number `frame`; the pattern goes on from frame to frame and does not repeat."""
+    """Returns the pulses of frame number `frame`; the pattern continues from frame to frame without repeating."""
     count = round(pulse_rate / rate)
     check_count(count)
     pulses = np.arange(count) + frame * count

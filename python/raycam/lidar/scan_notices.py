@@ -33,7 +33,7 @@ def warn_of_device(lidar: Lidar) -> None:
 
 
 def warn_of_times(world: World, lidar: Lidar) -> None:
-    """Warns of a moving world that is at no time, and of a frame that ends after the world's motion."""
+    """Warns if a moving world has no time, and if a frame ends after the world's motion."""
     time = world._core.time
     if world._core.is_animated and time is None:
         warn(

@@ -46,9 +46,9 @@ def scan(
 ) -> Scan:
     """Scans `world` with one frame of `lidar`; returns a `Scan`, a mapping from names of fields to arrays.
 
-    The frame starts at the world's time (`world.at(t)`): each pulse meets the world, and leaves the lidar, as they are
-    at its own time. `frame` is the frame's number: it selects the random numbers, and the part of a pattern that does
-    not repeat. With `keep_lost`, pulses without an echo are listed too, with NaN positions and the reason in `lost`.
+    The frame starts at the world's time (`world.at(t)`): each pulse uses the world and the lidar's pose at its own
+    time. `frame` is the frame's number: it selects the random numbers, and the part of a pattern that does not repeat.
+    With `keep_lost`, pulses without an echo are listed too, with NaN positions and the reason in `lost`.
 
     ================= ================ ========================================================================
     position          float64 [n, 3]   the measured point, in sensor axes at the pulse's own time
@@ -69,7 +69,7 @@ def scan(
     bounces           int32 [n]        mirrors and glass faces on the way; 0: seen directly
     first_instance    int32 [n]        the object that the beam meets first
     pulse             int64 [n]        index of the pulse in `lidar.pattern(frame)`
-    lost              int8 [n]         0 kept, 1 nothing hit, 2 too weak, 3 too near, 4 too far, 5 reflected away by a
+    lost              int8 [n]         0 kept, 1 no hit, 2 too weak, 3 too near, 4 too far, 5 reflected away by a
                                        mirror, 6 missed by chance
     ================= ================ ========================================================================
 
@@ -196,7 +196,7 @@ def _spun(directions: Floats, angles: Floats) -> Floats:
 def _detected(
     pattern: Pattern, echoes: Echoes, settings: dict[str, Any], frame: int
 ) -> tuple[npt.NDArray[np.int8], Floats]:
-    """Returns for each echo why it is lost (0: it is not), and its signal-to-noise ratio (inf without range_10)."""
+    """Returns for each echo why it is lost (0: kept), and its signal-to-noise ratio (inf without range_10)."""
     signal = np.full(len(echoes.pulse), np.inf)
     if settings["range_10"] is not None:
         signal = THRESHOLD * echoes.energy * settings["range_10"] ** 2 / 0.1
@@ -333,7 +333,7 @@ def _reasons(
     found: Contributions,
     chosen: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.int8]:
-    """Returns for each pulse why it has no point, from its strongest echo; 0 if it has one."""
+    """Returns for each pulse the reason why it has no point, from its strongest echo; 0 if it has a point."""
     reasons = np.full(pulses, NOTHING_HIT, np.int8)
     reasons[found.deflected] = REFLECTED_AWAY
     order = np.argsort(echoes.energy, kind="stable")

@@ -1,4 +1,4 @@
-"""What surfaces return to a lidar: pi f(d, d) cos(theta), mirrors and glass."""
+"""The light that surfaces return to a lidar: pi f(d, d) cos(theta), mirrors and glass."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class SurfaceTable:
     def read(
         self, material: npt.NDArray[Any], instance: npt.NDArray[Any], triangle: npt.NDArray[Any]
     ) -> None:
-        """Reads the surfaces of hits that are not known yet; -1 is no hit."""
+        """Reads the surfaces of hits that have not been read yet; -1 means no hit."""
         numbers, first = np.unique(material, return_index=True)
         for number, at in zip(numbers.tolist(), first.tolist(), strict=True):
             if number >= 0 and number not in self._known:

@@ -2,6 +2,7 @@
 
 from .coverage import coverage_picture, coverage_world
 from .photograph_fit import PhotographFit
+from .surface_samples import SurfaceSamples, sample_surface
 from .texture import texture_from_photos
 from .texture_result import PhotoTexture
 from .truth import named_photographs, photo_truth
@@ -11,11 +12,13 @@ __all__ = [
     "FacePairs",
     "PhotoTexture",
     "PhotographFit",
+    "SurfaceSamples",
     "SurfaceVisibility",
     "coverage_picture",
     "coverage_world",
     "named_photographs",
     "photo_truth",
+    "sample_surface",
     "surface_visibility",
     "texture_from_photos",
 ]

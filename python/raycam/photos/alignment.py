@@ -24,7 +24,7 @@ ROUNDS = 5
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """How well each photograph fits to the others; arrays [cameras], NaN for photographs without overlap."""
+    """The fit of each photograph to the others; arrays [cameras], NaN for photographs without overlap."""
 
     shift: Floats
     """Root mean square of the shifts of its parts, in pixels."""
@@ -70,7 +70,7 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
 
 
 def _shift(slope: Floats, difference: Floats) -> Floats:
-    """The shift [2] that explains differences [n] by slopes [n, 2]; small where the slopes say little."""
+    """The shift [2] that explains differences [n] by slopes [n, 2]; damped if the slopes are small."""
     moved: Floats = np.zeros(2)
     weight: Floats = np.ones(len(slope))
     for _ in range(ROUNDS):

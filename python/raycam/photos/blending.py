@@ -1,4 +1,4 @@
-"""Robust means of the colours in which photographs show a texel."""
+"""Robust means of a texel's colours in photographs."""
 
 from __future__ import annotations
 

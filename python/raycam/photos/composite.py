@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..world.face_geometry import unique_rows
 from .face_views import FaceTotals, choose_views, neighbor_faces
 from .photo_set import PART_TEXELS, BlendedTexels, PhotoSet
 from .seam_levels import SeamSamples, TexelLinks, level_texels, level_vertices, link_texels
 from .surface_views import SurfacePart
+from .survey import ViewedPhotograph
 
 __all__ = ["Composite", "add_detail", "compose"]
 
@@ -41,22 +43,28 @@ class Composite:
 
 
 class _Lookups:
-    """Points [m] of the surface, each to be looked up in one photograph; -1 is none."""
+    """Points [m] of the surface, each looked up in one photograph; -1 means no photograph."""
 
     def __init__(self, view: Ids, part: Callable[[Ints], SurfacePart]) -> None:
         self.colors = np.full((len(view), 3), np.nan, np.float32)
         self._order = np.argsort(view, kind="stable")
         self._sorted, self._part = view[self._order], part
 
-    def fill(self, photos: PhotoSet) -> _Lookups:
-        """Looks up all points; colours of points that their photograph does not show stay NaN."""
-        for number, photo in photos.photographs():
-            low, high = np.searchsorted(self._sorted, [number, number + 1])
-            for start in range(int(low), int(high), PART_TEXELS):
-                some = self._order[start : min(start + PART_TEXELS, high)]
-                view = photos.view(number, photo, self._part(some))
-                self.colors[some[view.index]] = view.colors
-        return self
+    def add(self, photos: PhotoSet, number: int, photo: ViewedPhotograph) -> None:
+        """Looks up the points of one photograph."""
+        low, high = np.searchsorted(self._sorted, [number, number + 1])
+        for start in range(int(low), int(high), PART_TEXELS):
+            some = self._order[start : min(start + PART_TEXELS, high)]
+            view = photos.view(number, photo, self._part(some), weighted=False)
+            self.colors[some[view.index]] = view.colors
+
+
+def _look_up(photos: PhotoSet, *lookups: _Lookups) -> list[Single]:
+    """The colours [m, 3] of lookups, NaN where the photograph does not show the point; reads each photograph once."""
+    for number, photo in photos.photographs():
+        for each in lookups:
+            each.add(photos, number, photo)
+    return [each.colors for each in lookups]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +90,14 @@ def compose(photos: PhotoSet, blended: BlendedTexels, totals: FaceTotals) -> Com
     texels = surface.texels
     faces = _choose(photos, totals)
     view = np.where(blended.views > 0, faces.view[texels.face], -1).astype(np.int32)
-    own = _Lookups(view, surface.part).fill(photos).colors
+    edges = _SeamEdges.between(faces)
+    at_edges = _Lookups(*edges.points(photos, faces))
+    own, edge_colors = _look_up(photos, _Lookups(view, surface.part), at_edges)
     missing = np.isnan(own[:, 0])
     view[missing] = -1
     own[missing] = blended.colors[missing]
     colors = own.astype(np.float64)
-    corner, adjustment = _adjustments(photos, faces)
+    corner, adjustment = _adjustments(photos, faces, edges, edge_colors)
     shown = np.flatnonzero(~missing)
     for start in range(0, len(shown), PART_TEXELS):
         some = shown[start : start + PART_TEXELS]
@@ -96,7 +106,8 @@ def compose(photos: PhotoSet, blended: BlendedTexels, totals: FaceTotals) -> Com
     seen = np.flatnonzero(blended.views > 0)
     whole = surface.part(seen)
     links = link_texels(texels.index[seen], texels.size, whole.points, whole.spacing)
-    links = TexelLinks(seen[links.first], seen[links.second])
+    row, column = np.divmod(texels.index, texels.size[0])
+    links = TexelLinks(seen[links.first], seen[links.second], row, column)
     wanted = _wanted_steps(photos, links, view, own, blended)
     levelled = level_texels(colors, view, links, wanted)
     return Composite(np.maximum(levelled, 0).astype(np.float32), view)
@@ -105,8 +116,7 @@ def compose(photos: PhotoSet, blended: BlendedTexels, totals: FaceTotals) -> Com
 def _choose(photos: PhotoSet, totals: FaceTotals) -> _FaceViews:
     """The photograph of each face."""
     corners = photos.surface.mesh.corners
-    _, vertices = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    vertices = vertices.reshape(-1, 3)
+    vertices = unique_rows(corners.reshape(-1, 3))[1].reshape(-1, 3)
     candidates = totals.candidates()
     pairs = neighbor_faces(vertices)
     place = np.full(len(corners), -1, np.int64)
@@ -117,29 +127,56 @@ def _choose(photos: PhotoSet, totals: FaceTotals) -> _FaceViews:
     return _FaceViews(view, vertices, pairs[view[pairs[:, 0]] != view[pairs[:, 1]]])
 
 
-def _adjustments(photos: PhotoSet, faces: _FaceViews) -> tuple[Ints, Floats]:
-    """The unknowns [f, 3] of the faces' corners, and their additive adjustments [unknowns, 3]."""
+@dataclass(frozen=True, eq=False)
+class _SeamEdges:
+    """Edges [m] between faces with different photographs."""
+
+    first: Ints
+    """A face of each edge."""
+    second: Ints
+    """The other face."""
+    ends: Ints
+    """The corners [m, 2] of the first face at the edge's ends."""
+    others: Ints
+    """The corners [m, 2] of the second face at the same ends."""
+
+    @classmethod
+    def between(cls, faces: _FaceViews) -> _SeamEdges:
+        """The edges at the seams."""
+        first, second = faces.seams.T
+        equal = faces.vertices[first][:, :, None] == faces.vertices[second][:, None, :]
+        ends = np.argsort(~equal.any(axis=2), axis=1, kind="stable")[:, :2]
+        return cls(first, second, ends, np.take_along_axis(equal.argmax(axis=2), ends, axis=1))
+
+    def points(self, photos: PhotoSet, faces: _FaceViews) -> tuple[Ids, Callable[[Ints], SurfacePart]]:
+        """Photographs and points: for each place on the edge, those of the first faces, then of the second ones."""
+        face, points = [], []
+        rows = np.arange(len(self.first))
+        for place in EDGE_PLACES:
+            for own, at in ((self.first, self.ends), (self.second, self.others)):
+                corners = photos.surface.mesh.corners[own]
+                on_edge = (1 - place) * corners[rows, at[:, 0]] + place * corners[rows, at[:, 1]]
+                points.append((1 - EDGE_INSET) * on_edge + EDGE_INSET * corners.mean(axis=1))
+                face.append(own)
+        every = np.concatenate(face)
+        return faces.view[every], _part_of(photos, every, np.concatenate(points))
+
+
+def _adjustments(
+    photos: PhotoSet, faces: _FaceViews, edges: _SeamEdges, colors: Single
+) -> tuple[Ints, Floats]:
+    """The unknowns [f, 3] of the faces' corners, and their additive adjustments [unknowns, 3].
+
+    `colors` are those of `_SeamEdges.points`.
+    """
     key = faces.vertices * (len(photos.cameras) + 1) + (faces.view + 1)[:, None]
     unknowns, corner = np.unique(key, return_inverse=True)
     corner = corner.reshape(-1, 3)
-    if not len(faces.seams):
+    count = len(edges.first)
+    if not count:
         return corner, np.zeros((len(unknowns), 3))
-    # The corners [m, 2] of the first face at the shared edge, and those of the second.
-    first, second = faces.seams.T
-    equal = faces.vertices[first][:, :, None] == faces.vertices[second][:, None, :]
-    ends = np.argsort(~equal.any(axis=2), axis=1, kind="stable")[:, :2]
-    others = np.take_along_axis(equal.argmax(axis=2), ends, axis=1)
-    rows = np.arange(len(first))[:, None]
-    samples = []
-    for place in EDGE_PLACES:
-        pair = []
-        for face, at in ((first, ends), (second, others)):
-            corners = photos.surface.mesh.corners[face]
-            points = (1 - place) * corners[rows[:, 0], at[:, 0]] + place * corners[rows[:, 0], at[:, 1]]
-            points = (1 - EDGE_INSET) * points + EDGE_INSET * corners.mean(axis=1)
-            pair.append(_Lookups(faces.view[face], _part_of(photos, face, points)).fill(photos).colors)
-        samples.append(pair[0].astype(np.float64) - pair[1])
-    difference = np.concatenate(samples)
+    pairs = colors.astype(np.float64).reshape(len(EDGE_PLACES), 2, count, 3)
+    difference = (pairs[:, 0] - pairs[:, 1]).reshape(-1, 3)
     known = np.isfinite(difference).all(axis=1)
 
     def every(unknown: Ints) -> Ints:
@@ -147,9 +184,9 @@ def _adjustments(photos: PhotoSet, faces: _FaceViews) -> tuple[Ints, Floats]:
 
     links = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2)[faces.view >= 0].reshape(-1, 2)
     seam_samples = SeamSamples(
-        every(corner[first[:, None], ends]),
-        every(corner[second[:, None], others]),
-        np.repeat(EDGE_PLACES, len(first))[known],
+        every(corner[edges.first[:, None], edges.ends]),
+        every(corner[edges.second[:, None], edges.others]),
+        np.repeat(EDGE_PLACES, count)[known],
         difference[known],
     )
     return corner, level_vertices(len(unknowns), links, seam_samples)
@@ -170,19 +207,17 @@ def _part_of(photos: PhotoSet, face: Ints, points: Floats) -> Callable[[Ints], S
 def _wanted_steps(
     photos: PhotoSet, links: TexelLinks, view: Ids, own: Single, blended: BlendedTexels
 ) -> Floats:
-    """The steps [m, 3] of colour between linked texels, as the photographs of both show them; 0 if neither does."""
+    """The steps [m, 3] of colour between linked texels, measured in both photographs; 0 if not visible in both."""
     wanted = np.zeros((len(links.first), 3))
     seam = np.flatnonzero(view[links.first] != view[links.second])
     total, count = np.zeros((len(seam), 3)), np.zeros((len(seam), 1))
-    for here, there, sign in (
-        (links.first[seam], links.second[seam], 1.0),
-        (links.second[seam], links.first[seam], -1.0),
-    ):
+    ways = [(links.first[seam], links.second[seam], 1.0), (links.second[seam], links.first[seam], -1.0)]
 
-        def part(some: Ints, there: Ints = there) -> SurfacePart:
-            return photos.surface.part(there[some])
+    def lookups(here: Ints, there: Ints) -> _Lookups:
+        return _Lookups(view[here], lambda some: photos.surface.part(there[some]))
 
-        across = _Lookups(view[here], part).fill(photos).colors
+    found = _look_up(photos, *(lookups(here, there) for here, there, _ in ways))
+    for (here, there, sign), across in zip(ways, found, strict=True):
         blend = view[here] < 0
         across[blend] = blended.colors[there[blend]]
         known = np.isfinite(across[:, 0])

@@ -29,7 +29,7 @@ class DepthEdges:
     """A cell's width and height in pixels."""
 
     def at(self, places: Floats) -> npt.NDArray[np.float32]:
-        """The distances [n] at places [n, 2] in pixels from the image's corner."""
+        """The distances [n] at positions [n, 2] in pixels from the image's corner."""
         rows, columns = self.distance.shape
         column = np.clip((places[:, 0] / self.stride[0]).astype(int), 0, columns - 1)
         row = np.clip((places[:, 1] / self.stride[1]).astype(int), 0, rows - 1)
@@ -62,7 +62,7 @@ def find_depth_edges(world: World, camera: Camera, reach: float, threads: int | 
 
 
 def jumps(t: Floats, points: Floats, normals: Floats) -> Bools:
-    """True [rows, columns] for cells of which a neighbour misses the world or is off the tangent plane."""
+    """True [rows, columns] for cells with a neighbour that misses the world or is off the tangent plane."""
     hit = np.isfinite(t)
     edges = np.zeros(hit.shape, bool)
     for a, b in (

@@ -98,11 +98,12 @@ def neighbor_faces(vertices: Ints) -> Ints:
 
 
 def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
-    """The photograph of each face of `candidates`, with few seams between neighbours `pairs` [m, 2] (places in them).
+    """The photograph of each face of `candidates`, with few seams between neighbours `pairs` [m, 2] (indices).
 
-    The sum of lost quality and of seams is made small by loopy belief propagation: min-sum messages between neighbours
-    under the Potts model; the best of all rounds is returned. Sources: Lempitsky and Ivanov, Seamless mosaicing of
-    image-based texture maps, 2007; Felzenszwalb and Huttenlocher, Efficient belief propagation for early vision, 2006.
+    Loopy belief propagation minimises the sum of lost quality and seams approximately: min-sum messages between
+    neighbours under the Potts model; the best of all rounds is returned. Sources: Lempitsky and Ivanov, Seamless
+    mosaicing of image-based texture maps, 2007; Felzenszwalb and Huttenlocher, Efficient belief propagation for early
+    vision, 2006.
     """
     views = candidates.views
     best = candidates.weights.max(axis=1, keepdims=True, initial=0)
@@ -118,28 +119,39 @@ def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
     reverse = place[(order + len(pairs)) % len(order)]
-    # Which of the source's photographs is each of the target's.
+    # The source's photograph that corresponds to each of the target's.
     equal = (views[source][:, :, None] == views[target][:, None, :]) & (views[target] >= 0)[:, None, :]
-    same, known = equal.argmax(axis=1), equal.any(axis=1)
+    same, known = equal.argmax(axis=1).T, equal.any(axis=1).T
+    flat = same * len(source) + np.arange(len(source))
     starts = np.flatnonzero(np.diff(target, prepend=-1))
-    message = np.zeros((len(order), views.shape[1]))
+    # One row for each choice: operations on long rows are fast.
+    rows_of_cost = np.ascontiguousarray(cost.T)
+    message = np.zeros((views.shape[1], len(order)))
     least = energy(cost, views, chosen, pairs)
     for _ in range(ROUNDS):
-        belief = cost.copy()
-        belief[target[starts]] += np.add.reduceat(message, starts, axis=0)
-        now = belief.argmin(axis=1)
+        belief = rows_of_cost.copy()
+        belief[:, target[starts]] += np.add.reduceat(message, starts, axis=1)
+        now = smallest_place(belief)
         found = energy(cost, views, now, pairs)
         if found < least:
             least, chosen = found, now
-        without = belief[source] - message[reverse]
-        low = without.min(axis=1, keepdims=True)
-        kept = np.where(known, np.take_along_axis(without, same, axis=1) - low, np.inf)
-        sent = np.minimum(kept, 1.0)
+        without = belief[:, source] - message[:, reverse]
+        low = without.min(axis=0)
+        sent = np.minimum(np.where(known, without.ravel()[flat] - low, np.inf), 1.0)
         change = np.abs(sent - message).max()
         message = (message + sent) / 2
         if change < 1e-3:
             break
     return np.asarray(views[rows, chosen], np.int32)
+
+
+def smallest_place(table: Floats) -> Ints:
+    """The row [n] of the smallest value in each column of a table [k, n]; the first of equal ones."""
+    place, low = np.zeros(table.shape[1], np.int64), table[0]
+    for row, values in enumerate(table[1:], start=1):
+        place[values < low] = row
+        low = np.minimum(low, values)
+    return place
 
 
 def energy(cost: Floats, views: Ids, chosen: Ints, pairs: Ints) -> float:

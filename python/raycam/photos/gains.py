@@ -1,4 +1,4 @@
-"""Gains of photographs: exposure and white balance that the photographs' overlaps reveal."""
+"""Gains of photographs: exposure and white balance, estimated from the photographs' overlaps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OUTLIER_SCALE = 0.05
 def estimate_gains(survey: Survey) -> Floats:
     """The factors [cameras, 3] of each photograph's linear red, green and blue.
 
-    The logarithms are the least squares solution of log color = log reflected + log gain over points that are seen
+    The logarithms are the least squares solution of log color = log reflected + log gain over points that are visible
     twice, reweighted so that outliers count less; their mean is 0 for each group of photographs that overlap.
     Photographs without overlap have the gain 1. Source: Brown and Lowe, Automatic panoramic image stitching using
     invariant features, 2007.

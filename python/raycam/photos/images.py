@@ -32,8 +32,8 @@ class PhotoSource:
     def __init__(self, photos: Photos, names: Iterable[str], orientation: Orientation = "auto") -> None:
         """Checks that each photograph is present and in the folder, before anything is computed.
 
-        Raises `FileNotFoundError` for missing files, and `SettingsError` for missing keys and for names that lead out
-        of the folder.
+        Raises `FileNotFoundError` for missing files, and `SettingsError` for missing keys and for names outside of
+        the folder.
         """
         self.photos, self.orientation = photos, orientation
         self._given: set[Notice] = set()
@@ -151,7 +151,7 @@ def linear_photo(name: str, given: Any) -> npt.NDArray[np.float32]:
 
 
 def _counted(names: list[str], wanted: list[str]) -> str:
-    """The first names and their number, as the subject of a sentence."""
+    """The first names and the number of names, as the subject of a sentence."""
     listed = ", ".join(repr(name) for name in names[:LISTED_NAMES])
     more = f" and {len(names) - LISTED_NAMES} more" if len(names) > LISTED_NAMES else ""
     return f"{len(names)} of {len(wanted)} photographs ({listed}{more}) {'is' if len(names) == 1 else 'are'}"

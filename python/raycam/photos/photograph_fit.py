@@ -1,4 +1,4 @@
-"""How a photograph fits to the others that show the same surface."""
+"""The fit of a photograph to the others that show the same surface."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["PhotographFit"]
 
 @dataclass(frozen=True)
 class PhotographFit:
-    """How a photograph fits to the others."""
+    """The fit of a photograph to the others."""
 
     name: str
     """The photograph's name."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from .conjugate_gradients import SparseSymmetric, conjugate_gradients
+from .multigrid import GridLinks, solve_poisson
 
 __all__ = ["SeamSamples", "TexelLinks", "level_texels", "level_vertices", "link_texels"]
 
@@ -21,10 +22,6 @@ RIDGE = 1e-4
 """Weight of adjustments of zero."""
 BAND_TEXELS = 20
 """Texels from a seam within which colours change."""
-MAX_ITERATIONS = 300
-"""Iterations of conjugate gradients."""
-TOLERANCE = 1e-4
-"""Residual, relative to the first, at which conjugate gradients stop."""
 MAX_STEP = 4.0
 """Distance of neighbouring texels on the surface, in texel widths, above which they belong to different islands."""
 
@@ -50,25 +47,40 @@ def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
     """
     column = np.concatenate([samples.first, samples.second], axis=1)
     share = np.stack([1 - samples.place, samples.place], axis=1)
-    row = np.concatenate([share, -share], axis=1)
+    factor = np.concatenate([share, -share], axis=1)
+    first, second = links.T
+    smooth, each = np.full(len(links), SMOOTHNESS), np.arange(count)
+    matrix = SparseSymmetric.sum_of(
+        count,
+        np.concatenate([np.repeat(column, 4, axis=1).ravel(), first, second, first, second, each]),
+        np.concatenate([np.tile(column, (1, 4)).ravel(), first, second, second, first, each]),
+        np.concatenate(
+            [
+                (factor[:, :, None] * factor[:, None, :]).ravel(),
+                *(smooth, smooth, -smooth, -smooth),
+                np.full(count, RIDGE),
+            ]
+        ),
+    )
+    right = -np.stack(
+        [
+            np.bincount(column.ravel(), weights=(factor * channel[:, None]).ravel(), minlength=count)
+            for channel in samples.difference.T
+        ],
+        axis=1,
+    ).astype(np.float64)
+    # The adjustments of each connected part have the mean 0, because differences of colours do not determine it.
+    part = matrix.parts()
+    members = np.maximum(np.bincount(part, minlength=count), 1)
 
-    def spread(columns: Ints, values: Floats) -> Floats:
-        flat = columns.ravel()
-        return np.stack(
-            [np.bincount(flat, weights=values[..., i].ravel(), minlength=count) for i in range(3)], axis=1
-        )
+    def precondition(residual: Floats) -> Floats:
+        scaled = residual / matrix.diagonal[:, None]
+        for column in range(scaled.shape[1]):
+            mean = np.bincount(part, weights=scaled[:, column], minlength=count) / members
+            scaled[:, column] -= mean[part]
+        return scaled
 
-    def matrix(x: Floats) -> Floats:
-        seams = np.einsum("mk,mkc->mc", row, x[column])
-        along = x[links[:, 0]] - x[links[:, 1]]
-        return (
-            spread(column, row[..., None] * seams[:, None, :])
-            + SMOOTHNESS * (spread(links[:, 0], along) - spread(links[:, 1], along))
-            + RIDGE * x
-        )
-
-    right = -spread(column, row[..., None] * samples.difference[:, None, :])
-    return conjugate_gradients(matrix, right)
+    return conjugate_gradients(matrix.times, right, precondition)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +91,10 @@ class TexelLinks:
     """The left or upper texel."""
     second: Ints
     """The right or lower texel."""
+    row: Ints
+    """The row of each texel [n] in the texture."""
+    column: Ints
+    """The column of each texel [n]."""
 
 
 def link_texels(index: Ints, size: tuple[int, int], points: Floats, spacing: Floats) -> TexelLinks:
@@ -94,7 +110,7 @@ def link_texels(index: Ints, size: tuple[int, int], points: Floats, spacing: Flo
     first, second = np.concatenate(pairs).T
     apart = np.sqrt(((points[first] - points[second]) ** 2).sum(axis=1))
     near = apart <= MAX_STEP * np.maximum(spacing[first], spacing[second])
-    return TexelLinks(first[near], second[near])
+    return TexelLinks(first[near], second[near], index // wide, index % wide)
 
 
 def level_texels(colors: Floats, label: Ids, links: TexelLinks, wanted: Floats) -> Floats:
@@ -117,43 +133,20 @@ def level_texels(colors: Floats, label: Ids, links: TexelLinks, wanted: Floats) 
     first, second, seam = links.first[kept], links.second[kept], seam[kept]
     step = np.zeros((len(first), 3))
     step[seam] = wanted[kept][seam] - (colors[first[seam]] - colors[second[seam]])
-    place = np.cumsum(near) - 1
-    count = int(near.sum())
+    place, count = np.cumsum(near) - 1, int(near.sum())
     a, b = np.where(near[first], place[first], count), np.where(near[second], place[second], count)
-
-    def spread(values: Floats) -> Floats:
-        found = [
-            np.bincount(a, weights=values[:, i], minlength=count + 1)
-            - np.bincount(b, weights=values[:, i], minlength=count + 1)
-            for i in range(3)
-        ]
-        return np.stack(found, axis=1)[:count]
-
-    def matrix(x: Floats) -> Floats:
-        padded = np.concatenate([x, np.zeros((1, 3))])  # texels outside of the band do not change
-        return spread(padded[a] - padded[b]) + 1e-9 * x
-
+    right = np.stack(
+        [
+            np.bincount(a, weights=channel, minlength=count + 1)
+            - np.bincount(b, weights=channel, minlength=count + 1)
+            for channel in step.T
+        ],
+        axis=1,
+    )[:count]
+    inside = (a < count) & (b < count)
+    edge = np.concatenate([a[~inside], b[~inside]])
+    fixed = np.bincount(edge, minlength=count + 1)[:count].astype(np.float64)
+    grid = GridLinks(links.row[near], links.column[near], a[inside], b[inside], fixed)
     levelled = colors.astype(np.float64)
-    levelled[near] += conjugate_gradients(matrix, spread(step))
+    levelled[near] += solve_poisson(grid, right)
     return levelled
-
-
-def conjugate_gradients(matrix: Callable[[Floats], Floats], right: Floats) -> Floats:
-    """The solution of a symmetric positive system for each column of `right` [n, k]."""
-    x = np.zeros_like(right)
-    residual = right.copy()
-    direction = residual.copy()
-    squared = (residual**2).sum(axis=0)
-    limit = TOLERANCE**2 * squared
-    for _ in range(MAX_ITERATIONS):
-        if (squared <= limit).all():
-            break
-        image = matrix(direction)
-        below = (direction * image).sum(axis=0)
-        alpha = np.divide(squared, below, out=np.zeros_like(squared), where=below > 0)
-        x += alpha * direction
-        residual -= alpha * image
-        before, squared = squared, (residual**2).sum(axis=0)
-        beta = np.divide(squared, before, out=np.zeros_like(squared), where=before > 0)
-        direction = residual + beta * direction
-    return x

@@ -1,4 +1,4 @@
-"""Colours and weights with which a photograph shows points of a textured surface."""
+"""Colours and weights of points of a textured surface in a photograph."""
 
 from __future__ import annotations
 
@@ -87,12 +87,13 @@ def view_part(
     part: SurfacePart,
     *,
     facing: Facing,
-    edges: Callable[[], DepthEdges],
+    edges: Callable[[], DepthEdges] | None,
     threads: int | None,
 ) -> PartView:
     """The points that the camera sees, with their colours and weights cos² sqrt(det J) border.
 
-    J is the derivative of the pixel by the surface; transparent pixels show nothing.
+    J is the derivative of the pixel by the surface; transparent pixels show nothing. Without `edges`, the border is
+    the image's edge only.
     """
     sight = find_sight(
         world, camera, part.points, part.normals, facing=facing, min_cosine=MIN_COSINE, threads=threads
@@ -106,7 +107,9 @@ def view_part(
     area = np.nan_to_num(np.abs(np.linalg.det(jacobian)))
     places = sight.pixels - camera.corner
     border = np.minimum(places, np.array(camera.size) - places).min(axis=1)
-    border = np.minimum(border, edges().at(places)) / BORDER_WIDTH_PX
+    if edges is not None:
+        border = np.minimum(border, edges().at(places))
+    border = border / BORDER_WIDTH_PX
     pixels = filtered(photograph(), places, jacobian * part.spacing[index][:, None, None])
     dimming = vignetting_at(camera, sight.pixels)
     weight = sight.cosine**2 * np.sqrt(area) * np.clip(border, MIN_BORDER, 1.0)
@@ -126,8 +129,8 @@ def view_part(
 def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
     """Colours [n, 4] averaged over the parallelogram `footprint` [n, 2, 2] in pixels for each texel.
 
-    Up to four lookups lie along the longer axis, each with the width of the shorter one. Source: McCormack, Perry,
-    Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
+    Up to four lookups are placed along the longer axis, each with the width of the shorter one. Source: McCormack,
+    Perry, Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
     """
     footprint = np.nan_to_num(footprint)
     a, b, c, d = (footprint[:, i, j] for i in (0, 1) for j in (0, 1))

@@ -39,7 +39,7 @@ COLUMNS: tuple[tuple[type[np.generic], tuple[int, ...]], ...] = (
 
 
 class ViewedPhotograph:
-    """A photograph and its jumps of depth, both read when they are first needed."""
+    """A photograph and its depth jumps, both computed on first use."""
 
     def __init__(
         self, world: World, camera: Camera, source: PhotoSource, name: str, threads: int | None

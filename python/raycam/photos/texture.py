@@ -21,6 +21,7 @@ from ..io.oriented_photo import ORIENTATIONS, Orientation
 from ..notices import warn_all
 from ..world import World
 from ..world.chosen import object_number
+from ..world.face_geometry import unique_rows
 from ..world.object_mesh import ObjectMesh, object_mesh
 from ..world.texture import Texture
 from .alignment import Alignment, measure_alignment
@@ -79,21 +80,21 @@ def texture_from_photos(
     With the `method` "blend", a texel's colour is a mean of the up to eight views with the largest weight
     cos²(angle) sqrt(det J) border, where J is the derivative of the pixel by the surface, and border rises over 32
     pixels from the image's edge and from jumps of depth. Angles above 80 degrees do not count. Views whose luminance is
-    off the weighted median by more than max(3 MAD, 6 %) are left out. Vignetting is undone.
+    off the weighted median by more than max(3 MAD, 6 %) are omitted. Vignetting is corrected.
 
-    "best" shows each face in one photograph, which is sharp even where poses are wrong: the choice weighs the views'
-    weight against the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's
-    equation within 20 texels. "detail" takes the low frequencies of "blend" and the high ones of "best".
+    "best" shows each face in one photograph, which is sharp even if poses are wrong: the choice balances the views'
+    weights and the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's
+    equation within 20 texels. "detail" combines the low frequencies of "blend" with the high ones of "best".
 
     `exposure` "auto" divides each photograph by a gain for each channel, so that overlapping photographs agree.
-    Texels that no camera sees get the colour of the nearest seen texel, or magenta with `show_unseen`. Gutters of 8
+    Texels that no camera sees get the colour of the nearest visible texel, or magenta with `show_unseen`. Gutters of 8
     texels surround the islands. The result is the same for any order of the photographs, any number of threads and any
     `memory`, the bytes for views in addition to 64 bytes for each texel (400 for "best" and "detail"); photographs are
     read one at a time, more than once if `memory` cannot contain the views of all texels.
 
     Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, a
     texture that is too small for the photographs, photographs that are shifted against the others, and that fewer than
-    half of the cameras look at the world.
+    half of the cameras show the world.
 
     With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
     camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.
@@ -160,7 +161,7 @@ def _compute(
 
 
 def _fits(photos: PhotoSet, survey: Survey, blended: BlendedTexels, size: int) -> tuple[PhotographFit, ...]:
-    """How each photograph fits to the others, with notices about those that do not."""
+    """The fit of each photograph to the others, with notices about poor fits."""
     sizes = np.array([camera.size for camera in photos.cameras.values()], float)
     alignment = measure_alignment(survey, photos.gains, sizes)
     warn_all([*_size_notices(survey, size), *_alignment_notices(alignment, list(photos.cameras))])
@@ -185,7 +186,7 @@ def check_memory(size: int, views: int, texel: int = TEXEL_BYTES) -> None:
 
 
 def _size_notices(survey: Survey, size: int) -> list[Notice]:
-    """The notice that the photographs resolve more than the texture, with the size that would do."""
+    """The notice that the photographs resolve more than the texture, with a sufficient size."""
     largest = np.zeros(survey.points, np.float32)
     np.maximum.at(largest, survey.point, survey.footprint)
     largest = largest[largest > 0]
@@ -224,7 +225,7 @@ def _result(
     fits: tuple[PhotographFit, ...],
     magenta: bool,
 ) -> PhotoTexture:
-    """The texture with unseen texels and gutters filled, on a world with the object."""
+    """The texture with filled unseen texels and gutters, on a world with the object."""
     surface = photos.surface
     texels = surface.texels
     seen = blended.views > 0
@@ -268,10 +269,10 @@ def _nearest(known: Floats, wanted: Floats, threads: int | None) -> npt.NDArray[
 
 
 def _textured(world: World, number: int, mesh: ObjectMesh, texture: npt.NDArray[np.uint8]) -> World:
-    """A world with the object in the colours of its texture."""
+    """A world with the textured object."""
     made = World(world.up)
     rows = np.concatenate([mesh.corners.reshape(-1, 3), mesh.uvs[0].reshape(-1, 2)], axis=1)
-    welded, faces = np.unique(rows, axis=0, return_inverse=True)
+    welded, faces = unique_rows(rows)
     made.add_mesh(
         welded[:, :3],
         faces.reshape(-1, 3),

@@ -47,7 +47,7 @@ for (const pair of document.querySelectorAll('.pair')) {
 
 
 class TextureMaps(Protocol):
-    """What the page shows of a texture; see `PhotoTexture`."""
+    """The data of a texture on the page; see `PhotoTexture`."""
 
     @property
     def world(self) -> World: ...
@@ -66,7 +66,7 @@ class TextureMaps(Protocol):
 
 
 def report_page(result: TextureMaps, photos: PhotoSet, number: int) -> str:
-    """The page's HTML: shares, maps, the photographs' fits, and three photographs beside the textured model."""
+    """The page's HTML: shares, maps, the photographs' fits, and three photographs next to the textured model."""
     covered = result.covered
     share = 100 * result.seen.sum() / max(1, covered.sum())
     several = 100 * (result.views[covered] > 1).mean()
@@ -143,7 +143,7 @@ def _table(fits: tuple[PhotographFit, ...]) -> str:
 
 
 def _comparison(result: TextureMaps, photos: PhotoSet, number: int, fit: PhotographFit) -> str:
-    """A photograph under the textured model with the photograph's exposure, a slider, and their PSNR."""
+    """A slider between a photograph and the textured model with the photograph's exposure, and their PSNR."""
     photo, model, shown = compare_photograph(result, photos, number, fit)
     title = html.escape(fit.name)
     error = ((photo[shown].astype(np.float64) - model[shown]) ** 2).mean() if shown.any() else np.nan
@@ -158,9 +158,9 @@ def _comparison(result: TextureMaps, photos: PhotoSet, number: int, fit: Photogr
 def compare_photograph(
     result: TextureMaps, photos: PhotoSet, number: int, fit: PhotographFit
 ) -> tuple[Bytes, Bytes, npt.NDArray[np.bool_]]:
-    """The photograph and the model in its camera as sRGB [h, w, 3], and True [h, w] where the object is visible.
+    """The photograph and the rendered model as sRGB [h, w, 3], and True [h, w] if the object is visible.
 
-    Where the object is not visible, the model shows the photograph.
+    Pixels that do not show the object contain the photograph.
     """
     camera = photos.cameras[fit.name]
     scale = min(1.0, MAX_PHOTO_SIDE / max(camera.size))

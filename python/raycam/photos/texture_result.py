@@ -44,7 +44,7 @@ class PhotoTexture:
     _object: int
 
     def save_report(self, path: str | os.PathLike[str]) -> None:
-        """Writes a page with maps, the photographs' fits, and three photographs beside the textured model.
+        """Writes a page with maps, the photographs' fits, and three photographs next to the textured model.
 
         The page is one HTML file that works offline. The three photographs are those with the largest, the median and
         the smallest disagreement. Raises `OSError` if the file cannot be written.

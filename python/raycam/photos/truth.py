@@ -42,10 +42,10 @@ def photo_truth(
     distance   along the ray; files as of depth
     normal     unit normal in camera axes, PNG of `normal_bits` (8 or 16): 0..max is -1..1, 0 without a surface;
                `normal_axes` "opencv" (x right, y down, z forward) or "opengl" (x right, y up, z backward)
-    mask       255 where there is a surface
+    mask       255 for pixels with a surface
     instance   uint16 PNG: object id + 1, 0 without a surface
     position   the point in the world, EXR with float32, NaN without a surface
-    valid      255 where the lens has a ray
+    valid      255 for pixels with a ray
     confidence 255 times the cosine of incidence; 0 without a surface and for mixed pixels, whose neighbours show
                no surface, or one off the tangent plane by more than 2 % of the depth
     ========== ===================================================================================================
@@ -59,7 +59,7 @@ def photo_truth(
 
     Numbered layouts have the photographs' names in `photographs.json`. `facing="front"` ignores surfaces seen from
     behind. `options` are also those of `raycam.dataset.write` (`workers`, `shard`, `resume`, `progress`): the same call
-    resumes an interrupted one. A notice reports that fewer than half of the cameras look at the world.
+    resumes an interrupted one. A notice reports if fewer than half of the cameras show the world.
 
     Returns a `raycam.dataset.DatasetResult`. Raises `SettingsError`, `CameraError`, `JobError` and `OSError` as
     `raycam.dataset.write`.

@@ -76,7 +76,7 @@ class SurfaceVisibility:
     """The visible faces of each camera; None unless `pairs=True`."""
 
     def of(self, instance: int) -> npt.NDArray[np.bool_]:
-        """Returns Returns True [n] for the faces of an object, by its id."""
+        """Returns True [n] for the faces of an object, by its id."""
         found: npt.NDArray[np.bool_] = self.ids[:, 0] == instance
         return found
 
@@ -249,7 +249,7 @@ class _Totals:
                 camera_column = np.full(len(some), number, np.int32)
                 share = (hits[some] / total[some]).astype(np.float32)
                 self.entries.append((faces[some], camera_column, share))
-            # The first visible sample of a face stands for it.
+            # The first visible sample of a face represents it.
             _, first = np.unique(own, return_index=True)
             index = sight.index[first]
             distance = np.sqrt(((sight.origins[first] - points[index]) ** 2).sum(axis=1))

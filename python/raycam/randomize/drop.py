@@ -18,9 +18,10 @@ MAX_SECONDS = 60.0
 
 
 class Drop:
-    """Where an object is dropped, and its physical properties.
+    """The target of a dropped object, and its physical properties.
 
-    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError` with `what` in front.
+    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError`, whose message starts with
+    `what`.
     """
 
     def __init__(self, drop: Any, physics: Any, what: str) -> None:
@@ -48,7 +49,7 @@ def settle_drops(
     fixed: Mapping[str, Mapping[str, Any]],
     draw: RandomStream,
 ) -> None:
-    """Lets objects fall, by name; all that have the same target together, targets in order of appearance.
+    """Lets objects fall, by name: objects with the same target together, targets in order of appearance.
 
     `fixed` are the properties of objects that do not move. Raises `RejectedSample` if they do not settle, and the other
     errors of `raycam.settle`.

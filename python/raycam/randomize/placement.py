@@ -304,7 +304,7 @@ class PlacementSampler:
         return found
 
     def _free(self, prism: ConvexPrism, gap: float) -> bool:
-        """True if no object, present before or placed, comes nearer than `gap`."""
+        """True if no object, present before or placed, is closer than `gap`."""
         if any(prism.intersects(other, gap) for other in self._taken):
             return False
         # The base is excluded: it touches the ground, and may sink in a little where the ground is not quite level.

@@ -128,7 +128,7 @@ class Recipe:
             self.description[kind] = [dict(row) for row in rows]
 
     def _repr_html_(self) -> str:
-        """The table that a notebook shows: a row for each object, light and camera of the recipe."""
+        """The HTML table shown by notebooks: a row for each object, light and camera of the recipe."""
         rows = [
             (kind, row.get("name", row.get("type", "")), row.get("count", 1), ", ".join(row))
             for kind in ("object", "light", "camera")
@@ -190,7 +190,7 @@ class Recipe:
         return None if folder is None else folder.name_of(self._behind(number, camera))
 
     def _behind(self, number: int, camera: str) -> RandomStream:
-        """The random stream of the image behind a camera, whatever else is drawn again."""
+        """The random stream of a camera's background image, which does not change if the world is drawn again."""
         return RandomStream(self.seed, "world", number, "background", camera)
 
     @cached_property
@@ -261,7 +261,7 @@ class Recipe:
         )
 
     def _with_backgrounds(self, world: World, number: int) -> World:
-        """The world with images behind its cameras that have none, but for those of rigs."""
+        """The world with background images for cameras without one, except for cameras of rigs."""
         if self.backgrounds is not None:
             mounted = {f"{name}/{camera}" for name, rig in world.rigs.items() for camera in rig}
             for name, camera in world.cameras.items():
@@ -387,7 +387,7 @@ class Recipe:
 
     def _add_shared(self, world: World, item: Mapping[str, Any], first: dict[str, str]) -> str:
         """Adds an object, and returns its name. Objects of one shape share a mesh, unless they would inherit the first
-        one's appearance; `first` has the names of objects by shape.
+        one's appearance; `first` contains the names of objects by shape.
         """
         row = {key: value for key, value in item.items() if key not in POSE}
         style = row.keys() - {*GEOMETRY, "name", "category"}

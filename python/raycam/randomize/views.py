@@ -84,7 +84,7 @@ def place_camera(
 
 
 def _closest(best: tuple[float, float, float, float] | None, size: Floats) -> str:
-    """The closest try, as a part of a message."""
+    """The closest attempt, as a part of a message."""
     across = " x ".join(f"{side:.3g}" for side in size)
     if best is None:
         return f" (it measures {across} m, and the lens has no ray there)"
@@ -119,7 +119,7 @@ def _pose(
     roll: tuple[float, float],
     aside: float,
 ) -> tuple[Floats, Floats] | None:
-    """Rotation and centre that show `target` at a random pixel; None if the lens has no ray there."""
+    """Rotation and centre that show `target` at a random pixel; None if the pixel has no ray."""
     around, rise = (
         math.radians(draw.uniform(*ends, number=i)) for i, ends in enumerate((azimuth, elevation))
     )
@@ -180,7 +180,7 @@ def _is_good(
 
 
 def _lacking(share: float, visible: float, coverage: tuple[float, float], least: float) -> float:
-    """A measure of how far a view is from being good, 0 for good ones."""
+    """The amount by which a view misses the requirements; 0 for good views."""
     low, high = coverage
     off = low / share - 1 if 0.0 < share < low else share / high - 1 if share > high > 0.0 else 0.0
     return (1e9 if share == 0.0 else off) + (max(0.0, least - visible) / least if least else 0.0)

@@ -1,8 +1,8 @@
-"""The lecture's procedure in NumPy float64, brute force: the oracle of raycam.
+"""The lecture's procedure in NumPy float64 by brute force: an independent check of raycam.
 
 The reference shares no code with the Rust core.
 Source: Nicholas Dwork, *Making Virtual Worlds* (Computer Graphics Lecture 1). Each step is one function with
-the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explanation` prints what they return
+the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explanation` prints their results
 for one pixel.
 
 1. ``X' = P⁺ x`` is some point on the pixel's line, the camera centre ``C`` is another, ``X' - C`` points
@@ -11,7 +11,7 @@ for one pixel.
    `third_row_of_r`, `pointed_forward`. The ray is ``f(t) = C + t r``.
 3. ``n = v2 x v1`` with ``v1 = b - a`` and ``v2 = c - a``; ``t = n·(a - C) / n·r``: `normals`,
    `plane_distances`. ``t < 0`` is discarded.
-4. ``f(t)`` is inside the triangle when the segment from it to the distant point ``g = a + v3`` crosses an odd
+4. ``f(t)`` is inside the triangle if the segment from it to the distant point ``g = a + v3`` crosses an odd
    number of edges: `crossings`, `inside`; steps 3 and 4 together: `hit_distances`.
 5. The closest triangle colours the pixel: `trace`, `render_triangles`, `render`.
 
@@ -19,17 +19,17 @@ The lecture leaves the degenerate cases open. Here they are decided so that the 
 leave no gap:
 
 * ``X'`` may lie at infinity (its fourth coordinate is 0). It is then the direction of the line itself, and
-  takes the place of ``X' - C``. The dot product with the third row of R is never 0: no pixel's line lies in
+  replaces ``X' - C``. The dot product with the third row of R is never 0: no pixel's line is in
   the plane through C parallel to the image.
-* ``n·r = 0``, up to rounding: the ray runs along the plane. Discarded, a triangle seen edge-on shows nothing.
+* ``n·r = 0``, up to rounding: the ray is parallel to the plane. Discarded: a triangle seen edge-on is invisible.
 * ``n = 0``, up to rounding: the triangle has no area. Discarded.
-* ``t = 0``: C lies on the triangle. Kept, because the lecture discards only negative t.
+* ``t = 0``: C is on the triangle. Kept, because the lecture discards only negative t.
 * ``f(t)`` on an edge or a vertex, up to rounding: inside, and so in every triangle that shares that edge or
   vertex.
-* ``u`` through a vertex: an edge is crossed when one of its ends lies strictly to the left of ``u`` and the
-  other does not. A vertex on ``u`` thus counts as right of it, for both of its edges: passing through adds
-  one crossing, touching adds none or two.
-* ``u`` parallel to an edge: its ends lie on the same side, it is not crossed, and nothing is divided by zero.
+* ``u`` through a vertex: an edge is crossed if one of its ends is strictly to the left of ``u`` and the
+  other is not. A vertex on ``u`` counts as right of it for both of its edges: passing through the vertex adds
+  one crossing, touching it adds none or two.
+* ``u`` parallel to an edge: its ends are on the same side, so it is not crossed, and no division by zero occurs.
 * Equal ``t``: the triangle that comes first, by (instance, triangle).
 """
 

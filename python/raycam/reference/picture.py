@@ -48,12 +48,12 @@ def render_triangles(
     background: npt.ArrayLike = (0.0, 0.0, 0.0),
     progress: Progress | None = None,
 ) -> dict[str, npt.NDArray[Any]]:
-    """An image of triangles by the lecture's procedure, one exact ray through each pixel's centre.
+    """Renders triangles by the lecture's procedure, with one exact ray through each pixel's centre.
 
     `triangles` are corners [n, 3, 3] in the world, `P` is the camera matrix [3, 4], finite, of rank 3, of any
     scale and sign. `size` is (width, height). `colors` [n, 3] are linear RGB per triangle (default white),
-    `ids` [n, 2] are (instance, triangle) (default: instance 0 and the place in `triangles`). `progress(done, total)` is
-    told how many pixels are done; an exception that it raises stops the image.
+    `ids` [n, 2] are (instance, triangle) (default: instance 0 and the index in `triangles`). `progress(done, total)` is
+    called with the number of finished pixels; an exception that it raises stops rendering.
 
     Returns arrays [height, width, ...]:
 
@@ -89,7 +89,7 @@ def render_triangles(
     t = np.where(hit, seen.t, 0.0)
     f = C + t[:, None] * r
     row = np.where(hit, seen.index, 0)
-    last = np.zeros((1, 3))  # lets a world without triangles be indexed too
+    last = np.zeros((1, 3))  # so that a world without triangles can be indexed too
     color = np.where(hit[:, None], np.vstack([rgb, last])[row], _floats("background", background, (3,)))
     name = np.where(hit[:, None], np.vstack([names, last.astype(np.int32)[:, :2]])[row], -1)
 
@@ -115,7 +115,7 @@ def render(world: World, camera: Camera, progress: Progress | None = None) -> di
     """`render_triangles` of a :class:`raycam.World` seen by a :class:`raycam.Camera`.
 
     A triangle has one colour: its object's, its face's, or the mean of its vertex colours. Raises
-    :class:`raycam.CameraError` for a camera with a lens, which P does not describe.
+    :class:`raycam.CameraError` for a camera with lens distortion, which P cannot express.
     """
     camera._require_pinhole("the reference")
     return render_triangles(

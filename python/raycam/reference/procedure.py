@@ -14,7 +14,7 @@ Progress = Callable[[int, int], object]
 
 # Rounding error of a few dozen additions and multiplications, relative to their operands.
 ROUNDING = 32 * float(np.finfo(np.float64).eps)
-# Pixels times triangles worked on at once: some tens of megabytes of temporary arrays.
+# Pixels times triangles per block, which need some tens of megabytes of temporary arrays.
 PAIRS_AT_ONCE = 1 << 16
 
 
@@ -41,10 +41,10 @@ def length(a: Floats) -> Floats:
 def camera_center(P: Floats) -> Floats:
     """C in the world, [3]: the null space of P, for P (C, 1) = 0.
 
-    With P = [M | p4] that is M C = -p4, solved by elimination. (The last right-singular vector of P is (C, 1)
-    as well, but loses digits with every factor between the units of its rows.)
+    With P = [M | p4], M C = -p4 is solved by elimination. (The last right-singular vector of P is also
+    proportional to (C, 1), but loses digits if the rows of P have different units.)
 
-    Raises ValueError when M has no inverse: the camera centre lies at infinity, or P has a rank below 3.
+    Raises ValueError if M has no inverse: the camera centre is at infinity, or P has a rank below 3.
     """
     M = P[:, :3]
     rows = np.linalg.norm(M, axis=1, keepdims=True)
@@ -66,7 +66,7 @@ def third_row_of_r(P: Floats) -> Floats:
     """The third row of R, [3], a unit vector on the principal ray that points forward.
 
     In P = s K R [I | -C] the third row of K is (0, 0, 1), so the third row of M = s K R is s times that of R.
-    The scale s is known but for its sign, which is that of det(M) = s³ det(K), as det(K) > 0 and det(R) = 1.
+    The sign of s is that of det(M) = s³ det(K), because det(K) > 0 and det(R) = 1.
     """
     M = P[:, :3]
     sign = np.sign(np.linalg.det(M / np.linalg.norm(M, axis=1, keepdims=True)))
@@ -146,8 +146,8 @@ def edge_vectors(triangles: Floats) -> Floats:
 def crossings(triangles: Floats, n: Floats, f: Floats, tolerance: Floats) -> Crossings:
     """Intersects the segment from `f` to g = a + v3 with the edges of the triangle in whose plane `f` lies.
 
-    `triangles` [..., 3, 3], their normals `n` [..., 3] and points `f` [..., 3] go one to one. A point as near
-    to an edge as `tolerance` [...], a length, lies on it.
+    `triangles` [..., 3, 3], their normals `n` [..., 3] and points `f` [..., 3] correspond one to one. A point whose
+    distance from an edge is at most `tolerance` [...] counts as on the edge.
     """
     edges = edge_vectors(triangles)
     starts = triangles - f[..., None, :]
@@ -181,9 +181,9 @@ def inside(found: Crossings) -> Bools:
 
 
 def edge_tolerance(triangles: Floats, n: Floats, C: Floats, r: Floats, f: Floats) -> Floats:
-    """Bound on the rounding error of `f` within the plane, a length [...]; points this near to an edge lie on it.
+    """Bound [...] on the rounding error of `f` within the plane; points this close to an edge count as on it.
 
-    The coordinates round. The more oblique the ray, the more of that error lies within the plane.
+    The coordinates are rounded. The more oblique the ray, the larger the part of this error within the plane.
     """
     size = np.abs(triangles).max(axis=(-2, -1)) + np.abs(C).max() + np.abs(f).max(axis=-1)
     cosine = np.abs(dot(n, r)) / (np.where(dot(n, n) > 0, length(n), 1.0) * length(r))
@@ -206,10 +206,10 @@ class Trace:
 
 
 def trace(triangles: Floats, C: Floats, r: Floats, progress: Progress | None = None) -> Trace:
-    """The closest of all `triangles` [n, 3, 3] for rays from `C` [3] along `r` [m, 3], by trying every one.
+    """Returns the closest of `triangles` [n, 3, 3] for rays from `C` [3] along `r` [m, 3], by testing all of them.
 
-    Memory stays bounded whatever n and m are. Equal t goes to the triangle that comes first. `progress(done, total)`
-    is told how many rays are done.
+    Memory is bounded for any n and m. The first of triangles with equal t wins. `progress(done, total)`
+    is called with the number of finished rays.
     """
     n = normals(triangles)
     index = np.full(len(r), -1, dtype=np.int64)
@@ -222,7 +222,7 @@ def trace(triangles: Floats, C: Floats, r: Floats, progress: Progress | None = N
         for j in range(0, len(triangles), triangle_block):
             some = slice(j, j + triangle_block)
             found = hit_distances(triangles[some], n[some], C, r[rays])
-            # The two smallest t of old and new ones; argmin takes the first among equals.
+            # The two smallest t of the old and the new triangles; argmin returns the first of equal values.
             first = found.argmin(axis=1)
             nearest = np.take_along_axis(found, first[:, None], axis=1)[:, 0]
             np.put_along_axis(found, first[:, None], np.inf, axis=1)

@@ -16,7 +16,7 @@ Bools = npt.NDArray[np.bool_]
 class Units:
     """Local units of length: world = origin + scale * local.
 
-    P⁺ mixes lengths with the plain number 1, so that digits are lost in a world that is tiny, huge, or far from its
+    P⁺ mixes lengths with the number 1, so digits are lost in a world that is tiny, huge, or far from its
     origin. Worlds of ordinary size keep their own units.
     """
 
@@ -33,7 +33,7 @@ class Units:
         center, extent = (low + high) / 2, float(np.max(high - low) / 2)
         origin = center if 0 < 16 * extent < np.abs(center).max() else np.zeros(3)
         reach = float(np.linalg.norm(C - origin))
-        # P holds the camera alone, so only its distance can be too large. Powers of two scale without rounding.
+        # P contains only the camera, so only its distance can be too large. Powers of two scale without rounding.
         unit = reach if reach > 64 else extent if 0 < extent < 1 / 64 else 1.0
         return Units(origin, math.ldexp(1.0, round(math.log2(unit))))
 

@@ -29,7 +29,7 @@ MAX_SUBPIXELS = 8
 def numpy_background(given: Any) -> Any:
     """Returns a background whose tensors (PyTorch, JAX, TensorFlow, DLPack) are NumPy arrays; anything else unchanged.
 
-    Raises `SettingsError` for tensors that are not in the CPU's memory, or that need a gradient.
+    Raises `SettingsError` for tensors that are not in the CPU's memory, or that require a gradient.
     """
     if isinstance(given, Background) and is_tensor(given.image):
         return replace(given, image=numbers("background", given.image))
@@ -116,16 +116,16 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
 
 
 def _lying(camera: Camera) -> Camera:
-    """The camera at rest at the origin, unturned."""
+    """The camera at rest at the origin, without rotation."""
     return camera.with_background(None).still().at_pose(np.eye(3), np.zeros(3))
 
 
 def _warped(
     pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[Notice]
 ) -> tuple[Colors, list[Notice]]:
-    """The image of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
+    """The image of `taker` warped to `camera`, black outside of it, and notices with the share of black.
 
-    Between pixels, stored values are interpolated linearly, as OpenCV's `remap` has it.
+    Between pixels, stored values are interpolated linearly, as in OpenCV's `remap`.
     """
     if camera.is_parallel or taker.is_parallel:
         raise SettingsError(
@@ -158,7 +158,7 @@ def _warped(
 
 
 def _sampled(shown: Colors, mapped: Any, middle: Floats, points: int) -> tuple[Floats, Floats]:
-    """Sums [n, 3] of stored values at `points` x `points` places in each pixel, and their numbers [n]."""
+    """Sums [n, 3] of stored values at `points` x `points` positions in each pixel, and their counts [n]."""
     total, weight = np.zeros((len(middle), 3)), np.zeros(len(middle))
     for i in range(points * points):
         offset = (np.array([i % points, i // points]) + 0.5) / points - 0.5
@@ -169,7 +169,7 @@ def _sampled(shown: Colors, mapped: Any, middle: Floats, points: int) -> tuple[F
 
 
 def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
-    """An image that covers a frame of `size`, cut evenly at the sides that are too long."""
+    """An image that covers a frame of `size`, cropped evenly along its longer direction."""
     own_height, own_width = pixels.shape[:2]
     width, height = size
     scale = max(width / own_width, height / own_height)
@@ -187,12 +187,12 @@ def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
 
 
 def _subpixels(step: float) -> int:
-    """Points along each side of a pixel that an image is looked up at, of which `step` pixels make one."""
+    """The number of lookups along each side of a pixel that covers `step` pixels of the image."""
     return min(MAX_SUBPIXELS, max(1, math.ceil(step - 0.05)))
 
 
 def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
-    """Values [n, 3] between the pixels of an image, 0 beside it, and True [n] inside."""
+    """Interpolated values [n, 3] of an image, 0 outside, and True [n] inside."""
     height, width = shown.shape[:2]
     with np.errstate(invalid="ignore"):
         within = (places >= -0.5 - 1e-9) & (places <= np.array([width, height]) - 0.5 + 1e-9)
@@ -211,7 +211,7 @@ def _read(
 ) -> tuple[Colors, list[Notice]]:
     """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`.
 
-    `size` is that of the camera that took it, by which its EXIF orientation is applied or not.
+    `size` is that of the camera that took it, which determines whether its EXIF orientation is applied.
     """
     try:
         pixels, notices = read_oriented(path, size, orientation)

@@ -92,7 +92,7 @@ def studio_shadow(frame: Frame, shadowed: Frame) -> Frame:
 
 
 def _shown(frame: Frame) -> Colors:
-    """The colour, premultiplied, in the linear light of the display: as exposure and view show it."""
+    """The premultiplied colour in linear display light, after exposure and view transform."""
     color = frame["color"]
     if frame.view == "standard":
         return np.asarray(color * np.float32(2.0**frame.exposure))

@@ -98,7 +98,7 @@ def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:
 
 
 def _way(world: World, instances: list[int], origin: Any, direction: Any, distance: float) -> str:
-    """The light of a path, and the objects on its way, in words."""
+    """The light of a path and the objects along it, as text."""
     names = [str(world.objects[each].name) for each in instances]
     seen, *between = names
     through = list(dict.fromkeys(name for name in between if name != seen)) or list(dict.fromkeys(between))
@@ -112,7 +112,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _light(world: World, origin: Vector, direction: Vector, distance: float) -> str:
-    """The name of the light at the end of a ray: type and number, or the object that shines."""
+    """The name of the light at the end of a ray: type and number, or the emissive object."""
     lights = [dict(light) for light in world.lights]
     if not np.isfinite(distance):
         suns = [number for number, light in enumerate(lights) if _is_sun_along(light, direction)]

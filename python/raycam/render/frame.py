@@ -50,7 +50,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     category              int32   [h, w]    id of the category in `World.categories`; -1 for none       -1
     triangle              int32   [h, w]    index of the triangle in its mesh                           -1
     barycentric           float32 [h, w, 3] weights of the triangle's corners                           0
-    uv                    float32 [h, w, 2] texture coordinates, v down; NaN where the mesh has none    NaN
+    uv                    float32 [h, w, 2] texture coordinates, v down; NaN if the mesh has none       NaN
     material              int32   [h, w]    index of the material in the world                          -1
     coverage              float32 [h, w]    fraction of samples on the same object as the centre ray
     alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
@@ -112,7 +112,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             raise KeyError(nearest("channel", name, list(CHANNELS))) from None
 
     def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]:
-        """The array of `numpy.asarray(frame)`: that of the channel `color`, or of the only channel.
+        """The array for `numpy.asarray(frame)`: the channel `color`, or the only channel.
 
         Raises `SettingsError` for a frame of several channels without colour.
         """
@@ -273,7 +273,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return _core.encode_png(pixels(bits, exposure, view))
 
     def _shown(self, channel: str | None) -> str:
-        """The channel that an image shows: the one asked for, colour, or the only one."""
+        """The channel that an image shows: the requested one, the colour, or the only one."""
         if channel is not None:
             return one_of("channel", channel, list(self._channels))
         return "color" if "color" in self._channels else next(iter(self._channels))
@@ -387,7 +387,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     if not TYPE_CHECKING:  # type checkers shall see what is missing
 
         def __getattr__(self, name: str) -> Any:
-            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            """Raises `AttributeError`, with raycam's counterpart for names of other libraries."""
             raise no_attribute(self, name, f'frame["{name}"]' if name in CHANNELS else None)
 
     def __repr__(self) -> str:
@@ -463,7 +463,7 @@ def check_save(
 
 
 def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[Notice]:
-    """Yields what the file of a frame does not hold of the channels that it has."""
+    """Yields the parts of a frame's channels that its file cannot store."""
     ending = target.suffix.lower()
     shows_color = frame._shown(options.get("channel")) == "color" and "color" in frame.channels
     if frame.transparent and ending in OPAQUE and shows_color:

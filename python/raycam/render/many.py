@@ -221,7 +221,7 @@ def _refuse_single(options: Mapping[str, Any]) -> None:
 
 
 def _is_composed(world: World, names: Sequence[str], behind: Sequence[Any], transparent: bool) -> bool:
-    """True if images are laid over photographs, or show the shadows of catchers."""
+    """True if images are composed with background photos, or show shadows on shadow catchers."""
     photographs = any(one is not None for one in behind)
     over = photographs and "color" in names and not transparent
     return over or (world._core.has_catchers and (transparent or photographs))
@@ -237,7 +237,7 @@ def _composed(
     progress: Callable[[int, int], object] | None,
     asked: dict[str, Any],
 ) -> Frames:
-    """The images with photographs behind them, or shadows of catchers, each by `render` with the options `asked`."""
+    """The images with background photos or caught shadows, each from `render` with the options `asked`."""
     number = whole("frame", first, 0, (1 << 32) - count)
     copied = copy.copy(world)
     arrays: Pixels = {}
@@ -310,7 +310,7 @@ def _count(lengths: dict[str, int]) -> int:
 def _arrays(
     out: Mapping[str, npt.NDArray[Any]] | None, names: list[str], shape: tuple[int, int, int]
 ) -> Pixels:
-    """The arrays that are written: those given, and new ones for the other channels."""
+    """The output arrays: the given ones, and new ones for the other channels."""
     given = dict(out or {})
     arrays: Pixels = {}
     for name in names:

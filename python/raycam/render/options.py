@@ -87,7 +87,7 @@ ADAPTIVE_SAMPLES = _core.complete_render_options(None, {"time_limit": 1.0})["sam
 def given_options(options: Mapping[str, Any], arguments: Iterable[str] = ()) -> dict[str, Any]:
     """Returns the valid values of the options that are given, without those that are None.
 
-    Raises `SettingsError` for an invalid value, and for an unknown name with the name that it means or resembles;
+    Raises `SettingsError` for an invalid value, and for an unknown name with the equivalent or nearest name;
     `arguments` are other names that the caller accepts.
     """
     for name in options:

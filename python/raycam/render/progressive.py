@@ -123,7 +123,7 @@ class Progressive:
         """Adds samples for about `seconds`, from the centre outwards; returns the smallest number of samples of any
         pixel.
 
-        It finishes the tile that it has begun, and stops when all pixels have the image's `samples`. Raises
+        It finishes a started tile, and stops when all pixels have the image's `samples`. Raises
         `Cancelled` as `add` does.
         """
         slice_s = real("seconds", seconds, 0, MAX_SLICE_S, what="a number of seconds")

@@ -62,7 +62,7 @@ def image_request(
 
 
 def unlit(request: Mapping[str, Any], names: list[str], samples: int = 1) -> dict[str, Any]:
-    """Returns a request for channels of the same image that need no light."""
+    """Returns a request for channels of the same image that do not require light."""
     off = dict.fromkeys(("noise_threshold", "time_limit", "ambient_occlusion", "clamp", "max_depth"))
     return {**request, **off, "integrator": "flat", "channels": names, "samples": samples}
 

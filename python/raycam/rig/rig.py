@@ -153,7 +153,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return description
 
     def _key(self) -> tuple[str, str]:
-        """The description by which rigs compare."""
+        """The description used to compare rigs."""
         return self._up, json.dumps(self.to_dict()) if self._mounted else self._core.to_json()
 
     def _moved(self, core: _core.Rig) -> Self:

@@ -30,16 +30,23 @@ IMAGE_TYPES = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 DEFAULT_COLOR = (0.8, 0.8, 0.8)
 """sRGB colour of a material without a diffuse colour."""
 
+TO_Z_UP = {"Y_UP": [[1, 0, 0], [0, 0, -1], [0, 1, 0]], "X_UP": [[0, -1, 0], [0, 0, -1], [1, 0, 0]]}
+"""Rotations from other up axes to z (COLLADA 1.4.1, chapter 5, `up_axis`)."""
+
 
 def collada_to_glb(
-    path: Path, find_image: Callable[[str], Path], scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    path: Path,
+    find_image: Callable[[str], Path],
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    *,
+    up_axis: str = "ignore",
 ) -> tuple[bytes, list[Notice]]:
     """Returns a Collada file as GLB with one node, and notices.
 
-    As in RViz, the file's unit is applied and its up axis is ignored. `find_image` returns the path of an image, or
-    raises `OSError`. `scale` multiplies the coordinates; the orientation of mirrored triangles is reversed. Raises
-    `OSError`, `FormatError` for malformed files, entities and files beyond the budget, and `SettingsError` without
-    the extra.
+    The file's unit is applied. Its up axis is ignored, as in RViz, or with `up_axis="apply"` turned to z.
+    `find_image` returns the path of an image, or raises `OSError`. `scale` multiplies the coordinates; the orientation
+    of mirrored triangles is reversed. Raises `OSError`, `FormatError` for malformed files, entities and files beyond
+    the budget, and `SettingsError` without the extra.
     """
     if importlib.util.find_spec("collada") is None:
         raise SettingsError(
@@ -54,7 +61,7 @@ def collada_to_glb(
         document = collada.Collada(
             io.BytesIO(data), ignore=[collada.common.DaeError], aux_file_loader=lambda name: None
         )
-        return _Converter(path, document, find_image, scale).convert()
+        return _Converter(path, document, find_image, scale, up_axis).convert()
     except (FormatError, MemoryError, OSError):
         raise
     except Exception as error:  # pycollada raises many kinds for malformed documents
@@ -62,7 +69,7 @@ def collada_to_glb(
 
 
 class _Converter:
-    """A document while it is converted."""
+    """The state of a document's conversion."""
 
     def __init__(
         self,
@@ -70,7 +77,9 @@ class _Converter:
         document: Any,
         find_image: Callable[[str], Path],
         scale: tuple[float, float, float],
+        up_axis: str,
     ) -> None:
+        self._up_axis = up_axis
         self._path, self._document, self._find_image = path, document, find_image
         self._unit = np.array(scale) * float(document.assetInfo.unitmeter or 1.0)
         self._glb = GlbBuilder()
@@ -84,8 +93,12 @@ class _Converter:
         """Returns the GLB and the notices."""
         document = self._document
         up = str(document.assetInfo.upaxis)
-        if up not in ("Z_UP", "None"):
-            self._note("ignored_key", f"the up axis {up} is ignored, as in RViz")
+        turn = np.eye(4)
+        if up in TO_Z_UP and self._up_axis == "apply":
+            turn[:3, :3] = TO_Z_UP[up]
+        elif up in TO_Z_UP:
+            text = f'the up axis {up} is ignored, as in RViz; if parts of the robot are turned, set up_axis="apply"'
+            self._note("ignored_key", text)
         for error in document.errors[:5]:
             self._note("invalid_file", f"ignored: {error}")
         for placed in placed_geometries(document, os.fspath(self._path)):
@@ -97,7 +110,7 @@ class _Converter:
                 continue
             if placed.is_skin:
                 self._note("ignored_feature", "skins and morphs are shown at rest")
-            self._add_geometry(geometry, placed.matrix, placed.materials)
+            self._add_geometry(geometry, turn @ placed.matrix, placed.materials)
         if len(document.animations):
             self._note("ignored_animation", "animations are ignored")
         if not self._primitives:
@@ -272,7 +285,7 @@ def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: i
 
 
 def _linear(colors: Any) -> Floats:
-    """Linear values of sRGB colours: Collada's colours are shown as they are by RViz and most exporters' tools."""
+    """Linear values of sRGB colours; like RViz and most exporters, raycam reads Collada's colours as sRGB."""
     values = np.asarray(colors, np.float64)
     return linear_from_srgb(values)
 

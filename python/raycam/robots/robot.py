@@ -45,7 +45,7 @@ class Robot:
 
     @classmethod
     def at_zero(cls, name: str, description: RobotDescription, world_from_root: Floats) -> Robot:
-        """Returns the robot with all joints at zero, or at the limit that is nearest to it."""
+        """Returns the robot with all joints at zero, or at the limit nearest to zero."""
         kinematics = Kinematics(description)
         return cls(name, description, world_from_root, kinematics, kinematics.zero())
 
@@ -127,7 +127,7 @@ class Robot:
         }
 
     def _vectors(self, joints: JointValues | None) -> tuple[Floats, bool]:
-        """Joint vectors [n, k], and True if a single one was given."""
+        """Joint vectors [n, k], and True if a single vector was given."""
         if joints is None:
             return self._values[None], True
         if isinstance(joints, Mapping):

@@ -64,7 +64,7 @@ def read_sdf(data: bytes, name: str, files: FileResolver) -> list[SdfModel]:
 
 
 class _Document:
-    """A file while it is read."""
+    """The state of reading a file."""
 
     def __init__(self, data: bytes, name: str, files: FileResolver, depth: int) -> None:
         self.name, self.files, self.depth = name, files, depth
@@ -151,7 +151,7 @@ class _Document:
 
 @dataclass
 class _Model:
-    """A model while its links and joints are collected, with those of nested models."""
+    """The links and joints of a model and its nested models, while they are collected."""
 
     document: _Document
     links: dict[str, Link] = field(default_factory=dict)
@@ -409,7 +409,7 @@ def _located(document: _Document, uri: str) -> str:
 
 
 def _facing(normal: tuple[float, ...]) -> Floats:
-    """A rotation [4, 4] that turns z to a normal."""
+    """A rotation [4, 4] that maps z to a normal."""
     matrix = np.eye(4)
     length = float(np.linalg.norm(normal))
     if length > 0:

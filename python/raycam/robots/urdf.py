@@ -32,7 +32,7 @@ def read_urdf(data: bytes, name: str, limits: XmlLimits | None = None) -> RobotD
 
 
 class _Reader:
-    """The document while it is read."""
+    """The state of reading a document."""
 
     def __init__(self, root: Element, name: str) -> None:
         self._root, self._name = root, name

@@ -32,7 +32,7 @@ HARMLESS = ("os.listdir", "os.scandir")
 
 
 class Refused(BaseException):
-    """Something that a description must not do. Not an `Exception`, so that xacro does not catch it."""
+    """A forbidden action of a description; not a subclass of `Exception`, so that xacro does not catch it."""
 
 
 class Guard:
@@ -44,11 +44,11 @@ class Guard:
         sys.addaudithook(self._check)
 
     def start(self) -> None:
-        """Begins to refuse other files, processes, connections and imports."""
+        """Starts refusing other files, processes, connections and imports."""
         self._is_active = True
 
     def stop(self) -> None:
-        """Allows the answer to be written."""
+        """Stops refusing, so that the answer can be written."""
         self._is_active = False
 
     def _check(self, event: str, arguments: tuple[Any, ...]) -> None:

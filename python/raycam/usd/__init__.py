@@ -1,4 +1,4 @@
-"""USD files, read by Pixar's library in a separate process: the `raycam[usd]` extra."""
+"""USD files, read by OpenUSD in a separate process: the `raycam[usd]` extra."""
 
 from .read import SUFFIXES, StageContents, UsdLimits, read
 

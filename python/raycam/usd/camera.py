@@ -14,7 +14,7 @@ COLUMNS = 960
 
 
 def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd.TimeCode) -> dict[str, Any]:
-    """A camera description whose image is the film; the film size is the extent of an orthographic camera."""
+    """Returns a camera description whose image is the film; for an orthographic camera, the film size is its extent."""
 
     def value(attribute: Usd.Attribute) -> Any:
         return attribute.Get(time)
@@ -52,7 +52,7 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
 
 
 def _aperture(source: UsdGeom.Camera, time: Usd.TimeCode) -> dict[str, float] | None:
-    """The opening of a camera with an f-stop and a focus; None for one that sees all sharp."""
+    """The aperture of a camera with an f-stop and a focus distance; None for a camera without depth of field."""
     stop, focus = source.GetFStopAttr().Get(time), source.GetFocusDistanceAttr().Get(time)
     if source.GetProjectionAttr().Get(time) == UsdGeom.Tokens.orthographic or not (stop and focus):
         return None

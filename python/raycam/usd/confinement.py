@@ -1,8 +1,8 @@
 """Confinement of a stage: its layers and images are read only from one folder.
 
-Pixar's library opens every file that a layer names. Here every layer is opened first, and an asset path that leads out
-of the folder, or to no layer, is removed from the layer in memory. The stage is then composed without it, as Pixar's
-library composes a stage without a missing layer.
+OpenUSD opens every file that a layer names. Therefore every layer is opened first, and an asset path that leads out of
+the folder, or to no layer, is removed from the layer in memory. The stage is then composed without it, as OpenUSD
+composes a stage with a missing layer.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Confinement:
         self._own = Path(os.path.realpath(path))
         self._path = path
         self._most = self._left = most
-        self._layers: dict[str, Sdf.Layer | str] = {}  # the layer, or the reason why there is none
+        self._layers: dict[str, Sdf.Layer | str] = {}  # the layer, or the reason why it is missing
 
     @property
     def stage_folder(self) -> Path:
@@ -95,7 +95,7 @@ class Confinement:
             raise UsdRejected(f"its files have more bytes than the budget of {self._most}")
 
     def open_layers(self) -> list[Sdf.Layer]:
-        """Opens all layers of the stage, beginning with the root layer, without asset paths that must not be read."""
+        """Opens all layers of the stage, starting with the root layer, without forbidden asset paths."""
         if reason := self.fault(self._path):
             raise UsdRejected(reason)
         reason = _named(OTHER_KINDS, self._own)
@@ -112,7 +112,7 @@ class Confinement:
         return [layer for layer in self._layers.values() if isinstance(layer, Sdf.Layer)]
 
     def check_loaded(self) -> None:
-        """Raises `UsdRejected` if Pixar's library has opened a layer of another folder, as a value clip can name."""
+        """Raises `UsdRejected` if OpenUSD has opened a layer of another folder, for example for a value clip."""
         for layer in Sdf.Layer.GetLoadedLayers():
             place = Ar.SplitPackageRelativePathOuter(layer.realPath)[0] if layer.realPath else ""
             real = Path(os.path.realpath(place))
@@ -122,10 +122,10 @@ class Confinement:
                 )
 
     def _confine(self, layer: Sdf.Layer, variables: dict[str, Any]) -> list[tuple[Sdf.Layer, dict[str, Any]]]:
-        """Removes what may not be read from a layer, and returns the layers that it names for the first time."""
+        """Removes forbidden asset paths from a layer, and returns newly named layers."""
         replaced: dict[str, str] = {}
         found = []
-        # An empty asset path stands for the layer itself.
+        # An empty asset path means the layer itself.
         for asset in filter(None, layer.GetCompositionAssetDependencies()):
             named, reason = asset, None
             if Sdf.VariableExpression.IsExpression(asset):
@@ -152,7 +152,7 @@ class Confinement:
         return found
 
     def _opened(self, layer: Sdf.Layer, asset: str) -> Sdf.Layer | str:
-        """The layer that a layer names, or the reason why there is none."""
+        """The layer named by another layer, or the reason why it cannot be opened."""
         if re.match(r"[A-Za-z][\w+.-]+:", asset) and ":SDF_FORMAT_ARGS:" not in asset:
             return "raycam reads nothing from a network or a database; download it into the folder"
         place = layer.ComputeAbsolutePath(asset)
@@ -186,7 +186,7 @@ class Confinement:
 
 
 def _named(kinds: tuple[tuple[bytes, str], ...], file: Path) -> str | None:
-    """The reason that the first bytes of a file give; None where they give none."""
+    """The reason why the first bytes show that a file is not USD; None if they do not."""
     with file.open("rb") as stream:
         first = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip().lower()
     return next((reason for start, reason in kinds if first.startswith(start)), None)

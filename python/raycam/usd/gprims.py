@@ -25,7 +25,7 @@ SEGMENTS = 64
 def gprim_faces(prim: Usd.Prim, time: Usd.TimeCode) -> Faces:
     """The faces of a prim of a type in `GPRIMS`, in local coordinates.
 
-    Raises `ValueError` if an attribute has no value, or one of another type.
+    Raises `ValueError` if an attribute has no value, or a value of another type.
     """
     kind = prim.GetTypeName()
     names = GPRIMS[kind][1]
@@ -68,7 +68,7 @@ def _capsule_1(bottom: float, top: float, height: float) -> Faces:
         return _capsule(bottom, height)
     if not height > 0:
         raise ValueError(f"height must be positive, got {height:g}")
-    # The spheres touch the cone of the side in its rims.
+    # The spheres touch the cone of the side at its rims.
     slope, half = (bottom - top) / height, height / 2
     latitude, stretch = float(np.degrees(np.arctan(slope))), float(np.hypot(1, slope))
     ball = (bottom * stretch, -half - bottom * slope)
@@ -107,7 +107,7 @@ def _arc(first: float, last: float, radius: float, height: float) -> list[tuple[
     """The segments of an arc between two angles in degrees, from the bottom up."""
     count = max(1, round(SEGMENTS * (last - first) / 360))
     angles = np.radians(np.linspace(first, last, count + 1))
-    # Poles lie exactly on the axis.
+    # Poles are exactly on the axis.
     cosines, sines = np.where(np.isclose(np.abs(angles), np.pi / 2), 0.0, np.cos(angles)), np.sin(angles)
     points = [(radius * c, radius * s + height, c, s) for c, s in zip(cosines, sines, strict=True)]
     return list(pairwise(points))

@@ -33,7 +33,7 @@ class MeshArrays:
 
 
 class Handover:
-    """What a stage contains, for the core. Raises `MemoryError` beyond a number of face corners or of objects."""
+    """The contents of a stage for the core. Raises `MemoryError` beyond a number of face corners or objects."""
 
     def __init__(self, max_corners: int, merged: bool) -> None:
         self.names: list[str] = []
@@ -51,7 +51,7 @@ class Handover:
         self._matrices: list[Any] = []
 
     def add_mesh(self, mesh: MeshArrays) -> int:
-        """The number of a mesh; equal meshes have the same one."""
+        """Adds a mesh; returns its number, which equal meshes share."""
         tables: dict[str, Any] = {
             "points": np.ascontiguousarray(mesh.points, np.float64),
             "colors": np.ascontiguousarray(mesh.colors, np.float32),
@@ -80,11 +80,11 @@ class Handover:
             raise MemoryError
 
     def add_plain(self, color: Sequence[float], opacity: float) -> int:
-        """Returns the number, which is negative, of a material that consists of a linear colour and an opacity only."""
+        """Returns the number, which is negative, of a material that has only a linear colour and an opacity."""
         return int(self.add_plains(np.array([[*color, opacity]], np.float32))[0])
 
     def add_plains(self, table: Any) -> Any:
-        """The numbers [n] of materials of colours and opacities [n, 4]."""
+        """Returns the numbers [n] of materials for colours and opacities [n, 4]."""
         table = np.ascontiguousarray(table, np.float32) + np.float32(0)  # no negative zeros
         keys, index = np.unique(table.view("V16").ravel(), return_inverse=True)
         numbers = []
@@ -117,11 +117,11 @@ class Handover:
 
     @property
     def used_materials(self) -> set[int]:
-        """The numbers of the materials that objects have."""
+        """The numbers of the materials that objects use."""
         return set(chain.from_iterable(self._object_materials))
 
     def write(self, folder: Path, order: dict[int, int]) -> None:
-        """Writes the arrays. `order` maps the numbers of materials to their places in the MTL file."""
+        """Writes the arrays. `order` maps the numbers of materials to their indices in the MTL file."""
         plain = np.frombuffer(b"".join(self._plain_rows), np.float32).reshape(-1, 4)
         numbers = np.fromiter(chain.from_iterable(self._object_materials), np.int64)
         places = np.zeros(max(order, default=0) + 1, np.int64)

@@ -1,7 +1,7 @@
-"""Search for an image under other names than the written one, in the order of raycam's other readers.
+"""Search for an image under other names than the given one, in the order of raycam's other readers.
 
-A path is searched in other case, then by its ends (`textures/wood.png`, `wood.png` for `C:/me/textures/wood.png`) from
-the folder of the stage, then in the folders that exporters use.
+A path is searched with other upper and lower case, then by its last parts (`textures/wood.png`, `wood.png` for
+`C:/me/textures/wood.png`) from the folder of the stage, then in the folders that exporters use.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def found_elsewhere(written: str, folder: Path) -> Path | None:
 
 
 def _in_any_case(folder: Path, names: list[str]) -> Path | None:
-    """The file of these names below a folder, as written or in other case."""
+    """The file with these names below a folder, as written or in another case."""
     place = folder
     for name in names:
         if (place / name).exists():

@@ -1,4 +1,4 @@
-"""Numbers of the images of UsdUVTexture as the maps of an MTL file mean them: scale, bias, channel, colour space."""
+"""Conversion of images of UsdUVTexture to maps of an MTL file: scale, bias, channel, colour space."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ USED_CHANNEL = {"roughness": 1, "metallic": 2}
 
 @dataclass(frozen=True)
 class ValueChange:
-    """New numbers of an image: its channels times `scale` plus `bias`, decoded before and encoded as sRGB after."""
+    """A conversion of image values: channels times `scale` plus `bias`, in linear light if the image is sRGB."""
 
     channels: tuple[int, ...]
     scale: tuple[float, ...]
@@ -31,14 +31,14 @@ class ValueChange:
 
     @property
     def words(self) -> str:
-        """The change in words, for a notice."""
+        """The change as text, for a notice."""
         names = "".join("rgba"[channel] for channel in self.channels)
         scale, bias = (", ".join(f"{value:g}" for value in row) for row in (self.scale, self.bias))
         spaces = " read as sRGB" * self.decode + " read as linear" * (self.encode and not self.decode)
         return f"{names} x ({scale}) + ({bias}){spaces}"
 
     def bake(self, pixels: Any) -> Any:
-        """The new numbers [height, width, 3 or 4] of an image's numbers [height, width, 4]; alpha stays."""
+        """Returns the converted values [height, width, 3 or 4] of values [height, width, 4]; alpha is unchanged."""
         numbers = pixels[..., list(self.channels)]
         if self.decode:
             numbers = linear_from_srgb(numbers)
@@ -85,7 +85,7 @@ def _is_plain(scale: Sequence[float], bias: Sequence[float]) -> bool:
 
 
 def is_grey(file: Path) -> bool:
-    """True for a PNG or JPEG file of one colour channel, by its header."""
+    """True for a PNG or JPEG file whose header specifies one colour channel."""
     with file.open("rb") as stream:
         head = stream.read(1 << 16)
     if head.startswith(b"\x89PNG"):

@@ -1,4 +1,4 @@
-"""Images of a stage: copied from the stage's folder or package, and changed where an OBJ file has no word for it."""
+"""Images of a stage: copied from the stage's folder or package, and converted if an MTL file requires it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Images:
         self._known: dict[Any, str | None] = {}
 
     def file(self, asset: Sdf.AssetPath) -> str | None:
-        """The name of the copied image; None, with a notice, for an image that may not be used."""
+        """Returns the name of the copied image; None, with a notice, for an image that cannot be used."""
         key = place = asset.resolvedPath or asset.path
         if key not in self._known:
             self._known[key] = None
@@ -60,9 +60,9 @@ class Images:
         self.notices.append(StageNotice(code, text, f"image {path!r}"))
 
     def baked(self, file: str, how: str, bake: Callable[[Any], Any]) -> str | None:
-        """The name of the image that `bake` makes of an image's pixels; None if it makes none.
+        """Returns the name of the image that `bake` creates from an image's pixels; None if it creates none.
 
-        The image itself, with a notice, if its pixels cannot be had. `sizes` then has its size.
+        If the pixels cannot be decoded, returns the original image, with a notice. `sizes` contains the image's size.
         """
         key = (file, how)
         if key not in self._known:
@@ -71,7 +71,7 @@ class Images:
                 pixels = _pixels(self.folder / file)
                 self.sizes[file] = (pixels.shape[1], pixels.shape[0])
                 made = bake(pixels)
-            except Exception as error:  # of any kind: the decoder is another library's
+            except Exception as error:  # any error, because the decoder is a third-party library
                 self._note("ignored_feature", self.files[file], f"{how} is not applied: {error}")
                 return file
             self._known[key] = None
@@ -91,7 +91,7 @@ class Images:
         return name
 
     def _copy(self, source: Any, inner: str, copy: Any) -> None:
-        """Copies a file, or what lies in a package (which may lie in another one) below the path `inner`."""
+        """Copies a file, or a file at the path `inner` of a package, which may be nested."""
         if not inner:
             self._confinement.charge(source.seek(0, io.SEEK_END))
             source.seek(0)
@@ -130,7 +130,7 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
     if len(columns) * len(lines) > MOST_PIXELS:
         raise UsdRejected(f"{len(columns)} x {len(lines)} pixels would be needed")
     if (pixels[..., 3] == 1).all():
-        pixels = pixels[..., :3]  # beyond it is black, not clear
+        pixels = pixels[..., :3]  # black outside of the image, not transparent
     made = pixels[lines][:, columns]
     made[lines < 0] = 0
     made[:, columns < 0] = 0
@@ -138,7 +138,7 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
 
 
 def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
-    """The texel at each place from tile `low` to tile `high`; -1 for black."""
+    """The texel index at each position from tile `low` to tile `high`; -1 for black."""
     if wrap == "black":
         return np.concatenate([[-1], np.arange(size), [-1]])
     if wrap == "clamp":
@@ -151,14 +151,14 @@ def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
 
 
 def _pixels(file: Path) -> Any:
-    """The numbers float32 [height, width, 4], in 0..1, of an image of integers."""
+    """Values float32 [height, width, 4] in 0..1 of an integer image."""
     if file.suffix in (".exr", ".hdr"):
         raise UsdRejected("it has floats, which raycam changes no images of")
     return _core.read_picture(file, True)[0]
 
 
 def _integers(numbers: Any) -> Any:
-    """The numbers as bytes, or as integers of 16 bits where bytes do not hold them."""
+    """The values as 8-bit integers, or as 16-bit integers if 8 bits are not exact."""
     whole = np.round(numbers * 255)
     if np.abs(numbers * 255 - whole).max() < 1e-3:
         return whole.astype(np.uint8)

@@ -80,7 +80,7 @@ class PointInstancers:
         self.notices.append(StageNotice(code, text, f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}"))
 
     def _shown_instances(self, source: UsdGeom.PointInstancer) -> tuple[Any, Any, Any]:
-        """The prototype, the matrix and the number of each instance that is not masked."""
+        """The prototype, matrix and number of each instance that is not masked."""
         prim = source.GetPrim()
         which = np.array(source.GetProtoIndicesAttr().Get(self._time) or [], np.int64)
         options = UsdGeom.PointInstancer
@@ -199,7 +199,7 @@ class PointInstancers:
     def _group_instances(
         self, root: Usd.Prim, values: dict[str, Any], count: int, outer: InstanceValues | None, prim: Usd.Prim
     ) -> list[tuple[Any, InstanceValues | None]]:
-        """Instances for which a prim looks the same, apart from a plain colour, with their primvars."""
+        """Groups of instances for which a prim looks the same except for a plain colour, with their primvars."""
         path = root.GetPath()
         if not values:
             return [(np.arange(count), InstanceValues(path, {}, outer) if outer else None)]
@@ -224,7 +224,7 @@ class PointInstancers:
     def _instance_materials(
         self, appearance: Appearance, values: dict[str, Any], rows: Any
     ) -> list[tuple[int, ...]]:
-        """The materials of each instance: for a plain one, those of its own colour and opacity."""
+        """The materials of each instance; a plain material uses the instance's colour and opacity."""
         names = appearance.instance_inputs & values.keys()
         if appearance.color is None or not names:
             return [appearance.materials] * len(rows)
@@ -236,7 +236,7 @@ class PointInstancers:
         return [(number,) for number in self._handover.add_plains(table).tolist()]
 
     def _repeat(self, inner: Instances, name: str, numbers: Any, placed: Any) -> list[tuple[Any, Instances]]:
-        """The objects of an instancer for each instance of the one around it."""
+        """The objects of a nested instancer for each instance of the outer one."""
         count = len(inner.names)
         if not count:
             return []
@@ -249,7 +249,7 @@ class PointInstancers:
 
 
 def is_animated(prim: Usd.Prim) -> bool:
-    """True for a prim with more than one time sample of its place, shape or visibility."""
+    """True for a prim with more than one time sample of its transform, shape or visibility."""
     if not prim.IsA(UsdGeom.Xformable):
         return False
     if UsdGeom.Xformable(prim).TransformMightBeTimeVarying():
@@ -259,7 +259,7 @@ def is_animated(prim: Usd.Prim) -> bool:
 
 
 def _interleave(pieces: list[tuple[Any, Instances]]) -> Instances:
-    """All objects in the order of their instances."""
+    """All objects, in the order of their instances."""
     if not pieces:
         return Instances()
     if len(pieces) == 1:

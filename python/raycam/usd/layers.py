@@ -42,7 +42,7 @@ def _composition_errors(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]
 
 
 def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
-    """Classes that prims inherit from and that no layer contains, which Pixar's library does not report."""
+    """Classes that prims inherit from but that no layer contains, which OpenUSD does not report."""
     layers = stage.GetUsedLayers()
     known: dict[Sdf.Path, bool] = {}
     for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimIsActive)):
@@ -59,7 +59,7 @@ def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
 
 
 def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
-    """Layers whose unit or up axis differs: Pixar's library does not convert their coordinates."""
+    """Layers with a different unit or up axis, whose coordinates OpenUSD does not convert."""
     root = stage.GetRootLayer()
     unit = read_unit(root) or UsdGeom.GetStageMetersPerUnit(stage)
     axis = str(UsdGeom.GetStageUpAxis(stage))

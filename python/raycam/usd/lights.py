@@ -27,7 +27,7 @@ def light_spec(
     up: str,
     time: Usd.TimeCode,
 ) -> Found:
-    """The description of a light and a notice, or None for either; `image` returns the file of an asset."""
+    """Returns the description of a light and a notice, each or None; `image` returns the file of an asset."""
     kind = prim.GetTypeName()
 
     def value(key: str, default: Any) -> Any:
@@ -120,7 +120,7 @@ def _dome_light(
 
 
 def _odd_size(kind: str, value: Callable[[str, Any], Any], normalized: bool) -> str | None:
-    """The reason why a light of this size gives no light that can be told; None for others."""
+    """The reason why the power of a light with this size is undefined; None for valid sizes."""
     keys = {"DistantLight": ["angle"], "RectLight": ["width", "height"]}.get(kind, ["radius"])
     for key in keys:
         size = value(key, 1.0)
@@ -136,7 +136,7 @@ def _odd_size(kind: str, value: Callable[[str, Any], Any], normalized: bool) -> 
 
 
 def _color(kind: str, value: Callable[[str, Any], Any]) -> tuple[Any, str | None]:
-    """The colour of a light times its intensity, and the reason why it cannot be used."""
+    """The colour of a light times its intensity, or the reason why it cannot be used."""
     color = np.array(value("color", Gf.Vec3f(1)), float)
     if value("enableColorTemperature", False):
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(value("colorTemperature", 6500.0)))
@@ -154,7 +154,7 @@ def _file(prim: Usd.Prim, time: Usd.TimeCode) -> Sdf.AssetPath | None:
 
 
 def _pole_axis(prim: Usd.Prim, up: str) -> str:
-    """The axis of the top of a dome light's image, "Y" or "Z"."""
+    """The axis at the top of a dome light's image, "Y" or "Z"."""
     axis = str(prim.GetAttribute("poleAxis").Get() or "scene")
     return up.upper() if axis == "scene" else axis
 
@@ -162,7 +162,7 @@ def _pole_axis(prim: Usd.Prim, up: str) -> str:
 def cylinder_light(
     prim: Usd.Prim, world_from_local: Gf.Matrix4d, time: Usd.TimeCode
 ) -> tuple[MeshArrays, list[float]]:
-    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if it gives no light.
+    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if it emits no light.
 
     With `normalize`, the area is that of the cylinder in the world, as for the other lights.
     """

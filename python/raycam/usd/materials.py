@@ -56,7 +56,7 @@ def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader | None:
 
 @dataclass
 class Coordinates:
-    """The texture coordinates of a material: a primvar, and the matrix [2, 3] that is applied to it."""
+    """The texture coordinates of a material: a primvar, and the matrix [2, 3] applied to it."""
 
     primvar: str | None = None
     """None for the usual "st"."""
@@ -69,7 +69,7 @@ class Coordinates:
     high: Any = (1.0, 1.0)
 
     def apply(self, table: Any, used: Any) -> Any:
-        """The coordinates [n, 2] of a mesh, v upwards, for its own ones; `used` are the indices of those in use."""
+        """Returns the transformed coordinates [n, 2] of a mesh, v upwards; `used` are the indices in use."""
         table = table.astype(np.float64)
         if self.matrix is not None:
             table = table @ self.matrix[:, :2].T + self.matrix[:, 2]
@@ -99,7 +99,7 @@ class Map:
 
 @dataclass(frozen=True)
 class ColorReader:
-    """The primvar that a material reads its colour from."""
+    """The primvar from which a material reads its colour."""
 
     primvar: str
     fallback: tuple[float, float, float] | None
@@ -141,7 +141,7 @@ class Materials:
         return {path: self._choose(materials) for path, materials in found.items()}
 
     def bound_material(self, prim: Usd.Prim) -> UsdShade.Material | None:
-        """The material that is bound to a prim for the first of the purposes for which it is a UsdPreviewSurface."""
+        """Returns the prim's bound material of the first purpose whose material is a UsdPreviewSurface."""
         return next(iter(self.bound_materials([prim]).values()))
 
     def _choose(self, materials: list[UsdShade.Material]) -> UsdShade.Material | None:
@@ -149,7 +149,7 @@ class Materials:
         return next(iter([*usable, *materials]), None)
 
     def add(self, material: UsdShade.Material) -> int:
-        """The number of a material."""
+        """Adds a material; returns its number."""
         path = material.GetPath()
         if path not in self._numbers:
             self._numbers[path] = len(self._materials)
@@ -159,25 +159,25 @@ class Materials:
         return self._numbers[path]
 
     def add_emitter(self, name: str, radiance: Sequence[float]) -> int:
-        """The number of a black material that emits light."""
+        """Adds a black material that emits light; returns its number."""
         emission = " ".join(repr(float(value)) for value in radiance)
         own = MtlMaterial(f"{name}_{len(self._materials)}", ["Kd 0 0 0", f"Ke {emission}"])
         self._materials.append(own)
         return len(self._materials) - 1
 
     def is_known(self, material: UsdShade.Material) -> bool:
-        """True for a material that raycam can show, a UsdPreviewSurface."""
+        """True for a supported material, a UsdPreviewSurface."""
         path = material.GetPath()
         if path not in self._known:
             self._known[path] = _preview_surface(material) is not None
         return self._known[path]
 
     def color_reader(self, number: int) -> ColorReader | None:
-        """The primvar that is the colour of a material; None for a colour or an image."""
+        """The primvar that determines the colour of a material; None for a constant colour or an image."""
         return self._materials[number].color_reader
 
     def tint(self, number: int, color: tuple[float, float, float]) -> int:
-        """The number of a material like this one, of another colour."""
+        """Returns the number of a copy of this material with another colour."""
         if (number, color) not in self._numbers:
             own = self._materials[number]
             lines = [line for line in own.lines if line.split()[0] != "Kd"]
@@ -189,11 +189,11 @@ class Materials:
         return self._numbers[number, color]
 
     def coordinates(self, number: int) -> Coordinates:
-        """The texture coordinates of a material; the usual ones for a plain material, whose number is negative."""
+        """The texture coordinates of a material; the default ones for a plain material, whose number is negative."""
         return self._materials[number].coordinates if number >= 0 else Coordinates()
 
     def write(self, path: Path, used: set[int]) -> tuple[list[str], dict[int, int]]:
-        """Writes the materials that are used to an MTL file; returns their names, and their places by number."""
+        """Writes the used materials to an MTL file; returns their names, and their indices by number."""
         order = {number: place for place, number in enumerate(sorted(n for n in used if n >= 0))}
         lines = []
         for number in order:
@@ -364,7 +364,7 @@ class Materials:
         return " ".join([MAPS[found.key], *options, file])
 
     def _unwrap(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
-        """An image that repeated or clamped shows what `found.wraps` asks for, its matrix, and if it is clamped."""
+        """An image to be repeated or clamped with the effect of `found.wraps`, its matrix, and True if clamped."""
         ends = np.array([own.low, own.high]) * np.diag(found.matrix[:, :2]) + found.matrix[:, 2]
         clamp = not {"clamp", "black"}.isdisjoint(found.wraps)
         tiles = []
@@ -372,7 +372,7 @@ class Materials:
             if wrap in ("clamp", "black"):
                 tiles.append((0, 1))
             elif clamp:
-                # A tile more on each side, so that nothing is clamped.
+                # One more tile on each side, so that nothing is clamped.
                 tiles.append((int(np.floor(ends[:, axis].min())) - 1, int(np.ceil(ends[:, axis].max())) + 1))
             else:
                 tiles.append((0, 2) if wrap == "mirror" else (0, 1))
@@ -389,7 +389,7 @@ class Materials:
 
 
 def _write_values(values: dict[str, Any]) -> list[str]:
-    """The lines of a material's numbers."""
+    """The lines with a material's values."""
 
     def share(key: str) -> float:
         return min(max(float(values[key]), 0.0), 1.0)
@@ -413,14 +413,14 @@ def _opacity(pixels: Any, alpha: tuple[Any, ...]) -> Any:
 
 
 def _source(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
-    """The shader that gives an input its value."""
+    """The shader connected to an input."""
     source = shader.GetInput(name)
     producers = UsdShade.Utils.GetValueProducingAttributes(source) if source else []
     return UsdShade.Shader(producers[0].GetPrim()) if producers else None
 
 
 def _wrap(name: str) -> str:
-    """The wrap mode, where the image's own metadata, which raycam does not read, is "repeat"."""
+    """The wrap mode; "useMetadata" counts as "repeat", because raycam does not read the image's metadata."""
     return name if name in ("clamp", "mirror", "black") else "repeat"
 
 
@@ -429,7 +429,7 @@ def _is_straight(matrix: Any) -> bool:
 
 
 def _like(value: Any, fallback: Any) -> Any:
-    """The value in the shape of its fallback: numbers and colours in place of each other, else the fallback."""
+    """The value converted to the type of its fallback (number or colour), or the fallback if that is impossible."""
     table = np.atleast_1d(np.array(value, dtype=object))
     try:
         numbers = [float(number) for number in table.ravel()]

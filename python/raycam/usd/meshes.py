@@ -70,7 +70,7 @@ class Appearance:
 
 
 class Meshes:
-    """The meshes of a stage; a mesh that prims share is handed over once."""
+    """The meshes of a stage; a mesh shared by prims is added once."""
 
     def __init__(
         self, handover: Handover, materials: Materials, skinning: Skinning, time: Usd.TimeCode
@@ -92,9 +92,10 @@ class Meshes:
     def describe(
         self, prim: Usd.Prim, baked: Any = None, instance: InstanceValues | None = None
     ) -> Appearance | None:
-        """The mesh and materials of a prim; None, with a notice, for a prim without anything to show.
+        """The mesh and materials of a prim; None, with a notice, for a prim without visible faces.
 
-        `baked` is a matrix that is applied to the points. `instance` has the primvars of a point instancer's instance.
+        `baked` is a matrix that is applied to the points. `instance` contains the primvars of a point instancer's
+        instance.
         """
         path = prim.GetPath().pathString
         if path not in self._bindings:
@@ -326,7 +327,7 @@ class Meshes:
     def _known_group(
         self, prim: Usd.Prim, material: UsdShade.Material, chosen: Any, instance: InstanceValues | None
     ) -> Group:
-        """Faces in a UsdPreviewSurface, with the primvar that its colour may come from."""
+        """Faces in a UsdPreviewSurface, with the primvar that may determine its colour."""
         number = self._materials.add(material)
         reader = self._materials.color_reader(number)
         if reader is None:
@@ -346,7 +347,7 @@ class Meshes:
         return Group(number, chosen, colors)
 
     def _subsets(self, prim: Usd.Prim) -> list[UsdGeom.Subset]:
-        """The face sets with materials, including those without a family, which Pixar's library ignores."""
+        """The face sets with materials, including those without a family, which OpenUSD ignores."""
         if not prim.GetAllChildren():
             return []
         mesh = UsdGeom.Imageable(prim)
@@ -392,7 +393,7 @@ class Meshes:
     def _colors(
         self, prim: Usd.Prim, groups: list[Group], sizes: list[int], corner: Any, faces: Faces
     ) -> Any:
-        """Linear colours of all points or of all corners; none if the materials have all colours."""
+        """Linear colours of all points or corners; None if the materials define all colours."""
         for own in groups:
             if own.colors is not None and own.colors.attach(faces) is None:
                 self._note(
@@ -511,7 +512,7 @@ def _tet_faces(prim: Usd.Prim, time: Usd.TimeCode) -> Faces:
 
 
 def _array(attribute: Usd.Attribute, kind: type, time: Usd.TimeCode) -> Any:
-    """The array of an attribute; raises `Reason` for no value, or one of another type."""
+    """The array of an attribute; raises `Reason` for a missing value or another type."""
     value = attribute.Get(time)
     if value is not None and not isinstance(value, kind):
         given = attribute.GetPropertyStack(time)[0].typeName

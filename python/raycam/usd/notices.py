@@ -1,4 +1,4 @@
-"""Notices about a stage, each with a code, grouped where many prims have the same one."""
+"""Notices about a stage, each with a code, grouped if many prims have the same notice."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAX_SINGLE = 3
 
 @dataclass(frozen=True)
 class StageNotice:
-    """What a user must know about a stage."""
+    """A notice about a stage."""
 
     code: str
     """What happened, for programs."""

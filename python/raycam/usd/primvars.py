@@ -26,7 +26,7 @@ class InstanceValues:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """What distinguishes the values from others."""
+        """The key by which equal values are recognised."""
         rows = tuple((name, row.tobytes()) for name, row in sorted(self.tables.items()))
         return (self.root.pathString, rows, self.outer.key if self.outer else None)
 
@@ -57,7 +57,7 @@ class Primvar:
 
     @property
     def count(self) -> int:
-        """How many elements it has."""
+        """The number of elements."""
         if self.indices is not None:
             return len(self.indices)
         return 0 if self.rows is None else len(self.rows)
@@ -71,7 +71,7 @@ class Primvar:
         return self.rows[index] if 0 <= index < len(self.rows) else None
 
     def attach(self, faces: Faces) -> Attribute | None:
-        """The rows of the mesh's corners; None if the count or the values do not fit."""
+        """Returns the rows for the mesh's corners; None if their number or the values do not match."""
         if self.rows is None or not np.isfinite(self.rows).all():
             return None
         element = _elements(self.interpolation, self.count, faces)
@@ -128,7 +128,7 @@ def read_table(values: Any, width: int) -> Any:
 
 
 def _elements(interpolation: str, count: int, faces: Faces) -> Any:
-    """The element of each corner, for an interpolation and a number of elements; None if they do not fit."""
+    """The element of each corner, for an interpolation and a number of elements; None if they do not match."""
     corners = len(faces.indices)
     if interpolation == "constant" and count == 1:
         return np.zeros(corners, np.int64)

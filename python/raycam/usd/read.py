@@ -1,7 +1,7 @@
 """Starting the process that reads a USD file, and reading its answer.
 
 The process, `raycam.usd.worker`, runs under `UsdLimits` of time, memory and disk, because files are untrusted. It
-writes arrays, materials and images into an empty folder. raycam trusts its answer no more than any other file.
+writes arrays, materials and images into an empty folder. Its output is checked like any other file.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class UsdLimits:
 
 @dataclass(frozen=True)
 class StageContents:
-    """What the process has read of a stage."""
+    """The parts of a stage that the process has read."""
 
     world: dict[str, Any]
     """Up axis, lights and cameras, for `World.from_dict`."""
@@ -108,7 +108,7 @@ def read(
         "variant": variant,
     }
     command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.path.abspath(folder)]
-    # Pixar's library would also look there for layers.
+    # OpenUSD would also search for layers there.
     environment = {key: value for key, value in os.environ.items() if key != "PXR_AR_DEFAULT_SEARCH_PATH"}
     status, output = run_limited([*command, json.dumps(limits)], budget.seconds, path, "USD", environment)
     answer = folder / "world.json"

@@ -34,7 +34,7 @@ class Skinning:
                     continue
                 self.moves = self.moves or _animated(skeleton)
                 for target in binding.GetSkinningTargets():
-                    # Instances share the queries of their prototype, but not the skeleton's place.
+                    # Instances share the queries of their prototype, but not the skeleton's transform.
                     self._bound[target.GetPrim().GetPath()] = (
                         skeleton,
                         target,
@@ -67,7 +67,7 @@ class Skinning:
         return _transformed(moved, to_local)
 
     def normals(self, prim: Usd.Prim, normals: Any, faces: Faces) -> Any:
-        """The normals [corners, 3] of a prim as its joints turn them."""
+        """The normals [corners, 3] of a prim, rotated by its joints."""
         skeleton, target, bones = self._bound[prim.GetPath()]
         influences = None
         if target.HasJointInfluences():

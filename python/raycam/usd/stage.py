@@ -25,7 +25,7 @@ __all__ = ["StageReader", "rate_of"]
 
 
 class Role(Enum):
-    """What raycam does with a prim."""
+    """The way in which raycam uses a prim."""
 
     GEOMETRY = 1
     INSTANCER = 2
@@ -85,12 +85,12 @@ class StageReader:
 
     @property
     def has_lost(self) -> bool:
-        """True if a prim that could be shown is not."""
+        """True if a supported prim could not be read."""
         return bool(self._meshes.notices or self._own_notices or self._skipped or self._instancers.notices)
 
     @property
     def notices(self) -> list[StageNotice]:
-        """All notices, those about the same thing next to each other."""
+        """All notices, grouped by their source."""
         left_out = [
             StageNotice("ignored_element", f"{count} {what} are not shown")
             for what, count in sorted(self._skipped.items())
@@ -191,7 +191,7 @@ class StageReader:
         materials: list[tuple[int, ...]],
         matrices: Any,
     ) -> None:
-        """Adds objects of an instancer, apart from those whose matrix flattens them."""
+        """Adds objects of an instancer; those with scale 0 along an axis are omitted, with a notice."""
         lengths = np.linalg.norm(matrices[:, :3, :3], axis=1).prod(axis=1)
         solid = np.abs(np.linalg.det(matrices[:, :3, :3])) > 1e-12 * lengths
         if not solid.all():
@@ -222,7 +222,7 @@ class StageReader:
         self._report_unused(prim, unused_of_light(prim, self._time) if light else [])
 
     def _hidden_reason(self, prim: Usd.Prim) -> str | None:
-        """The reason why a prim is not shown; None for one that is."""
+        """The reason why a prim is not shown; None if it is shown."""
         imageable = UsdGeom.Imageable(prim)
         if not imageable:
             return None
@@ -250,7 +250,7 @@ class StageReader:
 
 
 def rate_of(stage: Usd.Stage) -> float:
-    """The time codes per second; Pixar's default for a stage with 0 or less."""
+    """The time codes per second; OpenUSD's default for a stage with 0 or less."""
     rate = float(stage.GetTimeCodesPerSecond())
     return rate if rate > 0 else 24.0
 

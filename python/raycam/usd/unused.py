@@ -1,4 +1,4 @@
-"""Properties of lights, cameras and models of USD that raycam does not use, as words for notices."""
+"""Properties of USD lights, cameras and models that raycam ignores, as texts for notices."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DRAWN = ("default", "inherited", "")
 
 
 def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
-    """The words for a light's properties that raycam does not use."""
+    """Texts for a light's properties that raycam ignores."""
 
     def value(key: str, default: Any) -> Any:
         attribute = prim.GetAttribute(f"inputs:{key}")
@@ -66,7 +66,7 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
 
 
 def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
-    """The words for a camera's properties that raycam does not use."""
+    """Texts for a camera's properties that raycam ignores."""
     source = UsdGeom.Camera(prim)
     said = []
     if source.GetExposureAttr().Get(time):
@@ -79,7 +79,7 @@ def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
 
 
 def unused_of_model(prim: Usd.Prim) -> list[str]:
-    """The words for a model's or a mesh's properties that raycam does not use."""
+    """Texts for a model's or a mesh's properties that raycam ignores."""
     said: list[str] = []
     schemas = prim.GetAppliedSchemas()
     if not schemas:
@@ -94,7 +94,7 @@ def unused_of_model(prim: Usd.Prim) -> list[str]:
 
 
 def _leaves_out(collection: Usd.CollectionAPI) -> bool:
-    """True for a collection that says itself which prims are in it, and may leave some out."""
+    """True for a collection with its own list of prims, which may exclude some."""
     root = collection.GetIncludeRootAttr()
     excluded = collection.GetExcludesRel()
     return bool(root and root.Get() is False) or bool(excluded and excluded.GetTargets())

@@ -14,7 +14,7 @@ MAX_SETS = 10_000
 
 
 class UnknownVariant(Exception):
-    """No prim of the stage has this variant."""
+    """Error: no prim of the stage has this variant."""
 
 
 class VariantSet(NamedTuple):
@@ -48,7 +48,7 @@ def list_variants(stage: Usd.Stage) -> tuple[list[str], list[str]]:
 def select_variants(stage: Usd.Stage, wanted: str) -> None:
     """Selects variants, given as "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas.
 
-    Without a prim, all prims with such a variant change. Raises `UnknownVariant` if there is none.
+    Without a prim, all prims with such a variant change. Raises `UnknownVariant` if no prim has the variant.
     """
     stage.SetEditTarget(stage.GetSessionLayer())
     for one in wanted.split(","):

@@ -1,8 +1,8 @@
 """The process that reads a USD file: `python -m raycam.usd.worker FILE FOLDER LIMITS`.
 
 It writes `world.json`, the arrays of meshes and objects, `materials.mtl` and the images into FOLDER. Supported are
-meshes and solids with their instances, UsdPreviewSurface materials, cameras and lights. `"notices"` lists the other
-prims that a renderer shows.
+meshes and solids with their instances, UsdPreviewSurface materials, cameras and lights. `"notices"` lists unsupported
+prims that a renderer would show.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Options:
 def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     """Reads the file, writes arrays, materials and images to the folder, and returns the rest of the world."""
     confinement = Confinement(path, Path(options.folder), options.bytes)
-    layers = confinement.open_layers()  # the stage uses those that are open
+    layers = confinement.open_layers()  # the stage uses the open layers
     stage = Usd.Stage.Open(layers[0])
     if stage is None:
         raise UsdRejected("Pixar's library cannot open it as a stage")
@@ -116,7 +116,7 @@ def _notices_of_stage(
 
 
 def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], options: Options) -> None:
-    """Raises `UsdRejected` for a stage without objects, unless all that it contains is something else."""
+    """Raises `UsdRejected` for a stage without objects, unless it contains other supported prims."""
     if has_lost or options.single or not stage.GetRootLayer().rootPrims:
         reasons = "".join(f"; {notice}" for notice in notices[:5])
         raise UsdRejected(f"it contains no meshes or solids that can be shown{reasons}")
@@ -133,7 +133,7 @@ def _describe_times(stage: Usd.Stage) -> str:
 def main(path: Path, folder: Path, options: Options) -> None:
     """Writes the world or the error to `world.json`."""
     apply_rlimits(options.memory, options.seconds, options.bytes)
-    # Pixar's library also looks for layers in the current folder.
+    # OpenUSD also searches for layers in the current folder.
     os.chdir(folder)
     answer: dict[str, Any]
     try:
@@ -151,7 +151,7 @@ def main(path: Path, folder: Path, options: Options) -> None:
 
 if __name__ == "__main__":
     main(Path(sys.argv[1]), Path(sys.argv[2]), Options(**json.loads(sys.argv[3])))
-    # All is written. Threads of Pixar's library may still run, and ending it at the same time aborts sometimes.
+    # All output is written. Unloading OpenUSD while its threads run can abort, so the process exits immediately.
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)

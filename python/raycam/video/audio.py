@@ -55,7 +55,7 @@ class AudioTrack:
 
         layout = "mono" if check_audio(path) == 1 else "stereo"
         stream = file.add_stream(encoder, rate=RATE, layout=layout)
-        if not isinstance(stream, av.AudioStream):  # the table of codecs has no others
+        if not isinstance(stream, av.AudioStream):  # the table contains no other codecs
             raise TypeError(encoder)
         self._file, self._stream = file, stream
         self._stream.options = {"flags": "+bitexact"}

@@ -124,7 +124,7 @@ def open_encoder(
         ) as file,
     ):
         stream = file.add_stream(codec.encoder, rate=rate)
-        if not isinstance(stream, av.VideoStream):  # the table has no others
+        if not isinstance(stream, av.VideoStream):  # the table contains no others
             raise TypeError(codec.encoder)
         stream.width, stream.height = size
         stream.pix_fmt = codec.pixels

@@ -143,7 +143,7 @@ def read_picture(png: bytes) -> Picture:
 def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     """Writes a GIF that repeats forever, with one palette of 256 colours for all frames.
 
-    FFmpeg makes it, or without PyAV the plainer `GifWriter`.
+    Uses FFmpeg, or the simpler `GifWriter` without PyAV.
     """
     if fps > GIF_MAX_FPS:
         raise SettingsError(

@@ -24,7 +24,7 @@ DITHER = 10.0
 
 
 class GifWriter:
-    """Collects images [height, width, 3] and makes the bytes of a GIF file that repeats forever."""
+    """Collects images [height, width, 3] and encodes a GIF file that repeats forever."""
 
     def __init__(self, size: tuple[int, int], fps: float) -> None:
         self._size, self._fps = size, fps
@@ -32,7 +32,7 @@ class GifWriter:
         self._counts = np.zeros(LEVELS**3, np.int64)
 
     def add(self, _: int, picture: Picture) -> None:
-        """Adds an image, to be shown after those before; the palette is known after the last."""
+        """Adds an image to the end; the palette is computed after the last image."""
         self._counts += np.bincount(_cells(picture).ravel(), minlength=LEVELS**3)
         self._waiting.append(zlib.compress(picture.tobytes(), 1))
 
@@ -47,7 +47,7 @@ class GifWriter:
         for number, data in enumerate(self._waiting):
             picture = np.frombuffer(zlib.decompress(data), np.uint8).reshape(height, width, 3)
             dithered = np.clip(np.round(picture + tile), 0, 255).astype(np.uint8)
-            # Hundredths of a second, so that rounding never adds up.
+            # Hundredths of a second, so that rounding errors do not accumulate.
             delay = round((number + 1) * 100 / self._fps) - round(number * 100 / self._fps)
             parts.append(struct.pack("<BBBBHBB", 0x21, 0xF9, 4, 0, delay, 0, 0))
             parts.append(struct.pack("<BHHHHBB", 0x2C, 0, 0, width, height, 0, 8))
@@ -59,14 +59,14 @@ class GifWriter:
 
 
 def _cells(picture: Picture) -> npt.NDArray[np.int64]:
-    """The cell of the histogram of each pixel."""
+    """The histogram cell of each pixel."""
     red, green, blue = np.moveaxis(picture[..., :3].astype(np.int64) * LEVELS // 256, -1, 0)
     found: npt.NDArray[np.int64] = (red * LEVELS + green) * LEVELS + blue
     return found
 
 
 def _palette(counts: npt.NDArray[np.int64]) -> Picture:
-    """The palette [256, 3] by median cut: the box with the most pixels times extent is halved again and again."""
+    """The palette [256, 3] by median cut: the box with the largest pixels times extent is halved repeatedly."""
     used = np.flatnonzero(counts)
     colors = _centers(used)
     weights = counts[used]
@@ -103,7 +103,7 @@ def _nearest(palette: Picture) -> npt.NDArray[np.uint8]:
 
 
 def _centers(cells: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-    """The colours in the middle of cells, in bytes."""
+    """The 8-bit colours at the centres of cells."""
     parts = np.stack([cells // LEVELS**2, cells // LEVELS % LEVELS, cells % LEVELS], axis=1)
     found: npt.NDArray[np.float64] = (parts + 0.5) * 256 / LEVELS - 0.5
     return found

@@ -1,4 +1,4 @@
-"""Decoding of raycam's own PNG pictures, for installations without PyAV."""
+"""Decoding of raycam's own PNG images, for installations without PyAV."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COMPONENTS = {2: 3, 6: 4}
 def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
     """The pixels [height, width, 3 or 4] of a PNG image with 8 bits and no interlacing, as raycam writes them.
 
-    Raises `FormatError` for any other.
+    Raises `FormatError` for other PNG files.
     """
     if not data.startswith(SIGNATURE):
         raise FormatError("not a PNG image")

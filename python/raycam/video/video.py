@@ -1,4 +1,4 @@
-"""Videos of a moving world, written to a video file or a folder of PNG pictures."""
+"""Videos of a moving world, written to a video file or a folder of PNG images."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class VideoPlan:
     """The frames of a video, each rendered on request.
 
     `world` moves by its `[video]`. A world without a video shows its `animation`, a name or number (default: the
-    first), from beginning to end. A world without either gets an orbit of 4 seconds around its middle, with a notice.
+    first), from beginning to end. A world without either gets an orbit of 4 seconds around its centre, with a notice.
     `camera` (default: the world's first camera, or one that frames the whole world) moves if the video moves the
     camera; a camera of the world also moves with its animation. Instead of `camera`, `rig` is a rig and the name of one
     of its cameras, while the video moves the rig as in `World.rig_at`. `fps` replaces the world's frames per second
@@ -332,9 +332,9 @@ def frame_range(text: str) -> tuple[int | None, int | None]:
 
 
 def with_orbit(world: World, target: Floats | None = None) -> World:
-    """A copy of the world with a video: an orbit in 4 seconds. Shares the acceleration structures.
+    """Returns a copy of the world with a video of a 4-second orbit; it shares the acceleration structures.
 
-    Its axis goes through the middle of the bounds `target` [2, 3] (default: those of the world).
+    The orbit's axis passes through the centre of the bounds `target` [2, 3] (default: the world's bounds).
     """
     moving = world.at(0.0)
     bounds = world.bounds if target is None else target

@@ -28,7 +28,7 @@ GRACE = 2.0
 class Answers:
     """Computes the answers of all clients: in order for each client, concurrently for different clients.
 
-    Its threads are daemons, there while there is something to do: the end waits for them for `GRACE` at most.
+    Its daemon threads exist only while messages wait; `close` waits for them for at most `GRACE`.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class Answers:
         self._ends = False
 
     def queue_message(self, session: Session, message: Message) -> None:
-        """Answers a message when its turn comes; with a notice where too many of its client wait."""
+        """Queues a message for an answer; sends a notice instead if too many messages of its client wait."""
         with self._changed:
             if sum(each is session for each, _ in self._waiting) >= MOST_WAITING:
                 session.notify("Too many requests at once: wait for the answers first.")
@@ -50,7 +50,7 @@ class Answers:
                 threading.Thread(target=self._run, name="raycam answers", daemon=True).start()
 
     def forget(self, session: Session) -> None:
-        """Cancels a client's answers; the result of the one that is being computed is dropped."""
+        """Cancels a client's answers; the result of the current one is dropped."""
         with self._changed:
             self._waiting = [each for each in self._waiting if each[0] is not session]
 
@@ -63,12 +63,12 @@ class Answers:
             self._changed.wait_for(lambda: not self._busy, GRACE)
 
     def _run(self) -> None:
-        """Answers until nothing waits for this thread."""
+        """Computes answers until no message waits for this thread."""
         while (taken := self._take()) is not None:
             session, message = taken
             try:
                 answer(session, message)
-            except Exception as fault:  # of raycam: the next answers are made all the same
+            except Exception as fault:  # a fault in raycam: further answers are still computed
                 traceback.print_exc()
                 session.complain(failure(fault))
             finally:
@@ -77,7 +77,7 @@ class Answers:
                     self._changed.notify_all()
 
     def _take(self) -> tuple[Session, Message] | None:
-        """The next message of a client for whom nothing is made yet; None where there is none, and the thread ends."""
+        """The next message of a client without a running answer; None if no message waits, which ends the thread."""
         with self._changed:
             for number, (session, _) in enumerate(self._waiting):
                 if all(each is not session for each in self._busy):

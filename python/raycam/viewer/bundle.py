@@ -1,7 +1,7 @@
-"""The client's modules as one text, which pages and the server give to the browser.
+"""The client's modules as one script, which pages and the server send to the browser.
 
-The modules share one scope afterwards. That is safe because they keep to a dialect, which `bundle` checks: imports of
-names from modules by paths from their own, named exports of declarations, and no top-level name twice.
+The bundled modules share one scope. That is safe because `bundle` accepts only a restricted syntax: imports of names
+from relative paths, named exports of declarations, and no duplicate top-level names.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ def style_sheet(folder: str = "") -> str:
 
 
 def beside(name: str, source: str) -> str:
-    """The path of a module that the module `name` imports as `source`."""
+    """The path of the module that the module `name` imports as `source`."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(name), source))
 
 
 @functools.cache
 def modules(entry: str = "main.js") -> tuple[str, ...]:
-    """The module `entry` and all that it imports, each after its imports. Raises `ValueError` for a circle."""
+    """The module `entry` and all its imports, each after its own imports. Raises `ValueError` for an import cycle."""
     ordered: list[str] = []
     entered: list[str] = []
 

@@ -1,7 +1,7 @@
 """The messages that a client sends: one dataclass each, whose annotations give the types and ranges of its fields.
 
-`client/messages.d.ts` holds the same messages as TypeScript types; `python -m raycam.viewer.message_types` writes it.
-To add a message, add a dataclass here and a method to `Session.ACTIONS`; CONTRIBUTING.md describes the steps.
+`client/messages.d.ts` contains the same messages as TypeScript types; `python -m raycam.viewer.message_types` writes
+it. To add a message, add a dataclass here and a method to `Session.ACTIONS`; CONTRIBUTING.md describes the steps.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Length:
 
 @dataclass(frozen=True)
 class OneOf:
-    """The words that a text may be."""
+    """The allowed values of a text."""
 
     words: tuple[str, ...]
 
@@ -146,7 +146,7 @@ class Home(Message):
 
 @dataclass(frozen=True)
 class Locate(Message):
-    """Requests the ray of a place in the image, the surface point that it hits, and the bounds of that object."""
+    """Requests the ray of an image position, the surface point that it hits, and the bounds of that object."""
 
     KIND = "locate"
     id: Number
@@ -156,7 +156,7 @@ class Locate(Message):
 
 @dataclass(frozen=True)
 class Ground(Message):
-    """Requests the height of two places above the ground, as a walk needs it."""
+    """Requests the heights of two positions above the ground, for walking."""
 
     KIND = "ground"
     id: Number
@@ -296,7 +296,7 @@ class Select(Message):
 
 @dataclass(frozen=True)
 class Gizmo(Message):
-    """A drag of a handle between two places of the image; a stroke's messages are one undo step."""
+    """A drag of a handle between two image positions; the messages of one drag are one undo step."""
 
     KIND = "gizmo"
     handle: Annotated[str, OneOf(HANDLES)]
@@ -314,7 +314,7 @@ class Undo(Message):
 
 @dataclass(frozen=True)
 class Redo(Message):
-    """Repeats the edit that was undone last."""
+    """Repeats the last undone edit."""
 
     KIND = "redo"
 

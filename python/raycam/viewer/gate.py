@@ -1,8 +1,8 @@
 """Access control of the server, based only on a request's path and headers.
 
-Protected are the pictures and this machine's disk and CPU, against any page open in the same browser and any other user
-of the machine. A page of another origin has neither the token nor this Origin; a name that is bound to 127.0.0.1 by a
-foreign DNS server (DNS rebinding) is not an allowed Host.
+It protects the images and this machine's disk and CPU from other pages in the same browser and from other users of the
+machine. A page of another origin has neither the token nor this Origin. A name that a foreign DNS server binds to
+127.0.0.1 (DNS rebinding) is not an allowed Host.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ HEADERS = {
 
 
 class Headers(Protocol):
-    """The headers of a request, as `websockets` has them."""
+    """The headers of a request, with the interface of `websockets`."""
 
     def get_all(self, name: str) -> Sequence[str]:
         """All values of a header."""
 
 
 class Answer(NamedTuple):
-    """An answer over HTTP."""
+    """An HTTP response."""
 
     status: int
     media: str
@@ -58,10 +58,10 @@ def answer_to(
     *,
     forwarded: bool = False,
 ) -> Answer | None:
-    """The answer to a request, or None if the WebSocket may open.
+    """The response to a request, or None if the WebSocket may open.
 
     `accepts` checks a token; `allowed` are host names in addition to those of this machine. `forwarded` is True for a
-    request from a trusted proxy, whose X-Forwarded-Host then counts instead of Host.
+    request from a trusted proxy, whose X-Forwarded-Host then replaces Host.
     """
     hosts = (headers.get_all("X-Forwarded-Host") if forwarded else []) or headers.get_all("Host")
     match = HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
@@ -89,7 +89,7 @@ def answer_to(
 def _refusal_of_socket(
     path: str, headers: Headers, host: str, accepts: Callable[[str], bool]
 ) -> Answer | None:
-    """The refusal of an upgrade, or None."""
+    """The response that refuses an upgrade, or None."""
     if path != SOCKET:
         return _refused(404, "Not found.")
     origins = headers.get_all("Origin")

@@ -1,7 +1,7 @@
-"""Messages as JSON: checks those of a client against their dataclass, and packs those of the server.
+"""Messages as JSON: checks client messages against their dataclasses, and packs server messages.
 
-A message of the server is a dict and a list of buffers. On the WebSocket it is the length of the JSON as uint32, the
-JSON, zeros up to a multiple of 4, and the buffers one after the other, whose lengths are `buffers` in the JSON.
+A server message is a dict and a list of buffers. On the WebSocket, it consists of the JSON's length as uint32, the
+JSON, zeros up to a multiple of 4, and the buffers in order, whose lengths are `buffers` in the JSON.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def field_types(kind: type[Message]) -> dict[str, Any]:
 
 
 def _check_of(annotation: Any) -> Check:
-    """The check for the values of an annotated type."""
+    """Returns the check for values of an annotated type."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Literal:
         return lambda value: type(value) is str and value in arguments
@@ -70,7 +70,7 @@ CHECKS = {
 
 
 def parse_message(data: str | bytes) -> Message:
-    """The message in a frame of the WebSocket. Raises `BadMessage`."""
+    """Parses the message in a WebSocket frame. Raises `BadMessage`."""
     if not isinstance(data, str):
         raise BadMessage("expected a text message, got bytes")
     try:
@@ -96,6 +96,6 @@ def _refuse_constant(word: str) -> None:
 
 
 def packed(message: dict[str, Any], buffers: Sequence[bytes] = ()) -> bytes:
-    """A message of the server as a frame of the WebSocket."""
+    """Returns a server message as a WebSocket frame."""
     text = json.dumps({**message, "buffers": [len(each) for each in buffers]}, allow_nan=False).encode()
     return b"".join([struct.pack("<I", len(text)), text, bytes(-len(text) % 4), *buffers])

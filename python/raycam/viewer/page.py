@@ -31,8 +31,8 @@ __all__ = ["Page", "page", "show", "write_page"]
 
 NOTEBOOK_HEIGHT = 640  # CSS pixels of the page in a cell
 MOST_COMPONENTS = 4
-HALF = ("color", "albedo")  # what `half` rounds
-MOST_TOLD = 5  # ids in a notice
+HALF = ("color", "albedo")  # channels rounded by `half`
+MOST_TOLD = 5  # ids listed in a notice
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 
@@ -44,7 +44,7 @@ class Page(str):
     """The image that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
 
     def _repr_html_(self) -> str:
-        """The page in a sandbox: it can run its script and save files, and reach nothing of the notebook."""
+        """The page in a sandbox: it can run its script and save files, but cannot access the notebook."""
         size = f"width: 100%; height: {NOTEBOOK_HEIGHT}px"
         shown = (
             f'<img src="{data_url("image/jpeg", self.picture)}" alt="the frame" ' if self.picture else "<p "
@@ -58,7 +58,7 @@ class Page(str):
         )
 
     def __repr__(self) -> str:
-        """The size, for people."""
+        """The size as text."""
         return f"Page of {len(self):,} bytes"
 
 
@@ -79,7 +79,7 @@ def page(
 ) -> Page:
     """The frame as one HTML text: see `Frame.save`; `compare_title` names the second frame.
 
-    Raises `SettingsError` if the parts do not fit.
+    Raises `SettingsError` if the parts do not match.
     """
     world = None if world is None else world_of(world)
     title = None if title is None else word("title", title)
@@ -143,7 +143,7 @@ def show(frame: Frame, **options: Any) -> Path | Page | None:
 
 
 def _picture(frame: Frame, channel: str | None, exposure: float | None, view: str | None) -> bytes:
-    """The image that a page shows first as JPEG; nothing for planes that are no channels of raycam."""
+    """The first image of a page as JPEG; empty for planes that are not channels of raycam."""
     shown = channel or ("color" if "color" in frame else next(iter(frame)))
     known = shown in CHANNELS and frame[shown].shape[2:] == (
         (CHANNELS[shown][1],) if CHANNELS[shown][1] > 1 else ()
@@ -164,7 +164,7 @@ def write_page(made: Page, *, browser: bool = True) -> Path:
 
 
 def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
-    """The arrays that are planes of this image, by name. Raises `SettingsError` for others."""
+    """The arrays that are planes of this image, by name. Raises `SettingsError` for other shapes."""
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
         raise SettingsError(
@@ -199,7 +199,7 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
 
 
 def _check_same(frame: Frame, other: Frame | None) -> None:
-    """Refuses what is no second frame, one that has other pixels, and one that has no channel in common."""
+    """Raises `SettingsError` unless the second frame is a frame with equal pixels and a common channel."""
     if other is None:
         return
     if not isinstance(other, type(frame)):
@@ -218,7 +218,7 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
 
 
 def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
-    """Yields what of a second frame is not beside this one."""
+    """Yields notices about channels of a second frame that cannot be compared with this one."""
     if other is None:
         return
     if other.region[:2] != frame.region[:2]:
@@ -234,7 +234,7 @@ def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
 
 
 def _unnamed(frame: Frame, world: World | None) -> Iterator[Notice]:
-    """Yields the ids of objects that the world does not have: the frame is of another world."""
+    """Yields object ids that the world does not contain, because the frame belongs to another world."""
     if world is None or "instance" not in frame or frame["instance"].ndim != 2:
         return
     ids = np.unique(frame["instance"])
@@ -277,7 +277,7 @@ def _about(frame: Frame) -> str:
 def _explanations(
     frame: Frame, world: World | None, pixels: Sequence[tuple[int, int]]
 ) -> list[dict[str, Any]]:
-    """Text and figure of each pixel, its place counted from the region's corner."""
+    """Text and figure of each pixel; positions count from the region's corner."""
     if not pixels:
         return []
     if world is None or frame.camera is None:
@@ -298,14 +298,17 @@ def _explanations(
                 f"explain: pixel {pixel} is not in the region {frame.region} of this frame",
                 code="out_of_range",
             )
-        made.append({"column": column, "row": row, **explanation_parts(explanation)[0]})
+        parts = explanation_parts(explanation)[0]
+        for part in (parts, *parts["sections"]):
+            part["figure"]["region"] = list(frame.region)
+        made.append({"column": column, "row": row, **parts})
     return made
 
 
 def _document(document: dict[str, Any], planes: Mapping[str, bytes], still: str) -> str:
-    """The HTML text. Its policy lets run this script alone, and lets nothing be loaded."""
+    """The HTML text. Its policy allows only its own script, and no loading."""
     blocks = [still, f'<script type="application/json" id="document">{json_text(document)}</script>']
-    for number, data in enumerate(planes.values()):  # names come from files of strangers
+    for number, data in enumerate(planes.values()):  # names come from untrusted files
         text = base64.b64encode(data).decode()
         blocks.append(f'<script type="text/plain" id="plane-{number}">{text}</script>')
     return assembled(str(document["title"]), blocks)

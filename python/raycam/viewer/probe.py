@@ -12,8 +12,8 @@ from ..arguments import Floats
 from ..camera import Camera
 from ..explanation import Explanation, explain
 from ..explanation.lens import world_at_line
-from ..explanation.page_figure import page_figure
-from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
+from ..explanation.page_figure import lines_figure, page_figure
+from ..explanation.scene_figure import Line, light_lines, path_marks, tree_lines
 from ..render.frame import CHANNELS, Frame
 from ..world import World
 from .stills import shares, truth
@@ -28,7 +28,7 @@ def values_at(
 
     `names` are those of the world's objects.
 
-    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole image.
+    Ground truth is rendered for this pixel only, on a separate thread; its bytes equal those of the whole image.
     """
     seen = truth(world, camera, region=(u, v, 1, 1), threads=1)
     channels = {name: array[0, 0] for name, array in seen.items()}
@@ -55,7 +55,7 @@ def values_at(
 
 
 def _json(number: float) -> float | str:
-    """A number as JSON has it; those that JSON lacks as JavaScript's `Number` reads them."""
+    """A number for JSON; infinity and NaN become strings for JavaScript's `Number`."""
     if math.isfinite(number):
         return number
     return "NaN" if math.isnan(number) else "Infinity" if number > 0 else "-Infinity"
@@ -84,7 +84,7 @@ def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
 def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> float | None:
     """The height of `place` [3] above the highest ground within `foot` metres; None if there is no ground below.
 
-    Several rays a foot apart bridge cracks that are narrower than a foot.
+    Several rays at distances of `foot` bridge narrower cracks.
     """
     up = 2 if camera.up == "z" else 1
     across = np.delete(np.eye(3), up, axis=0)
@@ -95,7 +95,7 @@ def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> fl
 
 
 def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, Any], list[Line]]:
-    """The message `explained` of a pixel, and the rays that it speaks of. Raises `CameraError`."""
+    """The message `explained` of a pixel, and the explained rays. Raises `CameraError`."""
     explanation = explain(world, camera, (u, v))
     parts, lines = explanation_parts(explanation)
     return {"column": u, "row": v, **parts}, lines
@@ -104,17 +104,21 @@ def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, A
 def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Line]]:
     """Text and figure of the ray, `sections` of the light and the tree, and the rays of light."""
     light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
+    lines = light_lines(explanation.world, light, path)
     parts = {
         "text": str(explanation),
-        "svg": "",
         "figure": page_figure(explanation),
         "sections": [
             {
                 "title": "The light",
                 "text": f"{light}\n\n{path}",
-                "svg": light_figure(explanation, light, path),
+                "figure": lines_figure(explanation, lines, path_marks(path)),
             },
-            {"title": "The tree", "text": str(tree), "svg": tree_figure(explanation, tree)},
+            {
+                "title": "The tree",
+                "text": str(tree),
+                "figure": lines_figure(explanation, tree_lines(explanation, tree), []),
+            },
         ],
     }
-    return parts, light_lines(explanation.world, light, path)
+    return parts, lines

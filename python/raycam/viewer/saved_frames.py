@@ -1,4 +1,4 @@
-"""Frames read back from .npz and .exr files, to be looked at and compared."""
+"""Frames read back from .npz and .exr files, to be viewed and compared."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ TOGETHER = ("RGB", "rgb", "XYZ", "xyz", "UV", "uv", "XY")
 
 
 def is_frame(path: str | os.PathLike[str]) -> bool:
-    """True for the ending of a file of a frame."""
+    """True for the extension of a frame's file."""
     return Path(path).suffix.lower() in ENDINGS
 
 
 def load_frame(path: str | os.PathLike[str]) -> Frame:
-    """The frame that `Frame.save` wrote to an .npz or .exr file, or what another program's .exr file of one part has.
+    """Returns the frame in an .npz or .exr file from `Frame.save`, or in a single-part .exr file of another program.
 
-    Channels of other programs keep their names: those of a layer that belong together are one, as `beauty.RGB` of
+    Channels of other programs keep their names; related channels of a layer are combined, such as `beauty.RGB` from
     `beauty.R`, `beauty.G` and `beauty.B`. R, G and B without a layer are `color`, A is `alpha`. Floats of .exr files
-    are float32 [h, w] or [h, w, n], whole numbers int32, or float64 where they are larger. The frame's region is the
+    are float32 [h, w] or [h, w, n], integers int32, or float64 if they are larger. The frame's region is the
     data window.
 
     Raises `FormatError` for other files, and `OSError`.
@@ -105,9 +105,9 @@ def _camera(path: str | os.PathLike[str], text: str) -> Camera:
 
 
 def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, str]]:
-    """The windows of data and display as x, y, columns and rows, and the texts by name, of a file that is whole.
+    """The data window and display window as x, y, columns and rows, and the texts by name, of a complete file.
 
-    After the magic number and the version there are attributes: name, 0, type, 0, length, value; a 0 ends them.
+    The magic number and the version are followed by attributes (name, 0, type, 0, length, value), which a 0 ends.
     """
     with open(path, "rb") as file:
         data = file.read(MOST_HEADER)
@@ -132,7 +132,7 @@ def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, st
 def _places(
     path: str | os.PathLike[str], windows: list[list[int]], notes: Mapping[str, str]
 ) -> tuple[tuple[int, int], tuple[int, int, int, int], list[Notice]]:
-    """Size and region of the frame, by raycam's own words or by the windows of the file, and notices."""
+    """Size and region of the frame, from raycam's own attributes or the file's windows, and notices."""
     (left, top, columns, rows), (x, y, width, height) = windows
     region, size = (left - x, top - y, columns, rows), (width, height)
     if "raycam.region" in notes and "raycam.size" in notes:
@@ -157,15 +157,15 @@ def _places(
 
 
 def _numbers(name: str, whole: bool, bits: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
-    """The samples of a channel: float32, int32, or float64 for whole numbers that int32 does not hold."""
+    """The samples of a channel: float32, int32, or float64 for integers beyond int32."""
     if not whole:
         return bits.view(np.float32)
-    is_id = name.endswith(".id")  # of raycam: -1 is 4294967295
+    is_id = name.endswith(".id")  # ids of raycam: -1 is stored as 4294967295
     return bits.view(np.int32) if is_id or bits.max() < 1 << 31 else bits.astype(np.float64)
 
 
 def _planes(channels: Mapping[str, npt.NDArray[Any]]) -> Planes:
-    """Planes of the channels of a file: those that belong together in one, under raycam's names where they fit."""
+    """The planes of a file's channels; related channels are combined, with raycam's names if possible."""
     layers: dict[str, dict[str, npt.NDArray[Any]]] = {}
     for name, array in channels.items():
         layer, _, letters = name.rpartition(".")
@@ -190,7 +190,7 @@ def _joined(layer: str, letters: str) -> str:
 
 
 def _fits(name: str, array: npt.NDArray[Any]) -> bool:
-    """True if the array is that of the channel of this name, but for the digits of floats."""
+    """True if the array has the form of the channel of this name, except for the precision of floats."""
     if name not in CHANNELS:
         return False
     dtype, components = CHANNELS[name]

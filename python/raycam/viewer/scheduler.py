@@ -1,4 +1,4 @@
-"""The render thread: moving images first, then still images, and nothing that is out of date.
+"""The render thread: images during motion first, then still images; outdated images are cancelled.
 
 The next work is a moving image of the session with the oldest change; else the shown channel of a session at rest; else
 a slice of more samples. A change of the session that is being rendered cancels its image.
@@ -52,7 +52,7 @@ class Scheduler(threading.Thread):
         self._ends = False
 
     def wake(self) -> None:
-        """Looks for work at once."""
+        """Makes the thread look for work immediately."""
         self._wake.set()
 
     def end(self) -> None:
@@ -78,7 +78,7 @@ class Scheduler(threading.Thread):
                 continue
             except (Error, MemoryError) as error:
                 self._failed(session, str(error) or "out of memory")
-            except Exception as error:  # a fault in raycam: the other sessions go on
+            except Exception as error:  # a fault in raycam: the other sessions continue
                 traceback.print_exc()
                 self._failed(session, failure(error))
 
@@ -94,7 +94,7 @@ class Scheduler(threading.Thread):
         return max(MIN_WAIT_S, min([IDLE_S, *(each for each in left if each > 0)]))
 
     def _next(self) -> tuple[Session, Work] | None:
-        """The session and the work that come next."""
+        """The next session and its work."""
         ready = [each for each in self._sessions() if each.connection.is_ready and each.images.version]
         moving = [each for each in ready if each.images.is_moving]
         if moving:
@@ -181,7 +181,7 @@ class Scheduler(threading.Thread):
             session.connection.send({"type": "progress", "samples": refinement.samples})
 
     def _show_still(self, session: Session) -> None:
-        """Sends the chosen channel of samples that exist already."""
+        """Sends the chosen channel of the existing samples."""
         images = session.images
         with session.lock:
             view, version, frame = session.view, images.version, images.still

@@ -1,6 +1,6 @@
-"""The server: one port for the page and the WebSocket, in a thread of its own.
+"""The server: one port for the page and the WebSocket, in its own thread.
 
-Nothing that a client says reaches the disk: pages come from memory, snapshots go to the browser as bytes.
+Client messages never open files: pages come from memory, and snapshots are sent to the browser as bytes.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ PORTS = range(7421, 7431)
 MOST_SESSIONS = 8
 MOST_CONNECTIONS = 32
 HANDSHAKE_TIME = 5.0  # seconds
-KEPT = 600.0  # seconds that a session waits for its client to come back
+KEPT = 600.0  # seconds for which a session waits for its client to reconnect
 QUEUED_IN = 8
 SHARED = (Move, Home, LookThrough, Time, Variant, Lens, Pose)
 """The messages that all clients follow with `follow=True`."""
 QUEUED_OUT = 64
 WILDCARDS = ("0.0.0.0", "::")
-MOST_PROBES = 60  # a second
+MOST_PROBES = 60  # per second
 STRIKES = 3
 TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
 
@@ -99,13 +99,13 @@ class Server:
         return [f"http://{f'[{each}]' if ':' in each else each}:{port}/#t={self.token}" for each in hosts]
 
     def invitation(self) -> str:
-        """An address on this machine with a token that works once: a browser's history may keep it."""
+        """An address on this machine with a token that is valid once, so browser histories do not matter."""
         token = secrets.token_urlsafe(32)
         self._invitations.add(token)
         return f"{self.url.split('#')[0]}#t={token}"
 
     def _accepts(self, token: str) -> bool:
-        """True for the server's token, and for an invitation that was not used yet."""
+        """True for the server's token, and for an unused invitation."""
         if hmac.compare_digest(token.encode(), self.token.encode()):
             return True
         used = [each for each in self._invitations if hmac.compare_digest(token.encode(), each.encode())]
@@ -113,7 +113,7 @@ class Server:
         return bool(used)
 
     def close(self) -> None:
-        """Tells all clients, and ends."""
+        """Notifies all clients, and stops the server."""
         loop, ending = self._loop, self._ending
         if loop is not None and ending is not None:
             with contextlib.suppress(RuntimeError):  # the loop has ended
@@ -129,7 +129,7 @@ class Server:
         return self._ended.wait(timeout)
 
     def _run(self) -> None:
-        """Serves until the end; a failure before the start is kept for the caller, who waits for it."""
+        """Serves until `close`; an error before the start is stored for the waiting caller."""
         try:
             asyncio.run(self._serve())
         except Exception as failure:
@@ -186,13 +186,13 @@ class Server:
             session.uploads.close()
 
     def _process(self, connection: Any, request: Any) -> Any:
-        """The answer to a request over HTTP, or None for an upgrade that may be."""
+        """The response to an HTTP request, or None for an accepted upgrade."""
         from websockets.datastructures import Headers
         from websockets.http11 import Response
 
         method = getattr(request, "method", "GET")  # websockets before 16 refuses other methods by itself
         allowed = self._allowed
-        if self.address[0] in WILDCARDS:  # an address is no name that a foreign DNS server could have given
+        if self.address[0] in WILDCARDS:  # an address is not a name that a foreign DNS server could control
             own = connection.local_address[0].removeprefix("::ffff:")
             allowed = [*allowed, f"[{own}]" if ":" in own else own]
         forwarded = connection.remote_address[0].removeprefix("::ffff:") in self._proxies
@@ -213,7 +213,7 @@ class Server:
         return Response(answer.status, HTTPStatus(answer.status).phrase, headers, body)
 
     async def _talk(self, connection: Any) -> None:
-        """One client, from hello to its end."""
+        """Serves one client from hello to its end."""
         from websockets.exceptions import ConnectionClosed
 
         session: Session | None = None
@@ -234,7 +234,7 @@ class Server:
                     self.emptied = time.monotonic()
 
     async def _greeted(self, connection: Any, outgoing: asyncio.Queue[bytes]) -> Session | None:
-        """The session of a client that says hello; None where it says something else, or there are too many."""
+        """The session of a client that sends hello; None for another message, or if there are too many sessions."""
         try:
             hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
             if not isinstance(hello, Hello):
@@ -256,7 +256,7 @@ class Server:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(_put, outgoing, data)
 
-        # Before the welcome, which has the camera: it may have the shape of the window.
+        # Before the welcome message, whose camera may depend on the window's shape.
         session.receive(Size(hello.width, hello.height, hello.ratio))
         session.connection.open(send)
         self.emptied = None
@@ -266,7 +266,7 @@ class Server:
         return session
 
     def _session(self, resumed: str) -> Session | None:
-        """The session that is resumed, or a new one; None where there are too many."""
+        """The resumed session, or a new one; None if there are too many sessions."""
         now = time.monotonic()
         waiting = {id: left for id, left in self._left.items() if not self.sessions[id].connection.is_open}
         if resumed in waiting:
@@ -285,7 +285,7 @@ class Server:
         return session
 
     async def _listen(self, connection: Any, session: Session) -> None:
-        """Does what a client says, until it has said too much that is not in the table."""
+        """Carries out a client's messages until too many of them were invalid."""
         strikes, probes = 0, [0.0] * MOST_PROBES
         try:
             async for data in connection:
@@ -320,7 +320,7 @@ class Server:
 
 
 def _put(outgoing: asyncio.Queue[bytes], data: bytes) -> None:
-    """Queues a message; a client that does not read loses it."""
+    """Queues a message; it is dropped if the client does not read."""
     if not outgoing.full():
         outgoing.put_nowait(data)
 
@@ -368,7 +368,7 @@ def machine_addresses(host: str) -> list[str]:
     with contextlib.suppress(OSError):
         found += [str(each[4][0]) for each in socket.getaddrinfo(socket.gethostname(), None, family)]
     with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as unsent:
-        # Sends nothing: it shows which of the addresses leads to other networks.
+        # Sends nothing, but determines which address is used for other networks.
         unsent.connect(("2001:db8::1" if family == socket.AF_INET6 else "192.0.2.1", 9))
         found.append(str(unsent.getsockname()[0]))
     return list(dict.fromkeys(each.partition("%")[0] for each in found if not each.startswith("127.0.1.")))

@@ -1,4 +1,4 @@
-"""Still pictures, from coarse to fine: the samples of a view that does not move."""
+"""Still images, progressively refined: the samples of a view that does not move."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ SHARE_SAMPLES = 64
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Weights of linear Rec. 709."""
 Floats32 = npt.NDArray[np.float32]
-SLICE = 0.03  # seconds that anybody else waits at most
-LONGEST_WAIT = 0.5  # seconds of samples until an image is shown although they have not doubled
-SHOWING = 0.25  # of the time goes into showing images, at most, until the last one
+SLICE = 0.03  # maximum seconds that other sessions wait
+LONGEST_WAIT = 0.5  # seconds of sampling until an image is shown although the samples have not doubled
+SHOWING = 0.25  # maximum fraction of the time spent on showing images before the last one
 
 
 @dataclass(eq=False)
 class Refinement:
-    """An image of a view that gets better with each step, up to `most` samples a pixel."""
+    """An image of a view that gains samples with each step, up to `most` samples per pixel."""
 
     world: World
     camera: Camera
@@ -83,7 +83,7 @@ class Refinement:
         return frame
 
     def _compare(self, luminance: Floats32) -> None:
-        """Takes note of an image, and of how far it is from the one of half as many samples."""
+        """Records an image, and its difference from the image with half as many samples."""
         halves = [each for each in self._luminances if 2 * each[0] <= self.samples]
         if halves:
             samples, before = halves[-1]
@@ -95,7 +95,7 @@ class Refinement:
 
     @property
     def rate(self) -> float:
-        """The samples of all pixels in a second."""
+        """The number of samples per second, over all pixels."""
         width, height = self.camera.size
         return self.samples * width * height / self.seconds if self.seconds > 0 else 0.0
 
@@ -105,7 +105,7 @@ class Refinement:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The settings of `render` and `Progressive` alike, without the number of samples."""
+        """The settings for `render` and `Progressive`, without the number of samples."""
         return {
             "integrator": self.integrator,
             "threads": self.threads,
@@ -116,7 +116,7 @@ class Refinement:
 
 @dataclass(eq=False)
 class Slices(Refinement):
-    """A refinement by slices of a progressive image: no sample is thrown away, and nobody waits for long."""
+    """A refinement by slices of a progressive image: no sample is discarded, and delays are short."""
 
     _picture: Progressive | None = field(default=None, init=False)
     _told: int = field(default=0, init=False)
@@ -129,13 +129,13 @@ class Slices(Refinement):
     """Seconds of samples since the last frame."""
 
     def refine(self, cancel: Cancel) -> Frame | None:
-        """Adds samples for a slice; returns a frame where they have doubled or are all there, or after a while."""
+        """Adds samples for a slice; returns a frame if they have doubled or are complete, or after a while."""
         if self.samples >= self.most:
             return None
         started = time.monotonic()
         if self._given is not None:
             self._showing, self._given = started - self._given, None
-        if self._picture is None:  # not before: it may have to build a world's trees
+        if self._picture is None:  # not before, because acceleration structures may have to be built
             self._picture = Progressive(self.world, self.camera, samples=self.most, **self.settings)
         self.samples = self._picture.add_for(SLICE, cancel=cancel)
         self._spent += time.monotonic() - started
@@ -146,7 +146,7 @@ class Slices(Refinement):
         return frame
 
     def _is_worth_showing(self) -> bool:
-        """True if a frame is due: images that cost more than their samples would hold up the last one."""
+        """True if a frame is due; showing too many frames would delay the last one."""
         if self.samples >= self.most or (self._told == 0 and self.samples >= self.first):
             return True
         affordable = self._spent >= self._showing / SHOWING
@@ -159,7 +159,7 @@ class FromScratch(Refinement):
     """A refinement by images of 4, 16, 64, ... samples, each from scratch, for a camera with a background."""
 
     def refine(self, cancel: Cancel) -> Frame | None:
-        """The frame of four times as many samples."""
+        """Renders the frame with four times as many samples."""
         if self.samples >= self.most:
             return None
         samples = min(self.samples * GROWTH or FIRST, self.most)

@@ -175,7 +175,7 @@ def open_browser(viewer: Viewer, wanted: bool | None = None) -> bool:
 
 
 def _has_browser() -> bool:
-    """True if a browser can be opened where the user sits."""
+    """True if a browser can be opened on the user's own desktop."""
     if "SSH_CONNECTION" in os.environ:
         return False
     if sys.platform.startswith("linux") and not (

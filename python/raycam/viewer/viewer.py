@@ -191,7 +191,8 @@ class Viewer:
         if self._server is None:
             return Path(self.url)
         if self._redirects is None:
-            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-")  # mode 700
+            # Its mode is 700, so only this user can read it.
+            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-")
         path = Path(self._redirects.name) / f"view{len(list(Path(self._redirects.name).iterdir()))}.html"
         text = f"<!doctype html><title>raycam</title><script>location.replace({self._server.invitation()!r})</script>"
         path.touch(mode=0o600)
@@ -330,21 +331,21 @@ class Viewer:
             self._redirects.cleanup()
 
     def __enter__(self) -> Viewer:
-        """The viewer, which is closed when the block ends."""
+        """Returns the viewer, which is closed when the block ends."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Closes it."""
+        """Closes the viewer."""
         self.close()
 
     def __repr__(self) -> str:
-        """The address, for people."""
+        """The address as text."""
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell, and an image for those who read without a kernel; else the address."""
+        """The widget at the end of a cell, and an image for readers without a kernel; else the address."""
         if self._server is not None:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()

@@ -1,6 +1,6 @@
 """The live view in a notebook cell: the client in a frame, with messages through the kernel's own connection.
 
-The widget passes messages on and knows none of them. Each place that shows it is a view with a session of its own.
+The widget forwards messages without interpreting them. Each output that shows it is a view with its own session.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ export default {
 
 
 def cell_page(title: str) -> str:
-    """The page in the frame. Its policy lets its own script run and nothing be loaded."""
+    """The page in the frame. Its policy allows only its own script, and no loading."""
     script, style = f"\n{bundle()}", f"\n{style_sheet()}"
 
     def hashed(text: str) -> str:
@@ -107,7 +107,7 @@ def cell_page(title: str) -> str:
 
 
 class Views:
-    """The sessions of a widget, one for each place that shows it."""
+    """The sessions of a widget, one for each output that shows it."""
 
     def __init__(self, make_session: Callable[[], Session], say: Say) -> None:
         self.sessions: dict[str, Session] = {}
@@ -174,7 +174,7 @@ class Views:
         self._answers.close()
 
     def _rest(self) -> None:
-        """Ends the render thread, and keeps the viewer alive no longer; another output starts a new thread."""
+        """Ends the render thread, and releases the viewer; another output starts a new thread."""
         self.owner = None
         if self.scheduler is not None:
             self.scheduler.end()
@@ -185,7 +185,7 @@ class Views:
 def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:
     """Returns the widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget.
 
-    Its `still`, the address of an image as text, is shown where no kernel answers: in notebooks that are only read.
+    Its `still`, an image as a data URL, is shown without a kernel, as in notebooks that are only read.
     """
     import anywidget
     import traitlets

@@ -1,8 +1,8 @@
-"""Planes on the wire: arrays packed for the client, and unpacked again by the same rules.
+"""Packed planes: arrays for the client, and their unpacking by the same rules.
 
-A packed plane is a filter over whole numbers, then raw deflate. Filters store component after component, and of each
-the lowest bytes of all values, then the next bytes. "left" stores differences from the value on the left, "left_up"
-differences of those from the row above; both wrap around, so every bit of every value comes back.
+A packed plane is filtered as integers, then compressed with raw deflate. Filters store component after component, and
+of each component the lowest bytes of all values, then the next bytes. "left" stores differences from the value on the
+left, "left_up" differences of those from the row above; both wrap around, so every bit of every value is restored.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["DTYPES", "FILTERS", "data_url", "pack", "unpack"]
 FILTERS = ("plain", "apart", "left", "left_up")
 DTYPES = ("float16", "float32", "float64", "int32")
 
-# The filter that gives the fewest bytes for most worlds; channels of other names get "left".
+# The filter with the fewest bytes for most worlds; other channels use "left".
 BEST = {
     "color": "plain",
     "albedo": "plain",
@@ -43,7 +43,7 @@ Array = npt.NDArray[Any]
 
 
 def data_url(media: str, data: bytes) -> str:
-    """The bytes as an address that holds them."""
+    """The bytes as a data URL."""
     return f"data:{media};base64,{base64.b64encode(data).decode()}"
 
 

@@ -123,6 +123,7 @@ class WorldBuilding(WorldContents):
         geometry: Literal["visual", "collision"] = "visual",
         category: Literal["link", "robot"] = "link",
         missing: Literal["error", "box"] = "error",
+        up_axis: Literal["ignore", "apply"] = "ignore",
         clamp_joints: bool = False,
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
@@ -141,9 +142,10 @@ class WorldBuilding(WorldContents):
         read.
 
         `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
-        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. A xacro file, which
-        requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process that can read
-        only these folders.
+        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. The up axis of .dae
+        files is ignored, as in RViz; if parts of a robot are turned, its author expects `up_axis="apply"`. A xacro
+        file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process that
+        can read only these folders.
 
         Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
         `WorldError` for a name that is already used, unknown joints and an invalid placement.
@@ -166,13 +168,14 @@ class WorldBuilding(WorldContents):
             geometry=geometry,
             category=category,
             missing=missing,
+            up_axis=up_axis,
         )
         if joints is not None:
             self.set_joints(robot.name, joints, clamp_joints=clamp_joints)
         return robot
 
     def _add_model(self, model: RobotModel, files: FileResolver, **how: Any) -> Robot:
-        """Adds a robot of a file; `how` has the arguments of `place_robot`."""
+        """Adds a robot of a file; `how` contains the arguments of `place_robot`."""
         with self._warning():
             robot, notices = place_robot(self, model, files, **how)
             self._core.set_notices([*self._core.notices, *notices])

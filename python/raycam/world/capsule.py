@@ -1,4 +1,4 @@
-"""Meshes of capsules, which URDF and MuJoCo have as a primitive."""
+"""Meshes of capsules, a primitive of URDF and MuJoCo."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ class WorldContents:
         warn_all(self._core.notices[before:])
 
     def _derived(self, core: CoreWorld) -> Self:
-        """A world made of this one; warns of the notices that it has in addition."""
+        """Returns a world derived from this one; warns of its additional notices."""
         known = set(self._core.notices)
         warn_all(notice for notice in core.notices if notice not in known)
         world = self._of(core)
@@ -201,11 +201,11 @@ class WorldContents:
         return self.with_cameras({})
 
     def __copy__(self) -> Self:
-        """A copy, which shares the acceleration structures; changes of one do not reach the other."""
+        """Returns a copy that shares the acceleration structures; later changes affect only one of the two."""
         return self.with_cameras({})
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """A copy, as `copy.copy`: what both share never changes."""
+        """Returns a copy as `copy.copy` does, because the shared parts never change."""
         return self.with_cameras({})
 
     @property

@@ -83,7 +83,9 @@ def describe_light_change(
         for new, old in ((one, other), (other, one)):
             if new in given and old in merged and old not in given:
                 value = merged.pop(old)
-                if old == "radiance":  # of an even sky: what is not given of the other form stays as bright
+                if (
+                    old == "radiance"
+                ):  # of a uniform sky: switching between the two forms keeps its brightness
                     merged.setdefault("zenith", value)
                     merged.setdefault("horizon", value)
     if "radiance" in given:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arguments import Floats
 
-__all__ = ["face_areas", "face_normals"]
+__all__ = ["face_areas", "face_normals", "unique_rows"]
 
 
 def face_normals(corners: Floats) -> Floats:
@@ -22,3 +23,17 @@ def face_areas(corners: Floats) -> Floats:
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas: Floats = np.sqrt((across**2).sum(axis=1)) / 2
     return areas
+
+
+def unique_rows(rows: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Returns the different rows [u, k] of an array [n, k] in ascending order, and the number of each row [n].
+
+    It equals `np.unique(rows, axis=0, return_inverse=True)`, in a quarter of the time.
+    """
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    is_new = np.ones(len(rows), bool)
+    is_new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    number = np.empty(len(rows), np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    return ordered[is_new], number

@@ -119,10 +119,10 @@ def framing_camera(
 
 
 def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floats, zoom: float) -> Camera:
-    """`camera` as near to `middle` as all points [n, 3] are in the image, by its own lens.
+    """Returns `camera` with its own lens, as close to `middle` as possible with all points [n, 3] in the image.
 
-    It stands where a camera of `rotation` would, whose axis goes through `middle`, and sees `middle` in the
-    middle of the image, even where that is far from the principal point.
+    Its centre is on the line through `middle` along the axis of `rotation`, and `middle` is at the image centre,
+    even if the principal point is far away from it.
     """
     if camera.is_parallel:
         raise CameraError(
@@ -135,7 +135,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
 
     def excess(distance: float, cloud: Floats) -> Floats:
-        """How far the points are out of the image, 1 at its margin; +inf for those of which the lens has no image."""
+        """The largest relative distance of the points from the centre, 1 at the margin; +inf without a projection."""
         posed = camera.at_pose(rotation, middle - distance * axis)
         with np.errstate(invalid="ignore"):
             pixels, seen = posed.project(cloud)
@@ -143,7 +143,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
         return np.where(seen & np.isfinite(share), share, np.inf)
 
     def nearest(cloud: Floats) -> float:
-        """The least distance at which the points fit, not within the sphere around the world."""
+        """The least distance at which the points fit, outside of the world's bounding sphere."""
         low = high = radius
         while not (excess(high, cloud) <= 1).all():
             low, high = high, 2 * high
@@ -156,7 +156,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
             low, high = (low, between) if (excess(between, cloud) <= 1).all() else (between, high)
         return high
 
-    # A few extreme points decide; those that are out all the same join them.
+    # A few extreme points decide; points still outside are added to them.
     few = points[np.unique([int(product(points, way).argmax()) for way in EXTREME_DIRECTIONS])]
     while True:
         distance = nearest(few)
@@ -168,7 +168,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
 
 
 def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
-    """`rotation`, turned by the least angle that gives the ray of the pixel the direction of the axis."""
+    """`rotation`, turned by the smallest angle that aligns the pixel's ray with the axis."""
     ray = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(ray).all():
         raise CameraError(
@@ -259,7 +259,7 @@ def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats 
 
 
 def _direction(direction: str | npt.ArrayLike, up: str) -> Floats:
-    """The unit vector from the middle to the eye."""
+    """The unit vector from the centre to the camera."""
     if isinstance(direction, str):
         if direction not in DIRECTIONS:
             raise SettingsError(
@@ -278,7 +278,7 @@ def _direction(direction: str | npt.ArrayLike, up: str) -> Floats:
 
 
 def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
-    """Points around the upright axis through the middle that bound all turns of `points`: rings at every height."""
+    """Points that bound all rotations of `points` about the vertical axis through the centre: rings at every height."""
     level = [number for number in range(3) if number != axis]
     radius = np.sqrt(((points[:, level] - middle[level]) ** 2).sum(axis=1))
     low, high = points[:, axis].min(), points[:, axis].max()

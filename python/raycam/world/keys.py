@@ -175,7 +175,7 @@ def object_keys(
 
 
 def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dict[str, Any]:
-    """The table of a shape, with those of its keys that stand beside it, which are taken out of the object's."""
+    """The table of a shape, including keys given next to it, which are removed from the object's keys."""
     table = given[shape]
     if (
         table is None

@@ -234,7 +234,7 @@ def _load_robot(
 
 
 def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
-    """The same world with another up axis; raises `SettingsError` for a world file, which says it itself."""
+    """Returns the world with another up axis; raises `SettingsError` for a world file, which specifies its own axis."""
     if up not in ("z", "y"):
         raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":

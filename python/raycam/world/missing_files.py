@@ -87,7 +87,7 @@ def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def _hint(path: Path) -> str:
-    """The nearest names of models, or the nearest folder that exists, as the end of a message."""
+    """The nearest names of models, or the nearest existing folder, as the end of a message."""
     folder = path.parent
     if not folder.is_dir():
         there = next((parent for parent in folder.parents if parent.is_dir()), None)
@@ -108,7 +108,7 @@ def _hint(path: Path) -> str:
 
 
 def _close(name: str, names: list[str], cutoff: float) -> list[str]:
-    """The names that are most like one, in whatever case."""
+    """The most similar names, ignoring case."""
     import difflib
 
     by_name = {each.lower(): each for each in names}

@@ -30,7 +30,7 @@ class Object:
     """True for an object of which images with a transparent background or a background photo show only the shadows."""
 
     def __repr__(self) -> str:
-        """Number, name, category, triangles and place as text."""
+        """Number, name, category, triangles and position as text."""
         x, y, z = (f"{value:.6g}" for value in self.matrix[:3, 3])
         category = "" if self.category is None else f", category {self.category!r}"
         marks = "" if self.visible else ", invisible"
@@ -43,7 +43,7 @@ class Object:
     def __setattr__(self, name: str, value: object) -> None:
         """Raises `WorldError` with the call that changes the object."""
         if name not in self.__dict__ and name in self.__dataclass_fields__:
-            object.__setattr__(self, name, value)  # once, when it is made
+            object.__setattr__(self, name, value)  # once, at creation
             return
         raise WorldError(
             f"objects are read-only; world.set_object({self.name!r}, {name}=...) changes the object",

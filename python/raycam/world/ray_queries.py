@@ -217,7 +217,7 @@ class RayQueries:
         given: RayLimits | CrossingLimits,
         allowed: type,
     ) -> tuple[dict[str, Any], tuple[int, ...]]:
-        """Prepares the world; returns the query as the core takes it, and the shape of the rays."""
+        """Prepares the world; returns the query for the core, and the shape of the rays."""
         keys: dict[str, Any] = dict(given)
         for name in keys.keys() - allowed.__annotations__.keys():
             raise SettingsError(nearest("argument", name, list(allowed.__annotations__)), code="unknown_key")
@@ -268,7 +268,7 @@ def _fields(names: Iterable[str]) -> list[str]:
 def _skipped(
     skip: tuple[npt.ArrayLike, npt.ArrayLike], shape: tuple[int, ...]
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """Objects and triangles that do not count, int32 [n] each."""
+    """Ignored objects and triangles, int32 [n] each."""
     try:
         pair = tuple(skip)
     except TypeError:

@@ -46,6 +46,7 @@ def place_robot(
     geometry: str,
     category: str,
     missing: str,
+    up_axis: str = "ignore",
 ) -> tuple[robots.Robot, list[Notice]]:
     """Adds a robot's shapes to a world, with all joints at zero; returns the robot and notices.
 
@@ -55,6 +56,7 @@ def place_robot(
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])
     one_of("category", category, ["link", "robot"])
+    one_of("up_axis", up_axis, ["ignore", "apply"])
     description = model.description
     robot = robots.Robot.at_zero(
         description.name if name is None else name,
@@ -65,7 +67,7 @@ def place_robot(
         raise WorldError(
             f"robot {robot.name!r}: the name already exists; pass another name=", code="duplicate_name"
         )
-    builder = _Builder(world, robot, files, geometry, category)
+    builder = _Builder(world, robot, files, geometry, category, up_axis)
     builder.find_meshes(missing)
     builder.add_objects()
     for one in model.cameras:
@@ -98,7 +100,7 @@ def _pose(world: WorldContents, keys: Mapping[str, Any]) -> Floats:
 
 
 class _Builder:
-    """A robot while its objects are added."""
+    """The state of adding a robot's objects."""
 
     def __init__(
         self,
@@ -107,14 +109,16 @@ class _Builder:
         files: robots.FileResolver,
         geometry: str,
         category: str,
+        up_axis: str,
     ) -> None:
+        self._up_axis = up_axis
         self._world, self._robot, self._files = world, robot, files
         self._geometry, self._category = geometry, category
         self._found: dict[str, Path | None] = {}
         self.notices: list[Notice] = []
 
     def _shapes(self) -> list[tuple[str, int, robots.Visual]]:
-        """The link, number and shape of everything shown."""
+        """The link, number and shape of each visible shape."""
         return [
             (link.name, number, shape)
             for link in self._robot.description.links.values()
@@ -176,7 +180,7 @@ class _Builder:
         self._robot._parts.extend((names[number], link, matrix) for number, link, matrix in placed)
 
     def _replaced(self, link: str, shape: robots.Visual) -> list[tuple[robots.Visual, Floats]]:
-        """The shape with its scale [4, 4], or what is shown instead of a missing mesh."""
+        """The shape with its scale [4, 4], or the replacement of a missing mesh."""
         if shape.geometry.kind != "mesh":
             return [(shape, np.eye(4))]
         if self._found[shape.geometry.file] is not None:
@@ -227,7 +231,9 @@ class _Builder:
         core, suffix = self._world._core, path.suffix.lower()
         if suffix == ".dae":
             with TemporaryDirectory(prefix="raycam-robot-") as folder:
-                data, notices = robots.collada_to_glb(path, lambda name: self._image(path, name))
+                data, notices = robots.collada_to_glb(
+                    path, lambda name: self._image(path, name), up_axis=self._up_axis
+                )
                 copy = Path(folder, f"{path.stem}.glb")
                 copy.write_bytes(data)
                 self.notices += notices
@@ -253,7 +259,7 @@ class _Builder:
         return _core.world_add_object(core, plain(keys | {"mesh": path}), None)
 
     def _image(self, mesh: Path, name: str) -> Path:
-        """The path of an image that a mesh names; raises `OSError`."""
+        """The path of an image named by a mesh; raises `OSError`."""
         try:
             if "://" in name or Path(name).is_absolute():
                 return self._files.find(name)
@@ -262,7 +268,7 @@ class _Builder:
             raise FileNotFoundError(str(reason)) from None
 
     def _material(self, material: robots.Material) -> dict[str, Any]:
-        """Keys of the object: colours of URDF are sRGB, as RViz shows them."""
+        """The object's material keys; colours of URDF are sRGB, as in RViz."""
         keys: dict[str, Any] = {}
         if material.rgba is not None:
             srgb = np.array(material.rgba[:3])
@@ -291,7 +297,7 @@ class _Builder:
 
 
 def _has_materials(path: Path) -> bool:
-    """True for an OBJ file with materials, which count instead of the description's, as in RViz."""
+    """True for an OBJ file with materials, which replace the description's, as in RViz."""
     if path.suffix.lower() != ".obj":
         return False
     with path.open("rb") as file:

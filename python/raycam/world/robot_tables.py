@@ -22,7 +22,7 @@ __all__ = ["add_robot_tables", "has_robots", "robot_lines", "split_robots"]
 
 ROBOT_KEYS = (
     "name", "file", "location", "roll", "pitch", "yaw", "matrix", "joints", "clamp_joints", "packages", "geometry",
-    "category", "missing", "xacro_args", "camera",
+    "category", "missing", "up_axis", "xacro_args", "camera",
 )  # fmt: skip
 """Keys of `[[robot]]`."""
 

@@ -58,8 +58,8 @@ def settle(
     visible objects do not move. Gravity points against the world's up axis.
 
     `seconds` limits the simulated time after the last throw, `gravity` is in m/s². `physics` has a table for each
-    object by name: `density` (1,000 kg/m³), `friction` (0.5) and `restitution` (0.1), of which the mean of two surfaces
-    counts, and `parts` (32), the greatest number of convex parts that represent the mesh; 1 means its convex hull.
+    object by name: `density` (1,000 kg/m³), `friction` (0.5) and `restitution` (0.1), which are averaged over two
+    surfaces, and `parts` (32), the greatest number of convex parts that represent the mesh; 1 means its convex hull.
 
     Convex parts of the meshes (V-HACD) move in rapier's solver in steps of 1/240 s. Then the real meshes are checked:
     none penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m), each touches something if

@@ -26,7 +26,7 @@ HEAD_BYTES = 512
 
 
 def read_bytes(source: bytes | bytearray | memoryview | SupportsRead[bytes]) -> bytes:
-    """The bytes of a source that is no path; a file object is read to its end. Raises `SettingsError`."""
+    """The bytes of a source that is not a path; a file object is read to its end. Raises `SettingsError`."""
     data = source.read() if hasattr(source, "read") else source
     if isinstance(data, str):
         raise SettingsError(
@@ -42,7 +42,7 @@ def read_bytes(source: bytes | bytearray | memoryview | SupportsRead[bytes]) -> 
 
 
 def kind_suffix(kind: str | None, data: bytes) -> str:
-    """The ending of a file of these bytes, as ".glb": its content's, or else `kind`; empty if it is unknown.
+    """The extension for these bytes, such as ".glb", from their content or else `kind`; empty if unknown.
 
     Raises `SettingsError` for an unknown `kind`.
     """
@@ -54,7 +54,7 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
 
 
 def path_suffix(path: str | os.PathLike[str]) -> str:
-    """The ending of a file by its name, as ".usd"; for a name without a known ending, that of its content."""
+    """The extension of a file's name, such as ".usd"; without a known extension, that of its content."""
     suffix = Path(path).suffix.lower()
     if suffix in MODELS:
         return suffix

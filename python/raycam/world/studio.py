@@ -84,7 +84,7 @@ def studio_floor(world: WorldContents) -> dict[str, float | None]:
 
 
 def add_sun(world: WorldBuilding, azimuth: float, elevation: float, *, sky: bool) -> None:
-    """Adds a sun, in degrees to the right of the front and above the horizon, and a pale sky if `sky`."""
+    """Adds a sun, given in degrees to the right of the front and above the horizon, and with `sky` a pale sky."""
     right, front, upward = axes_of(world.up)
     across, above = math.radians(azimuth), math.radians(elevation)
     level = math.cos(across) * front + math.sin(across) * right
@@ -115,7 +115,7 @@ def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bo
 
 
 def add_studio_preview(world: WorldBuilding, camera: Camera) -> None:
-    """Adds lights that resemble the studio's, but need one sample per pixel with the integrator "direct".
+    """Adds lights that resemble the studio's, but require only one sample per pixel with the integrator "direct".
 
     The sky's radiance is `FLOOR`. The sun has no size, and the irradiance at which the floor's radiance is `FLOOR` too:
     `FLOOR = FLOOR / pi * (pi * FLOOR + irradiance * sin(KEY_ELEVATION))`.
@@ -160,7 +160,7 @@ def is_above(world: WorldContents, camera: Camera) -> bool:
 
 def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, float]:
     """The equirectangular image of the room, and the factor that the key light shares with it."""
-    # No sine, exponential or sum of NumPy: their last bits depend on the processor.
+    # NumPy's sine, exponential and sum are not used, because their last bits depend on the processor.
     heights = [90.0 - 180.0 * (row + 0.5) / ROOM_IMAGE_ROWS for row in range(ROOM_IMAGE_ROWS)]
     degrees = np.array(heights)[:, None]
     cosine = np.array([math.cos(math.radians(height)) for height in heights])[:, None]

@@ -196,7 +196,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         return self if self._bare is None else self._bare
 
     def _repr_html_(self) -> str:
-        """The table of objects that a notebook shows, with lights and cameras below."""
+        """The HTML table of objects shown by notebooks, with lights and cameras below."""
         rows = [(item.id, item.name, item.category or "", item.triangles) for item in self.objects]
         notes = [f"light: {light['type']}" for light in self.lights]
         notes += [f"camera: {name}, {one.size[0]} x {one.size[1]}" for name, one in self.cameras.items()]
@@ -205,7 +205,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
     if not TYPE_CHECKING:  # type checkers shall see what is missing
 
         def __getattr__(self, name: str) -> Any:
-            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            """Raises `AttributeError`, with raycam's counterpart for names of other libraries."""
             raise no_attribute(self, name)
 
     def __repr__(self) -> str:

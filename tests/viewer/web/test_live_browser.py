@@ -13,6 +13,16 @@ from support.viewer_page import place_of, text_of
 
 pytestmark = [pytest.mark.proof, needs_core]
 
+SPY = """
+window.drawn = [];
+const draw = CanvasRenderingContext2D.prototype.drawImage;
+CanvasRenderingContext2D.prototype.drawImage = function (image, ...places) {
+  if (this.canvas.closest("#explained-drawing")) window.drawn.push(`${image.width} ${image.height}`);
+  draw.call(this, image, ...places);
+};
+null"""
+"""Remembers the sizes of the images that figures draw."""
+
 
 def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
     world = raycam.World()
@@ -34,6 +44,7 @@ def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
         assert abs(depth - frame["depth"][59:61, 79:81].mean()) < 0.01
         # The explanation's figure is drawn, according to its numbers.
         column, row = map(int, re.findall(r"column (\d+), row (\d+)", text)[0])
+        tab.evaluate(SPY)
         tab.press("Enter")
         tab.wait("document.getElementById('explained').open")
         explained = raycam.explain(world, camera.resized((640, 480)), (column, row))
@@ -49,7 +60,8 @@ def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
         )
         assert {"C", "x", "a", "b", "c", "f(t)", "r", "v"} <= set(labels[0])
         assert {"u", "g = a + v₃", f"f(t): {inside}"} <= set(labels[1])
-        assert tab.evaluate("document.getElementById('explained-figure').hidden")
+        # The image plane shows the picture itself, without what the window shows around and over it.
+        assert tab.evaluate("[...new Set(window.drawn)]") == ["640 480"]
         assert tab.said == []
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests
 

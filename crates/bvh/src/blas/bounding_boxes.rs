@@ -13,7 +13,7 @@ impl Bvh {
         }
         let mut boxes = vec![(*self.bounds(), self.root())];
         loop {
-            // The inner node of the largest area is replaced by its children while they fit.
+            // The inner node with the largest area is replaced by its children while the number of boxes permits.
             let inner = |(_, (_, at)): &(usize, &(Aabb, NodeRef))| !at.is_leaf();
             let large = |a: &Aabb, b: &Aabb| a.half_area().total_cmp(&b.half_area());
             let largest = boxes.iter().enumerate().filter(inner);
@@ -37,8 +37,8 @@ mod tests {
     use crate::Bvh;
 
     #[test]
-    fn every_triangle_lies_in_a_box() {
-        // A ring of small triangles: the boxes leave its middle free.
+    fn bounding_boxes_contain_every_triangle() {
+        // A ring of small triangles: the boxes must not cover its middle.
         let mut vertices = vec![];
         for i in 0..3000u32 {
             let turn = i as f32 * 0.7;

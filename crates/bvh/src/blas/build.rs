@@ -1,4 +1,4 @@
-//! Builds the BLAS of a mesh, or of several meshes flattened into one.
+//! Building the BLAS of a mesh, or of several meshes flattened into one.
 
 use rayon::prelude::*;
 
@@ -10,14 +10,14 @@ use crate::limits::{MAX_COORD, MAX_TRIANGLES};
 use crate::platform::dispatch::Dispatch;
 
 impl Bvh {
-    /// Builds the BVH of indexed triangles. Zero-area triangles are kept and never hit.
+    /// Builds the BVH of indexed triangles. Triangles without area are kept, and rays never hit them.
     ///
-    /// Runs in parallel on the rayon pool of the caller; the result does not depend on that pool.
+    /// Runs in parallel on the caller's rayon pool; the result does not depend on the pool.
     pub fn build(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self, BuildError> {
         Self::build_with(Dispatch::detect(), vertices, triangles, &[])
     }
 
-    /// [`Bvh::build`] of several meshes in one; `mesh_offsets` is the first triangle of each.
+    /// Same as [`Bvh::build`] for several meshes in one; `mesh_offsets` contains the first triangle of each.
     pub(crate) fn build_flattened(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
@@ -39,7 +39,7 @@ impl Bvh {
     }
 }
 
-/// A power of two that brings the largest coordinate into range; 1 for all but extreme scenes.
+/// Power of two that scales the largest coordinate into range; 1 except for extreme scenes.
 pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
     if reach == 0.0 || (1.0 / (1 << 20) as f32..=MAX_COORD).contains(&reach) {
         return 1.0;
@@ -51,13 +51,13 @@ pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
 /// Vertices or triangles per parallel task of the validation.
 const VALIDATION_CHUNK: usize = 1 << 14;
 
-/// Checks a mesh; returns its largest absolute coordinate.
+/// Validates a mesh; returns its largest absolute coordinate.
 pub(crate) fn validate_mesh(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32, BuildError> {
     if triangles.len() > MAX_TRIANGLES {
         return Err(BuildError::TooLarge { what: "triangles", given: triangles.len(), limit: MAX_TRIANGLES });
     }
-    // The bits of a float without its sign are ordered as the floats are, NaN and infinity last. A vectorised maximum
-    // finds the offender's existence; only then is it located.
+    // Without their signs, the bits of floats have the same order as the floats, with NaN and infinity last. A
+    // vectorised maximum detects an invalid value; only then is it located.
     let largest = |words: &[[u32; 3]]| words.as_flattened().iter().fold(0, |a, &b| a.max(b));
     let size = |v: &[[f32; 3]]| {
         let sizes = v.as_flattened().iter().map(|x| x.to_bits() << 1 >> 1);
@@ -87,7 +87,8 @@ mod tests {
 
     type Indexed = (&'static str, Vec<[f32; 3]>, Vec<[u32; 3]>);
 
-    /// A height field, whose triangles share vertices; triangles of any size all over the place; many copies of few.
+    /// A height field, whose triangles share vertices; triangles of any size and position; many copies of a few
+    /// triangles.
     fn meshes(side: u32) -> [Indexed; 3] {
         let random = |i: u32| (i.wrapping_mul(2_654_435_761) >> 9) as f32 / (1 << 22) as f32 - 1.0;
         let across = side + 1;
@@ -127,8 +128,8 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_is_the_same_bytes_on_every_instruction_set_and_number_of_threads() {
-        // Enough for several treelets, found by a sample and binned by several threads.
+    fn trees_are_identical_for_every_instruction_set_and_thread_count() {
+        // Large enough for several treelets, which are found from a sample and binned by several threads.
         let side = if cfg!(miri) { 12 } else { 132 };
         let counts: &[usize] = if cfg!(miri) { &[2] } else { &[1, 2, 5] };
         for (name, vertices, triangles) in meshes(side) {

@@ -1,4 +1,5 @@
-//! The BLAS: a BVH over one mesh. The data is here; `build`, `refit` and `bounding_boxes` implement it. Uses `build`.
+//! The BLAS: a BVH over one mesh. This file defines the data; `build`, `refit` and `bounding_boxes` implement it. Uses
+//! `build`.
 
 pub(crate) mod bounding_boxes;
 pub(crate) mod build;
@@ -31,7 +32,7 @@ impl Bvh {
         self.prim_ids.len()
     }
 
-    /// The power of two by which mesh coordinates are multiplied in the tree.
+    /// Power of two by which mesh coordinates are multiplied in the tree.
     pub(crate) fn scale(&self) -> f32 {
         self.scale
     }

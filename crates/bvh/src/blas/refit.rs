@@ -1,4 +1,4 @@
-//! Refits a BLAS to moved vertices: the topology stays, bounds and leaves follow.
+//! Refitting of a BLAS to moved vertices: the topology is kept, bounds and leaves are updated.
 
 use crate::aabb::Aabb;
 use crate::blas::Bvh;
@@ -8,12 +8,12 @@ use crate::node::{LeafNode, NodeBlock, NodeRef};
 
 impl Bvh {
     /// Moves the vertices of the same triangles. Hits are those of a newly built tree; the more the mesh deforms, the
-    /// slower are rays: see [`Bvh::sah_cost`].
+    /// slower rays become: see [`Bvh::sah_cost`].
     ///
     /// # Errors
     ///
-    /// The errors of [`Bvh::build`], and [`BuildError::TopologyMismatch`] if the number of triangles differs or the
-    /// size of the mesh needs another scale. The tree is unchanged then.
+    /// Errors of [`Bvh::build`], and [`BuildError::TopologyMismatch`] if the number of triangles differs or if the
+    /// mesh's size requires another scale. In that case the tree is unchanged.
     pub fn refit(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), BuildError> {
         let reach = validate_mesh(vertices, triangles)?;
         if triangles.len() != self.triangle_count() || power_of_two_scale(reach) != self.scale() {
@@ -34,8 +34,8 @@ impl Bvh {
         Ok(())
     }
 
-    /// The expected number of nodes and leaves visited by a ray through the bounds of the mesh: the SAH cost of
-    /// Goldsmith and Salmon 1987. Compare it before and after a [`Bvh::refit`].
+    /// Expected number of nodes and leaves visited by a ray through the mesh's bounds: the SAH cost of Goldsmith and
+    /// Salmon 1987. Compare it before and after a [`Bvh::refit`].
     pub fn sah_cost(&self) -> f64 {
         if self.root() == NodeRef::EMPTY {
             return 0.0;
@@ -65,10 +65,10 @@ impl Bvh {
 fn refit(blocks: &mut [NodeBlock], at: NodeRef, moved: &impl Fn(&mut LeafNode) -> Aabb) -> Aabb {
     let index = at.index();
     if at.is_leaf() {
-        // SAFETY: a reference that is a leaf's leads to a leaf.
+        // SAFETY: a leaf reference refers to a leaf.
         return moved(unsafe { &mut blocks[index].leaf });
     }
-    // SAFETY: a reference that is a node's leads to a node.
+    // SAFETY: a node reference refers to a node.
     let node = unsafe { blocks[index].node };
     let mut whole = Aabb::EMPTY;
     for k in 0..node.child_count as usize {

@@ -34,7 +34,7 @@ impl BinMapping {
     pub fn new(range: &PrimInfo, bins: usize) -> BinMapping {
         let extent = range.centroid_upper.sub(range.centroid_lower).array();
         let scale = std::array::from_fn(|a| {
-            // Just below the number of bins, so that the last centroid stays in the last bin; 0 for a flat axis.
+            // Slightly below the number of bins, so that the last centroid stays in the last bin; 0 for a flat axis.
             let scale = bins as f32 * 0.999_99 / extent[a];
             if a < 3 && extent[a] > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
@@ -49,7 +49,7 @@ impl BinMapping {
 }
 
 impl SahSplit {
-    /// The bound of [`BinMapping::bin_coords`] below which a centroid is on the left side.
+    /// Bound for [`BinMapping::bin_coords`] below which a centroid is on the left side.
     pub fn split_threshold(&self) -> F32x4 {
         F32x4::splat(self.first_right_bin as f32)
     }
@@ -95,7 +95,7 @@ impl<const N: usize> SahBins<N> {
         }
     }
 
-    /// The plane of the least SAH cost if leaves hold `leaf_size` primitives, a power of two. Ties go to the lower axis
+    /// Plane with the least SAH cost for leaves of `leaf_size` primitives, a power of two. Ties go to the lower axis
     /// and bin.
     #[inline(always)]
     pub fn best_split<I: Isa>(&self, mapping: &BinMapping, leaf_size: u32) -> Option<SahSplit> {
@@ -110,7 +110,7 @@ impl<const N: usize> SahBins<N> {
             let (bounds, count) = (&self.bounds[axis], &self.count[axis]);
             // SAFETY: a box has eight floats.
             let bin = |i: usize| unsafe { I::F32x8::load(bounds[i].as_ptr()) };
-            // Costs of the bins from each on, four at a time.
+            // Costs of the bins from each one on, four at a time.
             let mut right = [F32x4::splat(f32::INFINITY); N];
             let (mut whole, mut n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in (0..N / 4).rev() {
@@ -122,12 +122,12 @@ impl<const N: usize> SahBins<N> {
                 }
                 right[four] = half_areas(extents).mul(F32x4::new(weights));
             }
-            // Costs of the bins up to each, added to those.
+            // Costs of the bins up to each one, added to those.
             (whole, n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in 0..N / 4 {
                 let (mut extents, mut weights) = ([F32x4::splat(0.0); 4], [0.0; 4]);
                 for k in 0..4 {
-                    // The first bin has nothing on its left.
+                    // The first plane has no bins on its left.
                     (extents[k], weights[k]) = (diagonal::<I>(whole), weight(n));
                     whole = whole.min(bin(4 * four + k));
                     n += count[4 * four + k];
@@ -151,7 +151,7 @@ impl<const N: usize> SahBins<N> {
     }
 }
 
-/// True if the depth limit leaves room for a SAH split. Halving needs as many levels as the count has bits; once no
+/// True if the depth limit leaves room for a SAH split. Halving requires as many levels as the count has bits; once no
 /// more are left, every split is a halving.
 pub fn has_depth_budget(prims: &[PrimRef], depth: usize) -> bool {
     depth + (prims.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH

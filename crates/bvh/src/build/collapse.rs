@@ -1,5 +1,5 @@
-//! Collapses a binary tree into nodes of eight children at the least expected cost: the dynamic programme of Ylitie,
-//! Karras and Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
+//! Collapsing of a binary tree into nodes of eight children with the least expected cost: the dynamic programme of
+//! Ylitie, Karras and Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
 
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, half_area, unpack_bounds};
 use crate::node::{NodeBlock, NodeRef, WideNode};
@@ -10,9 +10,9 @@ use crate::simd::{Isa, Vector};
 #[repr(align(32))]
 pub struct BinaryNode {
     pub bounds: PackedBounds,
-    /// `cost[k - 1]`: the least cost as at most k children.
+    /// `cost[k - 1]`: least cost as at most k children.
     cost: PackedBounds,
-    /// Index of the left child, which the right one follows.
+    /// Index of the left child; the right one follows it.
     left: u32,
     /// The range of the primitives below.
     pub first: u32,
@@ -55,7 +55,7 @@ pub fn collapse<I: Isa>(
             continue;
         }
         let [left, right] = [0, 1].map(|k| &tree[node.left as usize + k]);
-        // Primitives that do not fit into a leaf do not fit with more of them either.
+        // If primitives do not fit into a leaf, more primitives do not fit either.
         let small = left.leaf && right.leaf;
         let mut cost = distribute_cost::<I>(&left.cost, &right.cost);
         let (as_node, as_leaf) = (cost[7] + area, area);
@@ -110,7 +110,7 @@ pub fn emit_wide_nodes(
             let mut below = [(EMPTY_BOUNDS, NodeRef::EMPTY); 8];
             let (found, n) = select_children(tree, at, 8, true);
             for ((child, _), below) in found[..n].iter().zip(&mut below) {
-                // A binary index stands in for the reference until the child is written.
+                // A binary index stands for the reference until the child is written.
                 let node = &tree[*child];
                 let reference = match node.leaf {
                     true => NodeRef::leaf(*child),

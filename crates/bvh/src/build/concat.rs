@@ -1,4 +1,5 @@
-//! Concatenates treelets in order while they are built. Each is copied once, from the scratch memory it was built in.
+//! Concatenation of treelets in order while they are built. Each is copied once, from the scratch memory in which it
+//! was built.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -34,10 +35,10 @@ struct OrderedWriter<'a> {
     /// Scratch treelets to reuse.
     free_list: Vec<Treelet>,
     spare: OutputSlices<'a>,
-    /// Blocks and ids assigned so far.
+    /// Number of blocks and ids assigned so far.
     used: [usize; 2],
     roots: Vec<Vec<SubtreeRoot>>,
-    /// Treelets behind the end of the capacity.
+    /// Treelets beyond the capacity.
     overflow: Vec<Overflow>,
 }
 
@@ -49,7 +50,7 @@ struct ReservedTreelet<'a> {
 }
 
 impl<'a> OrderedWriter<'a> {
-    /// Assigns output ranges to a treelet and to those after it that are finished.
+    /// Assigns output ranges to a treelet and to the finished ones that follow it.
     fn reserve<L: LeafBuilder>(&mut self, index: usize, treelet: Treelet) -> Vec<ReservedTreelet<'a>> {
         self.out_of_order.insert(index, treelet);
         let mut reserved = vec![];
@@ -110,8 +111,8 @@ pub fn build_and_concat<L: LeafBuilder>(
             }
         }
     };
-    // One task per thread, each taking the next treelet: few treelets finish out of order.
-    // A single treelet never touches rayon: the caller may not be in a pool.
+    // One task per thread, each processing the next treelet, so that few treelets finish out of order. A single treelet
+    // never uses rayon, because the caller may not be in a pool.
     if count <= 1 {
         work();
     } else {
@@ -121,7 +122,8 @@ pub fn build_and_concat<L: LeafBuilder>(
     let output = output.into_inner().unwrap_or_else(PoisonError::into_inner);
     let OrderedWriter { used, roots, overflow, .. } = output;
     let missing = overflow.iter().fold([0; 2], |n, overflow| [n[0] + overflow.0.len(), n[1] + overflow.1.len()]);
-    // SAFETY: what is used and did not come overflow is written, but for the free ones, of which that is said.
+    // SAFETY: everything in use that is not in the overflow has been written, except the free blocks, which are
+    // documented as unwritten.
     unsafe {
         pages.set_len_and_shrink(used[0] - missing[0]);
         ids.set_len(used[1] - missing[1]);

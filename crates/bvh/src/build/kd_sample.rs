@@ -1,4 +1,4 @@
-//! The top of a large tree, from a sample of its primitives: a k-d tree whose cells become treelets.
+//! The top of a large tree, built from a sample of its primitives: a k-d tree whose cells become treelets.
 //!
 //! Only the sample is binned and partitioned repeatedly. Every other primitive is assigned to its cell once and
 //! generated when the treelet of that cell is built, so they are never in memory together.
@@ -18,7 +18,7 @@ use crate::build::traits::{BuildContext, LeafBuilder, TREELET_SIZE};
 use crate::build::treelet::TreeletDesc;
 use crate::simd::Portable;
 
-/// The depth limit of cells: below it enough levels are left to halve 2^32 primitives.
+/// Depth limit of cells: at greater depth, enough levels are left to halve 2^32 primitives.
 const MAX_KD_DEPTH: usize = MAX_DEPTH - 32;
 
 /// A k-d tree over centroids.
@@ -118,18 +118,18 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
 /// Primitives per search.
 const SEARCH_BATCH: usize = 16;
 
-/// More changes of cell than this within a batch select the batched search for the next one.
+/// If a batch has more changes of cell than this, the batched search is used for the next one.
 const MAX_CELL_CHANGES: usize = 3;
 
 /// The maximum number of chunks.
 const MAX_CHUNKS: usize = 64;
 
-/// The offset of the sample within a group: pseudo-random, since regular meshes repeat with a period.
+/// Offset of the sample within a group: pseudo-random, because regular meshes repeat with a period.
 pub fn sample_offset(group: usize) -> usize {
     ((group as u32).wrapping_mul(0x9e37_79b1) >> 16) as usize
 }
 
-/// Splits until about [`TREELET_SIZE`] primitives are left in each cell.
+/// Splits until each cell contains about [`TREELET_SIZE`] primitives.
 fn build_kd<L: LeafBuilder>(
     prims: &mut [PrimRef],
     range: PrimInfo,
@@ -192,7 +192,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
             chunks.iter().for_each(|chunk| source.prims(chunk.ids(cell), prims));
         };
         if count > 2 * TREELET_SIZE {
-            // The sample missed them, or missed that they lie apart.
+            // The sample missed them, or missed that they are apart.
             let mut prims = Vec::with_capacity(count);
             make(&mut prims);
             let range = parallel_split::prim_info(self.shared.dispatch, &prims);
@@ -252,7 +252,7 @@ impl KdTree {
         at.map(|at| self.steps[at as usize].cell)
     }
 
-    /// Sorts primitives by cell; large ones get a cell of their own behind the others.
+    /// Sorts primitives by cell; large ones have a separate cell after the others.
     fn bin_by_cell<S: PrimSource + ?Sized>(
         &self,
         source: &S,
@@ -282,7 +282,7 @@ impl KdTree {
                     let prim = source.prim(at);
                     if !large.matches::<Portable>(&prim) {
                         let centroid = prim.centroid().array();
-                        // Neighbours are mostly in one cell.
+                        // Neighbours are usually in one cell.
                         if !self.regions[cell as usize].contains(&centroid) {
                             [cell] = self.find_cells(&[centroid]);
                             changes += 1;

@@ -1,12 +1,11 @@
-//! Primitives nearly as large as the whole mesh, such as a floor. No plane through centroids separates them from small
-//! ones, and they would make every node above them as large as themselves; therefore they are split off first.
+//! Primitives almost as large as the whole mesh, such as a floor. No plane through centroids separates them from small
+//! ones, and they would make every node above them as large as themselves, so they are split off first.
 
 use crate::build::binned_sah::has_depth_budget;
 use crate::build::prim_ref::{PrimInfo, PrimRef, half_area};
 use crate::simd::{Isa, Portable, Vector};
 
-/// The area fraction of the whole from which a primitive is large. Below that of a wall of a cubic room, which is a
-/// third.
+/// Fraction of the whole area from which a primitive is large: less than a wall of a cubic room, which is a third.
 const LARGE_AREA_RATIO: f32 = 0.25;
 
 /// A filter of large primitives.
@@ -71,7 +70,7 @@ mod tests {
     use super::*;
     use crate::limits::MAX_DEPTH;
 
-    /// A floor, or as many, among small boxes along a line above it.
+    /// One or several floors under small boxes along a line.
     fn prims(floors: usize, small: usize) -> Vec<PrimRef> {
         let floor = |id| PrimRef::new([0.0; 3], [10.0, 10.0, 0.0], id);
         let at = |i: usize| i as f32 / small as f32;
@@ -93,7 +92,7 @@ mod tests {
             assert_eq!(middle, floors);
             assert!(prims[..middle].iter().all(|prim| prim.id >= 100));
             assert!(prims[middle..].iter().all(|prim| prim.id < 100));
-            // The floor's box is as flat as it is, and the other does not reach down to it.
+            // The floor's box is as flat as the floor, and the other box does not reach down to it.
             assert_eq!((left.bounds[2], left.bounds[6]), (0.0, 0.0));
             assert_eq!((right.bounds[2], right.bounds[6]), (1.0, -2.0));
         }

@@ -1,4 +1,4 @@
-//! The builder: from primitives to a wide BVH of eight children per node.
+//! The builder: from primitives to a wide BVH with eight children per node.
 //!
 //! 1. Large primitives, such as a floor, are split off ([`large_prims`]).
 //! 2. The top of the tree is split by all threads with the binned surface area heuristic (SAH; Wald 2007) of 64 or 256
@@ -11,8 +11,8 @@
 //!    ([`triangle_leaves`]).
 //! 5. Treelets are concatenated in order ([`concat`]).
 //!
-//! [`traits`] is the interface to primitives and leaves. The tree depends on the primitives alone: not on threads, and
-//! not on the instruction set.
+//! [`traits`] is the interface to primitives and leaves. The tree depends only on the primitives, not on threads or the
+//! instruction set.
 
 pub(crate) mod binned_sah;
 mod collapse;
@@ -39,7 +39,8 @@ use crate::node::NodeRef;
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 
-/// Builds over the prims of `source`, with the instruction set of `dispatch`: every one gives the same tree.
+/// Builds over the primitives of `source`, with the instruction set of `dispatch`; every instruction set gives the same
+/// tree.
 pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(dispatch: Dispatch, source: &S, leaves: &L) -> BuiltBvh {
     let shared = BuildContext { leaves, dispatch };
     let count = source.count();
@@ -47,7 +48,7 @@ pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(dispatch: Dispatch, source:
         Some(rate) if count > SAMPLING_THRESHOLD => kd_sample::build_sampled_top(source, rate, &shared),
         _ if count == 0 => (None, vec![]),
         _ => {
-            // Few primitives never touch rayon: the caller may not be in a pool.
+            // A few primitives never use rayon, because the caller may not be in a pool.
             let mut prims: Vec<_> = match count <= TREELET_SIZE {
                 true => (0..count).map(|at| source.prim(at)).collect(),
                 false => (0..count).into_par_iter().with_min_len(TREELET_SIZE).map(|at| source.prim(at)).collect(),

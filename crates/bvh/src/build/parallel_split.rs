@@ -53,7 +53,7 @@ pub fn split_to_treelets<L: LeafBuilder>(
         return TopNode::Treelet(TreeletDesc { bounds: range.bounds, count: prims.len(), depth });
     }
     let bins = shared.leaves.bin_count(prims.len());
-    // Large primitives are split off at the root only.
+    // Large primitives are split off only at the root.
     let large = match depth {
         0 => split_large::<Portable>(prims, &range, depth),
         _ => None,
@@ -132,8 +132,8 @@ fn bin_and_split<const N: usize>(
 /// Primitives from which a partition is split between threads.
 const PARALLEL_PARTITION: usize = 1 << 17;
 
-/// Partitions primitives, those on the left of a plane first. Both halves are partitioned in parallel; then the wrong
-/// sides are swapped.
+/// Partitions primitives so that those on the left of a plane come first. Both halves are partitioned in parallel; then
+/// the primitives on wrong sides are exchanged.
 pub fn partition(dispatch: Dispatch, prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) -> SplitResult {
     if prims.len() <= PARALLEL_PARTITION {
         let mut halves = (0, PrimInfo::empty(), PrimInfo::empty());

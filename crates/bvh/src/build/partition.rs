@@ -1,5 +1,5 @@
-//! In-place partition of primitives without a branch per primitive, since its side is unpredictable: every primitive is
-//! written to both ends of the free range, and one cursor advances.
+//! In-place partition of primitives without a branch per primitive, because the side is unpredictable: every primitive
+//! is written to both ends of the free range, and one cursor advances.
 
 use crate::build::binned_sah::{BinMapping, SahBins, SahSplit, has_depth_budget};
 use crate::build::prim_ref::{PrimInfo, PrimRef};
@@ -24,7 +24,7 @@ impl PartitionState<'_> {
         let place = self.mapping.bin_coords(centroid).broadcast_lane::<AXIS>();
         let on_left = place.cmp_lt(self.threshold);
         let on_right = place.cmp_nlt(self.threshold);
-        // NaN does not count: `min` and `max` return their second argument then.
+        // NaN is ignored, because `min` and `max` then return their second argument.
         let (left, right) = (centroid.or(on_right), centroid.or(on_left));
         self.left = [left.min(self.left[0]), left.max(self.left[1])];
         self.right = [right.min(self.right[0]), right.max(self.right[1])];
@@ -32,7 +32,7 @@ impl PartitionState<'_> {
     }
 }
 
-/// Partitions primitives, those on the left of a plane first; returns their number and both sides.
+/// Partitions primitives so that those on the left of a plane come first; returns their number and both sides.
 #[inline(always)]
 pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) -> (usize, PrimInfo, PrimInfo) {
     let nothing = [F32x4::splat(f32::INFINITY), F32x4::splat(f32::NEG_INFINITY)];
@@ -52,9 +52,9 @@ pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) 
 
 /// Both ends of the free range.
 struct WriteCursors {
-    /// Primitives below are written.
+    /// Primitives before this one have been written.
     low: usize,
-    /// Primitives from here on are written.
+    /// Primitives from here on have been written.
     high: usize,
 }
 
@@ -95,7 +95,7 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
         // The range that is not read yet.
         let (mut first, mut last) = (PARTITION_BLOCK, n - PARTITION_BLOCK);
         while last - first >= PARTITION_BLOCK {
-            // From the end with less room, so that both keep room for a block.
+            // Reads from the end with less room, so that both ends keep room for a block.
             if first - cursors.low <= cursors.high - last {
                 for _ in 0..PARTITION_BLOCK {
                     let prim = prims[first];
@@ -166,7 +166,7 @@ mod tests {
         xs.iter().zip(0..).map(|(&x, id)| PrimRef::new([x, -1.0, 0.0], [x, 1.0, 0.5], id)).collect()
     }
 
-    /// Partitions by the best plane; each prim must still be there once, on the side of its bin.
+    /// Partitions by the best plane; each primitive must occur exactly once, on the side of its bin.
     fn check(xs: &[f32]) {
         let mut prims = prims(xs);
         let range = PrimInfo::from_prims::<Portable>(&prims);
@@ -195,8 +195,8 @@ mod tests {
         }
     }
 
-    /// Every way in which the two cursors can meet: few and many prims, all of them on one side but one, sides in turn,
-    /// in runs as long as a block and around it.
+    /// Every way in which the two cursors can meet: few and many primitives; all except one on one side; alternating
+    /// sides; runs of about a block's length.
     #[test]
     fn partitions_keep_every_item() {
         let mut lengths = vec![2, 3, 3 * PARTITION_BLOCK, 3 * PARTITION_BLOCK + 1, 5 * PARTITION_BLOCK + 1];
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn the_boxes_of_both_sides_are_those_of_their_items() {
+    fn bounds_of_both_sides_contain_exactly_their_items() {
         let place = |i: u32, k: u32| {
             let word = u64::from(i * 3 + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let word = (word ^ word >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);

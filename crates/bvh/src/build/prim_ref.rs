@@ -1,4 +1,4 @@
-//! Build primitives and the bounds of many.
+//! Build primitives, and the bounds of many.
 
 use crate::aabb::Aabb;
 use crate::simd::{F32x4, Isa, Vector};
@@ -83,7 +83,7 @@ pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
 #[inline(always)]
 pub fn diagonal<I: Isa>(bounds: I::F32x8) -> F32x4 {
     let [lower, negated_upper] = I::split_f32x4(bounds);
-    // The lane of the id holds no number. Both factors of an area are negated, which cancels.
+    // The lane of the id contains no number. Both factors of an area are negated, which cancels.
     lower.zero_w().add(negated_upper.zero_w())
 }
 
@@ -97,7 +97,7 @@ pub fn half_areas(extents: [F32x4; 4]) -> F32x4 {
 /// Half the area of a box.
 #[inline(always)]
 pub fn half_area<I: Isa>(bounds: I::F32x8) -> f32 {
-    // Both factors of each product are negated, which cancels. The lane of the id holds no number.
+    // Both factors of each product are negated, which cancels. The lane of the id contains no number.
     let [lower, negated_upper] = I::split_f32x4(bounds);
     lower.zero_w().add(negated_upper).half_area()
 }

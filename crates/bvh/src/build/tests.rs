@@ -1,4 +1,4 @@
-//! Trees over boxes of all kinds.
+//! Trees over all kinds of boxes.
 
 use super::*;
 use crate::Bvh;
@@ -6,7 +6,7 @@ use crate::build::prim_ref::PrimRef;
 use crate::limits::MAX_DEPTH;
 use crate::node::NodeBlock;
 
-/// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
+/// Boxes as leaves, one each; the top of the tree is built from all of them or from one in this many.
 struct Boxes(Option<usize>);
 
 impl LeafBuilder for Boxes {
@@ -40,8 +40,8 @@ impl LeafBuilder for Boxes {
     }
 }
 
-/// Every box is in the tree once, inside all boxes above it, leaves come last, and no path is too long; the longest
-/// path.
+/// Asserts that every box is in the tree once and inside all boxes above it, that leaves come last, and that no path is
+/// too long; returns the longest path.
 fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     let mut seen = vec![false; boxes.len()];
     let mut deepest = 0;
@@ -83,10 +83,10 @@ fn trees_contain_every_box_once() {
     let point = |x: f32| ([x; 3], [x; 3]);
     let same = vec![point(1.0); N as usize];
     let spread: Vec<_> = (0..N).map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32)).collect();
-    // Each box half the size of the last: the heuristic alone would make a list.
+    // Each box is half the size of the previous one: the heuristic alone would create a list.
     let shrinking: Vec<_> = (0..140).map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3])).collect();
     let nested: Vec<_> = (0..N).map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3])).collect();
-    // All that the sample does not show lies in one place.
+    // All boxes that the sample does not contain are in one place.
     let hidden = (0..N as usize)
         .map(|i| {
             let shown = i % 4 == kd_sample::sample_offset(i / 4) % 4;
@@ -100,7 +100,7 @@ fn trees_contain_every_box_once() {
     }
 }
 
-/// Triangles without common edges, in eight clouds.
+/// Triangles without common edges, in eight clusters.
 fn clouds(count: u32, seed: u32) -> Vec<[f32; 3]> {
     let random = |i: u32, k: u32| {
         let word = u64::from((seed * count + i) * 8 + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -151,7 +151,7 @@ fn node_boxes_contain_their_children() {
 }
 
 #[test]
-fn the_tree_does_not_depend_on_the_number_of_threads() {
+fn tree_does_not_depend_on_the_number_of_threads() {
     let boxes: Vec<_> = (0..20 * TREELET_SIZE as u32)
         .map(|i| {
             let x = |k: u32| ((i * 3 + k).wrapping_mul(2_654_435_761) >> 8) as f32;
@@ -176,7 +176,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// One child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
+/// Asserts that one child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
 fn check_floor(blocks: &[NodeBlock], root: NodeRef, case: &str) {
     let root = crate::node::node(blocks, root);
     let children = (0..root.child_count as usize).map(|k| root.child_bounds(k));
@@ -195,7 +195,7 @@ fn large_floors_are_children_of_the_root() {
             (lower, lower.map(|x| x + 0.01))
         };
         let mut boxes: Vec<_> = (0..n).map(small).collect();
-        // In the sample or not.
+        // Both in the sample and not in it.
         boxes.insert(n / 2, ([-1.0, -1.0, 0.0], [2.0, 2.0, 0.0]));
         for sample in [None, Some(4), Some(16)] {
             let tree = built(&boxes, sample);

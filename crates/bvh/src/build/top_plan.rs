@@ -1,5 +1,5 @@
-//! The wide nodes above the treelets, planned before the treelets are built, so that the number of children of each
-//! treelet is known: it may give the node above.
+//! Wide nodes above the treelets, planned before the treelets are built, so that the number of children which each
+//! treelet may give to the node above is known.
 
 use crate::build::collapse::{BinaryNode, collapse, distribute_cost, make_wide_node, select_children};
 use crate::build::concat::{ConcatenatedTree, build_and_concat};
@@ -9,7 +9,7 @@ use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletJob,
 use crate::node::{NodeBlock, NodeRef};
 use crate::simd::Portable;
 
-/// The expected area of each half of a split, as a fraction of the whole: that of surfaces at an angle.
+/// Expected area of each half of a split, as a fraction of the whole: that of slanted surfaces.
 const HALVING_AREA_RATIO: f32 = 0.6;
 
 /// The binary tree above the treelets.
@@ -84,7 +84,7 @@ impl TopPlan {
         }
     }
 
-    /// Plans the wide node of a binary node and those below; its index.
+    /// Plans the wide node of a binary node and those below it; returns its index.
     fn plan_node(&mut self, at: usize) -> usize {
         let index = self.nodes.len();
         self.nodes.push(vec![]);
@@ -162,7 +162,7 @@ impl TopPlan {
     }
 }
 
-/// The expected cost per area of a treelet as 1 to 8 children, by its number of primitives: halved down to leaves of
+/// Expected cost per area of a treelet as 1 to 8 children, by its number of primitives: halved down to leaves of
 /// `usual` primitives.
 fn expected_costs(usual: usize) -> impl Fn(usize) -> PackedBounds {
     let mut halved = vec![[1.0; 8]];

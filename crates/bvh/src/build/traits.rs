@@ -6,14 +6,14 @@ use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 
-/// About the largest number of primitives that one thread builds at a time, chosen for the L2 cache. Few under Miri,
+/// Approximate maximum number of primitives that one thread builds at a time, chosen for the L2 cache. Few under Miri,
 /// which is slow.
 pub const TREELET_SIZE: usize = if cfg!(miri) { 1 << 5 } else { 1 << 12 };
 
-/// Primitives that are worth another thread.
+/// Minimum number of primitives per additional thread.
 pub const PARALLEL_THRESHOLD: usize = 4 * TREELET_SIZE;
 
-/// Primitives from which a sample determines the top of the tree.
+/// Number of primitives above which a sample determines the top of the tree.
 pub const SAMPLING_THRESHOLD: usize = 8 * TREELET_SIZE;
 
 /// Turns small groups of primitives into leaves.
@@ -22,7 +22,7 @@ pub trait LeafBuilder: Sync {
     type Scratch: Default + Send;
     /// Prepares a treelet. May merge primitives and renumber them; returns how many are left.
     fn begin_treelet(&self, prims: &mut [PrimRef], scratch: &mut Self::Scratch) -> usize;
-    /// True if the primitives, which are few, belong to one mesh: leaves do not span meshes.
+    /// True if the few given primitives belong to one mesh; leaves do not span meshes.
     fn same_geometry(&self, _items: &[PrimRef], _scratch: &Self::Scratch) -> bool {
         true
     }
@@ -36,19 +36,19 @@ pub trait LeafBuilder: Sync {
         ids: &mut Vec<u32>,
         blocks: &mut Vec<NodeBlock>,
     ) -> NodeRef;
-    /// True if leaf references are indices into `blocks`, where leaves refer to `ids`.
+    /// True if leaf references are indices into `blocks`, whose leaves refer to `ids`.
     const LEAVES_ARE_BLOCKS: bool;
     /// The typical number of primitives of a leaf.
     const TYPICAL_LEAF_PRIMS: usize;
-    /// The largest number of primitives of a binary leaf, which must fit into one leaf. Splits aim at full ones.
+    /// Maximum number of primitives in a binary leaf, which must fit into one leaf. Splits aim at full leaves.
     fn max_binary_leaf_prims(&self) -> usize;
     /// Bins per axis for a number of primitives: 8 or 16, above the treelets 64 or 256.
     fn bin_count(&self, prims: usize) -> usize;
-    /// Estimated numbers of blocks and ids. Excess memory is released; a shortfall costs a copy.
+    /// Estimated numbers of blocks and ids. Excess memory is released; if too few, they are copied once more.
     fn size_estimate(&self) -> (usize, usize) {
         (0, 0)
     }
-    /// One in how many primitives is sampled for the top of a large tree; `None`: no sampling.
+    /// One in this many primitives is sampled for the top of a large tree; `None`: no sampling.
     fn sample_stride(&self) -> Option<usize> {
         None
     }

@@ -1,4 +1,4 @@
-//! Treelets: subtrees that one thread builds while they are in the cache of its core.
+//! Treelets: subtrees that one thread builds while they are in its core's cache.
 
 use crate::build::collapse::{BinaryNode, collapse, emit_wide_nodes, select_children};
 use crate::build::large_prims::split_large;
@@ -36,14 +36,14 @@ pub enum TreeletPrims<'a> {
 /// Generates primitives.
 pub type PrimGenerator<'a> = dyn Fn(&mut Vec<PrimRef>) + Send + Sync + 'a;
 
-/// A child that a treelet gives the node above.
+/// Child that a treelet gives to the node above.
 #[derive(Clone, Copy)]
 pub struct SubtreeRoot {
     pub bounds: PackedBounds,
     pub reference: NodeRef,
 }
 
-/// A subtree whose references count from its own start.
+/// Subtree whose references are relative to its own start.
 #[derive(Default)]
 pub struct Treelet {
     pub blocks: Vec<NodeBlock>,
@@ -92,24 +92,24 @@ impl Treelet {
         }
     }
 
-    /// The roots after the blocks have moved back by `base`.
+    /// Roots after the blocks have moved back by `base`.
     pub fn relocated_roots<L: LeafBuilder>(&self, [base, _]: [usize; 2]) -> Vec<SubtreeRoot> {
         let relocate = |root: &SubtreeRoot| SubtreeRoot { reference: relocated::<L>(root.reference, base), ..*root };
         self.roots.iter().map(relocate).collect()
     }
 
-    /// Moves every reference to behind `base` blocks and `first` ids, except the roots.
+    /// Offsets every reference except the roots by `base` blocks and `first` ids.
     pub fn relocate<L: LeafBuilder>(&mut self, [base, first]: [usize; 2]) {
         let mut open: Vec<_> = self.roots.iter().map(|root| root.reference).collect();
         while let Some(at) = open.pop() {
             if at.is_leaf() {
                 if L::LEAVES_ARE_BLOCKS {
-                    // SAFETY: leaf references lead to leaves where they lead to blocks.
+                    // SAFETY: leaf references refer to leaves if they are block indices.
                     unsafe { self.blocks[at.index()].leaf.first_prim += first as u32 };
                 }
                 continue;
             }
-            // SAFETY: node references lead to nodes.
+            // SAFETY: node references refer to nodes.
             let node: &mut WideNode = unsafe { &mut self.blocks[at.index()].node };
             for child in &mut node.children[..node.child_count as usize] {
                 open.push(*child);
@@ -155,7 +155,7 @@ fn build_generic<I: Isa, L: LeafBuilder>(
         }
         let bins = leaves.bin_count((count as usize).min(TREELET_SIZE));
         let leaf_size = leaves.max_binary_leaf_prims() as u32;
-        // The whole mesh has lost its large primitives already; a cell or treelet may have its own.
+        // The whole mesh has already lost its large primitives; a cell or treelet may have others.
         let large = match at {
             0 => split_large::<I>(here, &range, depth as usize),
             _ => None,

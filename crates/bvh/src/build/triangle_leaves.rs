@@ -22,7 +22,7 @@ pub struct LeafScratch {
     /// half.
     vertex_table: Box<[u64; VERTEX_TABLE_SIZE]>,
     leaf: u32,
-    /// Leaves found to fit.
+    /// Candidate leaves: runs of primitives whose vertices fit into one leaf.
     candidate_leaves: Vec<LeafVertices>,
     /// The last candidate leaf that begins with each primitive, counted from 1.
     candidate_of_prim: Vec<u32>,
@@ -181,7 +181,7 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn size_estimate(&self) -> (usize, usize) {
-        // A third more than hair uses, which fills leaves worst.
+        // A third more than hair requires, which fills leaves worst.
         let blocks = (self.triangles.len() + self.vertices.len()) / 10;
         (blocks + 1, self.triangles.len())
     }
@@ -230,7 +230,7 @@ impl LeafBuilder for TrianglePrims<'_> {
             Some(shared) => shared,
             None => {
                 made = scratch.dedup_vertices(prims);
-                let Some(shared) = &made else { unreachable!("a leaf that does not fit") };
+                let Some(shared) = &made else { unreachable!("the primitives do not fit into a leaf") };
                 shared
             }
         };

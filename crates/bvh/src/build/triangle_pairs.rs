@@ -9,7 +9,7 @@ const MAX_PAIR_AREA_RATIO: f32 = 0.85;
 /// How many triangles ahead corners are prefetched: they may have left the L1 cache since their bounds were computed.
 const PREFETCH_DISTANCE: usize = 8;
 
-/// Probes per edge; beyond them an edge is forgotten.
+/// Maximum number of probes per edge; after that an edge is ignored.
 const MAX_PROBES: usize = 8;
 
 /// One triangle, or two with a common edge.
@@ -77,9 +77,9 @@ fn edge_hash(a: u32, b: u32) -> u64 {
 }
 
 impl PairFinder {
-    /// Merges primitives whose ids are triangles: each joins the best unpaired neighbour before it, if the pair is
-    /// small enough. Returns the number of merged primitives, which come first; their ids index `pairs`. A treelet has
-    /// at most twice `TREELET_SIZE` primitives, which fit 16 bits.
+    /// Merges primitives whose ids are triangles: each is paired with the best preceding unpaired neighbour, if the
+    /// pair is small enough. Returns the number of merged primitives, which come first; their ids index `pairs`. A
+    /// treelet has at most twice `TREELET_SIZE` primitives, which fit 16 bits.
     #[inline(always)]
     pub fn pair_triangles(&mut self, triangles: &[[u32; 3]], prims: &mut [PrimRef]) -> usize {
         let PairFinder { pairs, edge_table } = self;
@@ -144,7 +144,7 @@ impl PairFinder {
 mod tests {
     use super::*;
 
-    /// Quads of a sheet, each cut in two, as `order` has the halves: which quad, and which half.
+    /// Quads of a sheet, each divided into two triangles, in the order `order`: which quad, and which half.
     fn sheet(side: u32, order: impl Fn(u32) -> (u32, bool)) -> Vec<[u32; 3]> {
         (0..2 * side * side)
             .map(|t| {
@@ -158,7 +158,7 @@ mod tests {
             .collect()
     }
 
-    /// The found pairs and their boxes, checked against the triangles.
+    /// Returns the pairs found and their boxes, checked against the triangles.
     fn found(side: u32, triangles: &[[u32; 3]]) -> Vec<TrianglePair> {
         let vertex = |i: u32| [(i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0];
         let around = |ids: &[u32]| {
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_best_neighbor_is_taken() {
+    fn triangles_are_paired_with_the_best_neighbour() {
         // Half a square, a distant triangle, the other half, and a longer triangle next to it.
         let triangles = [[0, 1, 3], [10, 11, 13], [0, 3, 2], [0, 4, 3]];
         let pairs = found(1, &triangles);

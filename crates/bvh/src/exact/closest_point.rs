@@ -1,11 +1,11 @@
-//! The closest point of a triangle, in float64, and in twice the precision for needles (regions as in C. Ericson,
-//! "Real-Time Collision Detection", 2005, 5.1.5).
+//! Closest point of a triangle, in float64, or in twice the precision for needles (regions as in C. Ericson, "Real-Time
+//! Collision Detection", 2005, 5.1.5).
 
 use crate::exact::expansion::{DoubleDouble, two_diff};
 
 type Vector3 = [f64; 3];
 
-/// The squared sine of the angle at the first corner from which float64, corrected once, finds the foot of the
+/// Squared sine of the angle at the first corner above which float64, corrected once, finds the foot of the
 /// perpendicular.
 const MIN_SQUARED_SINE: f64 = 1e-6;
 
@@ -14,7 +14,7 @@ const MIN_SQUARED_SINE: f64 = 1e-6;
 pub struct TrianglePoint {
     pub squared_distance: f64,
     pub position: Vector3,
-    /// Weights of the corners, of sum 1 and at least 0.
+    /// Weights of the corners, at least 0, with sum 1.
     pub weights: [f64; 3],
 }
 
@@ -31,8 +31,8 @@ fn plus(a: Vector3, v: f64, e: Vector3, w: f64, f: Vector3) -> Vector3 {
     std::array::from_fn(|k| a[k] + (v * e[k] + w * f[k]))
 }
 
-/// The point of a triangle that is closest to `point`. A triangle without area is a segment or a point. The answer for
-/// an edge is the same bits for both triangles that share it.
+/// Point of a triangle closest to `point`. A triangle without area is a segment or a point. For an edge, both triangles
+/// that share it return the same bits.
 #[inline]
 pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
@@ -45,7 +45,7 @@ pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
         let (v, w) = (ef * af - ff * ae, ef * ae - ee * af);
         (v >= 0.0 && w >= 0.0 && v + w <= det).then(|| {
             let (v, w) = (v / det, w / det);
-            // One step of Newton's method: the rest is off by rounding at the size of the triangle alone.
+            // One step of Newton's method; the remaining error is rounding relative to the triangle's size.
             let rest = plus(relative[0], v, e, w, f);
             let (ae, af) = (dot(rest, e), dot(rest, f));
             [v + (ef * af - ff * ae) / det, w + (ef * ae - ee * af) / det]
@@ -65,7 +65,7 @@ pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
     }
 }
 
-/// The weights of the second and third corner at the foot of the perpendicular, if that lies in the triangle.
+/// Weights of the second and third corner at the foot of the perpendicular, if it is inside the triangle.
 #[cold]
 #[inline(never)]
 fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64; 2]> {
@@ -82,7 +82,7 @@ fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64
     let v = ef.mul(rf).sub(ff.mul(re));
     let w = ef.mul(re).sub(ee.mul(rf));
     let inside = v.high >= 0.0 && w.high >= 0.0 && v.add(w).sub(det).high <= 0.0;
-    // Below, twice the precision cannot distinguish a needle from a segment.
+    // Below this value, twice the precision cannot distinguish a needle from a segment.
     let solid = det.high > 1e-24 * (ee.high * ff.high);
     (inside && solid).then(|| [v.quotient(det), w.quotient(det)])
 }
@@ -90,7 +90,7 @@ fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64
 /// The closest point of the three edges.
 fn closest_of_edges(corners: [Vector3; 3], relative: [Vector3; 3]) -> TrianglePoint {
     let edge = |i: usize, j: usize| {
-        // From the smaller end: neighbours compute the same bits.
+        // Computed from the smaller end, so that neighbours return the same bits.
         let (i, j) = if corners[j] < corners[i] { (j, i) } else { (i, j) };
         let along = sub(corners[j], corners[i]);
         let t = -dot(relative[i], along) / dot(along, along);
@@ -102,7 +102,7 @@ fn closest_of_edges(corners: [Vector3; 3], relative: [Vector3; 3]) -> TrianglePo
             (weights[i], weights[j]) = (1.0 - t, t);
             (plus(relative[i], t, along, 0.0, along), plus(corners[i], t, along, 0.0, along))
         } else {
-            // Also for an edge of no length, whose t is NaN.
+            // Also for an edge of length zero, whose t is NaN.
             weights[i] = 1.0;
             (relative[i], corners[i])
         };
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn needles_are_triangles_and_flat_triangles_are_segments() {
+    fn needles_count_as_triangles_and_flat_triangles_as_segments() {
         let needle = |height: f64| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, height, 0.0]];
         for height in [1e-2, 1e-5, 1e-8, 1e-10] {
             let found = closest_point([0.5, height / 2.0, 1e-3], needle(height));

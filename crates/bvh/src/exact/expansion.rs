@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_and_products_lose_nothing() {
+    fn error_free_sums_and_products_are_exact() {
         let (sum, error) = two_sum(1e16, 1.0 + f64::EPSILON);
         // The sum rounds to an even number of units of 2; the rounding error is exact.
         assert_eq!((sum - 1e16) + error, 1.0 + f64::EPSILON);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quotient_is_rounded_once() {
+    fn quotients_are_rounded_once() {
         let third = DoubleDouble { high: 1.0, low: 0.0 }.quotient(DoubleDouble { high: 3.0, low: 0.0 });
         assert_eq!(third, 1.0 / 3.0);
         let near = DoubleDouble { high: 1.0, low: f64::EPSILON / 4.0 };

@@ -2,10 +2,10 @@
 //!
 //! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The edge function T(a, b) = d . (A x B) is
 //! the side on which the ray passes the edge, V = A . (B x C) the side of the plane on which it starts, and t is V by
-//! the sum of the three edge functions. Signs are those of the given float64 numbers: a float64 filter, then twice the
-//! precision, then expansions decide (Shewchuk 1997).
+//! the sum of the three edge functions. Signs are exact for the given float64 numbers: a float64 filter decides,
+//! otherwise twice the precision, otherwise expansions (Shewchuk 1997).
 //!
-//! Exact for coordinates whose size lies between 1e-70 and 1e70, and 0; beyond, float64 rounding decides.
+//! Exact for coordinates with magnitudes between 1e-70 and 1e70, and 0; beyond, float64 rounding decides.
 
 use crate::exact::expansion::{DoubleDouble, Expansion, two_diff};
 
@@ -20,8 +20,8 @@ const FLOAT_ERROR: f64 = 16.0 * UNIT;
 /// The same in twice the precision.
 const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
 
-/// The size, as a fraction of the sum of its products' sizes, from which a value in twice the precision is off by less
-/// than float64 rounds it.
+/// Magnitude, as a fraction of the sum of its products' magnitudes, above which a value in twice the precision is
+/// accurate to float64 rounding.
 const ROUNDABLE: f64 = DOUBLE_ERROR / UNIT;
 
 /// The axes of the products of a determinant: first, second, third; the last two are subtracted in turn.
@@ -74,7 +74,7 @@ fn sign(value: f64) -> i32 {
     i32::from(value > 0.0) - i32::from(value < 0.0)
 }
 
-/// The sign of the triple product x . (y x z), if float64 determines it.
+/// Sign of the triple product x . (y x z), if float64 determines it.
 #[inline]
 fn float_sign(x: Point, y: Point, z: Point) -> Option<i32> {
     let (mut value, mut size) = (0.0, 0.0);
@@ -133,7 +133,7 @@ impl RayPredicates {
         })
     }
 
-    /// The sign of V, A . (B x C): with that of the edge functions, the ray starts before the plane; 0: on it.
+    /// Sign of V, A . (B x C). If it equals that of the edge functions, the ray starts in front of the plane; 0: on it.
     #[inline]
     pub fn start_sign(&self, corners: [Point; 3]) -> i32 {
         let [x, y, z] = corners.map(|corner| self.relative(corner));
@@ -143,7 +143,7 @@ impl RayPredicates {
         })
     }
 
-    /// The sign of an edge function after the origin has moved by the infinitesimal vector (e, e², e³) (simulation of
+    /// Sign of an edge function after shifting the origin by the infinitesimal vector (e, e², e³) (simulation of
     /// simplicity, Edelsbrunner and Mücke 1990): 0 only for an edge parallel to the ray.
     #[inline]
     pub fn moved_edge_sign(&self, a: Point, b: Point) -> i32 {
@@ -174,7 +174,7 @@ impl RayPredicates {
         if sign != 0 && self.moved_edge_sign(b, c) == sign && self.moved_edge_sign(c, a) == sign { sign } else { 0 }
     }
 
-    /// [`RayPredicates::start_sign`] after the origin has moved as for [`RayPredicates::moved_edge_sign`]; 0 only for a
+    /// [`RayPredicates::start_sign`] after shifting the origin as for [`RayPredicates::moved_edge_sign`]; 0 only for a
     /// triangle without area.
     pub fn moved_start_sign(&self, corners: [Point; 3]) -> i32 {
         match self.start_sign(corners) {
@@ -183,14 +183,14 @@ impl RayPredicates {
         }
     }
 
-    /// t and the weights of the second and third corner where the line meets the plane, each off by one unit in the
-    /// last place at most. The plane is not parallel to the ray.
+    /// t and the weights of the second and third corner where the line meets the plane, each accurate to one unit in
+    /// the last place. The plane must not be parallel to the ray.
     pub fn intersection(&self, corners: [Point; 3]) -> [f64; 3] {
         let (found, is_sure) = self.quick_intersection(corners);
         if is_sure { found } else { self.slow_intersection(corners) }
     }
 
-    /// [`RayPredicates::intersection`] in twice the precision, and true if that is enough. Without a branch, so that a
+    /// [`RayPredicates::intersection`] in twice the precision, and true if that is sufficient. Branch-free, so that a
     /// loop over rays is vectorised.
     #[inline(always)]
     pub fn quick_intersection(&self, [a, b, c]: [Point; 3]) -> ([f64; 3], bool) {
@@ -285,8 +285,8 @@ mod tests {
         (0..3).map(|i| x[i] * (y[(i + 1) % 3] * z[(i + 2) % 3] - y[(i + 2) % 3] * z[(i + 1) % 3])).sum()
     }
 
-    /// Signs against integers: coordinates of 40 bits, whose products float64 rounds, on lines and planes of few
-    /// points.
+    /// Signs compared with integer arithmetic: coordinates of 40 bits, whose products float64 rounds, on lines and
+    /// planes of few points.
     #[test]
     fn predicate_signs_match_integer_arithmetic() {
         let mut random = Random(7);
@@ -296,7 +296,7 @@ mod tests {
             let mut point = || -> [i64; 3] { std::array::from_fn(|_| random.integer(size)) };
             let [o, d, a, b, mut c] = [point(), point(), point(), point(), point()];
             if round % 2 == 0 {
-                // Nearly in a plane with the origin.
+                // Almost in a plane with the origin.
                 c = std::array::from_fn(|k| a[k] + b[k] - o[k]);
             }
             let relative = |p: [i64; 3]| -> [i128; 3] { std::array::from_fn(|k| i128::from(p[k]) - i128::from(o[k])) };
@@ -312,9 +312,9 @@ mod tests {
         assert!(zeros > 5_000, "{zeros}");
     }
 
-    /// The same signs where all numbers are multiplied by powers of two, and by factors that float64 rounds.
+    /// The signs must not change if all numbers are multiplied by powers of two, or by factors that float64 rounds.
     #[test]
-    fn signs_do_not_depend_on_the_scale() {
+    fn predicate_signs_do_not_depend_on_the_scale() {
         let ray = RayPredicates { origin: [0.1, 0.2, 0.3], direction: [1.0, 1.0, 1.0] };
         let (a, b) = ([1.1, 1.2, 1.3], [2.1, 2.2, 2.3 + 4.0 * f64::EPSILON]);
         let plain = ray.edge_sign(a, b);
@@ -327,9 +327,9 @@ mod tests {
         }
     }
 
-    /// A grazing ray: t from integers.
+    /// A grazing ray, with t computed from integers.
     #[test]
-    fn the_intersection_is_rounded_once() {
+    fn intersections_are_rounded_once() {
         let big = (1i64 << 30) as f64;
         let ray = RayPredicates { origin: [0.0; 3], direction: [big, 1.0, 0.0] };
         // The plane y = 1 - x / 2^60, seen at a slope of 2^-30.

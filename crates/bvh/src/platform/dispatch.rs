@@ -21,7 +21,7 @@ impl InstructionSet {
     /// All instruction sets, the narrowest first.
     pub const ALL: [InstructionSet; 5] = [Self::Portable, Self::Neon, Self::Simd128, Self::Avx2, Self::Avx512];
 
-    /// Its name, as `RAYCAM_ISA` spells it.
+    /// Its name, as in `RAYCAM_ISA`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",
@@ -55,15 +55,15 @@ impl InstructionSet {
             }
             #[cfg(target_arch = "aarch64")]
             Self::Neon => std::arch::is_aarch64_feature_detected!("neon"),
-            // A module with other instructions is refused as a whole, so what runs has them.
+            // A module with unsupported instructions is rejected as a whole, so a running module supports them.
             Self::Simd128 => cfg!(all(target_arch = "wasm32", target_feature = "simd128")),
             #[allow(unreachable_patterns)]
             _ => false,
         }
     }
 
-    /// The widest instruction set of this machine, or the one named by the environment variable `RAYCAM_ISA`. A name
-    /// that is unknown or not available is reported on stderr, once, and ignored.
+    /// Widest instruction set of this machine, or the one named by the environment variable `RAYCAM_ISA`. An unknown or
+    /// unavailable name is reported on stderr once, and ignored.
     pub fn detect() -> InstructionSet {
         static BEST: OnceLock<InstructionSet> = OnceLock::new();
         *BEST.get_or_init(|| {
@@ -74,14 +74,18 @@ impl InstructionSet {
             };
             available().find(|isa| asked == isa.name()).unwrap_or_else(|| {
                 let names: Vec<_> = available().map(Self::name).collect();
-                eprintln!("RAYCAM_ISA={}: this machine has {}", asked.display(), names.join(", "));
+                eprintln!(
+                    "RAYCAM_ISA={} is not supported by this machine; available: {}",
+                    asked.display(),
+                    names.join(", ")
+                );
                 widest
             })
         })
     }
 }
 
-/// An instruction set that this machine has: the proof that kernels need.
+/// An instruction set that this machine supports: the proof that kernels require.
 #[derive(Clone, Copy, Debug)]
 pub struct Dispatch(InstructionSet);
 
@@ -124,7 +128,7 @@ macro_rules! kernel {
                 $generic::<$crate::simd::Neon $(, $g)?>($($arg),*)
             }
             match machine.isa() {
-                // SAFETY: a `Dispatch` is made only of an instruction set that was found to be available.
+                // SAFETY: a `Dispatch` is created only for an instruction set that was found to be available.
                 #[cfg(target_arch = "x86_64")]
                 $crate::platform::dispatch::InstructionSet::Avx2 => unsafe { avx2($($arg),*) },
                 // SAFETY: as above.

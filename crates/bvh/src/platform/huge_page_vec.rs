@@ -10,8 +10,8 @@ use rayon::prelude::*;
 /// The size of a huge page on Linux, in bytes.
 const HUGE_PAGE: usize = 2 << 20;
 
-/// A vector of plain values on huge pages if available. Traversal visits a tree all over, and would miss the TLB at
-/// nearly every step on small pages.
+/// A vector of plain values on huge pages if available. Traversal visits all parts of a tree, and on small pages it
+/// would miss the TLB at almost every step.
 pub struct HugePageVec<T: Copy> {
     start: NonNull<T>,
     len: usize,
@@ -55,19 +55,19 @@ impl<T: Copy> HugePageVec<T> {
         layout
     }
 
-    /// The memory of all `capacity` values.
+    /// Memory of all `capacity` values.
     pub fn spare_capacity_mut(&mut self) -> &mut [MaybeUninit<T>] {
-        // SAFETY: there is room for that many values, none of which is taken to be written.
+        // SAFETY: there is room for this many values, none of which is assumed to be written.
         unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().cast(), self.capacity) }
     }
 
-    /// Sets the length to `len` and releases the memory behind.
+    /// Sets the length to `len` and releases the memory after it.
     ///
     /// # Safety
     ///
-    /// The first `len` values are written.
+    /// The first `len` values have been written.
     pub unsafe fn set_len_and_shrink(&mut self, len: usize) {
-        assert!(len <= self.capacity, "more values than there is room for");
+        assert!(len <= self.capacity, "more values than the capacity");
         if len == 0 {
             *self = Self::with_capacity(0);
         }
@@ -84,7 +84,8 @@ impl<T: Copy> HugePageVec<T> {
             handle_alloc_error(new)
         };
         let skipped = moved.align_offset(CACHE_LINE);
-        // SAFETY: the values stand behind as many bytes as before, and both places are within the allocation.
+        // SAFETY: the values have the same number of bytes before them as before, and both ranges are within the
+        // allocation.
         unsafe {
             let values = len * size_of::<T>();
             std::ptr::copy(moved.add(self.align_offset).as_ptr(), moved.add(skipped).as_ptr(), values);
@@ -99,7 +100,7 @@ impl<T: Copy> HugePageVec<T> {
     where
         T: Send + Sync,
     {
-        /// Values that are not worth another thread.
+        /// Copies of fewer values than this do not use another thread.
         const FEW: usize = 1 << 12;
         let mut pages = Self::with_capacity(capacity);
         let mut room = pages.spare_capacity_mut();
@@ -111,9 +112,9 @@ impl<T: Copy> HugePageVec<T> {
             placed.push((part, here));
             (at, room) = (at + length, rest);
         }
-        assert!(at == capacity, "{at} values, expected {capacity}");
+        assert!(at == capacity, "{at} values; expected {capacity}");
         let copy = |(part, here): (P, _)| copy_to_uninit(here, part.as_ref());
-        // Little is copied by the calling thread, which may not be in a pool.
+        // Small copies are done by the calling thread, which may not be in a pool.
         if at <= FEW {
             placed.into_iter().for_each(copy);
         } else {
@@ -161,23 +162,23 @@ impl<T: Copy> DerefMut for HugePageVec<T> {
 
 /// Copies values to uninitialised memory of the same length.
 pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
-    assert!(room.len() == values.len(), "room for another number of values");
-    // SAFETY: as long as each other, and what can be written to is not what is read.
+    assert!(room.len() == values.len(), "the lengths of source and destination differ");
+    // SAFETY: both have the same length, and memory that can be written is not the memory that is read.
     unsafe {
         let to = room.as_mut_ptr().cast::<T>();
         std::ptr::copy_nonoverlapping(values.as_ptr(), to, values.len());
     }
 }
 
-/// A vector of `count` zeros, on huge pages if there are many: the page faults of small pages would cost more than the
-/// writes.
+/// Returns a vector of `count` zeros, on huge pages if there are many: the page faults of small pages would take longer
+/// than the writes.
 pub fn zeroed_huge<T: Copy + Default>(count: usize) -> Vec<T> {
     let mut values = vec![T::default(); count];
     madvise_hugepage(values.as_mut_ptr().cast(), size_of_val(values.as_slice()));
     values
 }
 
-/// Advises the kernel to use huge pages; a hint without effect elsewhere.
+/// Advises the kernel to use huge pages; a hint without effect on other systems.
 #[cfg(all(target_os = "linux", not(miri)))]
 fn madvise_hugepage(start: *mut u8, size: usize) {
     unsafe extern "C" {
@@ -190,7 +191,7 @@ fn madvise_hugepage(start: *mut u8, size: usize) {
     if size < HUGE_PAGE {
         return;
     }
-    // SAFETY: the range belongs to the caller, starts at a page and is only given an advice, which changes no value.
+    // SAFETY: the range belongs to the caller, starts at a page, and the advice changes no value.
     unsafe { madvise(start.add(skipped).cast(), size - skipped, MADV_HUGEPAGE) };
 }
 
@@ -204,7 +205,7 @@ mod tests {
     #[test]
     fn zeroed_vectors_have_the_requested_length() {
         for count in [0, 1, 1000, 3 << 19, (5 << 20) + 7] {
-            // Where other values were before.
+            // In memory that contained other values before.
             drop(vec![1.5f32; count]);
             let values = zeroed_huge::<f32>(count);
             assert_eq!(values.len(), count);

@@ -1,4 +1,4 @@
-//! Instruction sets, memory and stores of the machine. Uses nothing of this crate but the portable SIMD type.
+//! Instruction sets, memory and stores of the machine. Uses only the portable SIMD type of this crate.
 
 pub(crate) mod dispatch;
 pub(crate) mod huge_page_vec;

@@ -1,4 +1,4 @@
-//! Builds the TLAS over the subtree references of placed instances.
+//! Building the TLAS over the subtree references of placed instances.
 
 use crate::aabb::Aabb;
 use crate::blas::build::power_of_two_scale;
@@ -17,7 +17,7 @@ use crate::scene::{Instance, InstanceRecord, Scene, relative_padding_of};
 /// The leaves of a TLAS. Hits do not depend on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TlasLeaves {
-    /// Whole instances: the quickest to build.
+    /// Whole instances, which are fastest to build.
     Instances,
     /// Subtrees of instances that overlap others, found by partial re-braiding: the fastest for many rays.
     Subtrees,
@@ -27,8 +27,8 @@ pub enum TlasLeaves {
 const LENGTH_ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 impl InstanceRecord {
-    /// The instance in scene coordinates, and its transform for re-braiding, without padding yet. `bounds` is the
-    /// mesh's AABB in the scene, `None` for an empty mesh.
+    /// Instance in scene coordinates, and its transform for re-braiding, still without padding. `bounds` is the mesh's
+    /// AABB in the scene, `None` for an empty mesh.
     fn new(instance: Instance, bounds: Option<([f64; 3], [f64; 3])>, scale: f64) -> (Self, Option<InstanceTransform>) {
         let mesh_scale = f64::from(instance.bvh.scale());
         let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
@@ -71,12 +71,13 @@ impl InstanceRecord {
 }
 
 impl Scene {
-    /// Builds the TLAS over subtrees of instances. An instance whose transform is singular is kept and never hit.
+    /// Builds the TLAS over subtrees of instances. An instance with a singular transform is kept, and rays never hit
+    /// it.
     pub fn build(instances: Vec<Instance>, origin: [f64; 3]) -> Result<Self, BuildError> {
         Self::build_over(TlasLeaves::Subtrees, instances, origin)
     }
 
-    /// [`Scene::build`] with a choice of the TLAS's leaves.
+    /// Same as [`Scene::build`] with a choice of the TLAS's leaves.
     pub fn build_over(leaves: TlasLeaves, instances: Vec<Instance>, origin: [f64; 3]) -> Result<Self, BuildError> {
         if instances.len() > MAX_INSTANCES {
             return Err(BuildError::TooLarge { what: "instances", given: instances.len(), limit: MAX_INSTANCES });
@@ -190,8 +191,8 @@ fn norm(m: &[[f64; 4]; 3]) -> f64 {
     m.iter().map(|r| r[0].abs() + r[1].abs() + r[2].abs()).fold(0.0, f64::max)
 }
 
-/// At least the largest factor by which the linear part M scales a length: the root of the infinity norm of M^T M, of
-/// which the largest eigenvalue is the square of that factor. Exact for turns with one scale.
+/// Upper bound on the factor by which the linear part M scales a length: the root of the infinity norm of M^T M, whose
+/// largest eigenvalue is the square of that factor. Exact for rotations with uniform scale.
 fn length_scale(m: &[[f64; 4]; 3]) -> f64 {
     let product = |i: usize, j: usize| m.iter().map(|row| row[i] * row[j]).sum::<f64>();
     norm(&[0, 1, 2].map(|i| [product(i, 0), product(i, 1), product(i, 2), 0.0])).sqrt()

@@ -1,4 +1,4 @@
-//! Flattened scenes: several meshes in one BLAS, so that rays need no TLAS. Hits are mapped back to instances.
+//! Flattened scenes: several meshes in one BLAS, so that rays require no TLAS. Hits are mapped back to instances.
 
 use crate::blas::Bvh;
 use crate::error::BuildError;
@@ -35,8 +35,8 @@ mod tests {
     use crate::node::{leaf, node};
 
     #[test]
-    fn leaves_are_of_one_mesh() {
-        // Small sheets that cross each other, of two triangles each: without the rule, leaves have up to eight of them.
+    fn leaves_contain_triangles_of_one_mesh_only() {
+        // Small intersecting sheets of two triangles each: without the rule, leaves contain up to eight of them.
         let (mut vertices, mut triangles, mut first_prims) = (vec![], vec![], vec![]);
         for sheet in 0..200u32 {
             let at = [sheet % 10, sheet / 10 % 10, sheet / 100].map(|x| 0.3 * x as f32);

@@ -1,5 +1,5 @@
-//! The scene: instances of BLAS under a TLAS. The data is here; `build` and `flattened` make it, `rebraid` opens
-//! instances for the TLAS, and `query`, on top of the crate, traces rays. Uses `blas` and `build`.
+//! The scene: instances of BLAS under a TLAS. This file defines the data. `build` and `flattened` create it, `rebraid`
+//! opens instances for the TLAS, and `query`, on top of the crate, traces rays. Uses `blas` and `build`.
 
 pub mod backoff;
 pub(crate) mod build;
@@ -31,13 +31,13 @@ pub struct Instance {
 
 /// The float64 world coordinates of triangles, for [`Scene::closest_exact`].
 ///
-/// The mesh and transform given to [`Scene::build`] must be these rounded to float32: the padding of the search covers
-/// that rounding only.
+/// The mesh and transform given to [`Scene::build`] must be these values rounded to float32, because the padding of the
+/// search covers only that rounding.
 pub trait ExactTriangles {
     /// The three corners of a triangle of an instance.
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3];
 
-    /// True if the instance is mirrored: its triangles are seen from outside where their corners run clockwise.
+    /// True if the instance is mirrored: seen from outside, the corners of its triangles are clockwise.
     fn is_mirrored(&self, _instance: u32) -> bool {
         false
     }
@@ -49,13 +49,13 @@ pub(crate) struct InstanceRecord {
     pub bvh: Arc<Bvh>,
     /// From scaled scene coordinates to tree coordinates of the mesh.
     pub mesh_from_scene: [[f32; 4]; 3],
-    /// The translation, if `mesh_from_scene` is nothing else.
+    /// Translation, if `mesh_from_scene` is only a translation.
     pub translation_only: Option<[f32; 3]>,
-    /// The largest factor by which `mesh_from_scene` scales the largest coordinate of a vector.
+    /// Largest factor by which `mesh_from_scene` scales the largest coordinate of a vector.
     pub max_scale: f32,
-    /// At least the largest factor by which `mesh_from_scene` scales the length of a vector.
+    /// Upper bound on the largest factor by which `mesh_from_scene` scales the length of a vector.
     pub max_length_scale: f32,
-    /// At least the ratio of the largest and the smallest of those factors.
+    /// Upper bound on the ratio of the largest to the smallest of these factors.
     pub length_condition: f32,
 }
 
@@ -63,7 +63,7 @@ pub(crate) struct InstanceRecord {
 pub struct Scene {
     pub(crate) instances: Vec<InstanceRecord>,
     pub(crate) origin: [f64; 3],
-    /// The power of two by which scene coordinates are multiplied before traversal; 1 for all but extreme scenes.
+    /// Power of two by which scene coordinates are multiplied before traversal; 1 except for extreme scenes.
     pub(crate) scale: f64,
     /// The leaves of the TLAS.
     pub(crate) subtree_refs: Vec<SubtreeRef>,
@@ -72,14 +72,15 @@ pub struct Scene {
     pub(crate) root: NodeRef,
     /// The bounds of all instances, scaled.
     pub(crate) bounds: Aabb,
-    /// The largest absolute coordinate, scaled. With the condition of the worst transform it bounds rounding errors.
+    /// Largest absolute coordinate, scaled. Together with the condition number of the worst transform it bounds
+    /// rounding errors.
     pub(crate) max_abs_coord: f32,
     pub(crate) transform_condition: f32,
     /// True for one mesh at the identity: rays skip transform and TLAS.
     pub(crate) is_single_mesh: bool,
     /// The instances of a flattened scene.
     pub(crate) mesh_ranges: Option<InstanceRanges>,
-    /// Back-off of packets of incoherent rays and of culling at the root.
+    /// Back-off of packets of incoherent rays, and of culling at the root.
     pub(crate) packet_backoff: Backoff,
     pub(crate) root_cull_backoff: Backoff,
     /// Back-off of packets of coherent shadow rays.
@@ -104,7 +105,7 @@ impl Scene {
         self.is_single_mesh
     }
 
-    /// Selects an instruction set; false, without effect, if the machine lacks it. Hits are the same.
+    /// Selects an instruction set; false, without effect, if the machine does not support it. Hits do not change.
     pub fn set_instruction_set(&mut self, isa: InstructionSet) -> bool {
         let dispatch = Dispatch::try_new(isa);
         self.dispatch = dispatch.unwrap_or(self.dispatch);
@@ -123,7 +124,7 @@ impl Scene {
         self.relative_padding(false) * (distance + self.max_abs_coord)
     }
 
-    /// True if a float32 ray that starts here needs only the small padding.
+    /// True if the small padding is sufficient for a float32 ray that starts here.
     #[inline(always)]
     pub(crate) fn is_within_reach(&self, [x, y, z]: [f32; 3]) -> bool {
         x.abs().max(y.abs()).max(z.abs()) <= self.max_abs_coord

@@ -10,7 +10,7 @@ use crate::traverse::exact::crossings::Crossings;
 impl Scene {
     /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`.
     pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
-        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        assert_eq!(rays.len(), hits.len(), "the numbers of hits and rays must be equal");
         traverse::closest(self.dispatch, self, rays, hits, coherence);
         if let Some(mesh_ranges) = &self.mesh_ranges {
             mesh_ranges.remap_hits(hits.iter_mut().map(|hit| (&mut hit.instance, &mut hit.triangle)));
@@ -19,18 +19,18 @@ impl Scene {
 
     /// True for every ray that hits anything, on the calling thread. `occluded` is as long as `rays`.
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
-        assert_eq!(rays.len(), occluded.len(), "as many answers as rays");
+        assert_eq!(rays.len(), occluded.len(), "the numbers of answers and rays must be equal");
         traverse::occluded(self.dispatch, self, rays, occluded, coherence);
     }
 
-    /// The closest hit of every ray, decided exactly for the float64 corners: edges, corners and both ends of the range
-    /// of t belong to it, and the order is that of (t, instance, triangle). On the calling thread; `hits` is as long as
+    /// The closest hit of every ray, decided exactly for the float64 corners. Edges, corners and both ends of the range
+    /// of t are included, and hits are ordered by (t, instance, triangle). On the calling thread; `hits` is as long as
     /// `rays`.
     pub fn closest_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
         self.trace_exact(rays, triangles, None, false, hits);
     }
 
-    /// [`Scene::closest_exact`] of the hits that a filter accepts.
+    /// Same as [`Scene::closest_exact`] for hits that a filter accepts.
     pub fn closest_exact_of<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
@@ -41,7 +41,8 @@ impl Scene {
         self.trace_exact(rays, triangles, Some(filter), false, hits);
     }
 
-    /// True for every ray that hits anything that a filter accepts, decided as by [`Scene::closest_exact`].
+    /// True for every ray that hits anything that a filter accepts, decided in the same way as by
+    /// [`Scene::closest_exact`].
     pub fn occluded_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
@@ -49,7 +50,7 @@ impl Scene {
         filter: Option<&dyn HitFilter>,
         occluded: &mut [bool],
     ) {
-        assert_eq!(rays.len(), occluded.len(), "as many answers as rays");
+        assert_eq!(rays.len(), occluded.len(), "the numbers of answers and rays must be equal");
         let mut hits = vec![ExactHit::MISS; rays.len()];
         self.trace_exact(rays, triangles, filter, true, &mut hits);
         for (occluded, hit) in occluded.iter_mut().zip(hits) {
@@ -65,7 +66,7 @@ impl Scene {
         any_hit: bool,
         hits: &mut [ExactHit],
     ) {
-        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        assert_eq!(rays.len(), hits.len(), "the numbers of hits and rays must be equal");
         let trace = |triangles: &dyn ExactTriangles, filter: Option<&dyn HitFilter>, hits: &mut [ExactHit]| {
             if !any_hit || filter.is_none() {
                 traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits);
@@ -85,22 +86,26 @@ impl Scene {
         }
     }
 
-    /// The hit of every ray with t and weights off by one unit in the last place at most. `hits` is as long as `rays`.
+    /// Hit of every ray, with t and weights accurate to one unit in the last place. `hits` must be as long as `rays`.
     ///
     /// # Panics
     /// For flattened scenes.
     pub fn refine<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
-        assert!(rays.len() == hits.len() && self.mesh_ranges.is_none(), "as many hits as rays, of instances");
+        assert!(
+            rays.len() == hits.len() && self.mesh_ranges.is_none(),
+            "the numbers of hits and rays must be equal, \
+            and the scene must not be flattened"
+        );
         traverse::refine(self.dispatch, rays, triangles, hits);
     }
 
-    /// The crossings of every ray within its range of t, at most `limit` a ray, by (t, instance, triangle), with t and
-    /// weights as of [`Scene::refine`]; appended to `found` ray by ray, their numbers in `counts`, which is as long as
-    /// `rays`. On the calling thread.
+    /// Crossings of every ray within its range of t, at most `limit` per ray, sorted by (t, instance, triangle), with t
+    /// and weights as in [`Scene::refine`]. They are appended to `found` ray by ray; their numbers are written to
+    /// `counts`, which must be as long as `rays`. Runs on the calling thread.
     ///
-    /// Each ray is moved by an infinitesimal vector (simulation of simplicity), so it passes no edge, no corner and no
-    /// surface with its start: through an edge that triangles share the surface is crossed once, and a line crosses a
-    /// closed mesh an even number of times.
+    /// Each ray is shifted by an infinitesimal vector (simulation of simplicity), so that it never passes exactly
+    /// through an edge or a corner, or starts exactly on a surface. A surface is crossed once at an edge that its
+    /// triangles share, and a line crosses a closed mesh an even number of times.
     ///
     /// # Panics
     /// For flattened scenes.
@@ -112,14 +117,18 @@ impl Scene {
         limit: usize,
         (counts, found): (&mut [u32], &mut Vec<ExactHit>),
     ) {
-        assert!(rays.len() == counts.len() && self.mesh_ranges.is_none(), "as many counts as rays, of instances");
+        assert!(
+            rays.len() == counts.len() && self.mesh_ranges.is_none(),
+            "the numbers of counts and rays must be \
+            equal, and the scene must not be flattened"
+        );
         counts.fill(0);
         let mut answers = Crossings::List { limit, counts, found };
         traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
     }
 
-    /// The number of crossings of every ray, as of [`Scene::crossings`]; `signed`: those that leave less those that
-    /// enter.
+    /// Number of crossings of every ray, as in [`Scene::crossings`]. `signed`: the number of exits minus the number of
+    /// entries.
     ///
     /// # Panics
     /// For flattened scenes.
@@ -131,15 +140,20 @@ impl Scene {
         signed: bool,
         counts: &mut [i32],
     ) {
-        assert!(rays.len() == counts.len() && self.mesh_ranges.is_none(), "as many counts as rays, of instances");
+        assert!(
+            rays.len() == counts.len() && self.mesh_ranges.is_none(),
+            "the numbers of counts and rays must be \
+            equal, and the scene must not be flattened"
+        );
         counts.fill(0);
         let mut answers = if signed { Crossings::SignedCount(counts) } else { Crossings::Count(counts) };
         traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
     }
 
-    /// The closest point of the scene to every point within a distance, one for all points or one for each; ties go to
-    /// the smaller (instance, triangle). Of a hit the filter sees instance and triangle. On the calling thread; fast if
-    /// neighbours in the slice are near each other. `found` is as long as `points`.
+    /// Closest point of the scene to every point within a distance, which is one for all points or one per point; of
+    /// equally close points, the one with the smaller (instance, triangle). The filter receives only the instance and
+    /// triangle of a hit. Runs on the calling thread; it is fast if consecutive points are close to each other. `found`
+    /// must be as long as `points`.
     ///
     /// # Panics
     /// For flattened scenes.
@@ -151,8 +165,12 @@ impl Scene {
         filter: Option<&dyn HitFilter>,
         found: &mut [ClosestPoint],
     ) {
-        assert!(points.len() == found.len() && self.mesh_ranges.is_none(), "as many answers as points, of instances");
-        assert!(max_distance.len() == 1 || max_distance.len() == points.len(), "one limit, or one for each point");
+        assert!(
+            points.len() == found.len() && self.mesh_ranges.is_none(),
+            "the numbers of answers and points must be \
+            equal, and the scene must not be flattened"
+        );
+        assert!(max_distance.len() == 1 || max_distance.len() == points.len(), "expected one limit, or one per point");
         traverse::closest_points(self.dispatch, self, points, max_distance, triangles, filter, found);
     }
 }

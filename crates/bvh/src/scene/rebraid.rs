@@ -1,8 +1,8 @@
 //! Partial re-braiding: the TLAS is built over subtrees of instances (C. Benthin, S. Woop, I. Wald and A. Áfra,
 //! "Improved Two-Level BVHs using Partial Re-Braiding", HPG 2017).
 //!
-//! A ray enters all instances whose AABBs overlap, one BLAS after the other. Where they do, the top nodes of a BLAS
-//! replace its root as leaves of the TLAS, which separates and orders them. Hits do not depend on it.
+//! A ray enters all instances whose AABBs overlap, one BLAS after the other. If they overlap, the top nodes of a BLAS
+//! replace its root as leaves of the TLAS, which separates and orders them. Hits do not change.
 
 use std::sync::Arc;
 
@@ -21,19 +21,19 @@ pub(crate) struct SubtreeRef {
     pub bounds: Aabb,
 }
 
-/// Triangles per reference, at least, in the mean.
+/// Minimum mean number of triangles per reference.
 const MIN_TRIANGLES_PER_REF: usize = 64;
 
-/// The maximum number of references, which bounds the build time of the TLAS.
+/// Maximum number of references, which limits the build time of the TLAS.
 const MAX_REFS: usize = 1 << 14;
 
-/// References per instance, at least: fewer do not separate instances.
+/// Minimum number of references per instance; fewer do not separate instances.
 const MIN_REFS_PER_INSTANCE: usize = 4;
 
-/// The fraction of a subtree's area within other instances from which it is opened.
+/// Fraction of a subtree's area inside other instances above which it is opened.
 const MIN_OVERLAP: f32 = 0.1;
 
-/// References that are worth another thread.
+/// Number of references per additional thread.
 const PARALLEL_THRESHOLD: usize = 1 << 10;
 
 /// The transform of an instance, for the bounds of its subtrees.
@@ -41,7 +41,7 @@ pub(crate) struct InstanceTransform {
     pub bvh: Arc<Bvh>,
     /// From tree coordinates of the mesh to scaled scene coordinates.
     pub scene_from_mesh: [[f64; 4]; 3],
-    /// The largest absolute coordinate on the way.
+    /// Largest absolute coordinate in the computation.
     pub max_abs_coord: f32,
     /// The condition number: the factor by which the transform amplifies rounding errors.
     pub condition: f32,
@@ -49,7 +49,7 @@ pub(crate) struct InstanceTransform {
     pub pad: f64,
 }
 
-/// The subtree references to build the TLAS over. Instances without a transform are not hit by any ray.
+/// Subtree references over which the TLAS is built. Rays cannot hit instances without a transform.
 pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRef> {
     let whole = whole_instances(transforms);
     let triangles = transforms.iter().flatten().map(|transform| transform.bvh.triangle_count());
@@ -73,7 +73,7 @@ pub(crate) fn whole_instances(transforms: &[Option<InstanceTransform>]) -> Vec<S
 }
 
 /// Opens the references of a group that overlap other instances, then recurses on both sides of the group's centre. The
-/// group may grow to `room` references.
+/// group may grow up to `room` references.
 fn open_recursive(
     transforms: &[Option<InstanceTransform>],
     mut group: Vec<SubtreeRef>,
@@ -129,8 +129,8 @@ fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     Some(second)
 }
 
-/// Bounds of all subtree references in a group except those of one instance. Per side: the extreme value, the instance
-/// that has it, and the runner-up.
+/// Bounds of all subtree references in a group except those of one instance. Per side: the extreme value, its instance,
+/// and the runner-up.
 struct BoundsOfOthers {
     farthest: [[(f32, u32, f32); 3]; 2],
 }
@@ -177,7 +177,7 @@ fn overlap_fraction(subtree: &Aabb, other: &Aabb) -> f32 {
     if apart || whole <= 0.0 { 0.0 } else { Aabb { lower, upper }.half_area() / whole }
 }
 
-/// The children of a subtree, if it is more than a few triangles.
+/// Children of a subtree, if it contains more than a few triangles.
 fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Option<Vec<SubtreeRef>> {
     let transform = transforms.get(subtree.instance as usize)?.as_ref()?;
     if subtree.node.is_leaf() {
@@ -259,7 +259,7 @@ mod tests {
         }
     }
 
-    /// The leaves of a subtree: the number of the first of their triangles, with how many there are, and their box.
+    /// Leaves of a subtree: the number of their first triangle, their number of triangles, and their box.
     fn leaves(bvh: &Bvh, start: NodeRef, found: &mut Vec<(u32, u32, [f32; 6])>) {
         if start.is_leaf() {
             let leaf = leaf(bvh.blocks(), start);
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn every_triangle_is_in_one_part_and_in_its_box() {
+    fn every_triangle_is_in_exactly_one_subtree_and_its_box() {
         let transforms: Vec<_> = (0..3).map(|i| Some(beads(i, 3, 0.0))).collect();
         let refs = rebraid(&transforms);
         assert!(refs.len() > 60, "{}", refs.len());
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_meshes_that_interlock_come_apart() {
+    fn interlocking_meshes_are_split_into_parts() {
         let transforms: Vec<_> = (0..3).map(|i| Some(beads(i, 3, 0.0))).collect();
         let refs = rebraid(&transforms);
         let apart = refs.iter().filter(|a| {
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_beside_each_other_stay_whole() {
+    fn adjacent_meshes_are_not_split() {
         let transforms = [Some(beads(0, 1, 0.0)), None, Some(beads(0, 1, 0.1))];
         let whole = rebraid(&transforms);
         let instances: Vec<_> = whole.iter().map(|subtree| subtree.instance).collect();

@@ -138,7 +138,7 @@ impl Isa for Avx2 {
     #[inline(always)]
     unsafe fn load_transposed(rows: [*const f32; 16]) -> [Self::F32x16; 4] {
         let [a, b, c, d, e, f, g, h, rest @ ..] = rows;
-        // SAFETY: as the caller vouches.
+        // SAFETY: guaranteed by the caller.
         let (lower, upper) = unsafe { (transpose8([a, b, c, d, e, f, g, h]), transpose8(rest)) };
         [
             DoubleWidth(lower[0], upper[0]),
@@ -157,7 +157,7 @@ impl Isa for Avx2 {
 #[inline(always)]
 fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
     on_avx2!({
-        // The permutation reads the low three bits; bit 3, moved to the sign, chooses the register.
+        // The permutation reads the low three bits; bit 3, moved to the sign, selects the register.
         let a = _mm256_permutevar8x32_ps(table.0.0, index);
         let b = _mm256_permutevar8x32_ps(table.1.0, index);
         let upper = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));
@@ -165,14 +165,14 @@ fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
     })
 }
 
-/// [`Isa::load_transposed`] of eight rows.
+/// [`Isa::load_transposed`] for eight rows.
 ///
 /// # Safety
 ///
-/// As of [`Isa::load_transposed`].
+/// As for [`Isa::load_transposed`].
 #[inline(always)]
 unsafe fn transpose8(rows: [*const f32; 8]) -> [Ymm; 4] {
-    // No closures: rustc does not inline one that is called twice.
+    // No closures, because rustc does not inline a closure that is called twice.
     on_avx2!({
         let (a, b) = (transpose2(rows[0], rows[4]), transpose2(rows[1], rows[5]));
         let (c, d) = (transpose2(rows[2], rows[6]), transpose2(rows[3], rows[7]));
@@ -196,7 +196,8 @@ unsafe fn transpose2(lower: *const f32, upper: *const f32) -> __m256 {
     on_avx2!(_mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(lower)), _mm_loadu_ps(upper)))
 }
 
-/// Unsigned keys that fall as the value rises, with the lane in the low three bits. No key is the largest integer.
+/// Unsigned keys that decrease as the value increases, with the lane in the low three bits. No key is the largest
+/// integer.
 #[inline(always)]
 pub fn sort_keys_descending(v: Ymm) -> __m256i {
     on_avx2!({
@@ -226,7 +227,7 @@ pub fn sort_network(v: __m256i) -> __m256i {
     })
 }
 
-/// Unsigned keys that rise with the non-negative value, with the lane in the low three bits.
+/// Unsigned keys that increase with the non-negative value, with the lane in the low three bits.
 #[inline(always)]
 fn sort_keys(v: Ymm) -> __m256i {
     on_avx2!({
@@ -239,7 +240,7 @@ fn sort_keys(v: Ymm) -> __m256i {
 #[inline(always)]
 pub fn argmin(v: Ymm, mask: __m256) -> usize {
     on_avx2!({
-        // The vector mask is used directly: the round trip through a bit mask would double the time.
+        // The vector mask is used directly, because conversion to a bit mask and back would double the time.
         let others = _mm256_andnot_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
         let keys = _mm256_or_si256(sort_keys(v), others);
         let v = _mm_min_epu32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys));

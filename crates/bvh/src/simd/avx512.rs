@@ -94,7 +94,7 @@ impl Isa for Avx512 {
     }
     #[inline(always)]
     unsafe fn load_transposed(rows: [*const f32; 16]) -> [Zmm; 4] {
-        // SAFETY: as the caller vouches.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let a = join4([rows[0], rows[4], rows[8], rows[12]]);
             let b = join4([rows[1], rows[5], rows[9], rows[13]]);
@@ -120,10 +120,10 @@ impl Isa for Avx512 {
 ///
 /// # Safety
 ///
-/// As of [`Isa::load_transposed`].
+/// As for [`Isa::load_transposed`].
 #[inline(always)]
 unsafe fn join4([a, b, c, d]: [*const f32; 4]) -> __m512 {
-    // No closure: rustc does not inline one that is called more than once, nor the intrinsics into it.
+    // No closures, because rustc does not inline a closure that is called more than once, nor the intrinsics in it.
     on_avx512!({
         let v = _mm512_castps128_ps512(_mm_loadu_ps(a));
         let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(b));

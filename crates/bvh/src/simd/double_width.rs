@@ -32,12 +32,12 @@ impl<V: Vector, const N: usize> Vector for DoubleWidth<V, N> {
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
-        // SAFETY: the caller vouches for 2 N readable floats.
+        // SAFETY: the caller guarantees 2 N readable floats.
         unsafe { Self(V::load(from), V::load(from.add(N))) }
     }
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
-        // SAFETY: the caller vouches for 2 N writable floats.
+        // SAFETY: the caller guarantees 2 N writable floats.
         unsafe {
             self.0.store(to);
             self.1.store(to.add(N));

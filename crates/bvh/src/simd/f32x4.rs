@@ -1,4 +1,4 @@
-//! Four floats on the baseline instructions of the target: for the builder, which then needs no dispatch.
+//! Four floats with the baseline instructions of the target, for the builder, which therefore requires no dispatch.
 
 #[cfg(target_arch = "x86_64")]
 mod imp {
@@ -7,7 +7,7 @@ mod imp {
     /// Prefetches the cache line of any address.
     #[inline(always)]
     pub fn prefetch<T>(at: *const T) {
-        // SAFETY: SSE is part of x86-64, and any address may be asked for.
+        // SAFETY: SSE is part of x86-64, and any address may be prefetched.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(at.cast()) };
     }
 
@@ -17,7 +17,7 @@ mod imp {
 
     macro_rules! on_sse2 {
         ($e:expr) => {{
-            // SAFETY: SSE2 is part of x86-64, and pointers point at arrays of the size that is written.
+            // SAFETY: SSE2 is part of x86-64, and pointers refer to arrays of the size that is written.
             unsafe { $e }
         }};
     }
@@ -36,9 +36,9 @@ mod imp {
                 on_sse2!(Self(_mm_and_ps(self.0, _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)))));
             /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
             pub fn cmp_lt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)));
-            /// The opposite of [`F32x4::cmp_lt`].
+            /// The inverse of [`F32x4::cmp_lt`].
             pub fn cmp_nlt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmpnlt_ps(self.0, b.0)));
-            /// All bits of both.
+            /// Bitwise or of both.
             pub fn or(self, b: Self) -> Self = on_sse2!(Self(_mm_or_ps(self.0, b.0)));
             /// True if the sign bit of the first lane is set.
             pub fn sign(self) -> bool = on_sse2!(_mm_movemask_ps(self.0)) & 1 != 0;
@@ -112,10 +112,10 @@ mod imp {
             pub fn zero_w(self) -> Self = Self([self.0[0], self.0[1], self.0[2], 0.0]);
             /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
             pub fn cmp_lt(self, b: Self) -> Self = self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }));
-            /// The opposite of [`F32x4::cmp_lt`].
+            /// The inverse of [`F32x4::cmp_lt`].
             pub fn cmp_nlt(self, b: Self) -> Self =
                 self.zip(b, |a, b| f32::from_bits(if a < b { 0 } else { u32::MAX }));
-            /// All bits of both.
+            /// Bitwise or of both.
             pub fn or(self, b: Self) -> Self = self.zip(b, |a, b| f32::from_bits(a.to_bits() | b.to_bits()));
             /// True if the sign bit of the first lane is set.
             pub fn sign(self) -> bool = self.0[0].to_bits() >> 31 != 0;

@@ -2,13 +2,14 @@
 //!
 //! A kernel is generic over [`Isa`] and `#[inline(always)]`; [`crate::platform::dispatch`] instantiates it inside a
 //! function that enables the instruction set, after run-time detection. The vector types never leave the crate, so no
-//! code uses an instruction set that the machine lacks: that is the safety argument of every intrinsic in this folder.
-//! WebAssembly has no detection: a module with instructions that the machine lacks is refused before it runs.
+//! code uses an instruction set that the machine does not support. This is the safety argument of every intrinsic in
+//! this folder. WebAssembly has no detection, but a module with unsupported instructions is rejected before it runs.
 //!
 //! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects contribute to a hit. All are correctly rounded, so the
 //! bits of hits do not depend on the instruction set.
 
-/// Methods of one expression, inlined into the function that enables the instruction set: a table, one row a method.
+/// Methods with a single expression, inlined into the function that enables the instruction set: a table with one row
+/// per method.
 macro_rules! inlined {
     ($($(#[$doc:meta])* $vis:vis fn $name:ident($($argument:tt)*) -> $out:ty = $body:expr;)*) => {$(
         $(#[$doc])*
@@ -87,15 +88,15 @@ pub trait Vector: Copy {
 
 /// An instruction set.
 pub trait Isa: Copy + 'static {
-    /// True if sixteen floats take little longer than one.
+    /// True if sixteen floats take only slightly longer than one.
     const WIDE: bool = false;
     /// True if `mul_sub` is one instruction; emulation of its single rounding is slow.
     const HAS_FMA: bool = true;
 
     type F32x8: Vector;
     type F32x16: Vector;
-    /// Rays tested at once, each against its own triangle: [`Isa::F32x8`] if sixteen would exceed the registers, else
-    /// [`Isa::F32x16`].
+    /// Number of rays tested at once, each against its own triangle: [`Isa::F32x8`] if sixteen would exceed the
+    /// registers, otherwise [`Isa::F32x16`].
     type RayVec: Vector;
     /// The lanes of [`Isa::RayVec`].
     const RAY_LANES: usize = 16;
@@ -104,7 +105,7 @@ pub trait Isa: Copy + 'static {
     /// Eight indices into eight lanes.
     type Permutation: Copy;
 
-    /// Unpacks sixteen packed 4-bit indices: that of lane i is in bits `4 * (i / 2)` of 32-bit word `i % 2`.
+    /// Unpacks sixteen packed 4-bit indices: the index of lane i is in bits `4 * (i / 2)` of 32-bit word `i % 2`.
     fn unpack_indices(packed: u64) -> Self::LaneIndices;
     /// `table[index]`, lane by lane.
     fn permute(table: Self::F32x16, index: Self::LaneIndices) -> Self::F32x16;
@@ -112,7 +113,7 @@ pub trait Isa: Copy + 'static {
     #[inline(always)]
     fn permute_half<const HALF: usize>(table: Self::F32x16, packed: u64) -> Self::F32x8 {
         let mut lanes = [0.0; 16];
-        // SAFETY: the array holds 16 floats, those that are read back 8.
+        // SAFETY: the array contains 16 floats, of which 8 are read.
         unsafe {
             table.store(lanes.as_mut_ptr());
             let at = |i: usize| lanes[usize::from(packed_index(packed, 8 * HALF + i))];
@@ -125,17 +126,17 @@ pub trait Isa: Copy + 'static {
     fn expand_bits(packed: u64) -> Self::F32x16;
     /// Adds an integer to the bits of every lane.
     fn add_u32_bits(bits: Self::RayVec, by: u32) -> Self::RayVec;
-    /// The lanes of `mask`, in order, in the first lanes; the rest is unspecified.
+    /// Moves the lanes of `mask`, in order, to the first lanes; the rest is unspecified.
     #[inline(always)]
     fn compress(v: Self::F32x8, mask: u32) -> Self::F32x8 {
         permute8(v, COMPRESS[mask as usize & 255])
     }
-    /// The permutation that sorts the lanes of `mask` from the greatest value to the least, up to 7 ulp; the rest is
-    /// unspecified. Values are not negative.
+    /// Permutation that sorts the lanes of `mask` from the greatest value to the smallest, up to 7 ulp; the rest is
+    /// unspecified. Values must not be negative.
     fn sort_descending(v: Self::F32x8, mask: u32) -> Self::Permutation;
     /// `v[order]`, lane by lane.
     fn permute8(v: Self::F32x8, order: Self::Permutation) -> Self::F32x8;
-    /// The lane of the least value among those of `mask`, up to 7 ulp; unspecified for an empty mask. Values are not
+    /// Lane of the smallest value among those of `mask`, up to 7 ulp; unspecified for an empty mask. Values must not be
     /// negative.
     #[inline(always)]
     fn argmin(v: Self::F32x8, mask: <Self::F32x8 as Vector>::Mask) -> usize {
@@ -157,14 +158,14 @@ pub trait Isa: Copy + 'static {
         let mut columns = [[0.0; 16]; 4];
         for (i, row) in rows.into_iter().enumerate() {
             for (k, column) in columns.iter_mut().enumerate() {
-                // SAFETY: as the caller vouches.
+                // SAFETY: guaranteed by the caller.
                 column[i] = unsafe { row.add(k).read() };
             }
         }
-        // SAFETY: each array holds 16 floats.
+        // SAFETY: each array contains 16 floats.
         columns.map(|column| unsafe { Self::F32x16::load(column.as_ptr()) })
     }
-    /// Prefetches a cache line, where there is an instruction for it.
+    /// Prefetches a cache line, if there is an instruction for it.
     #[inline(always)]
     fn prefetch(_at: *const u8) {}
 }
@@ -191,7 +192,7 @@ pub static COMPRESS: [[u8; 8]; 256] = {
 #[inline(always)]
 pub fn lanes8<V: Vector>(v: V) -> [f32; 8] {
     let mut lanes = [0.0; 8];
-    // SAFETY: the array holds 8 floats.
+    // SAFETY: the array contains 8 floats.
     unsafe { v.store(lanes.as_mut_ptr()) };
     lanes
 }
@@ -200,7 +201,7 @@ pub fn lanes8<V: Vector>(v: V) -> [f32; 8] {
 #[inline(always)]
 pub fn permute8<V: Vector>(v: V, order: [u8; 8]) -> V {
     let lanes = lanes8(v);
-    // SAFETY: the array holds 8 floats.
+    // SAFETY: the array contains 8 floats.
     unsafe { V::load(order.map(|lane| lanes[lane as usize & 7]).as_ptr()) }
 }
 
@@ -227,7 +228,7 @@ pub fn pack_indices(lanes: &[u8; 16]) -> u64 {
     (0..16).fold(0, |word, i| word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2)))
 }
 
-/// Index `lane` of those that [`pack_indices`] packed.
+/// Index `lane` among those packed by [`pack_indices`].
 #[inline(always)]
 pub fn packed_index(packed: u64, lane: usize) -> u8 {
     (packed >> (32 * (lane % 2) + 4 * (lane / 2 % 8))) as u8 & 15

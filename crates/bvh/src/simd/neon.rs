@@ -104,7 +104,7 @@ impl Isa for Neon {
         table: Self::F32x16,
         DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d)): Self::F32x16,
     ) -> Self::F32x16 {
-        // The four bytes of each lane: four times the index, and 0 to 3 more.
+        // The four bytes of each lane: four times the index, plus 0 to 3.
         let index = [a, b, c, d].map(|v| {
             on_neon!({
                 let lane = vandq_u32(vreinterpretq_u32_f32(v.0), vdupq_n_u32(15));
@@ -117,7 +117,7 @@ impl Isa for Neon {
     fn expand_bits(packed: u64) -> Self::F32x16 {
         let lane = |i: usize| f32::from_bits((packed >> (32 * (i % 2) + 4 * (i / 2))) as u32 & 15);
         let lanes: [f32; 16] = std::array::from_fn(lane);
-        // SAFETY: the array holds 16 floats.
+        // SAFETY: the array contains 16 floats.
         unsafe { Self::F32x16::load(lanes.as_ptr()) }
     }
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! Plain arrays: the fallback for any machine, and the reference of the other instruction sets.
+//! Plain arrays: the fallback for any machine, and the reference for the other instruction sets.
 
 use crate::simd::{Isa, Vector, permute8, sort_descending};
 
@@ -48,12 +48,12 @@ impl<const N: usize> Vector for PortableVec<N> {
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
-        // SAFETY: the caller vouches for N readable floats.
+        // SAFETY: the caller guarantees N readable floats.
         Self(unsafe { from.cast::<[f32; N]>().read_unaligned() })
     }
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
-        // SAFETY: the caller vouches for N writable floats.
+        // SAFETY: the caller guarantees N writable floats.
         unsafe { to.cast::<[f32; N]>().write_unaligned(self.0) }
     }
 }
@@ -83,8 +83,8 @@ impl Isa for Portable {
     }
 }
 
-/// `a * b - c`, rounded once, without an FMA instruction: float64 holds the product exactly, and its difference rounded
-/// to odd may be rounded again (Boldo and Melquiond 2008).
+/// `a * b - c`, rounded once, without an FMA instruction: float64 represents the product exactly, and its difference
+/// rounded to odd may be rounded again (Boldo and Melquiond 2008).
 #[inline(always)]
 pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
@@ -105,7 +105,7 @@ mod tests {
     use super::fused;
 
     #[test]
-    fn a_product_less_a_number_is_rounded_once() {
+    fn mul_sub_is_rounded_once() {
         let mut state = 1u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -114,7 +114,7 @@ mod tests {
         let mut twice = 0;
         for _ in 0..1_000_000 {
             let [a, b] = [0, 1].map(|_| f32::from_bits(next() % (30 << 23) + (112 << 23)));
-            // Half of the time so near to the product that little is left.
+            // Half of the numbers are so close to the product that little is left.
             let c = if next() & 1 == 0 {
                 f32::from_bits((a * b).to_bits().wrapping_add(next() % 9).wrapping_sub(4))
             } else {

@@ -14,7 +14,7 @@ pub struct Simd128;
 #[derive(Clone, Copy)]
 pub struct WasmVec4(pub v128);
 
-/// The upper two floats in the place of the lower two.
+/// Moves the upper two floats to the lower two.
 #[inline(always)]
 fn upper(v: v128) -> v128 {
     i64x2_shuffle::<1, 0>(v, v)
@@ -41,16 +41,16 @@ impl Vector for WasmVec4 {
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
-        // SAFETY: the caller vouches for 4 readable floats.
+        // SAFETY: the caller guarantees 4 readable floats.
         Self(unsafe { v128_load(from.cast()) })
     }
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
-        // SAFETY: the caller vouches for 4 writable floats.
+        // SAFETY: the caller guarantees 4 writable floats.
         unsafe { v128_store(to.cast(), self.0) }
     }
-    /// Rounded to float64 and then to float32, which is once unless the float64 lies midway between two float32; these
-    /// are rare and handled one by one.
+    /// Rounds to float64 and then to float32, which equals a single rounding unless the float64 is midway between two
+    /// float32; these rare cases are handled one by one.
     #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
         let [low, high] = [(self.0, b.0, c.0), (upper(self.0), upper(b.0), upper(c.0))].map(|(a, b, c)| {
@@ -91,7 +91,7 @@ impl WasmVec4 {
     fn mul_sub_one_by_one(self, b: Self, c: Self) -> Self {
         let lanes = |v: Self| {
             let mut out = [0.0; 4];
-            // SAFETY: the array holds 4 floats.
+            // SAFETY: the array contains 4 floats.
             unsafe { v.store(out.as_mut_ptr()) };
             out
         };
@@ -156,7 +156,7 @@ impl Isa for Simd128 {
     }
 }
 
-/// The four bytes of each lane whose index, below 16, is in the low bits: four times the index, and 0 to 3 more.
+/// The four bytes of each lane whose index, below 16, is in the low bits: four times the index, plus 0 to 3.
 #[inline(always)]
 fn byte_indices(lanes: WasmVec4) -> v128 {
     let index = v128_and(lanes.0, u32x4_splat(15));

@@ -23,7 +23,7 @@ use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 /// The closest hits of a batch.
 #[inline(always)]
 pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
-    // Two instances: the coherent one is faster without the code of the other.
+    // Two instances, because the coherent one is faster without the code of the other.
     match coherence {
         Coherence::Coherent => for_each_chunk::<I, false>(scene, rays, hits, coherence),
         _ => for_each_chunk::<I, true>(scene, rays, hits, coherence),
@@ -170,7 +170,7 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
 }
 
 impl InstanceRecord {
-    /// A ray of the scene in tree coordinates of the mesh, by the same arithmetic as for single rays.
+    /// Ray of the scene in tree coordinates of the mesh, by the same arithmetic as for single rays.
     #[inline(always)]
     pub fn ray_to_mesh(&self, ray: &Ray) -> Ray {
         let m = &self.mesh_from_scene;
@@ -204,7 +204,7 @@ impl LeafVisitor for ClosestLeafVisitor<'_> {
     }
 }
 
-/// Source and sink of single rays. A ray may come as several tasks, one per subtree: the closest hit of all counts.
+/// Source and sink of single rays. A ray may arrive as several tasks, one per subtree; the closest hit of all counts.
 struct ClosestSink<'a, 'b, W> {
     scene: &'a Scene,
     tasks: W,

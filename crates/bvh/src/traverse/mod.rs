@@ -5,13 +5,13 @@
 //! 2. Frustum packets (`packet`): a packet traverses the TLAS, is regrouped in each instance, and traverses the BLAS.
 //!    One frustum test per node serves all rays (Reshetov, Soupikov and Hurley 2005); packets of incoherent rays are
 //!    tested ray by ray. Rays that leave their group are queued.
-//! 3. Interleaved single rays (`single`): queued rays are advanced round-robin on the same thread, so that memory
-//!    latencies overlap (as in AMAC, Kocberber, Falsafi and Grot 2015).
+//! 3. Interleaved single rays (`single`): queued rays are advanced in turn on the same thread, so that memory latencies
+//!    overlap (as in AMAC, Kocberber, Falsafi and Grot 2015).
 //!
 //! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the
-//! same operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Therefore hits are the same
-//! bits in a packet and alone. `exact` repeats all three in float64 and finds all
-//! crossings; `point` finds closest points; `closest` and `occluded` are the queries in float32.
+//! same operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Hits are therefore
+//! bit-identical in a packet and individually. `exact` repeats all three in float64 and finds all crossings; `point`
+//! finds closest points; `closest` and `occluded` are the queries in float32.
 //!
 //! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point; closest,
 //! occluded.
@@ -54,14 +54,14 @@ kernel! {
     ) = closest_exact_batch
 }
 kernel! {
-    /// Any hits that a filter accepts, or the closest in place of those that it does not accept.
+    /// Any hits that a filter accepts, or the closest ones if it does not accept those.
     fn filter_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
         hits: &mut [ExactHit],
     ) = filter_hits
 }
 kernel! {
-    /// Hits off by one unit in the last place at most.
+    /// Hits accurate to one unit in the last place.
     fn refine(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) = refine_each
 }
 kernel! {

@@ -17,15 +17,15 @@ use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESH
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// Packets of a chunk are faster if they visit at most this many nodes and leaves per ray, where each ray that is
-/// handed to single-ray traversal counts as `SINGLE_RAY_COST` visits.
+/// Packets of a chunk are faster if they visit at most this many nodes and leaves per ray; a ray that is handed to
+/// single-ray traversal counts as `SINGLE_RAY_COST` visits.
 const MAX_VISITS_PER_RAY: usize = 4;
 const SINGLE_RAY_COST: usize = 4;
 
 /// At most this many rays of a packet at a node continue as single rays. Leaves are always tested at once.
 const MAX_SINGLE_RAYS: u32 = 2;
 
-/// True for rays that hit anything, for a batch.
+/// For every ray of a batch, true if it hits anything.
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
     occluded.fill(false);
@@ -163,7 +163,7 @@ fn occluded_in_leaf<I: Isa>(leaf: &LeafNode, active: u64, packet: &Packet, poten
     occluded
 }
 
-/// Source and sink of single rays. A ray may come as several tasks: it is occluded if one of them hits.
+/// Source and sink of single rays. A ray may arrive as several tasks; it is occluded if one of them hits.
 struct OcclusionSink<'a, 'b, W> {
     scene: &'a Scene,
     tasks: W,

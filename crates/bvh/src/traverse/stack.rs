@@ -41,7 +41,7 @@ impl Stack {
     fn push_ordered<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> (NodeRef, I::Permutation) {
         debug_assert!(self.len + 8 <= STACK_SIZE && mask != 0);
         // SAFETY: `STACK_SIZE` leaves room for 8 more entries, by the depth of every tree (see there). References are
-        // carried as floats, of which no arithmetic is done.
+        // stored as floats, with which no arithmetic is done.
         unsafe {
             let order = I::sort_descending(enter, mask);
             let child = I::permute8(I::F32x8::load(node.children.as_ptr().cast()), order);
@@ -67,7 +67,8 @@ impl Stack {
     pub fn pop_unchecked(&mut self) -> NodeRef {
         debug_assert!(self.len > 0);
         self.len -= 1;
-        // SAFETY: entries below the former `len` were written; a stack with a floor is not empty before it is taken.
+        // SAFETY: entries below the previous `len` have been written; a stack with a floor is not empty before it is
+        // removed.
         unsafe { self.nodes.get_unchecked(self.len).assume_init() }
     }
 
@@ -81,8 +82,8 @@ impl Stack {
         select_unpredictable(done, last, at)
     }
 
-    /// Pushes the children of `mask` except one, which is returned: the nearest `WITH_DISTANCE`, else the last. Without
-    /// children, pops. Branch-free, since the case is unpredictable.
+    /// Pushes the children of `mask` except one, which is returned: the nearest `WITH_DISTANCE`, otherwise the last.
+    /// Without children, pops. Branch-free, because the case is unpredictable.
     #[inline(always)]
     pub fn push_children_or_pop<I: Isa, const WITH_DISTANCE: bool>(
         &mut self,
@@ -102,7 +103,7 @@ impl Stack {
                 let enter = I::compress(enter, rest);
                 enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             }
-            // Selects an address, not a value: the compiler would turn the latter into a branch.
+            // Selects an address instead of a value, which the compiler would turn into a branch.
             let last = self.nodes.as_ptr().add(self.len - 1).cast();
             let next = select_unpredictable(mask == 0, last, node.children.as_ptr().add(lane));
             self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
@@ -131,7 +132,7 @@ impl Stack {
     pub fn pop(&mut self, base: usize, t_max: f32) -> Option<NodeRef> {
         while self.len > base {
             self.len -= 1;
-            // SAFETY: entries below the former `len` were written by `push`.
+            // SAFETY: entries below the previous `len` were written by `push`.
             let (child, enter) = unsafe {
                 (self.nodes.get_unchecked(self.len).assume_init(), self.enter.get_unchecked(self.len).assume_init())
             };
@@ -166,7 +167,7 @@ impl MaskStack {
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(NodeRef, u64)> {
         self.len = self.len.checked_sub(1)?;
-        // SAFETY: entries below the former `len` were written by `push`.
+        // SAFETY: entries below the previous `len` were written by `push`.
         Some(unsafe { self.entries.get_unchecked(self.len).assume_init() })
     }
 }
@@ -192,9 +193,9 @@ impl PacketStack {
         let len = self.stack.len;
         let (child, order) = self.stack.push_ordered::<I>(node, enter, mask);
         let mut lanes = [0u32; 8];
-        // SAFETY: both arrays hold eight words, which as floats are only moved.
+        // SAFETY: both arrays contain eight words, which as floats are only moved.
         unsafe { I::permute8(I::F32x8::load(LANE_IDS.as_ptr().cast()), order).store(lanes.as_mut_ptr().cast()) };
-        // Always writes all eight entries: branching on the count mispredicts.
+        // Always writes all eight entries, because branching on the count would be mispredicted.
         for (i, lane) in lanes.iter().enumerate() {
             // SAFETY: `STACK_SIZE` leaves room for 8 more entries than `len`, as `push_ordered` says.
             unsafe { self.rays.get_unchecked_mut(len + i) }.write(entered[*lane as usize & 7]);
@@ -208,7 +209,7 @@ impl PacketStack {
     pub fn pop(&mut self, t_max: f32) -> Option<(NodeRef, u64, f32)> {
         let child = self.stack.pop(0, t_max)?;
         let last = self.stack.len;
-        // SAFETY: `push` writes both beside the child that was taken from there.
+        // SAFETY: `push` writes both next to the child that was taken from there.
         let (rays, enter) = unsafe {
             (self.rays.get_unchecked(last).assume_init(), self.stack.enter.get_unchecked(last).assume_init())
         };

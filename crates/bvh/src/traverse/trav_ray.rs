@@ -7,11 +7,11 @@ use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 
 /// Padding of slabs, so that rounding loses no hit and the order of traversal changes no hit.
 ///
-/// With u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray: a slab is entered at `bound *
-/// n - (o * n + pad)`, fused, with n = r less [`RELATIVE_PAD`], and left at `bound * f - (o * f - pad)` with f = r and
-/// as much more. Rounding is monotonic, so the slabs of a box contain those of everything in it. A hit's t is clamped
-/// to the slabs of its own triangle (across the main axis as a box's, along it not padded at all: a wall across the ray
-/// is hit at its own distance). So no box is culled wrongly by a nearer t.
+/// Let u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray. A slab is entered at `bound *
+/// n - (o * n + pad)`, fused, where n = r minus [`RELATIVE_PAD`], and left at `bound * f - (o * f - pad)` where f = r
+/// plus the same amount. Rounding is monotonic, so the slabs of a box contain those of everything in it. A hit's t is
+/// clamped to the slabs of its own triangle (across the main axis as a box's, along it not padded at all: a wall across
+/// the ray is hit at its own distance). No box is therefore culled wrongly by a nearer t.
 ///
 /// This requires only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
 /// triangle enclose the ray exactly. Each is x - s z, but for u |s z| of the product and a relative error of the
@@ -19,8 +19,8 @@ use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 /// greatest t of anything in the tree along the main axis. All other errors are relative to the t at hand, 7 u at most,
 /// except 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed them all.
 ///
-/// The pads are small and no fraction of the largest coordinate: a ray that starts a hair off a wall stays out of the
-/// wall's boxes.
+/// The pads are small and not a fraction of the largest coordinate: a ray that starts very close to a wall does not
+/// enter the wall's boxes.
 pub const SLAB_PAD: f32 = 4.0 * MACHINE_EPSILON;
 pub const ORIGIN_PAD: f32 = 3.0 * MACHINE_EPSILON;
 pub const RELATIVE_PAD: f32 = 12.0 * MACHINE_EPSILON;
@@ -100,8 +100,8 @@ impl TravRay {
     }
 
     /// Sets up a ray for a tree whose boxes get an additional absolute `padding`. False, without further effect, if the
-    /// ray misses by definition: not finite, without direction, or from beyond 2^50. In place, since a copy right after
-    /// the stores would stall on store forwarding.
+    /// ray misses by definition: not finite, without direction, or from beyond 2^50. Works in place, because a copy
+    /// right after the stores would stall on store forwarding.
     #[inline(always)]
     pub fn setup(&mut self, origin: [f32; 3], direction: [f32; 3], bounds: &Aabb, padding: f32) -> bool {
         let lanes = |[x, y, z]: [f32; 3]| [x, y, z, z];
@@ -144,14 +144,15 @@ impl TravRay {
         true
     }
 
-    /// True if the ray is parallel to no axis, as [`TravRay::translate`] requires.
+    /// True if the ray is not parallel to any axis, as required by [`TravRay::translate`].
     #[inline(always)]
     pub fn has_no_parallel_axis(&self) -> bool {
         let [x, y, z, _] = self.reciprocal.map(f32::abs);
         x < MAX_RECIPROCAL && y < MAX_RECIPROCAL && z < MAX_RECIPROCAL
     }
 
-    /// [`TravRay::setup`] for another tree, with another origin and the same direction, which is parallel to no axis.
+    /// Same as [`TravRay::setup`] for another tree, with another origin and the same direction, which is not parallel
+    /// to any axis.
     #[inline(always)]
     pub fn translate(&mut self, [x, y, z]: [f32; 3], bounds: &Aabb) -> bool {
         let origin = [x, y, z, z];

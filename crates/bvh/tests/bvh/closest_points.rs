@@ -1,11 +1,11 @@
-//! Closest points of placed meshes against every triangle.
+//! Closest points of placed meshes compared with every triangle.
 
 use crate::support::{Mesh, Rng, soup, sphere};
 use raycam_bvh::{
     ClosestPoint, ExactTriangles, INVALID_ID, Instance, InstructionSet, Scene, squared_distance_to_triangle,
 };
 
-/// Meshes at places of float32, each used twice.
+/// Meshes at float32 positions, each used twice.
 struct Placed(Vec<(Mesh, [[f32; 4]; 3])>);
 
 impl Placed {
@@ -54,7 +54,7 @@ fn closest_points_match_brute_force_on_every_instruction_set() {
         (soup(60, 0.001, &mut rng), turned),
     ]);
     let mut points: Vec<[f64; 3]> = (0..400).map(|_| rng.vector().map(|x| 4.0 * f64::from(x))).collect();
-    // On corners, far away, and beyond what float32 reaches.
+    // On corners, far away, and beyond the range of float32.
     points.extend((0..60).map(|i| world.corners(0, i)[0]));
     points.extend([[1e5, 2e5, -3e5], [1e12, 0.0, 0.0], [0.0, 1e30, 1e30], [0.0, f64::NAN, 0.0]]);
     let expected: Vec<_> = points.iter().map(|point| world.brute(*point)).collect();

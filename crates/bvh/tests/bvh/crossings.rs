@@ -1,9 +1,9 @@
-//! Crossings: closed meshes are crossed an even number of times, by the same answer with every instruction set.
+//! Crossings: closed meshes are crossed an even number of times, with equal answers for every instruction set.
 
 use crate::support::{Mesh, Rng, World, sphere};
 use raycam_bvh::{ExactHit, ExactRay, HitFilter, InstructionSet};
 
-/// Lines from one vertex of a mesh through others, and through middles of its edges.
+/// Lines from one vertex of a mesh through other vertices, and through midpoints of its edges.
 fn lines(mesh: &Mesh, count: usize, rng: &mut Rng) -> Vec<ExactRay> {
     let vertex = |rng: &mut Rng| mesh.vertices[rng.below(mesh.vertices.len())].map(f64::from);
     let line = |i: usize| {

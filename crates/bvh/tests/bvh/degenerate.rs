@@ -1,4 +1,4 @@
-//! Geometry and rays that break tracers.
+//! Geometry and rays that are difficult for ray tracers.
 
 use crate::support::*;
 use raycam_bvh::{BuildError, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Ray, Scene};
@@ -10,7 +10,7 @@ fn one(scene: &Scene, origin: [f32; 3], direction: [f32; 3]) -> Hit {
 }
 
 #[test]
-fn empty_scenes_are_missed() {
+fn empty_scenes_return_misses() {
     let empty = Mesh { vertices: vec![], triangles: vec![] };
     assert_eq!(one(&empty.scene(), [0.0; 3], [0.0, 0.0, 1.0]), Hit::MISS);
     let nothing = Scene::build(vec![], [0.0; 3]).unwrap();
@@ -45,7 +45,7 @@ fn rays_without_direction_return_misses() {
         scene.closest(&[ray], &mut hit, Coherence::Unknown);
         assert_eq!(hit[0], Hit::MISS);
     }
-    // Any length of direction will do.
+    // Directions of any length are valid.
     for scale in [1e-42, 1e-30, 1.0, 1e30, 3e38] {
         let hit = one(&scene, [0.0; 3], [scale, 0.3 * scale, 0.2 * scale]);
         assert_ne!(hit.triangle, INVALID_ID, "{scale}");
@@ -53,7 +53,7 @@ fn rays_without_direction_return_misses() {
 }
 
 #[test]
-fn flat_triangles_are_kept_and_never_hit() {
+fn flat_triangles_are_kept_but_never_hit() {
     let mut mesh = sphere(8, &mut Rng(7));
     let solid = mesh.triangles.len() as u32;
     for i in 0..1000 {
@@ -69,9 +69,9 @@ fn flat_triangles_are_kept_and_never_hit() {
     }
 }
 
-/// Its corners lie in a line, and float64 arithmetic on the way to its first one makes an area of that.
+/// Its corners are collinear, but float64 arithmetic relative to the first one gives an area.
 #[test]
-fn rounding_makes_no_flat_triangle_hit() {
+fn rounding_does_not_make_flat_triangles_hittable() {
     let line = [-3.404_480_2, -3.404_479_7, -3.404_479];
     let mesh = Mesh { vertices: line.map(|y| [-16.090_368, y, 17.793_077]).to_vec(), triangles: vec![[0, 1, 2]] };
     let (scene, world) = (mesh.scene(), World::of(&mesh));
@@ -97,7 +97,7 @@ fn duplicates_and_common_centroids_can_be_traced() {
     let copies = Mesh { vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]; n] };
     let hit = one(&copies.scene(), [0.2, 0.2, 1.0], [0.0, 0.0, -1.0]);
     assert_eq!((hit.t, hit.triangle), (1.0, 0));
-    // Nested squares around one centre, each a little larger.
+    // Nested squares around one centre, each slightly larger.
     let mut nested = Mesh { vertices: vec![], triangles: vec![] };
     for i in 0..20_000u32 {
         let r = 1.0 + i as f32 * 1e-3;
@@ -119,7 +119,7 @@ fn extreme_extents_can_be_traced() {
             assert!((hit.t / scale - 1.0).abs() < 1e-4, "{scale}: {hit:?}");
         }
     }
-    // Exponentially shrinking triangles: the heuristic alone would dig a tree as deep as there are triangles.
+    // Exponentially shrinking triangles: the heuristic alone would create a tree as deep as there are triangles.
     let mut mesh = Mesh { vertices: vec![], triangles: vec![] };
     for i in 0..120u32 {
         let r = 0.5f32.powi(i as i32);

@@ -1,4 +1,4 @@
-//! Meshes in one tree: the answers of the same meshes as instances, with ties to the first.
+//! Meshes in one tree: equal answers to the same meshes as instances; ties go to the first.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray, Scene};

@@ -1,9 +1,9 @@
-//! Meshes that are in each other's way, whose parts are sorted into one tree.
+//! Overlapping meshes, whose parts are sorted into one tree.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Ray};
 
-/// Soups in one place: moved, turned, mirrored, sheared and scaled; one of them flat.
+/// Random triangles in one place: translated, rotated, mirrored, sheared and scaled; one of them flat.
 fn soups(rng: &mut Rng) -> World {
     let matrices = [
         [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, -0.25], [0.0, 0.0, 1.0, 0.125]],
@@ -65,7 +65,7 @@ fn hits_through_rebraided_parts_match_brute_force() {
 }
 
 #[test]
-fn coplanar_triangles_return_the_first() {
+fn coplanar_triangles_return_the_first_triangle() {
     let mut rng = Rng(78);
     let world = soups(&mut rng);
     let scene = world.scene();

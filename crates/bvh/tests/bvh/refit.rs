@@ -1,4 +1,4 @@
-//! Trees that follow their vertices.
+//! Trees that are refitted to moved vertices.
 
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ fn refitted_trees_return_the_hits_of_new_trees() {
 }
 
 #[test]
-fn another_mesh_is_refused() {
+fn refit_refuses_another_mesh() {
     let mut rng = Rng(5);
     let mesh = sphere(10, &mut rng);
     let mut bvh = Bvh::build(&mesh.vertices, &mesh.triangles).unwrap();

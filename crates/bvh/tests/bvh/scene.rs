@@ -1,4 +1,4 @@
-//! Queries against float64 brute force, and against each other.
+//! Queries compared with float64 brute force, and with each other.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Ray, Scene};
@@ -141,7 +141,7 @@ fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [[1, 2], [2, 0], [0, 1]].map(|[y, z]| e[y] * f[z] - e[z] * f[y])
 }
 
-/// Rays of one eye run in packets where they can: near and far eyes, aimed at corners and edges as well.
+/// Rays from one eye are traced in packets if possible: near and far eyes, also aimed at corners and edges.
 #[test]
 fn exact_packets_match_brute_force() {
     let mut rng = Rng(11);
@@ -195,7 +195,7 @@ fn exact_packets_match_brute_force() {
     }
 }
 
-/// Rays of one eye among instances, in whose coordinates they do not all run alike.
+/// Rays from one eye among instances, in whose coordinates they are not all parallel.
 #[test]
 fn exact_packets_on_instances_match_brute_force() {
     let mut rng = Rng(12);
@@ -217,7 +217,7 @@ fn exact_packets_on_instances_match_brute_force() {
         let away = [0.6, -0.48, 0.64];
         let eye: [f64; 3] = std::array::from_fn(|a| offset + distance * away[a]);
         let mut rays = vec![];
-        // Tiles of rays that run nearly alike, and some that do not.
+        // Tiles of rays with similar directions, and some without.
         for tile in 0..40u32 {
             let at = world.corners(tile % 12, rng.below(60) as u32)[0];
             let wide = [1e-3, 0.05, 0.4, 3.0][tile as usize % 4];
@@ -245,7 +245,7 @@ fn exact_packets_on_instances_match_brute_force() {
 }
 
 #[test]
-fn ties_go_to_the_smallest_instance_and_triangle() {
+fn ties_return_the_smallest_instance_and_triangle() {
     let mut mesh = grid(8);
     let copies = mesh.triangles.clone();
     mesh.triangles.extend(copies);
@@ -255,7 +255,7 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
         *place = World::of(&mesh).instances.remove(0);
     }
     let scene = world.scene();
-    // Through every vertex, edge centre and diagonal.
+    // Rays through every vertex, edge midpoint and diagonal.
     let rays: Vec<_> = (0..17 * 17)
         .map(|k| Ray {
             origin: [(k % 17) as f32 / 2.0, (k / 17) as f32 / 2.0, 5.0],
@@ -274,7 +274,7 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
 }
 
 #[test]
-fn every_instruction_set_gives_the_same_bits() {
+fn hits_are_bit_identical_for_every_instruction_set() {
     let mut rng = Rng(5);
     let mesh = soup(3000, 0.2, &mut rng);
     let rays = rays(20_000, 1.2, &mut rng);
@@ -288,8 +288,8 @@ fn every_instruction_set_gives_the_same_bits() {
     }
 }
 
-/// Pinhole rays in tiles of 8 x 8, and shadow rays from what they meet to a light far away, to one in
-/// its midst, and along one direction.
+/// Pinhole rays in tiles of 8 x 8, and shadow rays from their hits to a distant light, to a light among the objects,
+/// and along one direction.
 fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 4] {
     let mut primary = vec![];
     for tile in 0..n * n {
@@ -313,7 +313,7 @@ fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 4] {
 }
 
 #[test]
-fn packets_give_the_bits_of_single_rays() {
+fn packets_and_single_rays_give_identical_bits() {
     let mut rng = Rng(9);
     let turned = transforms(&mut rng, 5, 1.0);
     let place = |mesh: &Mesh, matrix: [[f64; 4]; 3]| {

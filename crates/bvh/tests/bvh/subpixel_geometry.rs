@@ -1,9 +1,9 @@
-//! Triangles much finer than the rays are apart: the bounds of a packet enter everything between its rays.
+//! Triangles much finer than the spacing of the rays: the bounds of a packet enter everything between its rays.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, Hit, INVALID_ID, Ray};
 
-/// Squares of 8 by 8 rays from one point, row by row, down to a grid that lies below it, and beside it.
+/// Squares of 8 by 8 rays from one point, row by row, towards a grid below it and next to it.
 fn squares(count: usize, rng: &mut Rng) -> Vec<Ray> {
     let mut rays = vec![];
     for _ in 0..count {
@@ -21,11 +21,11 @@ fn squares(count: usize, rng: &mut Rng) -> Vec<Ray> {
 }
 
 #[test]
-fn packets_equal_single_rays() {
+fn packets_of_fine_geometry_equal_single_rays() {
     let mut rng = Rng(3);
     let n = if cfg!(miri) { 8 } else { 300 };
     let mut mesh = grid(n);
-    // From -1 to 1, and not flat: what lies in a leaf's box is not met by all rays that enter it.
+    // From -1 to 1, and not flat: not every ray that enters a leaf's box hits the triangles in it.
     for [x, y, z] in &mut mesh.vertices {
         [*x, *y] = [*x, *y].map(|v| 2.0 * v / n as f32 - 1.0);
         *z = 0.01 * rng.signed();

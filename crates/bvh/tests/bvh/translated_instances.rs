@@ -1,9 +1,9 @@
-//! Instances that are moved and not turned, whose rays only change their start from one to the next.
+//! Instances that are only translated, so that rays only change their start between them.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, Hit, Ray};
 
-/// Balls on a wide floor, one of them turned: rays leave their surfaces by as little as a renderer makes them.
+/// Balls on a wide floor, one of them rotated: rays leave their surfaces at offsets as small as a renderer's.
 #[test]
 fn hits_on_translated_instances_match_brute_force() {
     let mut rng = Rng(5);
@@ -31,7 +31,7 @@ fn hits_on_translated_instances_match_brute_force() {
             let above = 2e-5 * (1.0 + rng.signed().abs());
             let [x, y, _] = rng.vector().map(|x| 4.0 * x);
             let [a, b, c] = rng.vector();
-            // Some run along an axis or two.
+            // Some rays are parallel to one or two axes.
             let flat = |d: f32, every: usize| if k % every == 0 { 0.0 } else { d };
             Ray {
                 origin: [x, y, if k % 3 == 0 { above } else { 1.0 + c }],

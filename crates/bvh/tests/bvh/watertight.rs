@@ -1,4 +1,5 @@
-//! Rays aimed at edges and vertices of closed meshes: none gets through. `examples/leaks.rs` does the same at length.
+//! Rays aimed at edges and vertices of closed meshes: none passes through. `examples/leaks.rs` does the same with more
+//! rays.
 
 use crate::support::edge_rays;
 use raycam_bvh::{Coherence, Hit, InstructionSet, Ray};

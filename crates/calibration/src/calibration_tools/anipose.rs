@@ -1,4 +1,4 @@
-//! `calibration.toml` of Anipose, Pose2Sim and FreeMoCap: a table for each camera with `matrix`, `distortions`, `size`,
+//! `calibration.toml` of Anipose, Pose2Sim and FreeMoCap: one table per camera with `matrix`, `distortions`, `size`,
 //! `rotation` (a rotation vector) and `translation`, camera_from_world. Sources: aniposelib, cameras.py; Pose2Sim,
 //! calibration.py.
 
@@ -25,7 +25,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         if at.get("matrix").is_none() {
             if key != "metadata" {
                 at.refuse_lens(key)?;
-                calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "not read");
+                calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "ignored");
             }
             continue;
         }
@@ -36,7 +36,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         record.k = Some(at.require("matrix")?.matrix3()?);
         if let Some(size) = at.get("size") {
             let sides = size.list()?;
-            let [width, height] = &sides[..] else { return Err(size.fail("expected the width and the height")) };
+            let [width, height] = &sides[..] else { return Err(size.fail("expected width and height")) };
             record.size = Some([width.count()?, height.count()?]);
         }
         let values = at.get("distortions").map_or(Ok(vec![]), |at| at.numbers())?;
@@ -57,15 +57,15 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 record.pose = Some(Pose::camera_from_world(rotation, t));
             }
             (None, None) => {}
-            (Some(turn), None) => return Err(turn.fail("rotation without translation: expected both")),
-            (None, Some(t)) => return Err(t.fail("translation without rotation: expected both")),
+            (Some(turn), None) => return Err(turn.fail("rotation without translation; expected both")),
+            (None, Some(t)) => return Err(t.fail("translation without rotation; expected both")),
         }
         calibration.records.push(record);
     }
     if long > 100.0 {
         calibration.note(
             NoticeCode::Implausible,
-            format!("translations of up to {long:.1}: looks like millimetres; the numbers are kept"),
+            format!("translations of up to {long:.1} are probably in millimetres; the numbers are not converted"),
         );
     }
     Ok(calibration)

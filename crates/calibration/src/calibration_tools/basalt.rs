@@ -22,11 +22,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let (poses, cameras) = (root.require("T_imu_cam")?.list()?, root.require("intrinsics")?.list()?);
     let sizes = root.require("resolution")?.list()?;
     if poses.len() != cameras.len() || sizes.len() != cameras.len() {
-        return Err(root.fail("T_imu_cam, intrinsics and resolution are of different lengths"));
+        return Err(root.fail("T_imu_cam, intrinsics and resolution have different lengths"));
     }
     for (i, ((pose, camera), size)) in poses.iter().zip(&cameras).zip(&sizes).enumerate() {
         let mut record = CameraRecord::new(format!("cam{i}"), PixelCenter::Integer);
-        let [width, height] = size.list()?.try_into().map_err(|_| size.fail("expected columns and rows"))?;
+        let [width, height] =
+            size.list()?.try_into().map_err(|_| size.fail("expected the number of columns and rows"))?;
         record.size = Some([width.count()?, height.count()?]);
         let get = |key: &str| pose.require(key)?.number();
         let rotation = Rotation::unit_quaternion([get("qw")?, get("qx")?, get("qy")?, get("qz")?])
@@ -44,7 +45,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             "pinhole-radtan8" => (Some(LensModel::OpenCv), &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]),
             other => {
                 return Err(kind.fail(format_args!(
-                    "{other:?}, which raycam has no lens for: expected ds, eucm, kb4, pinhole or pinhole-radtan8"
+                    "unsupported camera_type {other:?}; expected ds, eucm, kb4, pinhole or pinhole-radtan8"
                 )));
             }
         };

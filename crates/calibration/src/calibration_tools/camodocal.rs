@@ -13,7 +13,7 @@ use crate::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// The keys of a camera's groups of parameters.
+/// Keys of a camera's parameter groups.
 pub(crate) const KEYS: [&str; 10] = [
     "model_type",
     "camera_name",
@@ -39,12 +39,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
 }
 
-/// The numbers of a group by their names; further ones that are not 0 are errors.
+/// Parameters of a group by name; other parameters that are not 0 are errors.
 fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Result<[f64; N]> {
     let at = root.require(name)?;
     for (key, inner) in at.entries()?.into_iter().filter(|(key, _)| !keys.contains(key)) {
         if inner.number()? != 0.0 {
-            return Err(inner.fail(format_args!("{key} is no parameter of this model_type that raycam reads")));
+            return Err(inner.fail(format_args!("{key} is not a supported parameter of this model_type")));
         }
     }
     let mut values = [0.0; N];
@@ -54,7 +54,7 @@ fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Resu
     Ok(values)
 }
 
-/// The camera of the keys of a file.
+/// Camera of a file's keys.
 pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord> {
     let kind = root.require("model_type")?;
     let name = root.get("camera_name").map_or(Ok(stem), |at| at.word().map(str::to_owned))?;
@@ -84,12 +84,15 @@ pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord> {
         }
         "SCARAMUZZA" => {
             return Err(kind.fail(
-                "SCARAMUZZA, the polynomial of OCamCalib, which raycam has no lens for: calibrate as MEI or \
-                 KANNALA_BRANDT (camodocal does both)",
+                "raycam does not support SCARAMUZZA, the polynomial of OCamCalib; calibrate as MEI or KANNALA_BRANDT \
+                 (camodocal supports both)",
             ));
         }
         other => {
-            return Err(kind.fail(format_args!("{other:?}; expected PINHOLE, PINHOLE_FULL, MEI or KANNALA_BRANDT")));
+            return Err(kind.fail(format_args!(
+                "unsupported model_type {other:?}; expected PINHOLE, PINHOLE_FULL, MEI \
+                or KANNALA_BRANDT"
+            )));
         }
     };
     record.k = Some(pinhole_matrix(focals));
@@ -97,14 +100,14 @@ pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord> {
     Ok(record)
 }
 
-/// A group of parameters: its name, which is empty for the rest of the group before, keys and values.
+/// Parameter group: its name (empty if the previous group continues), keys and values.
 type Parameters<'a> = (&'a str, &'a [&'a str], &'a [f64]);
 
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "camodocal's YAML";
     let [record] = records else {
         return Err(FormatError::encode(format!(
-            "{format} holds one camera, {} given: write each into a file of its own",
+            "{format} stores one camera, got {}; write each camera to a separate file",
             records.len()
         )));
     };
@@ -154,6 +157,6 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             let _ = writeln!(text, "   {key}: {}", yaml_float(values.get(i).copied().unwrap_or(0.0)));
         }
     }
-    let notices = vec![Notice::new(NoticeCode::NotWritten, format!("{format} holds no pose; it is not written"))];
+    let notices = vec![Notice::new(NoticeCode::NotWritten, format!("{format} cannot store a pose; it is not written"))];
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }

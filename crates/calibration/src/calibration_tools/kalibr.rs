@@ -1,8 +1,8 @@
-//! Kalibr's camchain: `cam0`, `cam1`, ..., each with intrinsics, distortion and where it stands.
+//! Kalibr's camchain: `cam0`, `cam1`, ..., each with intrinsics, distortion and pose.
 //!
-//! `T_cam_imu` (camera from body), or `T_imu_cam` as OpenVINS writes it, is the pose where every camera has it; else
-//! `T_cn_cnm1` (from the camera before) makes a chain that begins at cam0. Source: Kalibr's wiki, "Yaml formats" and
-//! "Supported models".
+//! If every camera has `T_cam_imu` (camera from body), or `T_imu_cam` as written by OpenVINS, that is its pose;
+//! otherwise `T_cn_cnm1` (camera from the previous camera) forms a chain that begins at cam0. Source: Kalibr's wiki,
+//! "Yaml formats" and "Supported models".
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -39,12 +39,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
-    // Other keys at the top (4Seasons has T_cam1_cam0 there) are no cameras.
+    // Other top-level keys (such as T_cam1_cam0 in 4Seasons) are not cameras.
     let (cameras, others): (Vec<_>, Vec<_>) =
         root.entries()?.into_iter().partition(|(name, at)| is_camera(name) || at.get("camera_model").is_some());
     for (name, at) in others {
         at.refuse_lens(name)?;
-        calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "not read");
+        calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "ignored");
     }
     let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
     let (camera_from_body, body_from_camera) = (all_have("T_cam_imu"), all_have("T_imu_cam"));
@@ -58,7 +58,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let [width, height] = camera.require("resolution")?.array::<2>()?;
         let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);
         if !(whole(width) && whole(height)) {
-            return Err(camera.require("resolution")?.fail("expected columns and rows"));
+            return Err(camera.require("resolution")?.fail("expected the number of columns and rows"));
         }
         record.size = Some([width as u32, height as u32]);
         (record.k, record.lens) = intrinsics(&camera)?;
@@ -85,7 +85,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     match &mut calibration.records[..] {
-        // One camera that is mounted on a body is a rig as well.
+        // A single camera that is mounted on a body also forms a rig.
         [record] if camera_from_body || body_from_camera => on_a_body(record, "rig"),
         records => one_rig(records, "rig"),
     }
@@ -111,11 +111,16 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
         "pinhole" => 0,
         "omni" => 1,
         "eucm" | "ds" => 2,
-        _ => return Err(model.fail(format_args!("{name:?}; expected pinhole, omni, eucm or ds"))),
+        _ => {
+            return Err(model.fail(format_args!(
+                "unsupported camera_model {name:?}; expected pinhole, omni, eucm or \
+            ds"
+            )));
+        }
     };
     let all = values.numbers()?;
     if all.len() != front + 4 {
-        return Err(values.fail(format_args!("{} numbers, the {name} model has {}", all.len(), front + 4)));
+        return Err(values.fail(format_args!("{} numbers; the {name} model requires {}", all.len(), front + 4)));
     }
     let (shape, focals) = all.split_at(front);
     let k = DMat3::from_cols(
@@ -132,7 +137,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
         ("eucm", _) if distortion == "none" || zero => new(LensModel::Eucm, shape)?,
         ("ds", _) if distortion == "none" || zero => new(LensModel::DoubleSphere, shape)?,
         _ => {
-            return Err(model.fail(format_args!("raycam has no lens for {name} with {distortion} {coefficients:?}")));
+            return Err(model.fail(format_args!("raycam does not support {name} with {distortion} {coefficients:?}")));
         }
     };
     Ok((Some(k), lens))
@@ -185,7 +190,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         if record.name != format!("cam{i}") {
             notices.push(Notice::new(
                 NoticeCode::Renamed,
-                format!("camera {:?} is called cam{i} in Kalibr's camchain", record.name),
+                format!("in Kalibr's camchain, camera {:?} is called cam{i}", record.name),
             ));
         }
         before = Some(pose);

@@ -1,4 +1,4 @@
-//! Files that calibration programs write: Anipose, Kalibr, camodocal, mrcal, Basalt. OpenCV's have their own folder.
+//! Files of calibration programs: Anipose, Kalibr, camodocal, mrcal, Basalt. OpenCV's files have a separate folder.
 
 pub(crate) mod anipose;
 pub(crate) mod basalt;

@@ -14,8 +14,8 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("LENSMODEL_") && text.contains("lensmodel")
 }
 
-/// The literal as YAML: texts in double quotes, tuples as lists, without comments, and with byte strings (`b'...'`, the
-/// packed input of the optimization) empty.
+/// Converts the literal to YAML: strings in double quotes, tuples as lists, without comments, and with empty byte
+/// strings (`b'...'`, the packed input of the optimization).
 fn yaml_of(literal: &str) -> String {
     let mut text = String::with_capacity(literal.len());
     let mut chars = literal.chars().peekable();
@@ -71,13 +71,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         (_, Some(count @ (4 | 5 | 8 | 12))) => count,
         _ => {
             return Err(model.fail(format_args!(
-                "{word}, which raycam has no lens for: expected LENSMODEL_PINHOLE or OPENCV4, 5, 8, 12 \
-                 (mrcal-convert-lensmodel fits one)"
+                "unsupported lens model {word}; expected LENSMODEL_PINHOLE or OPENCV4, 5, 8, 12 \
+                 (mrcal-convert-lensmodel can fit one)"
             )));
         }
     };
     if values.len() != 4 + coefficients {
-        return Err(at.fail(format_args!("{} numbers, {word} has {}", values.len(), 4 + coefficients)));
+        return Err(at.fail(format_args!("{} numbers; {word} requires {}", values.len(), 4 + coefficients)));
     }
     record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
     record.lens = match coefficients {
@@ -97,7 +97,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if let Some(at) = root.get("rt_cam_ref") {
         let pose = pose_of(at.clone())?;
         if older.is_some_and(|older| older != pose) {
-            return Err(at.fail("extrinsics has another pose: expected one of them"));
+            return Err(at.fail("extrinsics contains a different pose; expected only one of them"));
         }
         record.pose = Some(pose);
     } else if let Some(at) = root.get("rt_ref_cam") {

@@ -1,4 +1,4 @@
-//! COLMAP's binary files: `cameras.bin`, `images.bin`, and `rigs.bin` and `frames.bin` where they exist. Little endian.
+//! COLMAP's binary files: `cameras.bin`, `images.bin` and, if they exist, `rigs.bin` and `frames.bin`. Little endian.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use crate::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Names and numbers of parameters of the camera models by their ids (`sensor/models.h`).
+/// Names and parameter counts of the camera models, by id (`sensor/models.h`).
 const MODELS: [(&str, usize); 18] = [
     ("SIMPLE_PINHOLE", 3),
     ("PINHOLE", 4),
@@ -29,7 +29,7 @@ const MODELS: [(&str, usize); 18] = [
     ("EQUIRECTANGULAR", 2),
 ];
 
-/// Bytes of a point of an image.
+/// Bytes per point of an image.
 const POINT2D_BYTES: usize = 24;
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
@@ -60,7 +60,7 @@ impl ModelFormat for Binary {
     }
 }
 
-/// Bytes with the offset of the next field.
+/// Bytes, and the offset of the next field.
 pub(crate) struct BinaryReader<'a> {
     path: &'a Path,
     bytes: &'a [u8],
@@ -71,7 +71,7 @@ impl<'a> BinaryReader<'a> {
     fn read_bytes(&mut self, count: usize) -> Result<&'a [u8]> {
         let rest = self.bytes.get(self.offset..);
         let Some(bytes) = rest.and_then(|rest| rest.get(..count)) else {
-            return Err(self.fail("the file ends here; is it cut off?".into()));
+            return Err(self.fail("unexpected end of file; the file may be truncated".into()));
         };
         self.offset += count;
         Ok(bytes)
@@ -90,12 +90,20 @@ impl<'a> BinaryReader<'a> {
 
 impl RecordReader for BinaryReader<'_> {
     fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>> {
-        // The count is not trusted with memory: records are added one by one.
+        // No memory is reserved for the declared count; records are added one by one.
         let mut records = Vec::new();
         for _ in 0..self.u64()? {
             records.push(read(self)?);
         }
-        if self.offset == self.bytes.len() { Ok(records) } else { Err(self.fail("more bytes than belong here".into())) }
+        if self.offset == self.bytes.len() {
+            Ok(records)
+        } else {
+            Err(self.fail(
+                "unexpected bytes after the last \
+            record"
+                    .into(),
+            ))
+        }
     }
 
     fn fail(&self, message: String) -> FormatError {
@@ -108,7 +116,7 @@ impl RecordReader for BinaryReader<'_> {
 
     fn size(&mut self, _: &str, what: &str) -> Result<u32> {
         let value = self.u64()?;
-        u32::try_from(value).map_err(|_| self.fail(format!("{what} {value}")))
+        u32::try_from(value).map_err(|_| self.fail(format!("invalid {what} {value}")))
     }
 
     fn f64(&mut self, _: &str) -> Result<f64> {
@@ -127,7 +135,7 @@ impl RecordReader for BinaryReader<'_> {
         let number = self.u32("MODEL")?;
         match MODELS.get(number as usize) {
             Some((name, _)) => Ok((*name).to_owned()),
-            None => Err(self.fail(format!("camera {camera}: COLMAP has no model {number}"))),
+            None => Err(self.fail(format!("camera {camera}: COLMAP has no camera model {number}"))),
         }
     }
 
@@ -139,9 +147,9 @@ impl RecordReader for BinaryReader<'_> {
 
     fn image_name(&mut self) -> Result<String> {
         let rest = self.bytes.get(self.offset..).unwrap_or_default();
-        let length = rest.iter().position(|&b| b == 0).ok_or_else(|| self.fail("a name without an end".into()))?;
+        let length = rest.iter().position(|&b| b == 0).ok_or_else(|| self.fail("unterminated name".into()))?;
         let name =
-            std::str::from_utf8(self.read_bytes(length)?).map_err(|_| self.fail("a name that is not UTF-8".into()))?;
+            std::str::from_utf8(self.read_bytes(length)?).map_err(|_| self.fail("name is not valid UTF-8".into()))?;
         self.read_bytes(1)?;
         Ok(name.to_owned())
     }
@@ -158,7 +166,7 @@ impl RecordReader for BinaryReader<'_> {
     }
 }
 
-/// The bytes of a file under construction.
+/// Bytes of a file being written.
 pub(crate) struct BinaryWriter(Vec<u8>);
 
 impl RecordWriter for BinaryWriter {

@@ -1,4 +1,4 @@
-//! COLMAP's reconstruction without its points, from and to camera records.
+//! Conversion between COLMAP's reconstruction, without its points, and camera records.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use raycam_formats::{FormatError, Result};
 /// Quaternion w x y z, translation x y z.
 pub(crate) type RigidPose = [f64; 7];
 
-/// A row of `cameras`.
+/// Row of `cameras`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ColmapCamera {
     pub(crate) id: u32,
@@ -22,7 +22,7 @@ pub(crate) struct ColmapCamera {
     pub(crate) params: Vec<f64>,
 }
 
-/// A row of `images`.
+/// Row of `images`.
 pub(crate) struct ColmapImage {
     pub(crate) id: u32,
     pub(crate) pose: RigidPose,
@@ -30,15 +30,15 @@ pub(crate) struct ColmapImage {
     pub(crate) name: String,
 }
 
-/// A row of `rigs`: its cameras, each with its pose from the rig, nothing for the one that is the rig's origin.
+/// Row of `rigs`: its cameras, each with its pose from the rig; `None` for the camera that is the rig's origin.
 pub(crate) struct Rig {
     pub(crate) id: u32,
     pub(crate) cameras: Vec<(u32, Option<RigidPose>)>,
-    /// Cameras of the rig whose pose from it is not known: their images stand where they say themselves.
+    /// Cameras of the rig whose pose from the rig is unknown; their images use the poses of `images`.
     pub(crate) unplaced: Vec<u32>,
 }
 
-/// A row of `frames`: where a rig stood, and its images.
+/// Row of `frames`: the pose of a rig, and its images.
 pub(crate) struct Frame {
     pub(crate) id: u32,
     pub(crate) rig: u32,
@@ -47,7 +47,7 @@ pub(crate) struct Frame {
     pub(crate) images: Vec<(u32, u32)>,
 }
 
-/// A model, without its points.
+/// Model without its points.
 #[derive(Default)]
 pub(crate) struct Reconstruction {
     pub(crate) cameras: Vec<ColmapCamera>,
@@ -67,7 +67,7 @@ pub(crate) fn is_rigid(rigid: &RigidPose) -> bool {
 }
 
 impl Reconstruction {
-    /// The cameras of the images, or those without images where there are none.
+    /// Cameras of the images or, if there are no images, the cameras without images.
     pub(crate) fn calibration(&self, path: &Path) -> Result<Calibration> {
         let fail = |message: String| FormatError::whole(path, message);
         let mut calibration = Calibration::default();
@@ -78,18 +78,18 @@ impl Reconstruction {
             let mut record = CameraRecord::new(camera.id.to_string(), PixelCenter::Half);
             (record.size, record.k, record.lens) = (Some(camera.size), Some(k), lens);
             if cameras.insert(camera.id, record).is_some() {
-                return Err(fail(format!("camera {} is there twice", camera.id)));
+                return Err(fail(format!("camera {} is defined twice", camera.id)));
             }
         }
         let placed = self.poses_from_frames(&fail)?;
         for image in &self.images {
             let Some(camera) = cameras.get(&image.camera) else {
-                return Err(fail(format!("image {}: there is no camera {}", image.id, image.camera)));
+                return Err(fail(format!("image {}: unknown camera {}", image.id, image.camera)));
             };
             let mut record = camera.clone();
             record.name.clone_from(&image.name);
             record.image = Some(image.name.clone());
-            // The pose of the image itself is kept where it agrees: its digits are those of the file.
+            // If the image's own pose agrees, it is kept, because its digits are those of the file.
             let own = pose(&image.pose);
             let (placed, mount) = placed.get(&image.id).cloned().unwrap_or_else(|| (own.clone(), None));
             record.pose = Some(if poses_equal(&own, &placed) { own } else { placed });
@@ -103,8 +103,8 @@ impl Reconstruction {
         Ok(calibration)
     }
 
-    /// Poses by image from rigs and frames, which take precedence over the poses of the images. A rig of one camera gives no
-    /// mount.
+    /// Poses by image from rigs and frames, which take precedence over the poses of the images. A rig of one camera
+    /// provides no mount.
     fn poses_from_frames(
         &self,
         fail: &dyn Fn(String) -> FormatError,
@@ -112,7 +112,7 @@ impl Reconstruction {
         let rigs: HashMap<u32, &Rig> = self.rigs.iter().map(|rig| (rig.id, rig)).collect();
         let mut placed = HashMap::new();
         for frame in &self.frames {
-            let rig = rigs.get(&frame.rig).ok_or_else(|| fail(format!("frames: there is no rig {}", frame.rig)))?;
+            let rig = rigs.get(&frame.rig).ok_or_else(|| fail(format!("frames: unknown rig {}", frame.rig)))?;
             let body = pose(&frame.pose);
             for &(camera, image) in &frame.images {
                 let Some((_, from_rig)) = rig.cameras.iter().find(|(id, _)| *id == camera) else {
@@ -135,7 +135,8 @@ impl Reconstruction {
         Ok(placed)
     }
 
-    /// The model of cameras; equal intrinsics become one camera, but on a rig, where each camera is its own.
+    /// Returns the model of cameras. Equal intrinsics are merged into one camera, except on rigs, where each camera
+    /// stays separate.
     pub(crate) fn from_records(records: &[CameraRecord], names_fit: impl Fn(&str) -> bool) -> Result<Self> {
         let mut model = Self::default();
         let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
@@ -162,7 +163,10 @@ impl Reconstruction {
             if image.is_empty() || !names_fit(image) {
                 return Err(record.unsupported_error(
                     "COLMAP",
-                    &format!("the image name {image:?}: it is empty, or has spaces, which colmap-binary holds"),
+                    &format!(
+                        "image name {image:?} is empty or contains spaces; use format colmap-binary, which \
+                        allows spaces"
+                    ),
                 ));
             }
             model.images.push(ColmapImage {
@@ -207,7 +211,7 @@ impl Reconstruction {
             if images.iter().any(|(camera, _)| *camera == image.camera) {
                 return Err(record.unsupported_error(
                     "COLMAP",
-                    &format!("two pictures of one camera in the frame {:?}", mount.frame),
+                    &format!("two images of one camera in the frame {:?}; expected one", mount.frame),
                 ));
             }
             images.push((image.camera, image.id));
@@ -223,7 +227,7 @@ impl Reconstruction {
         Ok(())
     }
 
-    /// Adds a rig for each camera that stands on none, and a frame for each of its images.
+    /// Adds a rig for each camera that does not belong to one, and a frame for each of its images.
     fn add_single_camera_rigs(&mut self, records: &[CameraRecord]) {
         let mut rig_of_camera = HashMap::new();
         for (image, record) in self.images.iter().zip(records) {
@@ -245,10 +249,10 @@ impl Reconstruction {
     }
 }
 
-/// Id of a camera, and its pose from the body of its rig.
+/// Id of a camera, and its pose relative to the body of its rig.
 type PosedCamera<'a> = (u32, &'a Pose);
 
-/// Adds a camera to a rig, unless it is there already; an error where it is there with another pose.
+/// Adds a camera to a rig, unless the rig already contains it; an error if it has a different pose there.
 fn add_rig_camera<'a>(
     cameras: &mut Vec<PosedCamera<'a>>,
     camera: u32,
@@ -260,7 +264,7 @@ fn add_rig_camera<'a>(
         Some((_, pose)) if !poses_equal(pose, &mount.camera) => {
             return Err(record.unsupported_error(
                 "COLMAP",
-                &format!("a rig whose camera {:?} stands here and there on it", mount.name),
+                &format!("camera {:?} has different poses on its rig; expected one pose", mount.name),
             ));
         }
         Some(_) => {}
@@ -268,7 +272,7 @@ fn add_rig_camera<'a>(
     Ok(())
 }
 
-/// The poses of cameras from the first one, which is the reference and has none.
+/// Poses of cameras relative to the first one, which is the reference and has none.
 fn poses_from_reference(cameras: &[PosedCamera<'_>]) -> Vec<(u32, Option<RigidPose>)> {
     let Some((reference, rest)) = cameras.split_first() else { return vec![] };
     let back = reference.1.inverted();

@@ -1,11 +1,11 @@
-//! The records of a model and the order of their fields, for text and binary files alike.
+//! Records of a model and the order of their fields, common to text and binary files.
 
 use crate::colmap::reconstruction::{ColmapCamera, ColmapImage, Frame, Reconstruction, Rig, RigidPose, is_rigid};
 use crate::{Calibration, CameraRecord, OutputFiles};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Heads of the text files: cameras, images, rigs, frames, points.
+/// Headers of the text files: cameras, images, rigs, frames, points.
 const HEADS: [&str; 5] = [
     "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n",
     "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n",
@@ -16,7 +16,7 @@ const HEADS: [&str; 5] = [
     "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n",
 ];
 
-/// One of the two kinds of files.
+/// Kind of file: text or binary.
 pub(crate) trait ModelFormat {
     /// Names of the files of cameras, images, rigs, frames and points.
     const NAMES: [&'static str; 5];
@@ -25,21 +25,21 @@ pub(crate) trait ModelFormat {
 
     fn reader(file: &InputFile) -> Result<Self::Reader<'_>>;
 
-    /// True if the files can hold the name of an image.
+    /// True if the files can store an image's name.
     fn is_image_name(name: &str) -> bool;
 }
 
-/// Reads the fields of a file in order. Names of fields are those of the heads, for errors.
+/// Reads the fields of a file in order. The names of fields are those of the headers; they are used in errors.
 pub(crate) trait RecordReader {
-    /// The results of `read` for every record of the file.
+    /// Results of `read` for every record of the file.
     fn records<T>(&mut self, read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>>;
 
-    /// The error of the record under way.
+    /// Error in the current record.
     fn fail(&self, message: String) -> FormatError;
 
     fn u32(&mut self, field: &str) -> Result<u32>;
 
-    /// A number of 64 bits in binary files; `what` introduces one that is too large in their error.
+    /// Number with 64 bits in binary files; `what` starts the error for a number that is too large.
     fn size(&mut self, field: &str, what: &str) -> Result<u32>;
 
     fn f64(&mut self, field: &str) -> Result<f64>;
@@ -49,36 +49,36 @@ pub(crate) trait RecordReader {
     /// True if the next sensor is a camera.
     fn is_camera(&mut self) -> Result<bool>;
 
-    /// The name of the model of a camera.
+    /// Name of a camera's model.
     fn camera_model(&mut self, camera: u32) -> Result<String>;
 
-    /// The parameters of a camera of this model.
+    /// Parameters of a camera with this model.
     fn camera_params(&mut self, model: &str) -> Result<Vec<f64>>;
 
     fn image_name(&mut self) -> Result<String>;
 
-    /// Ends a record: an error where a line goes on.
+    /// Ends a record; an error if the line contains further fields.
     fn end_record(&mut self) -> Result<()>;
 
-    /// Skips the points of an image, which follow its record.
+    /// Skips the points of an image, which follow the image's record.
     fn skip_points2d(&mut self) -> Result<()>;
 }
 
 /// Writes the fields of a file in order.
 pub(crate) trait RecordWriter: Sized {
-    /// A file of so many records.
+    /// Starts a file with this number of records.
     fn new(head: &str, count: usize) -> Self;
 
     fn u32(&mut self, value: u32);
 
-    /// A number of 64 bits in binary files.
+    /// Number with 64 bits in binary files.
     fn size(&mut self, value: u32);
 
     fn f64s(&mut self, values: &[f64]);
 
     fn flag(&mut self);
 
-    /// The type and the id of a sensor that is a camera.
+    /// Type and id of a sensor that is a camera.
     fn camera_sensor(&mut self, id: u32);
 
     fn camera_model(&mut self, name: &str);
@@ -87,13 +87,13 @@ pub(crate) trait RecordWriter: Sized {
 
     fn end_record(&mut self);
 
-    /// An image without points.
+    /// Image without points.
     fn no_points2d(&mut self);
 
     fn into_bytes(self) -> Vec<u8>;
 }
 
-/// The cameras of the model whose files lie beside `source`.
+/// Cameras of the model whose files are in the same folder as `source`.
 pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -> Result<Calibration> {
     let [cameras, images, rigs, frames, _] = F::NAMES;
     let mut model = Reconstruction::default();
@@ -110,7 +110,7 @@ pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -
     model.calibration(&source.path)
 }
 
-/// `None` where the file is missing.
+/// `None` if the file is missing.
 fn optional(file: Result<InputFile>) -> Result<Option<InputFile>> {
     match file {
         Ok(file) => Ok(Some(file)),
@@ -124,7 +124,15 @@ fn read_pose(reader: &mut impl RecordReader) -> Result<RigidPose> {
     for value in &mut pose {
         *value = reader.f64("number of a pose")?;
     }
-    if is_rigid(&pose) { Ok(pose) } else { Err(reader.fail("no pose: a quaternion of length 0, or not finite".into())) }
+    if is_rigid(&pose) {
+        Ok(pose)
+    } else {
+        Err(reader.fail(
+            "invalid pose: the quaternion has length 0 or is not \
+        finite"
+                .into(),
+        ))
+    }
 }
 
 fn read_camera(reader: &mut impl RecordReader) -> Result<ColmapCamera> {
@@ -184,7 +192,7 @@ fn read_frame(reader: &mut impl RecordReader) -> Result<Frame> {
     Ok(Frame { id, rig, pose, images })
 }
 
-/// The files of the model of these cameras.
+/// Files of the model with these cameras.
 pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFiles> {
     let model = Reconstruction::from_records(records, F::is_image_name)?;
     let files = [
@@ -197,7 +205,7 @@ pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFi
     Ok(OutputFiles { files: files.into(), notices: vec![] })
 }
 
-/// The name and the bytes of one of the files of [`ModelFormat::NAMES`].
+/// Name and bytes of one of the files of [`ModelFormat::NAMES`].
 fn write_file<F: ModelFormat, T>(file: usize, records: &[T], write: impl Fn(&mut F::Writer, &T)) -> (String, Vec<u8>) {
     let mut writer = F::Writer::new(HEADS[file], records.len());
     for record in records {

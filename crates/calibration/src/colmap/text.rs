@@ -1,4 +1,5 @@
-//! COLMAP's text files: `cameras.txt`, `images.txt`, and `rigs.txt` and `frames.txt` where they exist. A line is a record.
+//! COLMAP's text files: `cameras.txt`, `images.txt` and, if they exist, `rigs.txt` and `frames.txt`. Each line is a
+//! record.
 
 use std::path::Path;
 use std::str::{FromStr, Lines, SplitAsciiWhitespace};
@@ -45,18 +46,18 @@ impl ModelFormat for Text {
     }
 }
 
-/// The words of the line under way, and the lines after it.
+/// Words of the current line, and the lines after it.
 pub(crate) struct LineTokens<'a> {
     path: &'a Path,
     lines: std::iter::Enumerate<Lines<'a>>,
-    /// From 1.
+    /// Line number, from 1.
     line: usize,
     text: &'a str,
     words: SplitAsciiWhitespace<'a>,
 }
 
 impl<'a> LineTokens<'a> {
-    /// Goes to the next line that is no comment; `None` at the end of the file.
+    /// Moves to the next line that is not a comment; `None` at the end of the file.
     fn next_line(&mut self) -> Option<()> {
         let comment = |line: &str| line.trim_ascii_start().starts_with('#');
         let (i, line) = self.lines.find(|(_, line)| !comment(line))?;
@@ -76,7 +77,7 @@ impl<'a> LineTokens<'a> {
 
     fn parse<T: FromStr>(&mut self, field: &str) -> Result<T> {
         let word = self.word(field)?;
-        word.parse().map_err(|_| self.fail(format!("{word:?} is no {field}")))
+        word.parse().map_err(|_| self.fail(format!("invalid {field} {word:?}")))
     }
 }
 
@@ -123,12 +124,12 @@ impl RecordReader for LineTokens<'_> {
         let mut params = Vec::new();
         while let Some(word) = self.words.next() {
             let param = word.parse();
-            params.push(param.map_err(|_| self.fail(format!("{word:?} is no number")))?);
+            params.push(param.map_err(|_| self.fail(format!("{word:?} is not a number")))?);
         }
         Ok(params)
     }
 
-    /// The last field of a line, which may have spaces in it.
+    /// Last field of a line, which may contain spaces.
     fn image_name(&mut self) -> Result<String> {
         let first = self.word("NAME")?;
         let start = first.as_ptr().addr() - self.text.as_ptr().addr();
@@ -139,21 +140,24 @@ impl RecordReader for LineTokens<'_> {
 
     fn end_record(&mut self) -> Result<()> {
         match self.words.next() {
-            Some(word) => Err(self.fail(format!("{word:?} is more than belongs here"))),
+            Some(word) => Err(self.fail(format!("unexpected {word:?} at the end of the line"))),
             None => Ok(()),
         }
     }
 
-    /// The line of points may be empty. A file whose last newline is missing ends without it.
+    /// The line of points may be empty, and is missing at the end of a file without a final newline.
     fn skip_points2d(&mut self) -> Result<()> {
         if self.next_line().is_none() {
             return Ok(());
         }
         let is_image = self.words.clone().nth(9).is_some_and(|name| name.parse::<f64>().is_err());
         if is_image || !self.words.clone().count().is_multiple_of(3) {
-            let mut message = "expected X Y POINT3D_ID, three numbers for each point".to_owned();
+            let mut message = "expected X Y POINT3D_ID, three numbers per point".to_owned();
             if is_image {
-                message.push_str(", which may be none: this is the line of an image, and each has a second line");
+                message.push_str(
+                    " (the line may be empty); this is the line of the next image, so the points line of \
+                    the previous image is missing",
+                );
             }
             return Err(self.fail(message));
         }
@@ -161,7 +165,7 @@ impl RecordReader for LineTokens<'_> {
     }
 }
 
-/// A text of one record a line, with spaces between the fields.
+/// Text with one record per line and spaces between the fields.
 pub(crate) struct LineWriter(String);
 
 impl LineWriter {

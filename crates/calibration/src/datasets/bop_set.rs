@@ -1,4 +1,4 @@
-//! A data set in BOP's folders, `SPLIT/000000/scene_camera.json`: each scene is a world of its own.
+//! Data set in BOP's folders, `SPLIT/000000/scene_camera.json`: each scene is a separate world.
 
 use crate::{Calibration, Folder, ReadHints, bop};
 use raycam_formats::io::AssetRoot;
@@ -6,7 +6,7 @@ use raycam_formats::{FormatError, Result};
 
 const CAMERAS: &str = "scene_camera.json";
 
-/// The folders of scenes, below splits.
+/// Folders of scenes, inside the splits.
 fn scenes(folder: &Folder, assets: &AssetRoot) -> Vec<String> {
     let digits = |name: &&String| name.len() == 6 && name.bytes().all(|b| b.is_ascii_digit());
     let mut found = Vec::new();
@@ -30,7 +30,11 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         [scene] => bop::read(&folder.read(&format!("{scene}/{CAMERAS}"), assets)?, assets, hints),
         found => Err(FormatError::unsupported(
             &folder.path,
-            format!("{} scenes, each a world of its own: give the folder of one: {} ...", found.len(), found[0]),
+            format!(
+                "{} scenes, each of them a separate world; open the folder of one scene: {} ...",
+                found.len(),
+                found[0]
+            ),
         )),
     }
 }

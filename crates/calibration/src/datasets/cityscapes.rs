@@ -1,5 +1,5 @@
-//! Cityscapes' `camera` files: K, the place and the angles of the left camera on the vehicle (x forward, y left, z up), and
-//! the baseline of the rectified pair. Source: cityscapesScripts, docs/csCalibration.pdf.
+//! Cityscapes' `camera` files: K, the position and the angles of the left camera on the vehicle (x forward, y left, z
+//! up), and the baseline of the rectified pair. Source: cityscapesScripts, docs/csCalibration.pdf.
 
 use glam::{DMat3, DVec3};
 use raycam_scene::{NoticeCode, PixelCenter};

@@ -1,4 +1,4 @@
-//! COCO's `images` with the keys of raycam: `camera`, `K`, `R` (camera_from_world), `C`, `model`, `distortion`, `time`.
+//! COCO's `images` with raycam's keys: `camera`, `K`, `R` (camera_from_world), `C`, `model`, `distortion`, `time`.
 
 use glam::DVec3;
 use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
@@ -51,7 +51,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if without > 0 {
-        calibration.note(NoticeCode::IgnoredElement, format!("{without} images without K, R and C are left out"));
+        calibration.note(NoticeCode::IgnoredElement, format!("{without} images without K, R and C are omitted"));
     }
     Ok(calibration)
 }

@@ -1,4 +1,4 @@
-//! The folder of a sequence of EuRoC or TUM-VI: `cam0/sensor.yaml` and more, on the body.
+//! Folder of an EuRoC or TUM-VI sequence: `cam0/sensor.yaml` and further cameras, on the body.
 
 use crate::rig::on_a_body;
 use crate::{Calibration, Folder, ReadHints, opencv};
@@ -23,7 +23,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let fail = || FormatError::unsupported(&folder.path, "expected cam0/sensor.yaml, of EuRoC");
+    let fail = || FormatError::unsupported(&folder.path, "expected EuRoC's cam0/sensor.yaml");
     let (place, cameras) = find_cameras(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration::default();
     for name in cameras {
@@ -37,8 +37,8 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     }
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the cameras are in the axes of the body (T_BS); its trajectory is data.csv of state_groundtruth_estimate0 or \
-         mocap0 (--rig FOLDER --poses data.csv)",
+        "the cameras are in the axes of the body (T_BS); for its trajectory, use data.csv of \
+         state_groundtruth_estimate0 or mocap0 (--rig FOLDER --poses data.csv)",
     );
     Ok(calibration)
 }

@@ -1,4 +1,4 @@
-//! Data sets, opened as folders or by their tables of cameras.
+//! Data sets that are opened by their folder or by their camera tables.
 
 pub(crate) mod bop_set;
 pub(crate) mod cityscapes;

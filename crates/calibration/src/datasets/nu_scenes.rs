@@ -1,5 +1,5 @@
-//! The tables of nuScenes: `calibrated_sensor.json` (ego_from_sensor, K), and where they are there `sensor.json` (names),
-//! `sample_data.json` (pictures) and `ego_pose.json` (world_from_ego). Source: the schema of nuscenes-devkit.
+//! Tables of nuScenes: `calibrated_sensor.json` (ego_from_sensor, K) and, if they exist, `sensor.json` (names),
+//! `sample_data.json` (images) and `ego_pose.json` (world_from_ego). Source: the schema of nuscenes-devkit.
 
 use std::collections::HashMap;
 
@@ -26,7 +26,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
     read(&folder.read(TABLE, assets)?, assets, hints)
 }
 
-/// A table beside another, where it is there.
+/// Table in the same folder as another, if it exists.
 fn table(from: &InputFile, name: &str, assets: &mut AssetRoot) -> Result<Option<(InputFile, DocumentNode)>> {
     if !assets.is_file(&from.path, name.as_bytes()) {
         return Ok(None);
@@ -36,12 +36,12 @@ fn table(from: &InputFile, name: &str, assets: &mut AssetRoot) -> Result<Option<
     Ok(Some((source, node)))
 }
 
-/// The rows of a table by their tokens.
+/// Rows of a table by token.
 fn by_token<'a>(root: &Cursor<'a>) -> Result<HashMap<&'a str, Cursor<'a>>> {
     root.list()?.into_iter().map(|row| Ok((row.require("token")?.word()?, row))).collect()
 }
 
-/// The pose of a row, to the ego or to the world.
+/// Pose of a row, relative to the ego or to the world.
 fn pose(row: &Cursor<'_>) -> Result<Pose> {
     let at = row.require("rotation")?;
     let rotation = Rotation::unit_quaternion(at.array()?).map_err(|message| at.fail(message))?;
@@ -79,7 +79,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         }
         calibration.note(
             NoticeCode::PlacedCameras,
-            "the pictures of sample_data, in the world of ego_pose; times are in seconds",
+            "the cameras are the images of sample_data, in the world of ego_pose; times are in seconds",
         );
         return Ok(calibration);
     }
@@ -93,13 +93,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the cameras are in the axes of the vehicle (x forward, y left, z up): with sample_data.json and ego_pose.json \
-         beside the file, they are in the world",
+        "the cameras are in the axes of the vehicle (x forward, y left, z up); for cameras in the world, put \
+         sample_data.json and ego_pose.json into the same folder",
     );
     Ok(calibration)
 }
 
-/// The camera of a row of sample_data; None for another sensor.
+/// Camera of a row of sample_data; None for another sensor.
 fn seen(
     row: &Cursor<'_>,
     cameras: &HashMap<&str, CameraRecord>,
@@ -107,7 +107,7 @@ fn seen(
 ) -> Result<Option<CameraRecord>> {
     let Some(camera) = cameras.get(row.require("calibrated_sensor_token")?.word()?) else { return Ok(None) };
     let token = row.require("ego_pose_token")?;
-    let ego = poses.get(token.word()?).ok_or_else(|| token.fail("ego_pose.json has no such token"))?;
+    let ego = poses.get(token.word()?).ok_or_else(|| token.fail("ego_pose.json does not contain this token"))?;
     let mut record = camera.clone();
     let file = row.require("filename")?.word()?;
     (record.name, record.image) = (file.to_owned(), Some(file.to_owned()));

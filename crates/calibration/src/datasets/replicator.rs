@@ -1,5 +1,6 @@
-//! `camera_params_0000.json` of NVIDIA Replicator's BasicWriter, one or a folder of them: film in millimetres, axes x
-//! right, y up, z backward, matrices of row vectors. Those that raycam writes have K, pose and lens as well.
+//! `camera_params_0000.json` of NVIDIA Replicator's BasicWriter, a single file or a folder of them: film in
+//! millimetres, axes x right, y up, z backward, matrices for row vectors. Files that raycam writes also contain K, pose
+//! and lens.
 
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
@@ -18,7 +19,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         .all(|key| text.contains(key))
 }
 
-/// The files of a folder, each with its number.
+/// Files of a folder, each with its number.
 fn files(folder: &Folder) -> impl Iterator<Item = (&str, &String)> {
     folder.names.iter().filter_map(|name| Some((name.strip_prefix(START)?.strip_suffix(".json")?, name)))
 }
@@ -51,7 +52,7 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     let size = root.require("renderProductResolution")?;
     let [width, height] = size.array::<2>()?;
     if [width, height].iter().any(|side| side.fract() != 0.0 || !(1.0..65537.0).contains(side)) {
-        return Err(size.fail("expected columns and rows"));
+        return Err(size.fail("expected the number of columns and rows"));
     }
     let mut record = CameraRecord::new(name, PixelCenter::Half);
     record.size = Some([width as u32, height as u32]);
@@ -61,16 +62,14 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     }
     let model = root.get("cameraModel").map_or(Ok("pinhole"), |at| at.word())?;
     if model != "pinhole" {
-        return Err(
-            root.fail(format_args!("cameraModel is {model:?}, whose lens raycam does not read: expected pinhole"))
-        );
+        return Err(root.fail(format_args!("cameraModel is {model:?}, whose lens is not supported; expected pinhole")));
     }
     let focal = root.require("cameraFocalLength")?.number()?;
     let [film_x, film_y] = root.require("cameraAperture")?.array()?;
     let offset = root.get("cameraApertureOffset").map(|at| at.array::<2>()).transpose()?.unwrap_or_default();
     let (fx, fy) = (focal * width / film_x, focal * height / film_y);
     if !(fx > 0.0 && fy > 0.0 && fx.is_finite() && fy.is_finite()) {
-        return Err(root.fail("cameraFocalLength and cameraAperture: expected more than 0"));
+        return Err(root.fail("invalid cameraFocalLength or cameraAperture; expected numbers greater than 0"));
     }
     let (cx, cy) = (0.5 * width - offset[0] * width / film_x, 0.5 * height + offset[1] * height / film_y);
     record.k = Some(pinhole_matrix([fx, fy, cx, cy]));
@@ -89,7 +88,7 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     Ok(record)
 }
 
-/// K, pose and lens in raycam's own words.
+/// K, pose and lens in raycam's own keys.
 fn written(own: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     record.pixel_center = match own.require("pixel_center")?.word()? {
         "half" => PixelCenter::Half,

@@ -1,5 +1,5 @@
-//! ScanNet++'s `pose_intrinsic_imu.json` of an iPhone: for each image K, `pose` (ARKit's world) and `aligned_pose` (the world
-//! of the scan), world_from_camera with OpenCV's axes. Source: the ScanNet++ toolkit, iphone/arkit_pcl.py.
+//! ScanNet++'s `pose_intrinsic_imu.json` of an iPhone: for each image K, `pose` (in ARKit's world) and `aligned_pose`
+//! (in the scan's world), world_from_camera with OpenCV's axes. Source: the ScanNet++ toolkit, iphone/arkit_pcl.py.
 
 use raycam_scene::{NoticeCode, PixelCenter};
 
@@ -24,7 +24,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         size = Some([1920, 1440]);
         calibration.note(
             NoticeCode::AssumedConvention,
-            "no image next to the file: the size is the one of ScanNet++'s iPhone videos, 1920 x 1440",
+            "no image next to the file; the size of ScanNet++'s iPhone videos is used, 1920 x 1440",
         );
     }
     let mut unaligned = 0;
@@ -48,7 +48,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if unaligned > 0 {
         calibration.note(
             NoticeCode::PlacedCameras,
-            format!("{unaligned} images have no aligned_pose: their pose is in the world of ARKit"),
+            format!("{unaligned} images have no aligned_pose; their poses are in ARKit's world"),
         );
     }
     Ok(calibration)

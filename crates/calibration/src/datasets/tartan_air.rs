@@ -1,5 +1,5 @@
-//! TartanAir's trajectories: x y z qx qy qz qw a line, world_from_camera, where camera and world have x forward, y right,
-//! z down (NED). Source: TartanAir's page and tools, "Camera pose file" and "Camera intrinsics".
+//! TartanAir's trajectories: lines of x y z qx qy qz qw, world_from_camera, where camera and world have x forward, y
+//! right, z down (NED). Source: TartanAir's page and tools, "Camera pose file" and "Camera intrinsics".
 
 use glam::{DMat3, DVec3};
 use raycam_scene::{NoticeCode, PixelCenter};
@@ -10,7 +10,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// The half angle of view is 45 degrees, so the focal length is half the width.
+/// Half the angle of view is 45 degrees, so the focal length is half the width.
 const FOCAL: f64 = 320.0;
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
@@ -29,7 +29,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     for (line, row) in data_lines(source.text()?) {
         let [x, y, z, qx, qy, qz, qw] = numbers(path, line, row)?;
         let rotation = Rotation::unit_quaternion([qw, qx, qy, qz]).map_err(|message| {
-            FormatError::line(path, line, format!("{message}; the columns are x y z qx qy qz qw"))
+            FormatError::line(path, line, format!("{message}; expected the columns x y z qx qy qz qw"))
         })?;
         let mut record = CameraRecord::new(format!("{:06}", calibration.records.len()), PixelCenter::Half);
         if hints.intrinsics.is_none() {
@@ -43,7 +43,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     if hints.intrinsics.is_none() {
         calibration.note(
             NoticeCode::AssumedConvention,
-            format!("K and size are TartanAir's: f = 320, {} x {} (intrinsics= specifies others)", size[0], size[1]),
+            format!("K and size are TartanAir's: f = 320, {} x {} (use intrinsics= for others)", size[0], size[1]),
         );
     }
     calibration.note(NoticeCode::PlacedCameras, "the world's axes are TartanAir's: x forward, y right, z down");

@@ -1,5 +1,6 @@
-//! Calibrations of the cameras on a vehicle: Argoverse 2's tables as CSV or JSON (`intrinsics`, with
-//! `egovehicle_SE3_sensor` beside it), and Waymo's camera_calibrations as JSON. Sources: av2's API; Waymo's dataset.proto.
+//! Calibrations of cameras on a vehicle: Argoverse 2's tables as CSV or JSON (`intrinsics`, with
+//! `egovehicle_SE3_sensor` in the same folder), and Waymo's camera_calibrations as JSON. Sources: av2's API; Waymo's
+//! dataset.proto.
 
 use std::path::Path;
 
@@ -24,7 +25,7 @@ pub(crate) fn detect_waymo(_: &InputFile, text: &str) -> bool {
     CALIBRATIONS.iter().any(|key| text.contains(&format!("\"{key}\""))) && text.contains("\"intrinsic\"")
 }
 
-/// The rows of a table, as CSV with a header or as JSON with a map for each row, as one document.
+/// Rows of a table (CSV with a header, or JSON with a map per row), as one document.
 fn table(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     if text.trim_start().starts_with(['[', '{']) {
@@ -37,7 +38,7 @@ fn table(source: &InputFile) -> Result<DocumentNode> {
     for (i, line) in lines {
         let cells = words(line);
         if cells.len() != header.len() {
-            let message = format!("{} columns, the header has {}", cells.len(), header.len());
+            let message = format!("{} columns; the header has {}", cells.len(), header.len());
             return Err(FormatError::line(&source.path, i + 1, message));
         }
         let scalar = |word| DocumentNode { value: Value::Scalar(word), line: i + 1 };
@@ -73,13 +74,13 @@ pub(crate) fn read_argoverse(source: &InputFile, assets: &mut AssetRoot, _: &Rea
     match placed {
         Some(_) => calibration.note(NoticeCode::PlacedCameras, ON_THE_VEHICLE),
         None => calibration
-            .note(NoticeCode::MissingFile, format!("no {partner} beside it: the cameras stand at the origin")),
+            .note(NoticeCode::MissingFile, format!("no {partner} in the same folder; the cameras are at the origin")),
     }
     one_rig(&mut calibration.records, "egovehicle");
     Ok(calibration)
 }
 
-/// The pose of a sensor on the vehicle.
+/// Pose of the sensor on the vehicle.
 fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose> {
     for row in root.list()? {
         if row.require("sensor_name")?.word()? == name {
@@ -90,16 +91,16 @@ fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose> {
             return Ok(Pose::world_from_camera(rotation, c));
         }
     }
-    Err(FormatError::whole(path, format!("no row of the sensor {name:?}")))
+    Err(FormatError::whole(path, format!("no row for the sensor {name:?}")))
 }
 
 pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
-    // A frame has them in its context.
+    // A frame contains them in its context.
     let places = [root.clone(), root.get("context").unwrap_or_else(|| root.clone())];
     let list = places.iter().find_map(|at| at.any(&CALIBRATIONS));
-    let list = list.ok_or_else(|| root.fail("camera_calibrations is missing, here and in context"))?;
+    let list = list.ok_or_else(|| root.fail("camera_calibrations is missing, both here and in context"))?;
     let mut calibration = Calibration::default();
     let mut rolling = 0;
     for row in list.list()? {
@@ -110,7 +111,7 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
         record.lens = brown_lens(k1, k2, p1, p2, k3).map_err(|message| row.fail(message))?;
         let at = row.require("extrinsic")?;
         let (r, c) = at.get("transform").unwrap_or(at).matrix4()?;
-        // The axes of Waymo's cameras: x forward, y left, z up. Columns: OpenCV's x, y, z in them.
+        // Axes of Waymo's cameras: x forward, y left, z up. Columns: OpenCV's x, y, z in them.
         let axes = DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X);
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r * axes), c));
         rolling += usize::from(row.any(&["rolling_shutter_direction", "rollingShutterDirection"]).is_some());
@@ -118,7 +119,7 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
     }
     calibration.note(NoticeCode::PlacedCameras, ON_THE_VEHICLE);
     if rolling > 0 {
-        calibration.note(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is not used"));
+        calibration.note(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is ignored"));
     }
     one_rig(&mut calibration.records, "vehicle");
     Ok(calibration)

@@ -1,5 +1,5 @@
-//! Virtual KITTI 2: `extrinsic.txt` (frame, camera, camera_from_world in 16 numbers) and `intrinsic.txt` (frame, camera, fx
-//! fy cx cy), each with a header. Source: the data set's page, "Data format".
+//! Virtual KITTI 2: `extrinsic.txt` (frame, camera, 16 numbers of camera_from_world) and `intrinsic.txt` (frame,
+//! camera, fx fy cx cy), each with a header. Source: the data set's page, "Data format".
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use raycam_formats::{FormatError, Result};
 
 const SIZE: [u32; 2] = [1242, 375];
 
-/// Frame and camera, line, numbers.
+/// Frame and camera, line, and numbers.
 type Row<const N: usize> = ((u32, u32), usize, [f64; N]);
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -23,7 +23,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     starts && (header.contains("K[0,0]") || header.contains("r1,1"))
 }
 
-/// The rows of a file by frame and camera, in its order.
+/// Rows of a file by frame and camera, in file order.
 fn rows<const N: usize>(source: &InputFile) -> Result<Vec<Row<N>>> {
     let mut found = Vec::new();
     for (line, row) in data_lines(source.text()?).skip(1) {
@@ -67,7 +67,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         None => calibration.records.extend(listed.iter().map(|(key, ..)| record(*key))),
     }
     if beside.is_none() {
-        calibration.note(NoticeCode::MissingFile, format!("{other} is missing next to the file"));
+        calibration.note(NoticeCode::MissingFile, format!("{other} is missing in the same folder"));
     }
     Ok(calibration)
 }

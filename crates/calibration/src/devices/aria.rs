@@ -1,4 +1,4 @@
-//! Cameras of head-mounted sets: `cam_model` of BOP 24, `cameras.json` and `camera_models.json` of HOT3D. Sources:
+//! Cameras of head-mounted devices: `cam_model` of BOP 24, `cameras.json` and `camera_models.json` of HOT3D. Sources:
 //! hot3d, data_loaders; hand_tracking_toolkit, camera.py and camera_distortion.py.
 
 use glam::DVec3;
@@ -47,7 +47,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// The pose of a quaternion and a translation.
+/// Pose from a quaternion and a translation.
 fn pose(at: &Cursor<'_>) -> Result<Pose> {
     let first_of = |keys: &[&str]| at.any(keys).ok_or_else(|| at.fail(format_args!("{} is missing", keys[0])));
     let turn = first_of(&["quaternion_wxyz", "quaternionWxyz", "qvec"])?;
@@ -69,7 +69,7 @@ pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result
     let values = params.numbers()?;
     let count = |expected: &[usize]| match expected.contains(&values.len()) {
         true => Ok(()),
-        false => Err(params.fail(format_args!("{} numbers, {word} has {expected:?}", values.len()))),
+        false => Err(params.fail(format_args!("{} numbers; {word} requires {expected:?}", values.len()))),
     };
     let name = word.rsplit('.').next().unwrap_or(word).to_lowercase();
     let (focals, lens) = match &name[..] {
@@ -112,8 +112,8 @@ pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result
         }
         _ => {
             return Err(kind.fail(format_args!(
-                "{word:?}, which raycam has no lens for: expected FISHEYE624, OculusVisionFishEye62, PinholePlane, \
-                 OpenCV or Rational"
+                "unsupported model {word:?}; expected FISHEYE624, OculusVisionFishEye62, PinholePlane, OpenCV or \
+                 Rational"
             )));
         }
     };

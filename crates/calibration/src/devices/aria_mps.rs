@@ -1,5 +1,6 @@
-//! Machine perception services of Aria: `closed_loop_trajectory.csv`, `open_loop_trajectory.csv` (world_from_device) and
-//! `online_calibration.jsonl` (cameras in the axes of the device). Source: Project Aria's documentation, "MPS data formats".
+//! Aria's machine perception services: `closed_loop_trajectory.csv`, `open_loop_trajectory.csv` (world_from_device) and
+//! `online_calibration.jsonl` (cameras in the axes of the device). Source: Project Aria's documentation, "MPS data
+//! formats".
 
 use glam::DVec3;
 use raycam_scene::{LensModel, NoticeCode, PixelCenter};
@@ -33,7 +34,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     Ok(calibration)
 }
 
-/// The cameras of the first line, on the device.
+/// Cameras of the first line, on the device.
 fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let first = lines.next().unwrap_or_default();
@@ -62,7 +63,8 @@ fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
             ("Linear", [f, cx, cy]) => ([*f, *f, *cx, *cy], Ok(raycam_scene::Lens::Pinhole)),
             (word, _) => {
                 return Err(name.fail(format_args!(
-                    "{word:?} with {} parameters; expected FisheyeRadTanThinPrism (15), KannalaBrandtK3 (8) or Linear (3)",
+                    "{word:?} with {} parameters; expected FisheyeRadTanThinPrism (15), KannalaBrandtK3 (8) or Linear \
+                     (3)",
                     values.len()
                 )));
             }
@@ -83,7 +85,7 @@ fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
     if further > 0 {
         calibration.note(
             NoticeCode::FirstOnly,
-            format!("the calibration of the first line is read; {further} later ones are not"),
+            format!("only the calibration of the first line is used; {further} later ones are ignored"),
         );
     }
     calibration.note(NoticeCode::PlacedCameras, "the cameras are in the axes of the device");

@@ -1,5 +1,6 @@
-//! Intrinsics of RealSense cameras as people dump them: `ppx`, `ppy`, `fx`, `fy`, `model`, `coeffs` (k1 k2 p1 p2 k3).
-//! Source: librealsense, rs_types.h. What "Inverse Brown Conrady" means differs between versions: it is never guessed.
+//! Intrinsics of RealSense cameras as commonly exported: `ppx`, `ppy`, `fx`, `fy`, `model`, `coeffs` (k1 k2 p1 p2 k3).
+//! Source: librealsense, rs_types.h. The meaning of "Inverse Brown Conrady" differs between versions, so it is never
+//! guessed.
 
 use raycam_scene::{LensModel, NoticeCode, PixelCenter};
 
@@ -27,7 +28,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             calibration.records.push(camera(&at, name.into())?);
         } else {
             at.refuse_lens(name)?;
-            calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "not read");
+            calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "ignored");
         }
     }
     Ok(calibration)
@@ -53,14 +54,14 @@ fn camera(at: &Cursor<'_>, name: String) -> Result<CameraRecord> {
         "kannalabrandt4" | "5" => lens_of(LensModel::Fisheye, &values[..values.len().min(4)]),
         "inversebrownconrady" | "2" => {
             return Err(coefficients.fail(
-                "Inverse Brown Conrady with coefficients: versions of librealsense take them for the way from the \
-                 distorted picture or for the way to it; give K and the lens by hand, Camera(model=\"opencv\"), if you \
-                 know that it is the latter",
+                "Inverse Brown Conrady with coefficients is ambiguous: depending on the version of librealsense, they \
+                 describe the mapping from the distorted image or to it; if you know that it is the latter, pass K and \
+                 the lens directly, Camera(model=\"opencv\")",
             ));
         }
         _ => {
             return Err(model.fail(format_args!(
-                "{:?} with coefficients, which raycam has no lens for: expected Brown Conrady or Kannala Brandt4",
+                "{:?} with coefficients is not supported; expected Brown Conrady or Kannala Brandt4",
                 model.word()?
             )));
         }

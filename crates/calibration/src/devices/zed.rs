@@ -1,5 +1,5 @@
 //! `SN*.conf` of ZED cameras: sections `LEFT_CAM_HD`, `RIGHT_CAM_HD` and `STEREO`. Source: the native OpenCV sample of
-//! zed-opencv-native. The right camera stands at +Baseline, millimetres, in the left one.
+//! zed-opencv-native. The right camera is at +Baseline, in millimetres, in the axes of the left camera.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// The names of resolutions, with their columns and rows.
+/// Names of resolutions, with their columns and rows.
 const RESOLUTIONS: [(&str, [u32; 2]); 4] =
     [("HD", [1280, 720]), ("FHD", [1920, 1080]), ("2K", [2208, 1242]), ("VGA", [672, 376])];
 
@@ -35,7 +35,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let find = |section: &str, key: &str| -> Result<Option<f64>> {
         let Some((line, word)) = values.get(&(section, key)) else { return Ok(None) };
         let number = word.parse::<f64>().ok().filter(|value| value.is_finite());
-        number.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}: expected a number")))
+        number.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}; expected a number")))
     };
     let has = |name: &str| values.contains_key(&(format!("LEFT_CAM_{name}").as_str(), "fx"));
     let chosen = RESOLUTIONS.iter().find(|(name, size)| has(name) && hints.size.is_none_or(|known| known == *size));
@@ -44,7 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let mut calibration = Calibration::default();
     for side in ["LEFT", "RIGHT"] {
         let section = format!("{side}_CAM_{name}");
-        let missing = |key: &str| FormatError::whole(path, format!("[{section}] has no {key}"));
+        let missing = |key: &str| FormatError::whole(path, format!("the section [{section}] has no {key}"));
         let get = |key: &str| find(&section, key)?.ok_or_else(|| missing(key));
         let term = |key: &str| Ok::<_, FormatError>(find(&section, key)?.unwrap_or(0.0));
         let mut record = CameraRecord::new(side.to_lowercase(), PixelCenter::Integer);
@@ -56,16 +56,25 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         calibration.records.push(record);
     }
     let turn = |key: &str| Ok::<_, FormatError>(find("STEREO", &format!("{key}_{name}"))?.unwrap_or(0.0));
-    let base = find("STEREO", "Baseline")?.ok_or_else(|| FormatError::whole(path, "[STEREO] has no Baseline"))?;
+    let base = find("STEREO", "Baseline")?.ok_or_else(|| {
+        FormatError::whole(
+            path,
+            "the section [STEREO] has no \
+        Baseline",
+        )
+    })?;
     let vector = DVec3::new(turn("RX")?, turn("CV")?, turn("RZ")?);
     let r = DMat3::from_quat(DQuat::from_scaled_axis(vector));
     let t = DVec3::new(-base, find("STEREO", "TY")?.unwrap_or(0.0), find("STEREO", "TZ")?.unwrap_or(0.0)) / 1000.0;
     calibration.records[1].pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
     one_rig(&mut calibration.records, "rig");
-    calibration.note(NoticeCode::FirstOnly, format!(
-        "the sections of {name}, {} x {} (size= names another); Baseline, {base} mm, is in metres here, with the right \
-         camera to the right of the left one",
-        size[0], size[1]
-    ));
+    calibration.note(
+        NoticeCode::FirstOnly,
+        format!(
+            "the sections of {name}, {} x {}, are used (use size= for another); Baseline, {base} mm, is converted to \
+         metres, with the right camera to the right of the left one",
+            size[0], size[1]
+        ),
+    );
     Ok(calibration)
 }

@@ -1,13 +1,13 @@
-//! The INI files of ROS's `camera_calibration` (`ost.txt`, `camera.ini`): a section `[image]` with the size and one for
-//! each camera, in which a name stands on a line and its numbers on the lines below. Source: ROS, `camera_calibration_parsers`,
-//! parse_ini.cpp.
+//! INI files of ROS's `camera_calibration` (`ost.txt`, `camera.ini`): a section `[image]` with the size, and one
+//! section per camera, in which a name is followed by lines with its numbers. Source: ROS,
+//! `camera_calibration_parsers`, parse_ini.cpp.
 
 use std::path::Path;
 
 use crate::document::{DocumentNode, Value};
 use raycam_formats::{FormatError, Result};
 
-/// Names of a camera's section, and the keys of the YAML file that means the same.
+/// Names in a camera's section, and the equivalent keys of the YAML file.
 const NAMES: [(&str, &str); 4] = [
     ("camera matrix", "camera_matrix"),
     ("distortion", "distortion_coefficients"),
@@ -20,7 +20,7 @@ pub(crate) fn detect(text: &str) -> bool {
     text.contains("[image]") && text.lines().any(|line| line.trim() == "camera matrix")
 }
 
-/// The cameras of a file, each as the document of its YAML file.
+/// Cameras of a file, each as the document of the equivalent YAML file.
 pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>> {
     let mut size: Vec<(String, DocumentNode)> = Vec::new();
     let mut cameras: Vec<Vec<(String, DocumentNode)>> = Vec::new();
@@ -44,7 +44,7 @@ pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>> {
         let entries = match cameras.last_mut() {
             _ if section == "image" => &mut size,
             Some(camera) if !section.is_empty() => camera,
-            _ => return Err(fail(format!("{line:?} before the first section: expected [image]"))),
+            _ => return Err(fail(format!("{line:?} before the first section; expected [image]"))),
         };
         if words.iter().any(|word| word.parse::<f64>().is_err()) {
             let name = match (section, line) {
@@ -52,8 +52,12 @@ pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>> {
                 ("image", _) => None,
                 _ => NAMES.iter().find(|(name, _)| *name == line).map(|(_, key)| (*key).to_owned()),
             };
-            key =
-                Some(name.ok_or_else(|| fail(format!("{line:?} in [{section}] is not known, nor a row of numbers")))?);
+            key = Some(name.ok_or_else(|| {
+                fail(format!(
+                    "{line:?} in [{section}] is neither a known name nor a row of \
+                    numbers"
+                ))
+            })?);
             continue;
         }
         let key = key.clone().ok_or_else(|| fail(format!("numbers without a name in [{section}]")))?;
@@ -65,7 +69,7 @@ pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>> {
         }
     }
     match cameras.is_empty() {
-        true => Err(FormatError::whole(path, "no section of a camera, as [narrow_stereo]")),
+        true => Err(FormatError::whole(path, "no camera section; expected one such as [narrow_stereo]")),
         false => Ok(cameras.into_iter().map(|entries| DocumentNode { value: Value::Map(entries), line: 1 }).collect()),
     }
 }

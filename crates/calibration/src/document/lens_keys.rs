@@ -1,9 +1,10 @@
-//! The rule that no lens vanishes: a key that looks like a lens, and is not read, is an error.
+//! Rule that no lens is silently lost: a key that looks like a lens and is not read is an error.
 
 use crate::document::{Cursor, DocumentNode, Value};
 use raycam_formats::Result;
 
-/// A key in lower case, without `_`, `-`, `.` and spaces: people spell `dist_coeffs`, `distCoeffs` and `Dist.Coeffs`.
+/// Key in lower case, without `_`, `-`, `.` and spaces, so that `dist_coeffs`, `distCoeffs` and `Dist.Coeffs` are
+/// equal.
 pub(crate) fn plain(key: &str) -> String {
     key.chars().filter(|c| !matches!(c, '_' | '-' | '.' | ' ')).flat_map(char::to_lowercase).collect()
 }
@@ -14,13 +15,13 @@ pub(crate) fn looks_like_lens(key: &str) -> bool {
     let starts = |words: &[&str]| words.iter().any(|word| key.starts_with(word));
     let has = |words: &[&str]| words.iter().any(|word| key.contains(word));
     let distortion = starts(&["dist"]) && !starts(&["distance", "distrib", "distric"]);
-    // As k1k2p1p2k3.
+    // Such as k1k2p1p2k3.
     let listed = key.len() >= 4 && key.as_bytes().chunks(2).all(|two| matches!(two, [b'k' | b'p' | b's', b'1'..=b'6']));
     let named = has(&["distort", "coef", "radial", "tangential", "fisheye"]) || starts(&["lens", "kappa"]);
     distortion || named || listed || matches!(&key[..], "d" | "xi" | "kc")
 }
 
-/// True if a key is the name of one coefficient.
+/// True if a key is the name of a single coefficient.
 fn is_coefficient(key: &str) -> bool {
     let key = plain(key);
     let (letter, number) = key.split_at(key.chars().next().map_or(0, char::len_utf8));
@@ -28,24 +29,24 @@ fn is_coefficient(key: &str) -> bool {
         || matches!(&key[..], "s1" | "s2" | "s3" | "s4" | "taux" | "tauy" | "omega" | "xi")
 }
 
-/// The reason why a key cannot stand without a value: it is one of a lens, or a number after a decimal comma.
+/// The reason why a key must have a value: it belongs to a lens, or is a number after a decimal comma.
 pub(crate) fn refused_without_value(key: &str) -> Option<String> {
     let own = key.rsplit('.').next().unwrap_or(key);
     if key.parse::<f64>().is_ok() {
-        return Some(format!("{key}: a number without a key; decimals have a point, not a comma"));
+        return Some(format!("{key}: a number without a key; use a decimal point instead of a comma"));
     }
     let other = plain(own).contains("model") || plain(own).starts_with("lens");
     let lens = is_coefficient(own) || looks_like_lens(own) && !other;
-    lens.then(|| format!("{key} is empty, expected numbers: 0 for none, or leave it out"))
+    lens.then(|| format!("{key} is empty; expected numbers (0 for no distortion), or remove the key"))
 }
 
-/// True if a node has a number other than 0, at any depth.
+/// True if a node contains a number other than 0, at any depth.
 fn has_value(node: &DocumentNode) -> bool {
     match &node.value {
         Value::Scalar(word) => word.parse::<f64>().map_or(word.starts_with("a pickled object"), |v| v != 0.0),
         Value::List(items) => items.iter().any(has_value),
         Value::Map(entries) => {
-            // A matrix has rows and columns too.
+            // A matrix also has rows and columns.
             let data = entries.iter().find(|(key, _)| key == "data");
             data.map_or_else(|| entries.iter().any(|(_, node)| has_value(node)), |(_, node)| has_value(node))
         }
@@ -53,7 +54,7 @@ fn has_value(node: &DocumentNode) -> bool {
 }
 
 impl Cursor<'_> {
-    /// Refuses a key with the name of a lens, and everything of such a name below it, whose numbers are not all 0.
+    /// Rejects a key with the name of a lens, and every such key below it, unless its numbers are all 0.
     ///
     /// # Errors
     /// [`crate::FormatError::Syntax`] names the key.
@@ -62,8 +63,8 @@ impl Cursor<'_> {
         let lens = looks_like_lens(key) || scalar && is_coefficient(key);
         if lens && has_value(self.node) {
             return Err(self.fail(
-                "it looks like a lens, which raycam does not find here: without it, the camera would be a pinhole. \
-                 Expected distortion_coefficients, or the key of this format; remove it if it is no lens",
+                "this key looks like a lens, but is not a lens key of this format; without it, the camera would be a \
+                 pinhole. Use distortion_coefficients or the format's own key, or remove it if it is not a lens",
             ));
         }
         match &self.node.value {

@@ -20,7 +20,7 @@ use raycam_scene::{Lens, LensModel, Notice, NoticeCode, suggestion};
 
 use raycam_formats::{FormatError, Result};
 
-/// Greatest depth of a tree.
+/// Maximum depth of a tree.
 pub(crate) const MAX_DEPTH: usize = 32;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +38,7 @@ pub(crate) struct DocumentNode {
 }
 
 impl DocumentNode {
-    /// True if both say the same, but for lines and the time and number of a message's header.
+    /// True if both are equal except for lines, and for the time and number in a message's header.
     pub(crate) fn same_as(&self, other: &DocumentNode) -> bool {
         match (&self.value, &other.value) {
             (Value::Scalar(a), Value::Scalar(b)) => a == b,
@@ -54,7 +54,7 @@ impl DocumentNode {
     }
 }
 
-/// A node with its path from the root, for errors.
+/// Node with its path from the root, for errors.
 #[derive(Clone, Debug)]
 pub(crate) struct Cursor<'a> {
     pub(crate) node: &'a DocumentNode,
@@ -67,7 +67,7 @@ impl<'a> Cursor<'a> {
         Self { node, path, key: String::new() }
     }
 
-    /// The error of this node.
+    /// Error of this node.
     pub(crate) fn fail(&self, message: impl std::fmt::Display) -> FormatError {
         let key = if self.key.is_empty() { "the file" } else { &self.key };
         FormatError::line(self.path, self.node.line, format!("{key}: {message}"))
@@ -88,7 +88,7 @@ impl<'a> Cursor<'a> {
         Self { node, path: self.path, key: format!("{}{joint}{key}", self.key) }
     }
 
-    /// The entries of a map.
+    /// Entries of a map.
     pub(crate) fn entries(&self) -> Result<Vec<(&'a str, Cursor<'a>)>> {
         match &self.node.value {
             Value::Map(entries) => {
@@ -102,7 +102,7 @@ impl<'a> Cursor<'a> {
         matches!(self.node.value, Value::Map(_))
     }
 
-    /// The value of a key, if it is there and not null.
+    /// Value of a key, if it exists and is not null.
     pub(crate) fn get(&self, key: &str) -> Option<Cursor<'a>> {
         let Value::Map(entries) = &self.node.value else { return None };
         let (_, node) = entries.iter().find(|(name, _)| name == key)?;
@@ -115,12 +115,12 @@ impl<'a> Cursor<'a> {
         matches!(&self.node.value, Value::Scalar(word) if matches!(word.as_str(), "" | "null" | "~"))
     }
 
-    /// The value of the first of some keys that mean the same.
+    /// Value of the first of several equivalent keys.
     pub(crate) fn any(&self, keys: &[&str]) -> Option<Cursor<'a>> {
         keys.iter().find_map(|key| self.get(key))
     }
 
-    /// The value of a key that has to be there.
+    /// Value of a required key.
     pub(crate) fn require(&self, key: &str) -> Result<Cursor<'a>> {
         self.get(key).ok_or_else(|| self.fail(format_args!("{key} is missing")))
     }
@@ -136,44 +136,46 @@ impl<'a> Cursor<'a> {
         let Value::Scalar(word) = &self.node.value else { return Err(self.fail("expected a number")) };
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(self.fail(format_args!("{word:?}: expected a finite number"))),
+            _ => Err(self.fail(format_args!("{word:?}; expected a finite number"))),
         }
     }
 
-    /// The number of a key, or another one where the key is not there.
+    /// Number of a key, or a default if the key is missing.
     pub(crate) fn number_or(&self, key: &str, otherwise: f64) -> Result<f64> {
         self.get(key).map_or(Ok(otherwise), |at| at.number())
     }
 
-    /// A number of pixels.
+    /// Number of pixels.
     pub(crate) fn count(&self) -> Result<u32> {
         let number = self.number()?;
         if number.fract() != 0.0 || !(0.0..=4294967295.0).contains(&number) {
-            return Err(self.fail(format_args!("{number}: expected a whole number from 0")));
+            return Err(self.fail(format_args!("{number}; expected a whole number >= 0")));
         }
         Ok(number as u32)
     }
 
-    /// The elements of a list.
+    /// Elements of a list.
     pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>> {
         let Value::List(items) = &self.node.value else { return Err(self.fail("expected a list")) };
         let item = |(i, node)| Self { node, path: self.path, key: format!("{}[{i}]", self.key) };
         Ok(items.iter().enumerate().map(item).collect())
     }
 
-    /// Numbers in a list, in lists of lists, or in the `data` of a matrix whose `rows` and `cols` agree with them.
+    /// Numbers of a list, of lists of lists, or of the `data` of a matrix with matching `rows` and `cols`.
     pub(crate) fn numbers(&self) -> Result<Vec<f64>> {
         if self.is_map() {
             let numbers = self.require("data")?.numbers()?;
             // OpenCV 5's opencv-nd-matrix.
             if let Some(sizes) = self.get("sizes") {
-                // In XML, one size alone is no list.
+                // In XML, a single size is not a list.
                 let count = match sizes.numbers() {
                     Ok(sizes) => sizes.iter().product(),
                     Err(_) => f64::from(sizes.count()?),
                 };
                 if count != numbers.len() as f64 {
-                    return Err(sizes.fail(format_args!("data has {} numbers", numbers.len())));
+                    return Err(
+                        sizes.fail(format_args!("data has {} numbers, which does not match its sizes", numbers.len()))
+                    );
                 }
                 return Ok(numbers);
             }
@@ -210,10 +212,10 @@ impl<'a> Cursor<'a> {
     pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N]> {
         let numbers = self.numbers()?;
         let count = numbers.len();
-        numbers.try_into().map_err(|_| self.fail(format_args!("{count} numbers, expected {N}")))
+        numbers.try_into().map_err(|_| self.fail(format_args!("{count} numbers; expected {N}")))
     }
 
-    /// A 3x3 matrix, row by row.
+    /// 3x3 matrix, row by row.
     pub(crate) fn matrix3(&self) -> Result<DMat3> {
         Ok(DMat3::from_cols_array(&self.array::<9>()?).transpose())
     }
@@ -224,22 +226,22 @@ impl<'a> Cursor<'a> {
         let m: [f64; 12] = match numbers.len() {
             16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| self.fail(message))?,
             12 => std::array::from_fn(|i| numbers[i]),
-            count => return Err(self.fail(format_args!("{count} numbers, expected a 4x4 matrix"))),
+            count => return Err(self.fail(format_args!("{count} numbers; expected a 4x4 matrix"))),
         };
         Ok(rigid(&m))
     }
 
-    /// The lens of a name that calibration tools use, with its coefficients.
+    /// Lens with a name that calibration tools use, and its coefficients.
     pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens> {
         lens_named(name, coefficients).map_err(|message| self.fail(message))
     }
 
-    /// A notice for every key that is not in `known`; one that looks like a lens is an error.
+    /// Adds a notice for every key that is not in `known`; a key that looks like a lens is an error.
     pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<Notice>> {
         self.unread_keys(|key| known.contains(&key))
     }
 
-    /// The same, where a function tells the known keys.
+    /// Same, with a function that returns true for known keys.
     pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<Notice>> {
         let Value::Map(entries) = &self.node.value else { return Ok(vec![]) };
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
@@ -249,14 +251,14 @@ impl<'a> Cursor<'a> {
             notices.push(Notice::about(
                 NoticeCode::IgnoredKey,
                 format!("{place}{key} (line {})", node.line),
-                "not used",
+                "ignored",
             ));
         }
         Ok(notices)
     }
 }
 
-/// The first three rows of a 4x4 matrix of a rotation and a translation, or the reason why it is none.
+/// First three rows of a 4x4 matrix with a rotation and a translation, or the reason why it is not one.
 pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     let last = [m[12], m[13], m[14], m[15]];
     if last != [0.0, 0.0, 0.0, 1.0] {
@@ -279,18 +281,18 @@ pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     Ok(rows)
 }
 
-/// Refuses a matrix that is not close enough to a rotation.
+/// Rejects a matrix that differs too much from a rotation.
 pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
     nearest_rotation(r).map(|_| ())
 }
 
-/// R and t of the rows of a 3x4 matrix.
+/// R and t from the rows of a 3x4 matrix.
 pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
     let column = |i: usize| DVec3::new(m[i], m[4 + i], m[8 + i]);
     (DMat3::from_cols(column(0), column(1), column(2)), column(3))
 }
 
-/// The lens that calibration tools call by a name.
+/// Lens with a name that calibration tools use.
 pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
     let model = match name {
         "plumb_bob" | "rational_polynomial" | "thin_prism" | "radtan" | "radial-tangential" | "opencv" | "brown" => {
@@ -302,15 +304,15 @@ pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
             return match given.iter().find(|v| **v != 0.0) {
                 None => Ok(Lens::Pinhole),
                 Some(value) => Err(format!(
-                    "the lens model is {name:?}, but a coefficient is {value}: state the model of the coefficients, or \
-                     remove them"
+                    "the lens model is {name:?}, but a coefficient is {value}; specify the model of the coefficients, \
+                     or remove them"
                 )),
             };
         }
-        // raycam's own names of the others.
+        // raycam's own names of the other models.
         _ => LensModel::from_name(name).map_err(|_| {
             let names = ["plumb_bob", "rational_polynomial", "radtan", "equidistant", "fov", "none"];
-            format!("raycam has no distortion model {name:?}{}", suggestion(name, names))
+            format!("unknown distortion model {name:?}{}", suggestion(name, names))
         })?,
     };
     if model == LensModel::OpenCv && given.is_empty() {

@@ -1,5 +1,5 @@
-//! NumPy's arrays: `.npy`, and `.npz`, a ZIP file of them. Source: numpy.lib.format, "Format Version 1.0". Arrays of
-//! Python objects are pickles, which run code when they are opened: they are never opened.
+//! NumPy arrays: `.npy`, and `.npz`, a ZIP file of them. Source: numpy.lib.format, "Format Version 1.0". Arrays of
+//! Python objects are pickles, which can run code when they are loaded, so they are never loaded.
 
 use std::path::Path;
 
@@ -8,24 +8,24 @@ use crate::document::{DocumentNode, Value};
 use raycam_formats::Budget;
 use raycam_formats::{FormatError, Result};
 
-/// The first bytes of a `.npy` file.
+/// First bytes of a `.npy` file.
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// Elements of the largest array that becomes a part of a document; maps of pixels are larger.
+/// Maximum number of elements of an array that becomes part of a document; pixel maps are larger.
 const MAX_ELEMENTS: usize = 1 << 16;
-/// Elements of the largest array that is read at all.
+/// Maximum number of elements of an array that is read at all.
 const MAX_ARRAY: usize = 1 << 24;
-/// Bytes in which the header of an array ends.
+/// Maximum number of bytes up to the end of an array's header.
 const MAX_HEADER: usize = 4096;
 
-/// The elements of an array, row by row.
+/// Elements of an array, row by row.
 pub(crate) enum Elements {
     Numbers(Vec<f64>),
     Words(Vec<String>),
-    /// The reason why they are not read.
+    /// Reason why the elements are not read.
     Unread(String),
 }
 
-/// An array of any shape.
+/// Array of any shape.
 pub(crate) struct NumpyArray {
     pub(crate) shape: Vec<usize>,
     pub(crate) elements: Elements,
@@ -36,18 +36,18 @@ pub(crate) fn is_npy(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// The names of the arrays in a `.npz` file; none for another file.
+/// Names of the arrays in a `.npz` file; empty for another file.
 pub(crate) fn names(bytes: &[u8]) -> Vec<String> {
     let members = if zip_members::is_zip(bytes) { zip_members::members(bytes).unwrap_or_default() } else { vec![] };
     members.iter().filter_map(|member| Some(member.name.strip_suffix(".npy")?.to_owned())).collect()
 }
 
-/// The shape of the array in a `.npy` file.
+/// Shape of the array in a `.npy` file.
 pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
     Some(NpyHeader::parse(bytes).ok()?.shape)
 }
 
-/// The shapes of the arrays in a `.npz` file, by their headers; None for another file.
+/// Shapes of the arrays in a `.npz` file, from their headers; None for another file.
 pub(crate) fn shapes(bytes: &[u8]) -> Option<Vec<Vec<usize>>> {
     let members = zip_members::members(bytes).ok()?;
     let arrays = members.iter().filter(|member| member.name.ends_with(".npy"));
@@ -55,7 +55,7 @@ pub(crate) fn shapes(bytes: &[u8]) -> Option<Vec<Vec<usize>>> {
     (!shapes.is_empty()).then_some(shapes)
 }
 
-/// The arrays of a `.npz` file by name, in its order.
+/// Arrays of a `.npz` file by name, in file order.
 pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<(String, NumpyArray)>> {
     let fail = |message: String| FormatError::whole(path, message);
     let members = zip_members::members(bytes).map_err(fail)?;
@@ -69,11 +69,14 @@ pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<V
     Ok(found)
 }
 
-/// The array of a `.npy` file.
+/// Array of a `.npy` file.
 pub(crate) fn array(bytes: &[u8]) -> Result<NumpyArray, String> {
     let header = NpyHeader::parse(bytes)?;
     let count = header.shape.iter().try_fold(1usize, |count, side| count.checked_mul(*side));
-    let count = count.filter(|count| *count <= MAX_ARRAY).ok_or("more elements than any calibration has")?;
+    let count = count.filter(|count| *count <= MAX_ARRAY).ok_or(
+        "the array has more elements than a calibration can \
+        have",
+    )?;
     let data = &bytes[header.data..];
     let mut elements = header.elements(data, count)?;
     if header.fortran {
@@ -86,7 +89,7 @@ pub(crate) fn array(bytes: &[u8]) -> Result<NumpyArray, String> {
     Ok(NumpyArray { shape: header.shape, elements })
 }
 
-/// Elements by columns, the first index fastest, put into the order of rows.
+/// Reorders elements from column order (first index fastest) to row order.
 fn by_rows<T: Clone>(values: &[T], shape: &[usize]) -> Vec<T> {
     let strides: Vec<usize> = shape.iter().scan(1, |next, side| Some(std::mem::replace(next, *next * side))).collect();
     let place = |mut at: usize| {
@@ -104,13 +107,13 @@ struct NpyHeader {
     kind: String,
     fortran: bool,
     shape: Vec<usize>,
-    /// The byte at which the elements begin.
+    /// Offset of the first element.
     data: usize,
 }
 
 impl NpyHeader {
     fn parse(bytes: &[u8]) -> Result<Self, String> {
-        let broken = || "a broken .npy header".to_owned();
+        let broken = || "invalid .npy header".to_owned();
         let version = *bytes.get(6).filter(|_| is_npy(bytes)).ok_or_else(broken)?;
         let wide = version >= 2;
         let field = bytes.get(8..if wide { 12 } else { 10 }).ok_or_else(broken)?;
@@ -136,24 +139,26 @@ impl NpyHeader {
 
     fn elements(&self, data: &[u8], count: usize) -> Result<Elements, String> {
         if self.kind.contains('O') {
-            return Ok(Elements::Unread("a pickled object, which is never opened: save numbers with np.savez".into()));
+            return Ok(Elements::Unread(
+                "a pickled object, which is not loaded for safety; save numbers with np.savez".into(),
+            ));
         }
         let (order, rest) = self.kind.split_at(usize::from(self.kind.starts_with(['<', '>', '|', '='])));
         let big = order == ">";
         let (letter, size) = rest.split_at(rest.len().min(1));
         let Ok(size) = size.parse::<usize>() else {
-            return Ok(Elements::Unread(format!("an array of {}, which is not read", self.kind)));
+            return Ok(Elements::Unread(format!("an array of {}, which is not supported", self.kind)));
         };
         let width = if letter == "U" { 4 * size } else { size };
-        let needed = width.checked_mul(count).ok_or("more bytes than any calibration has")?;
+        let needed = width.checked_mul(count).ok_or("the array has more bytes than a calibration can have")?;
         if data.len() < needed {
-            return Err(format!("{} bytes of elements, expected {needed}: the file is cut off", data.len()));
+            return Err(format!("{} bytes of elements; expected {needed} (the file is truncated)", data.len()));
         }
         if letter == "U" {
             return Ok(Elements::Words((0..count).map(|i| word(&data[i * width..][..width], big)).collect()));
         }
         let Some(number) = reader(letter, size) else {
-            return Ok(Elements::Unread(format!("an array of {}, which is not read", self.kind)));
+            return Ok(Elements::Unread(format!("an array of {}, which is not supported", self.kind)));
         };
         let value = |i: usize| {
             let mut bytes = [0; 8];
@@ -167,7 +172,7 @@ impl NpyHeader {
     }
 }
 
-/// The number of little-endian bytes, of a kind and a size.
+/// Number of little-endian bytes, with a kind and a size.
 fn reader(letter: &str, size: usize) -> Option<fn([u8; 8]) -> f64> {
     Some(match (letter, size) {
         ("f", 8) => f64::from_le_bytes,
@@ -182,7 +187,7 @@ fn reader(letter: &str, size: usize) -> Option<fn([u8; 8]) -> f64> {
     })
 }
 
-/// A word of code points, without the zeros after it.
+/// String of code points, without trailing zeros.
 fn word(bytes: &[u8], big: bool) -> String {
     let code = |b: &[u8]| {
         let four = [b[0], b[1], b[2], b[3]];
@@ -193,7 +198,7 @@ fn word(bytes: &[u8], big: bool) -> String {
 }
 
 impl NumpyArray {
-    /// The numbers; none of an array of something else.
+    /// The numbers; empty for an array of another type.
     pub(crate) fn numbers(&self) -> Option<&[f64]> {
         match &self.elements {
             Elements::Numbers(values) => Some(values),
@@ -201,7 +206,7 @@ impl NumpyArray {
         }
     }
 
-    /// The reason why there are no numbers.
+    /// Reason why there are no numbers.
     pub(crate) fn reason(&self) -> &str {
         match &self.elements {
             Elements::Unread(reason) => reason,
@@ -230,7 +235,7 @@ fn scalar(word: String) -> DocumentNode {
     DocumentNode { value: Value::Scalar(word), line: 1 }
 }
 
-/// The document of some arrays by name.
+/// Document of several arrays by name.
 pub(crate) fn document(arrays: &[(String, NumpyArray)]) -> DocumentNode {
     let entries = arrays.iter().map(|(name, array)| (name.clone(), array.node()));
     DocumentNode { value: Value::Map(entries.collect()), line: 1 }

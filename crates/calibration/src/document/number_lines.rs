@@ -1,10 +1,10 @@
-//! Text files of one row of numbers a line.
+//! Text files with one row of numbers per line.
 
 use std::path::Path;
 
 use raycam_formats::{FormatError, Result};
 
-/// The lines that are neither empty nor comments (`#`), with their numbers from 1.
+/// Lines that are neither empty nor comments (`#`), with their numbers from 1.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
@@ -17,11 +17,11 @@ pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> R
         match word.parse::<f64>() {
             Ok(value) if value.is_finite() && values.len() <= N => values.push(value),
             Ok(_) if values.len() > N => break,
-            _ => return Err(FormatError::line(path, line, format!("{word:?}: expected a finite number"))),
+            _ => return Err(FormatError::line(path, line, format!("{word:?}; expected a finite number"))),
         }
     }
     let count = values.len();
-    values.try_into().map_err(|_| FormatError::line(path, line, format!("{count} numbers, expected {N}")))
+    values.try_into().map_err(|_| FormatError::line(path, line, format!("{count} numbers; expected {N}")))
 }
 
 /// True if each of the first lines has `count` numbers.

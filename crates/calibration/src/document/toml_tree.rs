@@ -8,18 +8,24 @@ use toml::de::{DeTable, DeValue};
 
 use crate::document::{DocumentNode, MAX_DEPTH, Value};
 
-/// The longest text that is parsed; calibrations have kilobytes.
+/// Maximum length of a text that is parsed; calibrations have kilobytes.
 const MAX_BYTES: usize = 4 << 20;
 
-/// The tree of a text.
+/// Tree of a text.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     if text.len() > MAX_BYTES {
-        return Err(FormatError::whole(path, "a TOML file of more than 4 MiB, too large for a calibration"));
+        return Err(FormatError::whole(path, "the TOML file is larger than 4 MiB, the limit for a calibration"));
     }
     let line = |byte: usize| 1 + text[..byte.min(text.len())].bytes().filter(|b| *b == b'\n').count();
     let table = DeTable::parse(text)
         .map_err(|error| FormatError::line(path, line(error.span().map_or(0, |span| span.start)), error.message()))?;
-    table_node(table, &line, 0).ok_or_else(|| FormatError::whole(path, "nested too deeply for a calibration"))
+    table_node(table, &line, 0).ok_or_else(|| {
+        FormatError::whole(
+            path,
+            "the file is nested too deeply for a \
+        calibration",
+        )
+    })
 }
 
 fn table_node(table: Spanned<DeTable<'_>>, line: &dyn Fn(usize) -> usize, depth: usize) -> Option<DocumentNode> {

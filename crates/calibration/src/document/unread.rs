@@ -1,8 +1,8 @@
-//! Formats that are recognised and not read, each with the way on.
+//! Formats that are recognised but not supported, each with an alternative.
 
 const OCAM_REMEDY: &str = "calibrate as MEI or KANNALA_BRANDT with camodocal, or with cv2.fisheye";
 
-/// The name of a format, marks of which all are in its files, and the way on.
+/// Name of a format, markers that must all be in its files, and the alternative.
 const UNREAD: [(&str, &[&str], &str); 13] = [
     ("a ScanNet scene", &["axisAlignment", "colorWidth"], "open the folder with pose/ and intrinsic/"),
     (
@@ -15,8 +15,8 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
     ("Kimera with the polynomial of OCamCalib (Scaramuzza)", &["omni_pol_inv", "omni_affine"], OCAM_REMEDY),
     ("VisualSFM", &["NVM_V3"], "import it in COLMAP (model_converter), then read that"),
     ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
-    ("NumPy's arrays in YAML", &["!!python/object", "numpy"], "write lists (K.tolist()), or save with np.savez"),
-    ("the configuration of nerfstudio", &["!!python/object"], "give transforms.json of its data"),
+    ("NumPy arrays in YAML", &["!!python/object", "numpy"], "write lists (K.tolist()), or save with np.savez"),
+    ("the configuration of nerfstudio", &["!!python/object"], "use transforms.json of its data"),
     (
         "DepthAI (OAK)",
         &["\"cameraData\"", "\"intrinsicMatrix\""],
@@ -26,30 +26,30 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
     (
         "Nerfies or HyperNeRF",
         &["\"pixel_aspect_ratio\"", "\"radial_distortion\"", "\"orientation\""],
-        "orientation is R, position the centre: give them, K and the lens to Camera",
+        "orientation is R, position is the centre C; pass them, K and the lens to Camera",
     ),
     ("USD", &["#usda"], "load it as a world: raycam.load(path).cameras"),
 ];
-const PICKLE: &str = "it is never opened, because it may run code: save with np.savez, or as JSON";
-/// First bytes of binary files that are known and not read, with the way on.
+const PICKLE: &str = "it is not loaded, because it may run code; save with np.savez, or as JSON";
+/// First bytes of binary files that are recognised but not supported, with the alternative.
 const UNREAD_BYTES: [(&str, &[u8], &str); 6] = [
     (
         "MATLAB",
         b"MATLAB 5.0 MAT-file",
-        "scipy.io.loadmat, then Camera; its principal point counts from 1, K is transposed",
+        "use scipy.io.loadmat, then Camera; its principal point counts from 1, and K is transposed",
     ),
-    ("HDF5 (MATLAB 7.3, Hypersim)", b"\x89HDF", "open it with h5py, then Camera"),
+    ("HDF5 (MATLAB 7.3, Hypersim)", b"\x89HDF", "open it with h5py, then use Camera"),
     (
         "Apache Arrow (feather, Argoverse 2)",
         b"ARROW1",
-        "pandas.read_feather(file).to_csv(name, index=False) of intrinsics and egovehicle_SE3_sensor",
+        "convert intrinsics and egovehicle_SE3_sensor with pandas.read_feather(file).to_csv(name, index=False)",
     ),
-    ("Python's pickle", b"\x80", PICKLE),
-    ("Python's pickle", b"(dp0\n", PICKLE),
-    ("ROS bags", b"#ROSBAG", "rostopic echo -n 1 /camera/camera_info > camera_info.yaml"),
+    ("a Python pickle", b"\x80", PICKLE),
+    ("a Python pickle", b"(dp0\n", PICKLE),
+    ("ROS bags", b"#ROSBAG", "write a message with: rostopic echo -n 1 /camera/camera_info > camera_info.yaml"),
 ];
 
-/// The name of the format of a file and the way on, if it is one of those that are known and not read.
+/// Name of a file's format and the alternative, if the format is recognised but not supported.
 pub(crate) fn name_of(bytes: &[u8], text: &str) -> Option<(&'static str, &'static str)> {
     if let Some((name, _, way)) = UNREAD_BYTES.iter().find(|(_, mark, _)| bytes.starts_with(mark)) {
         return Some((name, way));
@@ -58,7 +58,7 @@ pub(crate) fn name_of(bytes: &[u8], text: &str) -> Option<(&'static str, &'stati
     Some((name, way))
 }
 
-/// A format whose files are recognised by a function of their text.
+/// Format whose files a function recognises by their text.
 struct UnreadFormat {
     name: &'static str,
     detect: fn(&str) -> bool,
@@ -71,7 +71,7 @@ const fn unread_format(name: &'static str, detect: fn(&str) -> bool, remedy: &'s
 
 const AS_JSON: &str = "write K, dist, img_size and R, T (camera_from_world) of each camera as JSON";
 
-/// Formats that readers of other formats would take for their own: recognised before these.
+/// Formats that readers of other formats would mistake for their own; they are checked before these.
 const UNREAD_FORMATS: [UnreadFormat; 20] = [
     unread_format(
         "BAL (bundle adjustment in the large)",
@@ -89,7 +89,8 @@ const UNREAD_FORMATS: [UnreadFormat; 20] = [
     unread_format(
         "Kubric",
         |text| has_all(text, &["\"sensor_width\"", "\"quaternions\"", "\"positions\""]),
-        "focal_length / sensor_width times the image width is fx; positions and quaternions (w first) are world_from_camera with OpenGL axes: save 4x4 matrices, then load them with axes=\"opengl\"",
+        "fx is focal_length / sensor_width times the image width; positions and quaternions (w first) are \
+         world_from_camera with OpenGL axes: save 4x4 matrices, then load them with axes=\"opengl\"",
     ),
     unread_format(
         "SceneFlow (FlyingThings3D, Driving, Monkaa)",
@@ -128,7 +129,8 @@ const UNREAD_FORMATS: [UnreadFormat; 20] = [
     unread_format(
         "WoodScape",
         |text| has_all(text, &["\"cx_offset\"", "\"poly_order\""]),
-        "its polynomial of the angle has no lens model in raycam: fit cv2.fisheye to it, then write K and D with \"fisheye\": 1",
+        "raycam has no lens model for its polynomial of the angle; fit cv2.fisheye to it, then write K and D with \
+         \"fisheye\": 1",
     ),
     unread_format(
         "Unity Perception",
@@ -149,7 +151,7 @@ const UNREAD_FORMATS: [UnreadFormat; 20] = [
     unread_format(
         "DexYCB",
         |text| text.contains("ppx") && text.contains("color:") && text.contains("depth:") && !text.contains('{'),
-        "color holds fx fy ppx ppy of 640 x 480 images: write them as JSON (K, img_size)",
+        "color contains fx fy ppx ppy of 640 x 480 images; write them as JSON (K, img_size)",
     ),
     unread_format(
         "DSO's camera.txt",
@@ -162,7 +164,7 @@ const UNREAD_FORMATS: [UnreadFormat; 20] = [
             (text.contains("LINE_OFF") || text.contains("lineOffset"))
                 && (text.contains("SAMP_OFF") || text.contains("sampOffset"))
         },
-        "an RPC is not a central projection: fit a local pinhole or affine camera to it, then use Camera.from_matrix",
+        "an RPC is not a central projection; fit a local pinhole or affine camera to it, then use Camera.from_matrix",
     ),
     unread_format(
         "Gyroflow without fisheye_params",
@@ -172,7 +174,8 @@ const UNREAD_FORMATS: [UnreadFormat; 20] = [
     unread_format(
         "DexYCB's extrinsics",
         |text| text.contains("extrinsics:") && text.contains("apriltag:"),
-        "each list is world_from_camera in 3x4 numbers: save them as 4x4 matrices (direction=\"world_from_camera\")",
+        "each list contains the 3x4 numbers of world_from_camera; save them as 4x4 matrices \
+         (direction=\"world_from_camera\")",
     ),
     unread_format(
         "Kubric's scene",
@@ -181,7 +184,7 @@ const UNREAD_FORMATS: [UnreadFormat; 20] = [
     ),
 ];
 
-/// The name of a format that is recognised and not read, and a remedy.
+/// Name of a format that is recognised but not supported, and the alternative.
 pub(crate) fn named_format(text: &str) -> Option<(&'static str, &'static str)> {
     let found = UNREAD_FORMATS.iter().find(|format| (format.detect)(text))?;
     Some((found.name, found.remedy))
@@ -191,7 +194,7 @@ fn has_all(text: &str, marks: &[&str]) -> bool {
     marks.iter().all(|mark| text.contains(mark))
 }
 
-/// The numbers of the first lines.
+/// Numbers of the first lines.
 fn first_numbers(text: &str, count: usize) -> Vec<Option<Vec<f64>>> {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).take(count);
     lines.map(|line| line.split_whitespace().map(|word| word.parse().ok()).collect()).collect()

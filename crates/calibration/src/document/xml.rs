@@ -1,4 +1,4 @@
-//! OpenCV's XML as a tree: elements called `_` are the items of a list, several words are a list of them.
+//! OpenCV's XML as a tree: elements called `_` are the items of a list, and several words form a list.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -8,7 +8,7 @@ use roxmltree::{Document, ParsingOptions};
 use crate::document::{DocumentNode, MAX_DEPTH, Value};
 use raycam_formats::{FormatError, Result};
 
-/// The tree below `opencv_storage`.
+/// Tree below `opencv_storage`.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 1 << 22, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
@@ -16,7 +16,7 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let root = document.root_element();
     if root.tag_name().name() != "opencv_storage" {
-        return Err(FormatError::whole(path, "expected <opencv_storage>, OpenCV's XML"));
+        return Err(FormatError::whole(path, "expected the root element <opencv_storage> of OpenCV's XML"));
     }
     node(root, &lines, path, 0)
 }
@@ -24,7 +24,7 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
 fn node(element: roxmltree::Node<'_, '_>, lines: &[usize], path: &Path, depth: usize) -> Result<DocumentNode> {
     let line = 1 + lines.partition_point(|&at| at < element.range().start);
     if depth >= MAX_DEPTH {
-        return Err(FormatError::line(path, line, "nested too deeply for a calibration"));
+        return Err(FormatError::line(path, line, "the file is nested too deeply for a calibration"));
     }
     let children: Vec<_> = element.children().filter(roxmltree::Node::is_element).collect();
     let word = |word: &str| Value::Scalar(word.to_owned());
@@ -49,7 +49,7 @@ fn node(element: roxmltree::Node<'_, '_>, lines: &[usize], path: &Path, depth: u
             let name = child.tag_name().name();
             let inner = node(child, lines, path, depth + 1)?;
             if !known.insert(name) {
-                return Err(FormatError::line(path, inner.line, format!("{name} is there twice")));
+                return Err(FormatError::line(path, inner.line, format!("{name} is defined twice")));
             }
             entries.push((name.to_owned(), inner));
         }

@@ -1,4 +1,4 @@
-//! Elements of an XML file with their lines, for formats that are no OpenCV storage.
+//! Elements of an XML file with their lines, for formats other than OpenCV's storage.
 
 use std::path::Path;
 
@@ -6,13 +6,13 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use raycam_formats::{FormatError, Result};
 
-/// An XML file, parsed.
+/// Parsed XML file.
 pub(crate) struct XmlFile<'a> {
     document: Document<'a>,
     path: &'a Path,
 }
 
-/// An element of an XML file.
+/// Element of an XML file.
 #[derive(Clone, Copy)]
 pub(crate) struct XmlElement<'f> {
     file: &'f XmlFile<'f>,
@@ -47,19 +47,19 @@ impl<'f> XmlElement<'f> {
         self.node.children().filter(Node::is_element).map(move |node| XmlElement { file, node })
     }
 
-    /// The first child of a name.
+    /// First child with this name.
     pub(crate) fn child(&self, name: &str) -> Option<XmlElement<'f>> {
         self.children().find(|child| child.name() == name)
     }
 
-    /// All elements of a name below this one, at any depth.
+    /// All elements with this name below this one, at any depth.
     pub(crate) fn all(&self, name: &'f str) -> impl Iterator<Item = XmlElement<'f>> + use<'f> {
         let file = self.file;
         let found = self.node.descendants().filter(move |node| node.is_element() && node.tag_name().name() == name);
         found.map(move |node| XmlElement { file, node })
     }
 
-    /// The value of an attribute, of any namespace.
+    /// Value of an attribute, in any namespace.
     pub(crate) fn attribute(&self, name: &str) -> Option<&'f str> {
         self.node.attributes().find(|attribute| attribute.name() == name).map(|attribute| attribute.value())
     }
@@ -68,16 +68,16 @@ impl<'f> XmlElement<'f> {
         self.node.text().unwrap_or_default().trim()
     }
 
-    /// The numbers of a text that belongs to this element.
+    /// Numbers of a text that belongs to this element.
     pub(crate) fn numbers_of<const N: usize>(&self, what: &str, text: &str) -> Result<[f64; N]> {
         let values: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse::<f64>).collect();
         let values = values.ok().filter(|values| values.iter().all(|value| value.is_finite()));
-        let values = values.ok_or_else(|| self.fail(format_args!("{what} {text:?}: expected finite numbers")))?;
+        let values = values.ok_or_else(|| self.fail(format_args!("{what} {text:?}; expected finite numbers")))?;
         let count = values.len();
-        values.try_into().map_err(|_| self.fail(format_args!("{what} has {count} numbers, expected {N}")))
+        values.try_into().map_err(|_| self.fail(format_args!("{what} has {count} numbers; expected {N}")))
     }
 
-    /// The numbers of the element.
+    /// Numbers of the element.
     pub(crate) fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
         self.numbers_of("the text", self.text())
     }

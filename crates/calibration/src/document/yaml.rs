@@ -1,5 +1,5 @@
-//! YAML, and JSON, which is a part of it, as trees. Aliases are copies of what they name, within a limit. Several
-//! documents that differ are refused.
+//! Trees of YAML, and of JSON, which is a part of YAML. Aliases are copied, up to a limit. Several documents that
+//! differ are rejected.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -10,21 +10,22 @@ use crate::document::lens_keys::refused_without_value;
 use crate::document::{DocumentNode, MAX_DEPTH, Value};
 use raycam_formats::{FormatError, Result};
 
-/// Most values that aliases may add to a document: a few lines of aliases of aliases could ask for any number.
+/// Maximum number of values that aliases may add to a document, because a few lines of nested aliases could create any
+/// number.
 const MAX_COPIED_VALUES: usize = 1 << 16;
 
 /// Indent of the lines of a list in brackets after its first, deeper than the keys of a calibration.
 const LIST_INDENT: &str = "                                                                ";
 
-/// A list or a map under construction: a map with the key that waits for its value, and the keys that it has.
+/// List or map being read: a map with the key whose value follows, and its previous keys.
 enum Open {
     List(Vec<DocumentNode>),
     Map(Vec<(String, DocumentNode)>, Option<String>, HashSet<String>),
 }
 
-/// The tree of a text. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is no YAML, and OpenCV takes
-/// keys without a space before their value: so do these, and files that are no YAML otherwise. JSON may have tabs, and
-/// comments as OpenCV writes them.
+/// Tree of a text. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is not valid YAML, and OpenCV
+/// accepts keys without a space before their value. Both are therefore accepted in these files, and in files that would
+/// otherwise not be valid YAML. JSON may contain tabs, and comments in OpenCV's notation.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if text.trim_start().starts_with(['{', '[']) && (text.contains('\t') || text.contains("//")) {
@@ -77,7 +78,7 @@ fn with_indented_lists(text: &str) -> String {
     indented
 }
 
-/// The text with a space between `word:` and a value, as YAML asks for.
+/// Text with a space between `word:` and a value, as YAML requires.
 fn with_spaces(text: &str) -> String {
     let mut spaced = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -97,7 +98,7 @@ fn with_spaces(text: &str) -> String {
     spaced
 }
 
-/// JSON without its comments: those from `//`, outside of quotes, to the end of the line.
+/// JSON without comments, which start with `//` outside quotes and end with the line.
 fn without_comments(text: &str) -> String {
     let mut kept = String::with_capacity(text.len());
     let (mut quoted, mut escaped) = (false, false);
@@ -114,7 +115,7 @@ fn without_comments(text: &str) -> String {
     kept
 }
 
-/// The number of values in a tree.
+/// Number of values in a tree.
 fn count_values(node: &DocumentNode) -> usize {
     match &node.value {
         Value::Scalar(_) => 1,
@@ -123,7 +124,7 @@ fn count_values(node: &DocumentNode) -> usize {
     }
 }
 
-/// The reason why an event, an empty value, cannot follow the key that waits for it.
+/// The reason why an empty value cannot follow the current key.
 fn refused_empty(event: &Event<'_>, open: &[(Open, usize, usize)]) -> Option<String> {
     match (event, open.last()) {
         (Event::Scalar(word, ScalarStyle::Plain, ..), Some((Open::Map(_, Some(key), _), ..)))
@@ -153,7 +154,7 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
             }
             Event::SequenceStart(anchor, _) | Event::MappingStart(anchor, _) => {
                 if open.len() >= MAX_DEPTH {
-                    return fail("nested too deeply for a calibration");
+                    return fail("the file is nested too deeply for a calibration");
                 }
                 let new = match event {
                     Event::SequenceStart(..) => Open::List(vec![]),
@@ -171,11 +172,11 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
             },
             Event::Alias(anchor) => {
                 let Some(named) = anchors.get(&anchor) else {
-                    return fail("an alias (*) of a value that is not complete: write the value out");
+                    return fail("alias (*) of an incomplete value; write the value out");
                 };
                 copied += count_values(named);
                 if copied > MAX_COPIED_VALUES {
-                    return fail("aliases (*) repeat too many values for a calibration: write the values out");
+                    return fail("aliases (*) repeat too many values for a calibration; write the values out");
                 }
                 (0, named.clone())
             }
@@ -187,15 +188,15 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
             anchors.insert(anchor, done.clone());
         }
         match open.last_mut() {
-            // Tools end each message with `---`: an empty document after it is none.
+            // Tools end each message with `---`; an empty document after it does not count.
             None if matches!(&done.value, Value::Scalar(word) if word.is_empty() || word == "~") => {}
             None => match &root {
                 None => root = Some(done),
                 Some(first) if first.same_as(&done) => {}
                 Some(_) => {
                     return fail(
-                        "a second document that differs from the first: expected one calibration in a file; keep one \
-                         of the messages",
+                        "a second document that differs from the first; expected one calibration per file, so keep \
+                         only one of the messages",
                     );
                 }
             },
@@ -204,13 +205,13 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
                 (Some(key), value) => entries.push((key, value)),
                 (None, DocumentNode { value: Value::Scalar(word), line }) => {
                     if !known.insert(word.clone()) {
-                        return Err(FormatError::line(path, line, format!("{word} is there twice")));
+                        return Err(FormatError::line(path, line, format!("{word} is defined twice")));
                     }
                     *key = Some(word);
                 }
-                (None, _) => return fail("a key that is no word"),
+                (None, _) => return fail("expected a word as key"),
             },
         }
     }
-    root.ok_or_else(|| FormatError::whole(path, "an empty file"))
+    root.ok_or_else(|| FormatError::whole(path, "the file is empty"))
 }

@@ -9,11 +9,11 @@ use raycam_formats::Budget;
 use raycam_formats::io::InputFile;
 use raycam_formats::{FormatError, Result};
 
-/// A file in a ZIP file.
+/// File in a ZIP file.
 pub(crate) struct ZipMember {
     pub(crate) name: String,
     deflated: bool,
-    /// The byte of its local header.
+    /// Offset of its local header.
     header: usize,
     packed: usize,
     size: usize,
@@ -24,7 +24,7 @@ pub(crate) fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-/// The file in a gzip file, and any other as it is.
+/// Returns the contents of a gzip file, and any other file unchanged.
 pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFile> {
     if !source.bytes.starts_with(b"\x1f\x8b") {
         return Ok(source);
@@ -37,7 +37,7 @@ pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFi
 fn unpack(packed: impl Read, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = packed.take(budget.bytes.saturating_add(1)).read_to_end(&mut bytes);
-    read.map_err(|error| FormatError::whole(path, format!("packed data is broken or cut off: {error}")))?;
+    read.map_err(|error| FormatError::whole(path, format!("the compressed data is damaged or truncated: {error}")))?;
     budget.take_bytes(path, bytes.len() as u64)?;
     Ok(bytes)
 }
@@ -47,9 +47,9 @@ fn number(bytes: &[u8], at: usize, count: usize) -> Option<usize> {
     Some(field.iter().rev().fold(0, |value, byte| value << 8 | usize::from(*byte)))
 }
 
-/// The files of a ZIP file, by its central directory.
+/// Files of a ZIP file, from its central directory.
 pub(crate) fn members(bytes: &[u8]) -> Result<Vec<ZipMember>, String> {
-    let broken = || "a broken or cut off ZIP file".to_owned();
+    let broken = || "the ZIP file is damaged or truncated".to_owned();
     let tail = bytes.len().saturating_sub(22 + 65_535);
     let end = bytes[tail..].windows(4).rposition(|four| four == b"PK\x05\x06").ok_or_else(broken)? + tail;
     let count = number(bytes, end + 10, 2).ok_or_else(broken)?;
@@ -79,14 +79,14 @@ pub(crate) fn members(bytes: &[u8]) -> Result<Vec<ZipMember>, String> {
 }
 
 impl ZipMember {
-    /// Its bytes as they are packed.
+    /// Its compressed bytes.
     fn packed<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
         let (name, extra) = (number(bytes, self.header + 26, 2)?, number(bytes, self.header + 28, 2)?);
         let start = self.header + 30 + name + extra;
         bytes.get(start..start.checked_add(self.packed)?)
     }
 
-    /// The first bytes of the file, as many as it has up to a count; None where it is broken.
+    /// First bytes of the file, at most this many; None if it is damaged.
     pub(crate) fn start(&self, bytes: &[u8], count: usize) -> Option<Vec<u8>> {
         let packed = self.packed(bytes)?;
         let mut start = Vec::new();
@@ -97,9 +97,9 @@ impl ZipMember {
         read.ok().map(|_| start)
     }
 
-    /// The bytes of the file.
+    /// Bytes of the file.
     pub(crate) fn unpack(&self, bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
-        let fail = || FormatError::whole(path, format!("{} in it is cut off", self.name));
+        let fail = || FormatError::whole(path, format!("the ZIP entry {} is truncated", self.name));
         let packed = self.packed(bytes).ok_or_else(fail)?;
         let unpacked = if self.deflated { unpack(DeflateDecoder::new(packed), path, budget)? } else { packed.to_vec() };
         if unpacked.len() == self.size { Ok(unpacked) } else { Err(fail()) }

@@ -17,7 +17,7 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
         let k = matrix(&at)?;
         return match skew {
             Some((skew, at)) if skew != 0.0 && skew != k.y_axis.x => {
-                Err(at.fail(format_args!("{skew}, and K[0, 1] is {}: expected the same", k.y_axis.x)))
+                Err(at.fail(format_args!("{skew}, but K[0, 1] is {}; expected equal values", k.y_axis.x)))
             }
             _ => Ok(Some(k)),
         };
@@ -46,20 +46,20 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
     };
     if k.z_axis.truncate() == glam::DVec2::ZERO && k.row(2).truncate() != glam::DVec2::ZERO && k.z_axis.z == 1.0 {
         return Err(at.fail(
-            "cx and cy are in the last row: the matrix is transposed (written by columns, as in MATLAB and Open3D); write \
-             K by rows",
+            "cx and cy are in the last row, so the matrix is transposed (stored by columns, as in MATLAB and Open3D); \
+             write K by rows",
         ));
     }
     if k.z_axis.z == 1.0 && k.x_axis.x.abs() < 10.0 && k.z_axis.x.abs() < 2.0 && k.z_axis.y.abs() < 2.0 {
         return Err(at.fail(
-            "K is in units of the image's size; expected pixels; multiply the first row by the width and the second \
+            "K is in units of the image size; expected pixels, so multiply the first row by the width and the second \
              by the height",
         ));
     }
     Ok(k)
 }
 
-/// Columns and rows by their names, in a map.
+/// Columns and rows by name, in a map.
 fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
     let view = KeyView::new(at.clone());
     match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {
@@ -75,23 +75,23 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
         let mut numbers = match keys::is_keyed(at) {
             true => sides(at)?,
             false => match at.word() {
-                // As one word, 640x480.
+                // As one word, such as 640x480.
                 Ok(word) => {
                     let parts = word.split(['x', 'X', '*', ',', ' ']).filter(|part| !part.is_empty());
                     let numbers: Option<Vec<f64>> = parts.map(|part| part.parse().ok()).collect();
-                    numbers.ok_or_else(|| at.fail(format_args!("{word:?}: expected columns and rows")))?
+                    numbers.ok_or_else(|| at.fail(format_args!("{word:?}; expected columns and rows")))?
                 }
                 Err(_) => at.numbers()?,
             },
         };
         if pair.is_none() && !keys::is_keyed(at) {
-            // The third number of a shape is that of the colours.
+            // The third number of a shape is the number of colours.
             numbers.truncate(2);
             numbers.reverse();
         }
         let whole = |v: &f64| v.fract() == 0.0 && (1.0..65537.0).contains(v);
         let [width, height] = numbers[..] else {
-            return Err(at.fail(format_args!("{} numbers, expected columns and rows", numbers.len())));
+            return Err(at.fail(format_args!("{} numbers; expected columns and rows", numbers.len())));
         };
         if !(whole(&width) && whole(&height)) {
             return Err(at.fail("expected columns and rows"));
@@ -101,12 +101,12 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
                 let near = |c: f64, side: f64| (c / side - 0.5).abs() < 0.15;
                 near(k.z_axis.x, width) && near(k.z_axis.y, height)
             };
-            // The principal point's largest distance from the middle, in units of the sides.
+            // Maximum distance of the principal point from the centre, in units of the sides.
             let off = |width: f64, height: f64| (k.z_axis.x / width - 0.5).abs().max((k.z_axis.y / height - 0.5).abs());
             let far = off(width, height) > 0.25 && off(height, width) < 0.2;
             if far || !middle(width, height) && middle(height, width) {
                 return Err(at.fail(format_args!(
-                    "{width} x {height} with the principal point ({}, {}): are they rows and columns? Expected width, \
+                    "{width} x {height} with the principal point ({}, {}) may be rows and columns; expected width, \
                      then height",
                     k.z_axis.x, k.z_axis.y
                 )));
@@ -120,11 +120,11 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     }
 }
 
-/// The camera of a view; several where it has several poses of the board.
+/// Camera of a view; several cameras if it has several poses of the board.
 pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibration: &mut Calibration) -> Result<()> {
     let at = &view.at;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
-    record.k = Some(k(view)?.ok_or_else(|| at.fail("no camera matrix: expected K or camera_matrix"))?);
+    record.k = Some(k(view)?.ok_or_else(|| at.fail("no camera matrix found; expected K or camera_matrix"))?);
     record.size = size(view)?;
     for above in &view.above {
         if record.size.is_none() {
@@ -142,7 +142,7 @@ pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibrat
     }
     if let Some(named) = pose::read_named(view, record.pose.as_ref(), hints, calibration)? {
         if record.pose.as_ref().is_some_and(|pose| *pose != named) {
-            return Err(at.fail("two poses of one camera: expected one of them"));
+            return Err(at.fail("two poses of one camera; expected only one"));
         }
         record.pose = Some(named);
     }

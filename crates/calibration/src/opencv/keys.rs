@@ -1,10 +1,10 @@
-//! The words that people use for the parts of a calibration, compared without case, `_`, `-`, `.` and spaces.
+//! Common keys for the parts of a calibration, compared without case, `_`, `-`, `.` and spaces.
 
 use crate::document::Cursor;
 use crate::document::lens_keys::plain;
 use raycam_formats::Result;
 
-/// K, of 9 numbers or of 4: fx, fy, cx, cy.
+/// K, as 9 numbers or as 4: fx, fy, cx, cy.
 pub(super) const K: [&str; 26] = [
     "cameramatrix",
     "cameramat",
@@ -33,7 +33,7 @@ pub(super) const K: [&str; 26] = [
     "kmat",
     "kmtx",
 ];
-/// The coefficients of the lens.
+/// Coefficients of the lens.
 pub(super) const LENS: [&str; 37] = [
     "distortionvec",
     "distortioncoefficients",
@@ -73,12 +73,12 @@ pub(super) const LENS: [&str; 37] = [
     "kc",
     "d",
 ];
-/// The coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
+/// Coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
 pub(super) const RADIAL: [&str; 4] =
     ["radialdistortion", "radialdistortioncoefficients", "radialcoefficients", "radialcoeffs"];
 pub(super) const TANGENTIAL: [&str; 4] =
     ["tangentialdistortion", "tangentialdistortioncoefficients", "tangentialcoefficients", "tangentialcoeffs"];
-/// The coefficients by names of their own, in OpenCV's order.
+/// Coefficients with individual names, in OpenCV's order.
 pub(super) const COEFFICIENTS: [&str; 12] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"];
 pub(super) const FOCALS: [&str; 4] = ["fx", "fy", "cx", "cy"];
 pub(super) const SKEW: [&str; 1] = ["skew"];
@@ -99,7 +99,7 @@ pub(super) const SIZE: [&str; 14] = [
     "videosize",
     "calibdimension",
 ];
-/// Rows and columns, as NumPy's `shape` has them.
+/// Rows and columns, as in NumPy's `shape`.
 pub(super) const SHAPE: [&str; 3] = ["shape", "imageshape", "imgshape"];
 pub(super) const WIDTH: [&str; 12] = [
     "imagewidth",
@@ -148,7 +148,7 @@ pub(super) const MODEL: [&str; 17] = [
     "calibrationmodel",
     "type",
 ];
-/// The keys of [`MODEL`] under which any other word than a lens model is an error; the others may name a product.
+/// Keys of [`MODEL`] whose value must be a lens model; the value of other keys may be a product name.
 pub(super) const STRICT_MODEL: [&str; 9] = [
     "distortionmodel",
     "distmodel",
@@ -162,23 +162,23 @@ pub(super) const STRICT_MODEL: [&str; 9] = [
 ];
 pub(super) const FISHEYE: [&str; 3] = ["fisheyemodel", "fisheye", "isfisheye"];
 pub(super) const XI: [&str; 1] = ["xi"];
-/// The pose of one camera, camera from world.
+/// Pose of one camera, camera from world.
 pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotmat", "rmat", "rstereo"];
 pub(super) const T: [&str; 7] = ["t", "trans", "trns", "translation", "translationvector", "transmat", "tstereo"];
 pub(super) const RVEC: [&str; 2] = ["rvec", "rotationvector"];
 pub(super) const TVEC: [&str; 2] = ["tvec", "tvector"];
-/// Keys of a mount by the words of body_from_camera.
+/// Keys of a mount whose names mean body_from_camera.
 pub(super) const BODY_FROM_CAMERA: [&str; 10] =
     ["tbs", "tbc", "tsc", "tbodycam", "tbodycamera", "bodytcam", "imutcam", "timucam", "tic", "timucamera"];
-/// Keys of a mount by the words of camera_from_body.
+/// Keys of a mount whose names mean camera_from_body.
 pub(super) const CAMERA_FROM_BODY: [&str; 5] = ["tcamimu", "tcamerabody", "tcambody", "tcb", "tcameraimu"];
-/// The poses of the views of a board: of six numbers each, or of three in two lists.
+/// Poses of the views of a board: six numbers each, or three each in two lists.
 pub(super) const VIEWS: [&str; 1] = ["extrinsicparameters"];
 pub(super) const RVECS: [&str; 3] = ["rvecs", "rotationvectors", "rotationvec"];
 pub(super) const TVECS: [&str; 3] = ["tvecs", "translationvectors", "translationvec"];
-/// The parts of a rectified pair, which follow from the raw cameras.
+/// Parts of a rectified pair, which follow from the raw cameras.
 pub(super) const RECTIFIED: [&str; 5] = ["r1", "r2", "p1", "p2", "q"];
-/// Further keys that are known: they are read elsewhere, or do not change the picture.
+/// Further known keys: they are read elsewhere, or do not affect the image.
 const OTHER: [&str; 43] = [
     "newcameramtx",
     "newcameramatrix",
@@ -225,10 +225,10 @@ const OTHER: [&str; 43] = [
     "date",
 ];
 
-/// The marks of keys of one camera, and of either of a pair: at the end of a key or at its beginning.
+/// Markers of one camera's keys, and of each camera of a pair, at the end or at the beginning of a key.
 const MARKS: [&str; 12] = ["", "0", "1", "2", "left", "right", "l", "r", "cam0", "cam1", "cam2", "camera1"];
 
-/// True if a key is one of a calibration, of one camera or of either of a pair.
+/// True if a key belongs to the calibration of one camera or of either camera of a pair.
 pub(super) fn is_known(key: &str) -> bool {
     let key = plain(key);
     MARKS.iter().any(|end| {
@@ -237,7 +237,7 @@ pub(super) fn is_known(key: &str) -> bool {
     })
 }
 
-/// True if a key is that of K, of one camera or of either of a pair.
+/// True if a key is K of one camera or of either camera of a pair.
 pub(super) fn is_camera_matrix(key: &str) -> bool {
     let key = plain(key);
     MARKS
@@ -245,7 +245,7 @@ pub(super) fn is_camera_matrix(key: &str) -> bool {
         .any(|end| [key.strip_suffix(end), key.strip_prefix(end)].into_iter().flatten().any(|base| K.contains(&base)))
 }
 
-/// True if a key without a mark is one that the reader knows.
+/// True if the reader knows a key without a marker.
 fn is_base(base: &str) -> bool {
     let groups: [&[&str]; 24] = [
         &K,
@@ -276,18 +276,18 @@ fn is_base(base: &str) -> bool {
     groups.iter().any(|group| group.contains(&base)) || is_deviation(base)
 }
 
-/// True for the name of a standard deviation, which OpenCV's programs write beside the numbers.
+/// True for the name of a standard deviation, which OpenCV's programs write next to the numbers.
 fn is_deviation(base: &str) -> bool {
     ["stddev", "stdev", "std", "stddeviation", "stddeviations"].iter().any(|end| base.ends_with(end))
         || base.starts_with("stddev")
 }
 
-/// True for a map of keys, which is no matrix of OpenCV.
+/// True for a map of keys that is not a matrix of OpenCV.
 pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
     at.is_map() && at.get("data").is_none() && at.get("rows").is_none()
 }
 
-/// True for numbers that may be K, or fx, fy, cx and cy; also where some of them are none, which the reader says.
+/// True for numbers that may be K, or fx, fy, cx and cy. Some of them may not be numbers; the reader reports that.
 pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
     let data = at.get("data").unwrap_or_else(|| at.clone());
     let rows = data.list().unwrap_or_default();
@@ -394,17 +394,23 @@ pub(super) struct KeyView<'a> {
     pub(super) at: Cursor<'a>,
     /// The marks of the side, as `1` and `left`; empty for keys without a mark.
     pub(super) side: Vec<String>,
-    /// The maps that contain this one, the nearest first: their size, skew and lens model apply to the camera too.
+/// Keys of one camera: those without a marker, or those that end or begin with the marker of its side.
+#[derive(Clone)]
+pub(super) struct KeyView<'a> {
+    pub(super) at: Cursor<'a>,
+    /// Markers of the side, such as `1` and `left`; empty for keys without a marker.
+    pub(super) side: &'static [&'static str],
+    /// Maps that contain this one, the innermost first: their size, skew and lens model also apply to the camera.
     pub(super) above: Vec<Cursor<'a>>,
 }
 
 impl<'a> KeyView<'a> {
-    /// The keys of a map, without a mark.
+    /// Keys of a map, without a marker.
     pub(super) fn new(at: Cursor<'a>) -> Self {
         Self { at, side: vec![], above: vec![] }
     }
 
-    /// The value of the names here, or else in the nearest map above that has one.
+    /// Value of these names here, or otherwise in the innermost enclosing map that has one.
     pub(super) fn inherited(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
         let own = self.find_value(names)?;
         let above = || self.above.iter().find_map(|at| Self::new(at.clone()).find_value(names).transpose()).transpose();
@@ -427,12 +433,12 @@ impl<'a> KeyView<'a> {
         bases
     }
 
-    /// True if a key has one of some names.
+    /// True if a key has one of these names.
     pub(super) fn has_name(&self, key: &str, names: &[&str]) -> bool {
         self.base(key).iter().any(|base| names.contains(&base.as_str()))
     }
 
-    /// The values of all keys of some names, here and in the map of the intrinsics.
+    /// Values of all keys with these names, here and in the map of the intrinsics.
     pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
         let entries = self.at.entries().unwrap_or_default();
         let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
@@ -442,14 +448,14 @@ impl<'a> KeyView<'a> {
         entries.into_iter().filter(wanted).map(|(_, at)| at).chain(inner).collect()
     }
 
-    /// The intrinsics by the names of their numbers, in a map of their own: `intrinsics: {fx: ..., fy: ...}`.
+    /// Intrinsics with named numbers in a map of their own: `intrinsics: {fx: ..., fy: ...}`.
     pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
         let entries = self.at.entries().ok()?;
         let mut maps = entries.into_iter().filter(|(key, at)| self.has_name(key, &K) && is_keyed(at));
         maps.next().map(|(_, at)| KeyView::new(at))
     }
 
-    /// The value of the names, of which several keys have to say the same.
+    /// Value of these names; several keys must have equal values.
     pub(super) fn find_value(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
         let found = self.all(names);
         let words = |at: &Cursor<'_>| match at.numbers() {
@@ -458,19 +464,19 @@ impl<'a> KeyView<'a> {
         };
         if let Some(other) = found.iter().skip(1).find(|other| words(other) != words(&found[0])) {
             return Err(other.fail(format_args!(
-                "{} (line {}) is another value of the same thing: expected one of them",
+                "{} (line {}) has a different value for the same quantity; expected only one of them",
                 found[0].key, found[0].node.line
             )));
         }
         Ok(found.into_iter().next())
     }
 
-    /// True if the key is of a rectified pair.
+    /// True if the key belongs to a rectified pair.
     pub(super) fn is_rectified(&self, key: &str) -> bool {
         self.base(key).iter().any(|base| RECTIFIED.contains(&base.as_str()))
     }
 
-    /// True if the key is one of those that the reader knows.
+    /// True if the reader knows the key.
     pub(super) fn knows(&self, key: &str) -> bool {
         self.base(key).iter().any(|base| is_base(base))
     }

@@ -1,5 +1,5 @@
-//! The lens of an OpenCV file. Its coefficients are OpenCV's, of `cv2.calibrateCamera` or of `cv2.fisheye.calibrate`;
-//! where a file may mean either, the reader asks.
+//! Lens of an OpenCV file. Its coefficients are OpenCV's, from `cv2.calibrateCamera` or from `cv2.fisheye.calibrate`;
+//! if a file is ambiguous, reading fails and the message asks the user.
 
 use raycam_scene::{Lens, LensModel};
 
@@ -8,7 +8,7 @@ use crate::document::{Cursor, Value, lens_keys::plain, lens_named};
 use crate::opencv::keys::{self, KeyView};
 use raycam_formats::Result;
 
-/// The lens, of the model that the file or the caller states.
+/// The lens, with the model specified by the file or the caller.
 pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     let (shown, numbers) = coefficients(view)?;
     let shown = shown.unwrap_or_else(|| view.at.clone());
@@ -24,7 +24,7 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     if let (Some((at, stated)), Some(lens)) = (&stated, hints.lens)
         && lens_named(stated, &numbers).is_ok_and(|made| made.coefficients().is_some_and(|(model, _)| model != lens))
     {
-        return Err(at.fail(format_args!("{stated:?}, and lens is {:?}: expected one of them", lens.name())));
+        return Err(at.fail(format_args!("{stated:?}, but lens is {:?}; expected only one of them", lens.name())));
     }
     if let Some(lens) = hints.lens {
         let plain = numbers.is_empty() && lens == LensModel::OpenCv;
@@ -33,15 +33,15 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     match stated {
         Some((_, stated)) => lens_named(stated, &numbers).map_err(|message| fail(&message)),
         None if may_be_fisheye(view, &shown, &numbers) => Err(shown.fail(
-            "four coefficients, and the file does not say of which model: k1 k2 p1 p2 of cv2.calibrateCamera, or k1 \
-             k2 k3 k4 of cv2.fisheye? Give it (--lens opencv or fisheye, model=\"opencv\" or \"fisheye\" in Python), or write \
-             distortion_model into the file",
+            "four coefficients of an unknown lens model: k1 k2 p1 p2 of cv2.calibrateCamera, or k1 k2 k3 k4 of \
+             cv2.fisheye. Specify the model (--lens opencv or fisheye, model=\"opencv\" or \"fisheye\" in Python), or \
+             write distortion_model into the file",
         )),
         None => lens_named("opencv", &numbers).map_err(|message| fail(&message)),
     }
 }
 
-/// The coefficients, in a list or by their names, and the place of the list.
+/// Coefficients in a list or by name, and the position of the list.
 fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
     let list = view.find_value(&keys::LENS)?;
     if let Some(at) = view.find_value(&keys::RADIAL)? {
@@ -62,7 +62,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     if let (Some(at), false) = (&list, list.as_ref().is_some_and(keys::is_keyed)) {
         if let Some(&(i, _)) = values.iter().find(|(_, value)| *value != 0.0) {
             return Err(at.fail(format_args!(
-                "the lens is there twice, here and as {}: expected one of them",
+                "the lens is given twice, here and as {}; expected only one of them",
                 keys::COEFFICIENTS[i]
             )));
         }
@@ -78,10 +78,10 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     let is_fisheye = stated(view)?.is_some_and(|(_, word)| word == "fisheye");
     let fisheye = |i: usize| [0, 1, 4, 5].iter().position(|&k| k == i);
     if is_fisheye || values.iter().any(|&(i, value)| i == 5 && value != 0.0) && !values.iter().any(|v| v.0 == 6) {
-        // k1 k2 k3 k4 are all that there is.
+        // There are only k1 k2 k3 k4.
         let mut four = vec![0.0; 4];
         for &(i, value) in values.iter().filter(|(_, value)| *value != 0.0) {
-            let place = fisheye(i).ok_or_else(|| named.at.fail("fisheye has k1 k2 k3 k4 alone"))?;
+            let place = fisheye(i).ok_or_else(|| named.at.fail("fisheye has only k1 k2 k3 k4"))?;
             four[place] = value;
         }
         return Ok((Some(named.at), four));
@@ -95,14 +95,16 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     Ok((list.or((count > 0).then_some(named.at)), numbers))
 }
 
-/// The coefficients of two lists, as MATLAB has them.
+/// Coefficients in two lists, as in MATLAB.
 fn radial_and_tangential<'a>(
     view: &KeyView<'a>,
     list: Option<Cursor<'a>>,
     at: Cursor<'a>,
 ) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
     if let Some(other) = list {
-        return Err(at.fail(format_args!("the lens is there twice, here and as {}: expected one of them", other.key)));
+        return Err(
+            at.fail(format_args!("the lens is given twice, here and as {}; expected only one of them", other.key))
+        );
     }
     let k = at.numbers()?;
     let p = view.find_value(&keys::TANGENTIAL)?.map_or(Ok([0.0; 2]), |at| at.array())?;
@@ -110,12 +112,13 @@ fn radial_and_tangential<'a>(
         [k1, k2] => vec![k1, k2, p[0], p[1]],
         [k1, k2, k3] => vec![k1, k2, p[0], p[1], k3],
         [k1, k2, k3, k4, k5, k6] => vec![k1, k2, p[0], p[1], k3, k4, k5, k6],
-        _ => return Err(at.fail(format_args!("{} numbers, expected k1 k2, k3 with them, or k1 to k6", k.len()))),
+        _ => return Err(at.fail(format_args!("{} numbers; expected k1 k2, optionally with k3, or k1 to k6", k.len()))),
     };
     Ok((Some(at), numbers))
 }
 
-/// The name of the model that the file states, and its place: next to the camera, or else in the nearest map above.
+/// Name and position of the model that the file specifies: next to the camera, or otherwise in the innermost enclosing
+/// map.
 fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     if let Some(found) = stated_here(view)? {
         return Ok(Some(found));
@@ -128,7 +131,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     view.above.iter().find_map(|at| stated_here(&KeyView::new(at.clone())).transpose()).transpose()
 }
 
-/// The same, of the keys of one map.
+/// Same, for the keys of one map.
 fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     let is_word = |at: &Cursor<'_>| matches!(at.node.value, Value::Scalar(_));
     if let Some(at) = view.all(&keys::FISHEYE).into_iter().find(is_word) {
@@ -146,7 +149,7 @@ fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> 
             && *before != name
         {
             return Err(at.fail(format_args!(
-                "{:?}, and {} (line {}) differs",
+                "{:?}, but {} (line {}) differs",
                 at.word()?,
                 other.key,
                 other.node.line
@@ -157,19 +160,19 @@ fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> 
     Ok(found)
 }
 
-/// The lens model that a word under a key of [`keys::MODEL`] names; None for a projection, or for the name of a product.
+/// Lens model named by the value of a key of [`keys::MODEL`]; None for a projection, or for the name of a product.
 fn model_of<'a>(key: &str, at: &Cursor<'a>, view: &KeyView<'a>) -> Result<Option<&'a str>> {
     let word = at.word()?;
     let name = plain(word);
     let strict = keys::STRICT_MODEL.iter().any(|known| key.ends_with(known));
     Ok(match &name[..] {
-        // The projection; the lens has a key of its own, or is OpenCV's.
+        // The projection; the lens has a separate key, or is OpenCV's.
         "" | "pinhole" | "perspective" | "standard" | "opencvpinhole" | "rectilinear" => None,
         "opencv" | "brown" | "brownconrady" | "radtan" | "radialtangential" | "plumbbob" | "rational"
         | "rationalpolynomial" | "thinprism" | "pinholeopencv" | "pinholeradtan" | "opencvstandard" => Some("opencv"),
         "equidistant" | "equi" | "kannalabrandt" | "kannalabrandt4" | "kannalabrandt8" | "kb" | "kb4" | "kb8"
         | "pinholeequi" | "pinholeequidistant" => Some("fisheye"),
-        // MC-Calib: 0 is Brown's model, 1 is Kannala's.
+        // In MC-Calib, 0 is Brown's model and 1 is Kannala's.
         "0" if key.ends_with("distortiontype") && is_mc_calib(view) => Some("opencv"),
         "1" if key.ends_with("distortiontype") && is_mc_calib(view) => Some("fisheye"),
         _ if name.contains("fisheye") && !name.contains("fisheye6") && !name.contains("prism") => Some("fisheye"),
@@ -178,7 +181,7 @@ fn model_of<'a>(key: &str, at: &Cursor<'a>, view: &KeyView<'a>) -> Result<Option
     })
 }
 
-/// Parts of the names of lens models; another word is that of a product or a kind of sensor.
+/// Parts of the names of lens models; other words are names of products or sensors.
 const LENS_WORDS: [&str; 18] = [
     "omni",
     "mei",
@@ -206,7 +209,7 @@ fn is_mc_calib(view: &KeyView<'_>) -> bool {
     has(&view.at) || view.above.iter().any(has)
 }
 
-/// True if four coefficients are as likely those of `cv2.fisheye`: its tutorials write DIM, K and D.
+/// True if four coefficients may also belong to `cv2.fisheye`, whose tutorials write DIM, K and D.
 fn may_be_fisheye(view: &KeyView<'_>, shown: &Cursor<'_>, numbers: &[f64]) -> bool {
     if numbers.len() != 4 {
         return false;

@@ -1,4 +1,4 @@
-//! OpenCV's calibrations, read and written.
+//! Reading and writing of OpenCV's calibrations.
 
 mod camera;
 mod keys;

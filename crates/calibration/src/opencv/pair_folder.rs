@@ -1,4 +1,4 @@
-//! The two cameras of a pair in files of their own, left and right, with R and T in a third one.
+//! The two cameras of a pair in separate files, left and right, with R and T in a third file.
 
 use crate::document::Cursor;
 use crate::opencv::keys::KeyView;
@@ -33,20 +33,26 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
         })
 }
 
-/// The files of the left and of the right camera.
+/// Files of the left and of the right camera.
 pub(crate) fn sides(folder: &Folder, assets: &mut AssetRoot) -> Vec<InputFile> {
     let names = ["left", "right"].into_iter().filter_map(|side| file_of(folder, side));
     names.filter_map(|name| folder.read(name, assets).ok()).collect()
 }
 
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let fail = || FormatError::unsupported(&folder.path, "expected a file of the left and one of the right camera");
+    let fail = || {
+        FormatError::unsupported(
+            &folder.path,
+            "expected one file of the left camera and one of the right \
+        camera",
+        )
+    };
     let mut calibration = Calibration::default();
     for side in ["left", "right"] {
         let name = file_of(folder, side).ok_or_else(fail)?;
         let mut found = read(&folder.read(name, assets)?, assets, hints)?;
         let [record] = &mut found.records[..] else {
-            let message = format!("{} cameras, expected the {side} one alone", found.records.len());
+            let message = format!("{} cameras; expected only the {side} one", found.records.len());
             return Err(FormatError::whole(&folder.file(name), message));
         };
         record.name = side.into();

@@ -1,4 +1,4 @@
-//! The pose of a camera of an OpenCV file: R and t, a mount on a body, or a matrix under a key of the user's own.
+//! Pose of a camera in an OpenCV file: R and t, a mount on a body, or a matrix under a user-defined key.
 
 use glam::{DMat3, DVec3};
 
@@ -9,10 +9,10 @@ use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::NoticeCode;
 
-/// Words in keys of camera_from_world, and keys that are such words.
+/// Words in keys that mean camera_from_world, and keys that consist of such a word.
 const CAMERA_FROM_WORLD: [&str; 8] =
     ["w2c", "world2cam", "worldtocam", "camfromworld", "camerafromworld", "tcamworld", "tcameraworld", "viewmatrix"];
-/// Words in keys of world_from_camera.
+/// Words in keys that mean world_from_camera.
 const WORLD_FROM_CAMERA: [&str; 7] =
     ["c2w", "cam2world", "camera2world", "camtoworld", "cameratoworld", "worldfromcam", "tworldcam"];
 /// Words in keys of poses whose direction the key does not specify.
@@ -21,7 +21,7 @@ const OPEN_DIRECTION: [&str; 5] = ["extrinsic", "pose", "rtmatrix", "transformat
 /// R and t, camera_from_world: under R and T, or under rvec and tvec.
 ///
 /// # Errors
-/// One of the two without the other, a vector longer than 2 pi, and values that contradict each other.
+/// Only one of the two, a vector longer than 2 pi, and contradictory values.
 pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
     let (matrix, vector) = (view.find_value(&keys::R)?, view.find_value(&keys::RVEC)?);
     let (t, tvec) = (view.find_value(&keys::T)?, view.find_value(&keys::TVEC)?);
@@ -44,13 +44,13 @@ pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
     if let (Some(_), Some(vector)) = (&matrix, &vector)
         && (rotation(vector)? - r).to_cols_array().iter().any(|difference| difference.abs() > 1e-3)
     {
-        return Err(vector.fail(format_args!("{} is another rotation: expected one of them", r_at.key)));
+        return Err(vector.fail(format_args!("{} is a different rotation; expected only one of them", r_at.key)));
     }
     let t = DVec3::from_array(t_at.array::<3>()?);
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
 }
 
-/// A rotation of nine numbers, or of three: a rotation vector.
+/// Rotation of nine numbers, or of three: a rotation vector.
 fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
     if at.numbers()?.len() == 3 {
         let vector = Rotation::from_vector(at.array::<3>()?).map_err(|message| at.fail(message))?;
@@ -61,7 +61,7 @@ fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
     Ok(r)
 }
 
-/// The pose of the camera on a body, whose axes are then those of the world.
+/// Pose of the camera on a body, whose axes then define the world.
 pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
     if let Some(at) = view.find_value(&keys::BODY_FROM_CAMERA)? {
         let (r, c) = rigid(&rows_of(&at)?);
@@ -89,7 +89,7 @@ fn is_named_pose(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
         && (at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9 | 12 | 16)) || keys::is_keyed(at))
 }
 
-/// True for a key that the reader does not know by name and whose value is a pose, by its numbers or its name.
+/// True for a key whose name the reader does not know and whose value is a pose, judged by its numbers or its name.
 pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
     if view.is_rectified(key) || view.has_name(key, &["p", "projectionmatrix"]) {
         return false;
@@ -142,7 +142,7 @@ pub(super) fn read_named(
         if let Some((other, before)) = &found
             && *before != pose
         {
-            return Err(at.fail(format_args!("{} is another pose: expected one of them", other.key)));
+            return Err(at.fail(format_args!("{} is a different pose; expected only one of them", other.key)));
         }
         found = Some((at, pose));
     }
@@ -168,7 +168,7 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
     let rows = rows_of(at)?;
     let convention = match (world_from_camera(key), hints.poses) {
         (Some(world_from_camera), Some(given)) if given.world_from_camera != world_from_camera => {
-            return Err(at.fail("direction= contradicts the key's name: expected one of them"));
+            return Err(at.fail("direction= contradicts the key's name; expected only one of them"));
         }
         (_, Some(given)) => {
             calibration.used_convention = true;
@@ -178,7 +178,7 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
             calibration.note(
                 NoticeCode::AssumedConvention,
                 format!(
-                    "{}: read as {} with OpenCV axes (axes=\"opengl\" if y points up and z backward)",
+                    "{}: read as {} with OpenCV axes (use axes=\"opengl\" if y points up and z backward)",
                     at.key,
                     if world_from_camera { "world_from_camera" } else { "camera_from_world" }
                 ),
@@ -187,15 +187,15 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
         }
         (None, None) => {
             return Err(at.fail(
-                "a pose whose direction the key does not specify: give it (direction=\"camera_from_world\" or \
-                 \"world_from_camera\", --direction), or rename the key w2c or c2w",
+                "a pose of unknown direction; specify it (direction=\"camera_from_world\" or \"world_from_camera\", \
+                 --direction), or rename the key to w2c or c2w",
             ));
         }
     };
     Ok(convention.pose(&rows))
 }
 
-/// The first three rows of a pose.
+/// First three rows of a pose.
 fn rows_of(at: &Cursor<'_>) -> Result<[f64; 12]> {
     if let Some(rows) = pose_map::read(at)? {
         return Ok(rows);
@@ -204,13 +204,13 @@ fn rows_of(at: &Cursor<'_>) -> Result<[f64; 12]> {
     let rows: [f64; 12] = match numbers.len() {
         16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| at.fail(message))?,
         12 => std::array::from_fn(|i| numbers[i]),
-        count => return Err(at.fail(format_args!("{count} numbers, expected a pose of 3x4 or 4x4 numbers"))),
+        count => return Err(at.fail(format_args!("{count} numbers; expected a pose of 3x4 or 4x4 numbers"))),
     };
     check_rotation(rigid(&rows).0).map_err(|message| at.fail(message))?;
     Ok(rows)
 }
 
-/// The poses of the views of a board.
+/// Poses of the views of a board.
 pub(super) fn read_views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     let pose = |at: &Cursor<'_>, r: &[f64], t: &[f64]| {
         let rotation = Rotation::from_vector([r[0], r[1], r[2]]).map_err(|message| at.fail(message))?;
@@ -219,7 +219,7 @@ pub(super) fn read_views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     if let Some(at) = view.find_value(&keys::VIEWS)? {
         let numbers = at.numbers()?;
         if numbers.len() % 6 != 0 || numbers.is_empty() {
-            return Err(at.fail("expected a rotation vector and a translation for each view, six numbers"));
+            return Err(at.fail("expected a rotation vector and a translation per view, six numbers"));
         }
         return numbers.chunks_exact(6).map(|six| pose(&at, &six[..3], &six[3..])).collect::<Result<_>>().map(Some);
     }
@@ -229,7 +229,7 @@ pub(super) fn read_views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     let (rs, ts) = (r.numbers()?, t.numbers()?);
     if rs.len() != ts.len() || rs.len() % 3 != 0 || rs.is_empty() {
         return Err(t.fail(format_args!(
-            "{} numbers, and {} has {}: expected three of each for every view",
+            "{} numbers, but {} has {}; expected three of each per view",
             ts.len(),
             r.key,
             rs.len()

@@ -1,6 +1,6 @@
-//! Calibrations of OpenCV, as YAML, JSON or XML: FileStorage with the keys of OpenCV's own programs, and files in users'
-//! own words (`cameraMatrix` and `distCoeffs`, `mtx` and `dist`, `K` and `D`); the sensor files of EuRoC and Kimera
-//! (T_BS, intrinsics, distortion_model, resolution).
+//! Calibrations of OpenCV, as YAML, JSON or XML: FileStorage with the keys of OpenCV's own programs, and files with
+//! common user-defined keys (`cameraMatrix` and `distCoeffs`, `mtx` and `dist`, `K` and `D`); the sensor files of EuRoC
+//! and Kimera (T_BS, intrinsics, distortion_model, resolution).
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use raycam_scene::NoticeCode;
 /// Keys of a map with the parameters of one camera, whose name is that of the map above.
 const PARAMETERS: [&str; 5] = ["param", "params", "parameters", "calibration", "values"];
 
-/// Longest text that is parsed to find out what it is.
+/// Maximum length of a text that is parsed to determine its format.
 const MAX_DETECTED_BYTES: usize = 4 << 20;
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
@@ -49,7 +49,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         || cameras.iter().any(|(_, view)| has_camera(&view.at))
 }
 
-/// True if a map has K.
+/// True if a map contains K.
 fn has_camera(at: &Cursor<'_>) -> bool {
     let view = KeyView::new(at.clone());
     at.is_map()
@@ -93,7 +93,7 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
     Ok(calibration)
 }
 
-/// The maps below the root, by their keys; those of a list by their numbers.
+/// Maps below the root by key, and the maps of a list by index.
 fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
     let mut found = Vec::new();
     let below = |at: Cursor<'a>, above: Vec<Cursor<'a>>| KeyView { at, side: vec![], above };
@@ -139,7 +139,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
         if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
-            calibration.note(NoticeCode::MissingValue, "no array of a lens lies beside K (dist_coeffs.npy): a pinhole");
+            calibration.note(NoticeCode::MissingValue, "no lens array next to K (dist_coeffs.npy); a pinhole is used");
         }
         return Ok(calibration);
     }
@@ -152,7 +152,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     several(&view, source, assets, hints)
 }
 
-/// The camera of a map.
+/// Camera of a map.
 fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
     let is_pose = |key: &str| view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at));
     let mut notices = view.at.unread_keys(|key| view.knows(key) || is_pose(key))?;
@@ -171,7 +171,7 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
     Ok(calibration)
 }
 
-/// Refuses numbers under an unknown key that may be the lens of a camera that has none.
+/// Rejects numbers under an unknown key that may be the lens of a camera that has none.
 fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     if !view.all(&keys::LENS).is_empty() {
         return Ok(());
@@ -181,7 +181,8 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
         let fractions = numbers.iter().any(|value| value.fract() != 0.0);
         if fractions && !view.knows(key) && may_be_coefficients(key, &at, &numbers) {
             return Err(at.fail(format_args!(
-                "{} numbers that may be a lens, and the camera has none: name them dist_coeffs, or remove them",
+                "{} numbers that may be a lens, which the camera does not have; rename the key to dist_coeffs, or \
+                 remove it",
                 numbers.len()
             )));
         }
@@ -189,14 +190,14 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Parts of keys whose numbers are no coefficients.
+/// Parts of keys whose numbers are not coefficients.
 const NO_LENS: [&str; 27] = [
     "trans", "position", "quat", "orient", "rot", "pose", "extrin", "range", "box", "roi", "rect", "proj", "matrix",
     "plane", "limit", "bound", "min", "max", "fov", "angle", "color", "colour", "gravity", "time", "depth", "crop",
     "center",
 ];
 
-/// True for numbers of one row that may be coefficients by their count, their values and their key.
+/// True for numbers of one row that may be coefficients, judged by their count, values and key.
 fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     let name = plain(key);
     let other = matches!(&name[..], "p" | "t" | "q" | "r") || NO_LENS.iter().any(|word| name.contains(word));
@@ -208,7 +209,7 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     let flat = shape.is_none_or(|(rows, cols)| [rows, cols].iter().any(|side| side.count().is_ok_and(|n| n == 1)));
     let length = numbers.iter().map(|value| value * value).sum::<f64>().sqrt();
     let quaternion = numbers.len() == 4 && (length - 1.0).abs() < 1e-2;
-    // The first coefficient is the largest, and none is of hundreds.
+    // The first coefficient is the largest, and none is in the hundreds.
     let small = numbers.iter().all(|value| value.abs() < 100.0);
     matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
 }
@@ -222,7 +223,7 @@ fn refuse_lens_without_k(view: &KeyView<'_>) -> Result<()> {
     })
 }
 
-/// Cameras in maps of their own; two of them with R and T are a pair.
+/// Cameras in separate maps; two cameras with R and T form a pair.
 fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let root = &view.at;
     let mut calibration = Calibration::default();
@@ -243,13 +244,13 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
                 pair_pose = pose::read_r_t(&KeyView::new(inner.at.clone()))?;
             } else if pose::is_pose_key(view, &name, &inner.at) {
                 return Err(inner.at.fail(
-                    "a pose next to several cameras: write it into the map of its camera, or, for a pair, as R and T, \
-                     which bring points from the first camera to the second",
+                    "a pose next to several cameras; write it into the map of its camera or, for a pair, as R and T, \
+                     which map points from the first camera to the second",
                 ));
             }
             if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pair_pose.is_some()) {
                 let subject = format!("{name} (line {})", inner.at.node.line);
-                calibration.note_about(NoticeCode::IgnoredKey, subject, "not read");
+                calibration.note_about(NoticeCode::IgnoredKey, subject, "ignored");
             }
         }
     }
@@ -266,7 +267,9 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
         {
             return read(&intrinsics, assets, hints);
         }
-        return Err(root.fail("no camera in it: expected a camera matrix, as K, camera_matrix, cameraMatrix or mtx"));
+        return Err(
+            root.fail("no camera found; expected a camera matrix such as K, camera_matrix, cameraMatrix or mtx")
+        );
     }
     partner::place_cameras(source, assets, &mut calibration)?;
     match (calibration.records.len(), pair_pose) {
@@ -275,8 +278,8 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
         }
         (count, Some(_)) => {
             return Err(root.fail(format_args!(
-                "R and T outside of the {count} cameras: they place the second camera of a pair; write R and T of a \
-                 camera into its map"
+                "R and T outside the maps of {count} cameras; they are only allowed for a pair, so write each \
+                 camera's R and T into its map"
             )));
         }
         _ => {}

@@ -1,4 +1,5 @@
-//! The two cameras of a stereo calibration: `M1 D1 M2 D2 R T` of OpenCV's `stereo_calib`, `K_left`, `mtxR`, and more.
+//! The two cameras of a stereo calibration: `M1 D1 M2 D2 R T` of OpenCV's `stereo_calib`, `K_left`, `mtxR`, and similar
+//! keys.
 
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use raycam_formats::io::AssetRoot;
 use raycam_formats::{FormatError, Result};
 use raycam_scene::{Notice, NoticeCode};
 
-/// The marks of keys of the first and of the second camera.
+/// Markers of the keys of the first and of the second camera.
 const SIDES: [(&str, [&[&str]; 2]); 3] = [
     ("camera", [&["1", "cam1", "camera1"], &["2", "cam2", "camera2"]]),
     ("", [&["left", "l"], &["right", "r"]]),
@@ -33,7 +34,7 @@ pub(super) fn pair<'a>(root: &Cursor<'a>) -> Option<[(String, KeyView<'a>); 2]> 
     })
 }
 
-/// Reads both cameras; R and T bring points from the first camera to the second.
+/// Reads both cameras; R and T map points from the first camera to the second.
 pub(super) fn read(
     root: &Cursor<'_>,
     pair: [(String, KeyView<'_>); 2],
@@ -45,7 +46,7 @@ pub(super) fn read(
     for (key, at) in root.entries()?.iter().filter(|(key, _)| !known(key)) {
         if pose::is_pose_key(&both, key, at) {
             return Err(at.fail(
-                "a pose of the pair: write it as R and T, which bring points from the first camera to the second",
+                "a pose of the pair; write it as R and T, which map points from the first camera to the second",
             ));
         }
     }
@@ -53,7 +54,8 @@ pub(super) fn read(
     if !both.all(&keys::RECTIFIED).is_empty() {
         calibration.note(
             NoticeCode::RectifiedValues,
-            "R1, R2, P1, P2 and Q are those of the rectified pair; the cameras are the raw ones (rig.rectified())",
+            "R1, R2, P1, P2 and Q belong to the rectified pair; the raw cameras are returned (rig.rectified() \
+             rectifies them)",
         );
     }
     for (name, view) in pair {
@@ -76,7 +78,7 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     let Some(pose) = pose else {
         let mounted = |record: &CameraRecord| record.pose.is_some();
         if !calibration.records.iter().all(mounted) {
-            let message = "R and T are missing: cameras without a pose are at the origin";
+            let message = "R and T are missing; cameras without a pose are at the origin";
             calibration.note(NoticeCode::MissingValue, message);
         } else if calibration.records.iter().all(|record| record.mount.is_none()) {
             one_rig(&mut calibration.records, "rig");
@@ -87,20 +89,20 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     if t.length() > 10.0 {
         calibration.note(
             NoticeCode::Implausible,
-            format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()),
+            format!("T is {:.6} long, which is probably millimetres; the numbers are not converted", t.length()),
         );
     }
     let [first, second] = &mut calibration.records[..] else { return Ok(()) };
     if let Some(record) = [&*first, &*second].into_iter().find(|record| record.pose.is_some()) {
         return Err(FormatError::encode(format!(
-            "camera {:?} has a pose of its own next to R and T of the pair: expected one of them",
+            "camera {:?} has its own pose in addition to R and T of the pair; expected only one of them",
             record.name
         )));
     }
     if second.name.ends_with("right") && pose.r_c().1.x < 0.0 {
         calibration.notices.push(Notice::new(NoticeCode::Implausible, format!(
-            "the right camera stands at x = {} of the left: R and T bring points from the left camera to the right one; \
-             does the file have the inverse?",
+            "the right camera is at x = {} of the left one; R and T must map points from the left camera to the right \
+             one, so the file may contain the inverse",
             pose.r_c().1.x
         )));
     }
@@ -109,7 +111,7 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     Ok(())
 }
 
-/// R and T of the second file that OpenCV's sample writes: extrinsics.yml beside intrinsics.yml.
+/// R and T of the second file that OpenCV's sample writes: extrinsics.yml next to intrinsics.yml.
 fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<Option<Pose>> {
     let Some(partner) = partner(path, "intrinsic", "extrinsic") else { return Ok(None) };
     let Ok(source) = assets.read_reference(Path::new(""), &partner) else { return Ok(None) };
@@ -123,7 +125,7 @@ fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibrati
     Ok(pose)
 }
 
-/// The name of the file beside this one that has another word in it.
+/// Name of the file next to this one whose name contains another word.
 pub(super) fn partner(path: &Path, word: &str, other: &str) -> Option<String> {
     let name = path.file_name()?.to_str()?;
     name.contains(word).then(|| name.replace(word, other))

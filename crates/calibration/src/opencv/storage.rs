@@ -1,4 +1,4 @@
-//! The document of an OpenCV file: YAML, JSON, XML, `.npz`, or `.npy` files beside one another.
+//! Document of an OpenCV file: YAML, JSON, XML, `.npz`, or several `.npy` files in one folder.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::opencv::keys;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// The document of a file; the arrays beside a `.npy` file are a part of it.
+/// Document of a file; for a `.npy` file it includes the other arrays in its folder.
 pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
     if zip_members::is_zip(&source.bytes) {
         return Ok(npy::document(&npy::arrays(&source.bytes, &source.path, &mut assets.budget)?));
@@ -19,7 +19,7 @@ pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<Docume
     parse_text(source)
 }
 
-/// The arrays of a calibration in the folder of one of them, by the names of their files.
+/// Arrays of a calibration in the folder of one of them, by file name.
 fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
     let own = source.stem().unwrap_or_default();
     let fail = |path: &Path, message: String| FormatError::whole(path, message);
@@ -36,7 +36,7 @@ fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentN
     Ok(npy::document(&arrays))
 }
 
-/// The document of a text.
+/// Document of a text.
 pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     match text.trim_start().starts_with('<') {

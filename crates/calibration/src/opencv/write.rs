@@ -1,4 +1,4 @@
-//! Cameras for OpenCV's FileStorage: YAML, or JSON or XML by the extension of the file.
+//! Writing of cameras as OpenCV's FileStorage: YAML, or JSON or XML according to the file's extension.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -25,7 +25,7 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         root = items.remove(0);
     } else {
         for (i, (record, item)) in records.iter().zip(items).enumerate() {
-            // FileStorage wants names that begin with a letter.
+            // FileStorage requires names that begin with a letter.
             let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
             let name = &record.name;
             let is_key = name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(plain);

@@ -1,4 +1,4 @@
-//! AliceVision's and Meshroom's `.sfm`: JSON whose numbers are words, of versions 1.0 to 1.2.14. Sources: AliceVision,
+//! AliceVision's and Meshroom's `.sfm`: JSON whose numbers are strings, versions 1.0 to 1.2.14. Sources: AliceVision,
 //! jsonIO.cpp, IntrinsicScaleOffset.cpp and CHANGES.md.
 
 use std::collections::HashMap;
@@ -28,16 +28,14 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let at = root.require("version")?;
     let numbers: Result<Vec<u32>, _> = at.list()?.iter().map(Cursor::count).collect();
     let version: Version =
-        numbers?.try_into().map_err(|_| at.fail("expected three numbers, as \"1\", \"2\", \"11\""))?;
+        numbers?.try_into().map_err(|_| at.fail("expected three numbers, such as \"1\", \"2\", \"11\""))?;
     let shown = version.map(|number| number.to_string()).join(".");
     if version[..2] > NEWEST[..2] || version[0] < 1 {
-        return Err(at.fail(format_args!("an AliceVision file of version {shown}, raycam reads 1.0 to 1.2.14")));
+        return Err(at.fail(format_args!("unsupported AliceVision version {shown}; expected 1.0 to 1.2.14")));
     }
     if version > NEWEST {
-        calibration.note(
-            NoticeCode::AssumedConvention,
-            format!("version {shown} is newer than 1.2.14, by whose rules it is read"),
-        );
+        calibration
+            .note(NoticeCode::AssumedConvention, format!("version {shown} is newer than 1.2.14, whose rules are used"));
     }
     let mut intrinsics = HashMap::new();
     for at in items(&root, "intrinsics")? {
@@ -80,30 +78,34 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if calibration.records.is_empty() && lost.is_empty() || poses.is_empty() {
-        // A file of intrinsics alone.
+        // A file that contains only intrinsics.
         calibration.records = intrinsics.into_values().collect();
         calibration.records.sort_by(|a, b| a.name.cmp(&b.name));
-        calibration.note(NoticeCode::MissingValue, "no poses in it: the cameras are its intrinsics, at the origin");
+        calibration.note(
+            NoticeCode::MissingValue,
+            "the file contains no poses; its intrinsics are returned as \
+            cameras at the origin",
+        );
     } else if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()),
+            format!("{} views without a pose or intrinsics are omitted: {first} ...", lost.len()),
         );
     }
     calibration.note(
         NoticeCode::AssumedConvention,
-        "AliceVision does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its \
-         undistortion has it",
+        "AliceVision does not specify the position of pixel centres; the first pixel's centre is assumed at (0, 0), \
+         as in its undistortion",
     );
     Ok(calibration)
 }
 
-/// The elements of a list; an empty one is written as an empty word.
+/// Elements of a list; an empty list is written as an empty string.
 fn items<'a>(at: &Cursor<'a>, key: &str) -> Result<Vec<Cursor<'a>>> {
     at.get(key).map_or(Ok(vec![]), |at| at.list())
 }
 
-/// camera_from_world of a rotation by columns and a centre.
+/// camera_from_world from a rotation by columns and a centre.
 fn pose(at: &Cursor<'_>) -> Result<Pose> {
     let rotation = at.require("rotation")?;
     let r = DMat3::from_cols_array(&rotation.array()?);
@@ -126,13 +128,13 @@ fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> R
         let focal = at.require("pxFocalLength")?;
         match focal.numbers() {
             Ok(pair) if pair.len() == 2 => [pair[0], pair[1]],
-            Ok(_) => return Err(focal.fail("expected one number or two")),
+            Ok(_) => return Err(focal.fail("expected one or two numbers")),
             Err(_) => [focal.number()?; 2],
         }
     } else {
         if h > w {
-            let message = "pictures higher than wide: AliceVision's programs disagree whether sensorWidth is that of the \
-                          width or of the longer side; the width is taken";
+            let message = "for images higher than wide, AliceVision's programs disagree whether sensorWidth refers to \
+                the width or to the longer side; the width is used";
             calibration.note(NoticeCode::AssumedConvention, message);
         }
         let focal = at.require("focalLength")?.number()? / at.require("sensorWidth")?.number()? * w;
@@ -154,10 +156,10 @@ fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
     let (undistortion, parameters) = (listed("undistortionParams")?, listed("distortionParams")?);
     let undistorts = at.get("undistortionType").map_or(Ok("none"), |at| at.word())?;
     if !undistorts.eq_ignore_ascii_case("none") && undistortion.iter().any(|value| *value != 0.0) {
-        return Err(at.fail(format_args!("undistortionType {undistorts:?}, which raycam has no lens for")));
+        return Err(at.fail(format_args!("unsupported undistortionType {undistorts:?}")));
     }
     if !["pinhole", "radial1", "radial3", "brown", "fisheye4", "fisheye1", "fisheye"].contains(&kind) {
-        return Err(at.fail(format_args!("intrinsics of the type {kind:?}, which raycam has no lens for")));
+        return Err(at.fail(format_args!("unsupported intrinsics type {kind:?}")));
     }
     let word = match version < [1, 2, 8] {
         true if kind == "pinhole" => "none",
@@ -166,7 +168,7 @@ fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
     };
     let d = |count: usize| match parameters.len() {
         found if found == count => Ok(&parameters[..]),
-        found => Err(at.fail(format_args!("{found} distortionParams, {word} has {count}"))),
+        found => Err(at.fail(format_args!("{found} distortionParams; {word} requires {count}"))),
     };
     let zero = parameters.iter().all(|value| *value == 0.0);
     let made = match &word.to_lowercase()[..] {
@@ -184,8 +186,8 @@ fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
         "fisheye1" => lens_of(LensModel::Fov, d(1)?),
         _ => {
             return Err(at.fail(format_args!(
-                "distortion {word:?} with {parameters:?}, which raycam has no lens for: export undistorted pictures \
-                 (PrepareDenseScene), or calibrate with brown, radialk3 or fisheye4"
+                "unsupported distortion {word:?} with {parameters:?}; export undistorted images (PrepareDenseScene), \
+                 or calibrate with brown, radialk3 or fisheye4"
             )));
         }
     };

@@ -1,5 +1,5 @@
 //! Bundler's `.out`, version 0.3: `f k1 k2`, R and t of each camera; camera_from_world with OpenGL's axes, pixels from
-//! the middle of the picture. Source: Bundler's README, "Output format and scene representation".
+//! the image centre. Source: Bundler's README, "Output format and scene representation".
 
 use glam::{DMat3, DVec3};
 use raycam_scene::{NoticeCode, PixelCenter};
@@ -27,7 +27,17 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         .unwrap_or_default();
     let mut sizes = PictureSizes::new(assets, path, &pictures, hints.size);
     let mut lines = data_lines(text);
-    let mut next = |what: &str| lines.next().ok_or_else(|| FormatError::whole(path, format!("it ends before {what}")));
+    let mut next = |what: &str| {
+        lines.next().ok_or_else(|| {
+            FormatError::whole(
+                path,
+                format!(
+                    "the file ends before \
+        {what}"
+                ),
+            )
+        })
+    };
     let (line, row) = next("the number of cameras")?;
     let [count, _] = numbers::<2>(path, line, row)?;
     let (mut lost, mut tiny) = (0, 0);
@@ -64,17 +74,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     let mut notice = |code, text: String| calibration.note(code, text);
     if lost > 0 {
-        notice(
-            NoticeCode::IgnoredElement,
-            format!("{lost} cameras with a focal length of 0, which are not registered, are left out"),
-        );
+        notice(NoticeCode::IgnoredElement, format!("{lost} unregistered cameras (focal length 0) are omitted"));
     }
     if tiny > 0 {
         notice(
             NoticeCode::AssumedConvention,
             format!(
-                "{tiny} cameras have k1 below 1e-6: some files have it for pixels, against the specification, by which it is \
-             read"
+                "{tiny} cameras have k1 below 1e-6; some files store k1 for pixels, but it is read according to the \
+                 specification"
             ),
         );
     }
@@ -82,7 +89,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// The name in a line of list.txt, which may have spaces; 0 and a focal length may follow it.
+/// Name in a line of list.txt, which may contain spaces; it may be followed by 0 and a focal length.
 fn picture_name(line: &str) -> &str {
     let mut words = line.rsplitn(3, char::is_whitespace);
     match (words.next(), words.next(), words.next()) {

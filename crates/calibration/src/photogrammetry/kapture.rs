@@ -1,5 +1,6 @@
-//! kapture: `sensors/sensors.txt`, `rigs.txt`, `trajectories.txt` (device_from_world) and `records_camera.txt`, lines of
-//! values with commas. The camera models and the pixel centres are COLMAP's. Source: kapture's format specification.
+//! kapture: `sensors/sensors.txt`, `rigs.txt`, `trajectories.txt` (device_from_world) and `records_camera.txt`,
+//! comma-separated values. The camera models and the pixel centres are COLMAP's. Source: kapture's format
+//! specification.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -57,7 +58,7 @@ fn rows_of(text: &str) -> impl Iterator<Item = Row<'_>> {
     data_lines(text).map(|(line, row)| (line, row.split(',').map(str::trim).collect()))
 }
 
-/// The pose in seven columns: w, x, y, z and the translation; None without numbers, for an unknown one.
+/// Pose in seven columns: w, x, y, z and the translation; None for an unknown pose without numbers.
 fn pose_of(words: &[&str]) -> Result<Option<Pose>, String> {
     if words.iter().all(|word| word.is_empty()) {
         return Ok(None);
@@ -77,7 +78,7 @@ struct Files<'a> {
 }
 
 impl Files<'_> {
-    /// The cameras, by sensor.
+    /// Cameras by sensor.
     fn cameras(&self, calibration: &mut Calibration) -> Result<Vec<CameraRecord>> {
         let mut cameras = Vec::new();
         for (line, row) in rows_of(self.sensors.text()?) {
@@ -86,7 +87,7 @@ impl Files<'_> {
                 calibration.note_about(
                     NoticeCode::IgnoredElement,
                     format!("sensor {}", row[0]),
-                    "not a camera, not read",
+                    "not a camera; ignored",
                 );
                 continue;
             }
@@ -147,7 +148,11 @@ impl Files<'_> {
                 record.pose = mounts.get(record.name.as_str()).map(|(_, mount)| mount.clone());
                 calibration.records.push(record);
             }
-            calibration.note(NoticeCode::MissingFile, "records_camera.txt is missing: one camera for each sensor");
+            calibration.note(
+                NoticeCode::MissingFile,
+                "records_camera.txt is missing; one camera per sensor is \
+                returned",
+            );
             return Ok(calibration);
         };
         let mut unplaced = 0;
@@ -156,8 +161,16 @@ impl Files<'_> {
                 return Err(FormatError::line(&file.path, line, "expected time, sensor and image"));
             };
             let camera = cameras.iter().find(|camera| camera.name == sensor);
-            let camera = camera
-                .ok_or_else(|| FormatError::line(&file.path, line, format!("sensors.txt has no camera {sensor:?}")))?;
+            let camera = camera.ok_or_else(|| {
+                FormatError::line(
+                    &file.path,
+                    line,
+                    format!(
+                        "sensors.txt does not contain the camera \
+                    {sensor:?}"
+                    ),
+                )
+            })?;
             let mut record = CameraRecord { name: image.into(), ..camera.clone() };
             record.image = Some(image.into());
             record.pose = place(time, sensor);

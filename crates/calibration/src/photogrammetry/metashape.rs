@@ -15,7 +15,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Terms of a calibration; those with `fx` are of older exports.
+/// Terms of a calibration; terms with `fx` come from older exports.
 const TERMS: [&str; 16] =
     ["f", "fx", "fy", "cx", "cy", "b1", "b2", "skew", "k1", "k2", "k3", "k4", "p1", "p2", "p3", "p4"];
 /// Other elements of a calibration.
@@ -39,12 +39,17 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut calibration = Calibration::default();
     let chunks: Vec<_> = root.all("chunk").collect();
     let enabled = |chunk: &&XmlElement<'_>| chunk.attribute("enabled") != Some("false");
-    let chunk = chunks.iter().find(enabled).or(chunks.first()).copied().ok_or_else(|| root.fail("no chunk in it"))?;
+    let chunk = chunks.iter().find(enabled).or(chunks.first()).copied().ok_or_else(|| {
+        root.fail(
+            "the file contains no \
+        chunk",
+        )
+    })?;
     if chunks.len() > 1 {
         calibration.note(
             NoticeCode::FirstOnly,
             format!(
-                "{} chunks, each with a world of its own: the cameras are those of the first enabled one, {:?}",
+                "{} chunks, each of them a separate world; the first enabled chunk is used, {:?}",
                 chunks.len(),
                 chunk.attribute("label").unwrap_or("without a label")
             ),
@@ -55,23 +60,23 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Notices of the world that the cameras are in.
+/// Notices about the world of the cameras.
 fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
     let reference = chunk.child("reference").map_or("", |at| at.text());
     if ["GEOGCS", "PROJCS", "GEOCCS", "GEOGCRS", "PROJCRS"].iter().any(|word| reference.contains(word)) {
         calibration.note(
             NoticeCode::PlacedCameras,
-            "the chunk has a geographic reference: its transform leads to geocentric metres (ECEF), numbers of order \
-             6e6, and neither to latitude and longitude nor to projected axes",
+            "the chunk has a geographic reference; its transform gives geocentric metres (ECEF), numbers of about \
+             6e6, instead of latitude and longitude or projected axes",
         );
     }
     if chunk.child("transform").is_none() && chunk.all("component").all(|at| at.child("transform").is_none()) {
-        calibration.note(NoticeCode::PlacedCameras, "no transform: the cameras are in the chunk's own axes and unit");
+        calibration.note(NoticeCode::PlacedCameras, "no transform; the cameras are in the chunk's own axes and unit");
     }
 }
 
 fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> {
-    let sensors = chunk.child("sensors").ok_or_else(|| chunk.fail("no sensors in it"))?;
+    let sensors = chunk.child("sensors").ok_or_else(|| chunk.fail("the file contains no sensors"))?;
     let sensors: HashMap<&str, XmlElement<'_>> =
         sensors.all("sensor").filter_map(|at| Some((at.attribute("id")?, at))).collect();
     let placed = chunk.child("transform").map(|at| Similarity::read(&at, "translation")).transpose()?;
@@ -81,7 +86,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
             components.insert(id, Similarity::read(&transform, "translation")?);
         }
     }
-    let list = chunk.child("cameras").ok_or_else(|| chunk.fail("no cameras in it"))?;
+    let list = chunk.child("cameras").ok_or_else(|| chunk.fail("the file contains no cameras"))?;
     let by_id: HashMap<&str, XmlElement<'_>> =
         list.all("camera").filter_map(|at| Some((at.attribute("id")?, at))).collect();
     let mut made: HashMap<&str, CameraRecord> = HashMap::new();
@@ -104,7 +109,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         rolling += usize::from(at.child("rolling_shutter").is_some());
         let id = at.attribute("sensor_id").unwrap_or_default();
         if !made.contains_key(id) {
-            let sensor = sensors.get(id).ok_or_else(|| at.fail(format_args!("there is no sensor {id:?}")))?;
+            let sensor = sensors.get(id).ok_or_else(|| at.fail(format_args!("unknown sensor {id:?}")))?;
             let mut record = CameraRecord::new("", PixelCenter::Half);
             if !sensor_intrinsics(sensor, &mut record)? {
                 initial.insert(id);
@@ -127,20 +132,20 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     if let Some(first) = unplaced.first() {
         let count = unplaced.len();
         let why = "without a transform (not aligned, or slaves of a rig)";
-        notice(NoticeCode::IgnoredElement, format!("{count} cameras {why} are left out: {first} ..."));
+        notice(NoticeCode::IgnoredElement, format!("{count} cameras {why} are omitted: {first} ..."));
     }
     if slaves > 0 {
-        let place = "by their masters, and by rotation and location of their sensors in the unit of the chunk";
-        notice(NoticeCode::PlacedCameras, format!("{slaves} cameras of slave sensors stand {place}"));
+        let place = "placed by their masters, and by rotation and location of their sensors in the unit of the chunk";
+        notice(NoticeCode::PlacedCameras, format!("{slaves} cameras of slave sensors are {place}"));
     }
     if disabled > 0 {
-        notice(NoticeCode::HiddenPart, format!("{disabled} cameras are disabled in Metashape, and kept"));
+        notice(NoticeCode::HiddenPart, format!("{disabled} cameras are disabled in Metashape, but are included"));
     }
     if rolling > 0 {
-        notice(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is not used"));
+        notice(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is ignored"));
     }
     for id in initial {
-        notice(NoticeCode::MissingValue, format!("sensor {id} has no adjusted calibration: the initial one is used"));
+        notice(NoticeCode::MissingValue, format!("sensor {id} has no adjusted calibration; the initial one is used"));
     }
     Ok(())
 }
@@ -152,9 +157,9 @@ fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
     Ok(Some(rigid(&rows)))
 }
 
-/// Chunk from the camera of a slave sensor, by the place of its master; None where neither is known.
+/// Chunk from the camera of a slave sensor, computed from its master; None if neither is known.
 ///
-/// The master of a camera need not be of the sensor that is the master of its sensor: both stand on one rig.
+/// A camera's master may have a different sensor than the master of its sensor; both are on one rig.
 fn place_by_master<'a>(
     at: &XmlElement<'a>,
     master: &XmlElement<'a>,
@@ -172,8 +177,8 @@ fn place_by_master<'a>(
     Ok(Some((r * slave.rotation, c + r * (slave.translation - own.translation))))
 }
 
-/// The axes of a rig from those of a sensor, which is mounted on it directly or on another sensor, and the sensor whose
-/// axes they are (None where the file does not say); None for a slave without rotation and location.
+/// Axes of a rig from the axes of a sensor, which is mounted on it directly or on another sensor, and the sensor that
+/// defines the axes (None if the file does not specify it). None for a slave without rotation and location.
 fn rig_mount<'a>(
     id: &'a str,
     sensors: &HashMap<&str, XmlElement<'a>>,
@@ -193,7 +198,7 @@ fn rig_mount<'a>(
             None => return Ok(Some((None, mount))),
         }
     }
-    Err(sensors[id].fail("a sensor is the master of its own master: expected one without master_id"))
+    Err(sensors[id].fail("the sensor is indirectly its own master; expected a master without master_id"))
 }
 
 /// World from chunk, with a scale.
@@ -206,7 +211,7 @@ struct Similarity {
 impl Similarity {
     const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO, scale: 1.0 };
 
-    /// The elements `rotation` and `scale`, and that of the translation.
+    /// Elements `rotation` and `scale`, and the element of the translation.
     fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self> {
         let rotation = match at.child("rotation") {
             Some(r) => {
@@ -219,7 +224,7 @@ impl Similarity {
         let translation = at.child(translation).map(|t| t.numbers::<3>()).transpose()?.unwrap_or_default();
         let [scale] = at.child("scale").map(|s| s.numbers()).transpose()?.unwrap_or([1.0]);
         if scale <= 0.0 {
-            return Err(at.fail(format_args!("a scale of {scale}; expected more than 0")));
+            return Err(at.fail(format_args!("scale is {scale}; expected a number greater than 0")));
         }
         Ok(Self { rotation, translation: DVec3::from_array(translation), scale })
     }
@@ -242,7 +247,7 @@ fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Resu
     match adjusted.or_else(|| class("initial")) {
         Some(at) => intrinsics(&at, at.attribute("type").unwrap_or(kind), record)?,
         None if kind == "spherical" => set_panorama(record).map_err(|message| sensor.fail(message))?,
-        None => return Err(sensor.fail("no calibration in it")),
+        None => return Err(sensor.fail("the sensor contains no calibration")),
     }
     Ok(adjusted.is_some() || kind == "spherical")
 }
@@ -259,13 +264,13 @@ fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Res
         let [w, h] = [w.numbers::<1>()?[0], h.numbers::<1>()?[0]];
         record.size = Some([w as u32, h as u32]);
     }
-    let size = record.size.ok_or_else(|| at.fail("no resolution in it"))?;
+    let size = record.size.ok_or_else(|| at.fail("the sensor contains no resolution"))?;
     let mut terms: HashMap<&str, f64> = HashMap::new();
     for inner in at.children() {
         if TERMS.contains(&inner.name()) {
             terms.insert(inner.name(), inner.numbers::<1>()?[0]);
         } else if !OTHER.contains(&inner.name()) && inner.text().parse::<f64>().is_ok_and(|value| value != 0.0) {
-            return Err(inner.fail("a term of a calibration that raycam does not know: without it the lens is another"));
+            return Err(inner.fail("unsupported calibration term; the lens would be wrong without it"));
         }
     }
     let term = |name: &str| terms.get(name).copied().unwrap_or(0.0);
@@ -280,7 +285,7 @@ fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Res
         false => (term("f") + term("b1"), term("f"), term("b2"), half),
     };
     if fx <= 0.0 || fy <= 0.0 {
-        return Err(at.fail("no focal length in it (f)"));
+        return Err(at.fail("the calibration contains no focal length (f)"));
     }
     let (cx, cy) = (term("cx") + middle[0], term("cy") + middle[1]);
     record.k = Some(DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(skew, fy, 0.0), DVec3::new(cx, cy, 1.0)));
@@ -298,8 +303,7 @@ fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Res
         }
         _ => {
             return Err(at.fail(format_args!(
-                "a sensor of the type {kind:?}, which raycam has no lens for: expected frame, fisheye, \
-                 equidistant_fisheye or spherical"
+                "unsupported sensor type {kind:?}; expected frame, fisheye, equidistant_fisheye or spherical"
             )));
         }
     };

@@ -1,4 +1,4 @@
-//! Reconstructions of photogrammetry programs: cameras with lenses and poses of every picture.
+//! Reconstructions of photogrammetry programs: cameras with lenses and poses for every image.
 
 pub(crate) mod alice_vision;
 pub(crate) mod bundler;

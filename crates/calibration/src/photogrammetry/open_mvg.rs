@@ -1,5 +1,5 @@
-//! openMVG's `sfm_data.json`. Sources: openMVG, sfm_data_io_cereal.cpp; cereal, "Polymorphism": a type has its name the
-//! first time only, and the number of that name afterwards.
+//! openMVG's `sfm_data.json`. Sources: openMVG, sfm_data_io_cereal.cpp; cereal, "Polymorphism": a type is written with
+//! its name only the first time, and later only with the number of that name.
 
 use std::collections::HashMap;
 
@@ -12,9 +12,9 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// The bit of a number that says that its name stands beside it.
+/// Bit of a type number that means that the name follows.
 const NEW: u32 = 1 << 31;
-/// The number of what is not there.
+/// Number of a missing object.
 const NONE: u32 = u32::MAX;
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -27,7 +27,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut calibration = Calibration::default();
     let list = |key: &str| root.get(key).map_or(Ok(vec![]), |at| at.list());
     let mut kinds: HashMap<u32, String> = HashMap::new();
-    // Types are numbered in the order of the file: views, then intrinsics.
+    // Types are numbered in file order: views, then intrinsics.
     for at in list("views")? {
         kind(&at.require("value")?, &mut kinds)?;
     }
@@ -70,35 +70,35 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()),
+            format!("{} views without a pose or intrinsics are omitted: {first} ...", lost.len()),
         );
     }
     calibration.note(
         NoticeCode::AssumedConvention,
-        "openMVG does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its undistortion \
-         has it",
+        "openMVG does not specify the position of pixel centres; the first pixel's centre is assumed at (0, 0), as in \
+         its undistortion",
     );
     Ok(calibration)
 }
 
-/// The name of the type of a value; empty for the base class.
+/// Name of a value's type; empty for the base class.
 fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String> {
     let Some(at) = value.get("polymorphic_id") else { return Ok(String::new()) };
     let id = at.count()?;
     if let Some(name) = value.get("polymorphic_name") {
         kinds.insert(id & !NEW, name.word()?.to_owned());
     }
-    // cereal has 2^30 for a value of the declared type itself.
+    // cereal writes 2^30 for a value of the declared type itself.
     if id == 1 << 30 {
         return Ok(String::new());
     }
     let name = kinds.get(&(id & !NEW)).cloned();
-    name.ok_or_else(|| at.fail("a polymorphic_id whose polymorphic_name stands nowhere before it"))
+    name.ok_or_else(|| at.fail("no polymorphic_name precedes this polymorphic_id"))
 }
 
 fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(key.to_string(), PixelCenter::Integer);
-    // The values of a base class stand beside those of the type, or in value0.
+    // The values of a base class are next to those of the type, or in value0.
     let mut places = vec![data.clone()];
     while let Some(inner) = places[places.len() - 1].get("value0") {
         places.push(inner);
@@ -127,8 +127,8 @@ fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
         "fisheye" => lens_of(LensModel::Fisheye, &require("fisheye")?.array::<4>()?),
         _ => {
             return Err(data.fail(format_args!(
-                "intrinsics of the type {kind:?}, which raycam has no lens for: expected pinhole, pinhole_radial_k1, \
-                 pinhole_radial_k3, pinhole_brown_t2, fisheye or spherical"
+                "unsupported intrinsics type {kind:?}; expected pinhole, pinhole_radial_k1, pinhole_radial_k3, \
+                 pinhole_brown_t2, fisheye or spherical"
             )));
         }
     };
@@ -140,7 +140,7 @@ fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
     }
     let all = ["disto_k1", "disto_k3", "disto_t2", "fisheye"];
     if kind == "pinhole" && all.iter().any(|key| get(key).is_some()) {
-        return Err(data.fail("pinhole has no distortion, and the file has one"));
+        return Err(data.fail("a pinhole has no distortion, but the file contains one"));
     }
     Ok(record)
 }

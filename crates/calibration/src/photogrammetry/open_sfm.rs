@@ -1,5 +1,6 @@
 //! OpenSfM's `reconstruction.json` and `camera_models.json`, OpenDroneMap's `cameras.json`. Sources: OpenSfM,
-//! doc/source/geometry.rst, io.py. Focal length and principal point are in units of the longer side, from the middle.
+//! doc/source/geometry.rst, io.py. Focal length and principal point are in units of the longer side, relative to the
+//! centre.
 
 use std::collections::HashMap;
 
@@ -27,11 +28,14 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         return Ok(calibration);
     }
     let all = if root.is_map() { vec![root.clone()] } else { root.list()? };
-    let first = all.first().ok_or_else(|| root.fail("no reconstruction in it"))?;
+    let first = all.first().ok_or_else(|| root.fail("the file contains no reconstruction"))?;
     if all.len() > 1 {
         calibration.note(
             NoticeCode::FirstOnly,
-            format!("{} reconstructions, each with a world of its own: the cameras are those of the first", all.len()),
+            format!(
+                "{} reconstructions, each of them a separate world; the cameras of the first one are used",
+                all.len()
+            ),
         );
     }
     let mut cameras = HashMap::new();
@@ -42,7 +46,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     for (name, shot) in first.require("shots")?.entries()? {
         let id = shot.require("camera")?;
         let model = cameras.get(id.word()?).ok_or_else(|| {
-            id.fail(format_args!("{:?} is none of the cameras of the file", id.word().unwrap_or_default()))
+            id.fail(format_args!("{:?} is not one of the file's cameras", id.word().unwrap_or_default()))
         })?;
         let mut record = model.clone();
         (record.name, record.image) = (name.to_owned(), Some(name.to_owned()));
@@ -56,9 +60,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if turned > 0 {
         calibration.note(
             NoticeCode::IgnoredOrientation,
-            format!(
-                "{turned} pictures have an EXIF orientation: the numbers are taken for pictures as they are stored"
-            ),
+            format!("{turned} images have an EXIF orientation; the numbers are used for the images as stored"),
         );
     }
     if let Some(at) = first.get("reference_lla") {
@@ -66,7 +68,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.note(
             NoticeCode::PlacedCameras,
             format!(
-                "the world is east, north, up in metres about latitude {}, longitude {}, altitude {}",
+                "the world's axes are east, north, up in metres about latitude {}, longitude {}, altitude {}",
                 get("latitude")?,
                 get("longitude")?,
                 get("altitude")?
@@ -76,7 +78,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Terms of every camera, and the rest of its keys.
+/// Terms of every camera, and its other keys.
 const KEYS: [&str; 23] = [
     "projection_type",
     "width",
@@ -130,7 +132,7 @@ fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<Notice>) -> Result<Came
     Ok(record)
 }
 
-/// The lens of a projection; terms that it does not have must be 0.
+/// Lens of a projection; terms that it does not have must be 0.
 fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
     let fail = |message: String| at.fail(message);
     let names = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "s0", "s1", "s2", "s3"];
@@ -147,8 +149,8 @@ fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
         "fisheye62" | "fisheye624" => &["k1", "k2", "k3", "k4", "p1", "p2", "s0", "s2"],
         _ => {
             return Err(at.fail(format_args!(
-                "projection_type {word:?}, which raycam has no lens for: expected perspective, brown, radial, \
-                 simple_radial, fisheye, fisheye_opencv, fisheye62, fisheye624 or spherical"
+                "unsupported projection_type {word:?}; expected perspective, brown, radial, simple_radial, fisheye, \
+                 fisheye_opencv, fisheye62, fisheye624 or spherical"
             )));
         }
     };
@@ -158,7 +160,7 @@ fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
     match word {
         "fisheye" => lens_of(LensModel::Fisheye, &[k1, k2, 0.0, 0.0]),
         "fisheye_opencv" => lens_of(LensModel::Fisheye, &[k1, k2, k3, k4]),
-        // Tangential and prism terms on the plane of the angles, before the radial polynomial.
+        // Tangential and prism terms on the plane of angles, before the radial polynomial.
         "fisheye62" | "fisheye624" => lens_of(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, s0, s2]),
         _ => brown_lens(k1, k2, p1, p2, k3),
     }

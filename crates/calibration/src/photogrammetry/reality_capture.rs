@@ -11,13 +11,13 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Millimetres of the film that focal lengths are given for.
+/// Film size in millimetres to which focal lengths refer.
 pub(crate) const FILM: f64 = 36.0;
-/// The notice of t1 and t2.
-pub(crate) const TANGENTIAL: &str = "programs disagree whether t1 and t2 are OpenCV's p1 and p2: they are taken as p2 and \
-                                     p1, as Epic's exporter and AliceVision have them";
+/// Notice about t1 and t2.
+pub(crate) const TANGENTIAL: &str = "programs disagree whether t1 and t2 are OpenCV's p1 and p2; they are interpreted \
+    as p2 and p1, as in Epic's exporter and AliceVision";
 
-/// The words of the header of columns, in lower case.
+/// Words of the column header, in lower case.
 fn header(text: &str) -> Option<(usize, Vec<String>)> {
     text.lines().enumerate().take(5).find_map(|(i, line)| {
         let words: Vec<String> =
@@ -31,7 +31,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     header(text).is_some()
 }
 
-/// The lens of RealityCapture's terms, in the order k1 k2 k3 k4 t1 t2; whether t1 and t2 matter.
+/// Lens of RealityCapture's terms, in the order k1 k2 k3 k4 t1 t2; and true if t1 and t2 matter.
 pub(crate) fn lens([k1, k2, k3, k4, t1, t2]: [f64; 6]) -> Result<(Lens, bool), String> {
     refuse_terms([("k4", k4)])?;
     Ok((brown_lens(k1, k2, t2, t1, k3)?, t1 != 0.0 || t2 != 0.0))
@@ -54,21 +54,21 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let fail = |message: String| FormatError::line(path, i + 1, message);
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         if cells.len() != words.len() {
-            return Err(fail(format!("{} columns, the header has {}", cells.len(), words.len())));
+            return Err(fail(format!("{} columns; the header has {}", cells.len(), words.len())));
         }
         let find = |name: &str| words.iter().position(|word| word == name).map(|column| cells[column]);
         let term = |name: &str| match find(name) {
             None => Ok(0.0),
             Some(word) => match word.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
-                _ => Err(fail(format!("{name} is {word:?}, expected a finite number"))),
+                _ => Err(fail(format!("{name} is {word:?}; expected a finite number"))),
             },
         };
         for (word, cell) in words.iter().zip(&cells) {
             let digits = word.strip_prefix(['k', 't', 'p']).is_some_and(|rest| rest.parse::<u32>().is_ok());
             let known = ["k1", "k2", "k3", "k4", "t1", "t2"].contains(&word.as_str());
             if digits && !known && cell.parse::<f64>().is_ok_and(|value| value != 0.0) {
-                return Err(fail(format!("{word} is {cell}, a lens term that raycam does not know in this format")));
+                return Err(fail(format!("{word} is {cell}, an unsupported lens term of this format")));
             }
         }
         let name = find("name").unwrap_or_default();
@@ -80,7 +80,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let longer = w.max(h);
         let focal = term("f")? * longer / FILM;
         if focal <= 0.0 {
-            return Err(fail("f is 0: expected millimetres of a film of 36 mm".into()));
+            return Err(fail("f is 0; expected millimetres for 36 mm film".into()));
         }
         record.k = Some(pinhole_matrix([focal, focal, 0.5 * w + term("px")? * longer, 0.5 * h + term("py")? * longer]));
         let terms = [term("k1")?, term("k2")?, term("k3")?, term("k4")?, term("t1")?, term("t2")?];
@@ -101,7 +101,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if calibration.records.iter().any(|record| record.r_c().1.truncate().length() > 1e5) {
         calibration.note(
             NoticeCode::PlacedCameras,
-            "x and y are of the order of a projected map: the world is that of the map, and meshes must have the same",
+            "x and y have the magnitude of projected map coordinates; the world is that of the map, and meshes must \
+             use the same",
         );
     }
     Ok(calibration)

@@ -1,4 +1,4 @@
-//! RealityCapture's XMP files, one beside each picture: `xcr:Rotation` is camera_from_world, `xcr:Position` the centre.
+//! RealityCapture's XMP files, one next to each image: `xcr:Rotation` is camera_from_world, `xcr:Position` the centre.
 //! Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
 
 use glam::{DMat3, DVec3};
@@ -13,7 +13,7 @@ use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Endings of the picture of an XMP file.
+/// Extensions of an XMP file's image.
 const PICTURES: [&str; 6] = ["jpg", "JPG", "jpeg", "JPEG", "png", "PNG"];
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -48,19 +48,19 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
     Ok(calibration)
 }
 
-/// The notice of files without a pose.
+/// Notice about files without a pose.
 fn left_out(lost: &[String]) -> Option<Notice> {
     let first = lost.first()?;
-    let message = format!("{} files without Rotation and Position are left out: {first} ...", lost.len());
+    let message = format!("{} files without Rotation and Position are omitted: {first} ...", lost.len());
     Some(Notice::new(NoticeCode::IgnoredElement, message))
 }
 
-/// The names that the picture of an XMP file may have.
+/// Names that the image of an XMP file may have.
 fn pictures(stem: &str) -> [String; 6] {
     PICTURES.map(|ending| format!("{stem}.{ending}"))
 }
 
-/// Adds the camera of a file; its name to `lost` where it has no pose.
+/// Adds the camera of a file, or its name to `lost` if it has no pose.
 fn add(
     source: &InputFile,
     assets: &mut AssetRoot,
@@ -76,7 +76,7 @@ fn add(
         return Ok(());
     }
     let at = root.all("Description").find(|at| value(at, "FocalLength35mm").is_some());
-    let at = at.ok_or_else(|| root.fail("no xcr:FocalLength35mm in it"))?;
+    let at = at.ok_or_else(|| root.fail("the file contains no xcr:FocalLength35mm"))?;
     let number = |name: &str, otherwise: f64| match value(&at, name) {
         Some(word) => at.numbers_of::<1>(name, word).map(|[value]| value),
         None => Ok(otherwise),
@@ -92,7 +92,7 @@ fn add(
     let fx = number("FocalLength35mm", 0.0)? * longer / FILM;
     let fy = fx * number("AspectRatio", 1.0)?;
     if fx <= 0.0 || fy <= 0.0 {
-        return Err(at.fail("FocalLength35mm and AspectRatio: expected more than 0"));
+        return Err(at.fail("invalid FocalLength35mm or AspectRatio; expected numbers greater than 0"));
     }
     record.k = Some(DMat3::from_cols(
         DVec3::new(fx, 0.0, 0.0),
@@ -109,8 +109,8 @@ fn add(
     let zero = terms == [0.0; 6];
     if !zero && !["brown3", "brown4", "brown3t2", "brown4t2"].contains(&model) {
         return Err(at.fail(format_args!(
-            "DistortionModel {model:?} with DistortionCoeficients {terms:?}: raycam reads brown3, brown4, brown3t2 and \
-             brown4t2"
+            "unsupported DistortionModel {model:?} with DistortionCoeficients {terms:?}; expected brown3, brown4, \
+             brown3t2 or brown4t2"
         )));
     }
     let (made, matters) = lens(terms).map_err(|message| at.fail(message))?;
@@ -121,11 +121,11 @@ fn add(
     if value(&at, "Coordinates") == Some("relative") {
         calibration.note(
             NoticeCode::PlacedCameras,
-            "Coordinates are relative: the world begins at RealityCapture's local origin",
+            "Coordinates is relative; the world's origin is RealityCapture's local origin",
         );
     }
     let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {
-        return Err(at.fail("Rotation and Position stand in another Description than FocalLength35mm"));
+        return Err(at.fail("Rotation and Position are in a different Description than FocalLength35mm"));
     };
     let r = DMat3::from_cols_array(&at.numbers_of("Rotation", r)?).transpose();
     check_rotation(r).map_err(|message| at.fail(format_args!("Rotation: {message}")))?;
@@ -134,7 +134,7 @@ fn add(
     Ok(())
 }
 
-/// The text of an attribute, or of an element, of a description.
+/// Text of an attribute, or of an element, of a description.
 fn value<'f>(at: &XmlElement<'f>, name: &str) -> Option<&'f str> {
     at.attribute(name).or_else(|| Some(at.child(name)?.text()))
 }

@@ -1,4 +1,4 @@
-//! `camera_path.json`, a camera move of nerfstudio's viewer: world_from_camera by rows with OpenGL's axes, a vertical
+//! `camera_path.json`, a camera path of nerfstudio's viewer: world_from_camera by rows with OpenGL's axes, a vertical
 //! field of view in degrees. Source: nerfstudio's camera_paths.py.
 
 use raycam_scene::{LensModel, NoticeCode, PixelCenter};
@@ -35,7 +35,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let fov = at.require("fov")?;
         let degrees = fov.number()?;
         if word != "equirectangular" && !(degrees > 0.0 && degrees < 180.0) {
-            return Err(fov.fail(format_args!("{degrees}: expected degrees between 0 and 180, vertical")));
+            return Err(
+                fov.fail(format_args!("{degrees}; expected a vertical field of view between 0 and 180 degrees"))
+            );
         }
         let focal = 0.5 * f64::from(size[1]) / (0.5 * degrees.to_radians()).tan();
         let [cx, cy] = middle_of(size, PixelCenter::Half);
@@ -46,21 +48,21 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             "equirectangular" => set_panorama(&mut record).map_err(fail)?,
             _ => {
                 return Err(fail(format!(
-                    "camera_type {word:?}, which raycam does not render: expected perspective, fisheye or \
-                     equirectangular"
+                    "unsupported camera_type {word:?}; expected perspective, fisheye or equirectangular"
                 )));
             }
         }
         calibration.records.push(record);
     }
-    calibration.note(NoticeCode::PlacedCameras,
-        "the cameras are in the world of the trained scene; dataparser_transforms.json beside the run says how that was \
-         turned and scaled",
+    calibration.note(
+        NoticeCode::PlacedCameras,
+        "the cameras are in the world of the trained scene; dataparser_transforms.json next to the run specifies how \
+         it was rotated and scaled",
     );
     if word == "fisheye" {
         calibration.note(
             NoticeCode::AssumedConvention,
-            "fisheye without coefficients: taken as equidistant, with the focal length of the field of view",
+            "fisheye without coefficients; an equidistant fisheye is used, with the focal length of the field of view",
         );
     }
     Ok(calibration)

@@ -1,4 +1,4 @@
-//! The NeRF family: poses world_from_camera in JSON, most with OpenGL's axes, pixel centres at one half.
+//! The NeRF family: poses world_from_camera in JSON, usually with OpenGL's axes, pixel centres at one half.
 
 pub(crate) mod camera_path;
 pub(crate) mod nerf;

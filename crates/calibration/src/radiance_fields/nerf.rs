@@ -1,6 +1,6 @@
-//! `transforms.json` of NeRF, instant-ngp and nerfstudio, and Blender's of the synthetic NeRF scenes, which has one angle
-//! for all intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the centre of the first
-//! pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
+//! `transforms.json` of NeRF, instant-ngp and nerfstudio, and Blender's of the synthetic NeRF scenes, which have one
+//! angle as their only intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the
+//! centre of the first pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,7 +19,7 @@ use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Keys of intrinsics, for all or for one frame.
+/// Keys of intrinsics, for all frames or for one frame.
 const INTRINSICS: [&str; 19] = [
     "x_fov",
     "y_fov",
@@ -75,7 +75,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 }
 
 pub(crate) fn detect_blender(_: &InputFile, _: &str) -> bool {
-    false // One reader for both; this row is a writer.
+    false // One reader handles both; this row is only a writer.
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints) -> Result<Calibration> {
@@ -94,7 +94,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
                 *unread.entry(key).or_default() += 1;
             }
         }
-        // Windows writes its own slashes.
+        // Windows writes backslashes.
         let file = frame.get("file_path").map(|at| at.word()).transpose()?.map(|file| file.replace('\\', "/"));
         let file = file.as_deref();
         let count = calibration.records.len();
@@ -108,7 +108,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         record.time = frame.get("time").map(|at| at.number()).transpose()?;
         let has_size = frame.any(&["w", "h"]).or_else(|| root.any(&["w", "h"])).is_some();
         if let (Some(file), false) = (file, has_size) {
-            // Blender's sets name pictures without their ending.
+            // Blender's sets name images without their extension.
             let own = size_of_picture(assets, &source.path, [format!("{file}.png"), file.to_owned()]);
             measured += usize::from(own.is_some());
             if own.is_none() && known.size.is_none() {
@@ -125,12 +125,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
     if measured > 0 {
         calibration.note(
             NoticeCode::UsedOtherFile,
-            format!("the file has no w and h: {measured} cameras have the size of their pictures"),
+            format!("the file has no w and h; {measured} cameras have the size of their images"),
         );
     }
     if lent > 0 {
         calibration.note(NoticeCode::AssumedConvention, format!(
-            "{lent} cameras whose pictures are not there have the size of the first picture that is (size= says another)"
+            "the images of {lent} cameras are missing; they get the size of the first existing image (use size= for \
+             another)"
         ));
     }
     if let Some(panorama) = calibration.records.first().filter(|record| is_panorama(record)) {
@@ -139,19 +140,19 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
     calibration.notices.extend(
         unread
             .iter()
-            .map(|(key, count)| Notice::about(NoticeCode::IgnoredKey, format!("{key} of {count} frames"), "not used")),
+            .map(|(key, count)| Notice::about(NoticeCode::IgnoredKey, format!("{key} of {count} frames"), "ignored")),
     );
     Ok(calibration)
 }
 
-/// The size of the first picture that is there.
+/// Size of the first existing image.
 fn any_size(root: &Cursor<'_>, assets: &mut AssetRoot, from: &Path) -> Option<[u32; 2]> {
     let frames = root.require("frames").and_then(|frames| frames.list()).ok()?;
     let files = frames.iter().filter_map(|frame| frame.get("file_path")?.word().ok());
     size_of_picture(assets, from, files.flat_map(|file| [format!("{file}.png"), file.replace('\\', "/")]))
 }
 
-/// A notice of how the file's world differs from that of the reconstruction before it.
+/// Notice about the difference between the file's world and that of the original reconstruction.
 fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let numbers = |key: &str| root.get(key).and_then(|at| at.numbers().ok());
     let (moved, scale) = (numbers("applied_transform"), root.get("applied_scale").and_then(|at| at.number().ok()));
@@ -159,8 +160,8 @@ fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let moved = moved.filter(|moved| moved.len() >= 12 && moved[..12] != identity);
     if root.get("scale").is_some() || root.get("offset").is_some() {
-        let message = "scale and offset place the scene in the box of instant-ngp; the cameras are in the world of the \
-                       file, before them";
+        let message = "scale and offset, which place the scene in the box of instant-ngp, are not applied; the \
+            cameras are in the world of the file";
         return Some(Notice::new(NoticeCode::PlacedCameras, message));
     }
     if moved.is_none() && scale.is_none() {
@@ -170,8 +171,8 @@ fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let scale = scale.map(|scale| format!("applied_scale {scale}"));
     let what: Vec<String> = moved.into_iter().chain(scale).collect();
     let message = format!(
-        "the cameras are in the world of this file, after its {}: a mesh of the reconstruction before it (COLMAP's) \
-         needs the same",
+        "the cameras are in the world of this file, after its {}; a mesh of the original reconstruction (COLMAP's) \
+         requires the same transform",
         what.join(" and ")
     );
     Some(Notice::new(NoticeCode::PlacedCameras, message))
@@ -191,7 +192,14 @@ fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, 
         degrees => degrees,
     };
     if angles == [None; 2] && focals == [None; 2] {
-        return if known.intrinsics.is_some() { Ok(()) } else { Err(root.fail("fl_x is missing, and camera_angle_x")) };
+        return if known.intrinsics.is_some() {
+            Ok(())
+        } else {
+            Err(root.fail(
+                "fl_x or camera_angle_x is required; \
+            both are missing",
+            ))
+        };
     }
     let Some(size) = record.size else {
         if let (Some(fx), Some(cx), Some(cy)) = (focals[0], real("cx")?, real("cy")?) {
@@ -199,8 +207,8 @@ fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, 
             return lens(record, frame, root);
         }
         return Err(root.fail(
-            "w and h are missing, and without the picture's size there is no K: give it (--size \
-             WIDTHxHEIGHT, size=(width, height))",
+            "w and h are missing, and K requires the image size; set it with --size WIDTHxHEIGHT or size=(width, \
+             height)",
         ));
     };
     let sides = size.map(f64::from);
@@ -213,7 +221,7 @@ fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, 
     lens(record, frame, root)
 }
 
-/// The coefficients k1 k2 k3 k4 p1 p2: by their names, or in nerfstudio's `distortion_params`.
+/// Coefficients k1 k2 k3 k4 p1 p2: by name, or in nerfstudio's `distortion_params`.
 fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6]> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let mut values = [0.0; 6];
@@ -230,7 +238,7 @@ fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6]> {
     }
     let listed = at.array::<6>()?;
     if values != [0.0; 6] && values != listed {
-        return Err(at.fail("the lens is there twice, here and as k1 to p2: expected one of them"));
+        return Err(at.fail("the lens is given twice, here and as k1 to p2; expected only one of them"));
     }
     Ok(listed)
 }
@@ -257,12 +265,12 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
             Lens::new(LensModel::OpenCv, if k3 == 0.0 { &coefficients[..4] } else { &coefficients })
         }
         "OPENCV_FISHEYE" | "FISHEYE" if p1 == 0.0 && p2 == 0.0 => Lens::new(LensModel::Fisheye, &[k1, k2, k3, k4]),
-        // nerfstudio has the tangential terms on the plane of the angles, as COLMAP's model.
+        // nerfstudio applies the tangential terms on the plane of angles, like COLMAP's model.
         "OPENCV_FISHEYE" | "FISHEYE" => Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0]),
         _ => {
             return Err(at.fail(format_args!(
-                "{model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}: raycam reads PINHOLE, OPENCV without \
-                 k4, OPENCV_FISHEYE and EQUIRECTANGULAR"
+                "unsupported {model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}; expected PINHOLE, OPENCV \
+                 without k4, OPENCV_FISHEYE or EQUIRECTANGULAR"
             )));
         }
     };
@@ -270,10 +278,10 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
     Ok(())
 }
 
-/// The fisheye of Project Aria: k0 to k5, p0 p1, s0 to s3, after fx fy cx cy or alone.
+/// Project Aria's fisheye: k0 to k5, p0 p1, s0 to s3, optionally after fx fy cx cy.
 fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<()> {
     let at = frame.get("distortion_params").or_else(|| root.get("distortion_params"));
-    let at = at.ok_or_else(|| root.fail("FISHEYE624 needs distortion_params"))?;
+    let at = at.ok_or_else(|| root.fail("FISHEYE624 requires distortion_params"))?;
     let values = at.numbers()?;
     let lens = match values.len() {
         12 => &values[..],
@@ -281,7 +289,7 @@ fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) 
             record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
             &values[4..]
         }
-        count => return Err(at.fail(format_args!("{count} numbers; FISHEYE624 has 12, or 16 with fx fy cx cy"))),
+        count => return Err(at.fail(format_args!("{count} numbers; FISHEYE624 requires 12, or 16 with fx fy cx cy"))),
     };
     record.lens = Lens::new(LensModel::RadTanThinPrismFisheye, lens).map_err(|error| at.fail(error))?;
     Ok(())
@@ -291,8 +299,8 @@ fn is_panorama(record: &CameraRecord) -> bool {
     record.lens.coefficients().is_some_and(|(model, _)| model == LensModel::Equirectangular)
 }
 
-/// A notice that the numbers of a panorama are others than nerfstudio's, which says the whole one by w/2, h and the
-/// middle.
+/// Notice that the numbers of a panorama differ from nerfstudio's, which describe the complete one by w/2, h and the
+/// centre.
 fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<Notice> {
     let [width, height] = record.size?.map(f64::from);
     let usual = [
@@ -308,7 +316,10 @@ fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<Notice> {
     let odd: Vec<String> = usual.iter().filter_map(odd).collect();
     (!odd.is_empty()).then(|| {
         let odd = odd.join(", ");
-        let message = format!("EQUIRECTANGULAR is read as the whole panorama; {odd} says otherwise and is not used");
+        let message = format!(
+            "EQUIRECTANGULAR is read as the complete panorama; {odd} contradicts this and is \
+            ignored"
+        );
         Notice::new(NoticeCode::IgnoredKey, message)
     })
 }
@@ -332,7 +343,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     Ok(OutputFiles::one(text))
 }
 
-/// nerfstudio's lists of the pictures of each split, where names begin with them.
+/// nerfstudio's lists of the images of each split, if names begin with a split.
 fn split_names(records: &[CameraRecord]) -> String {
     let splits = ["train", "val", "test"];
     if !records.iter().all(|record| splits.iter().any(|split| is_in_split(record, split))) {
@@ -352,7 +363,7 @@ pub(crate) fn is_in_split(record: &CameraRecord, split: &str) -> bool {
     record.name.strip_prefix(split).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// The keys of a camera's intrinsics.
+/// Keys of a camera's intrinsics.
 fn intrinsics_text(record: &CameraRecord) -> Result<String> {
     let format = "NeRF's transforms.json";
     let [width, height] = record.require_size(format)?;
@@ -379,12 +390,12 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String> {
     Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))
 }
 
-/// The keys of a panorama of all directions, with the focal lengths of nerfstudio's `cameras.py`: w / 2 and h.
+/// Keys of a complete panorama, with the focal lengths of nerfstudio's `cameras.py`: w / 2 and h.
 fn panorama_text(record: &CameraRecord, [width, height]: [u32; 2], format: &str) -> Result<String> {
     let whole = record.lens.full_panorama([width, height], record.pixel_center);
     let same = |whole: DMat3, k: DMat3| (whole - k).to_cols_array().iter().all(|v| v.abs() <= 1e-9 * f64::from(width));
     if width != 2 * height || !record.k.zip(whole).is_some_and(|(k, whole)| same(whole, k)) {
-        let what = "a panorama other than one of all directions, twice as wide as high";
+        let what = "a panorama that does not cover all directions, twice as wide as high";
         return Err(record.unsupported_error(format, what));
     }
     let [fx, fy, cx, cy] = [0.5, 1.0, 0.5, 0.5].map(|share| share * f64::from(width));
@@ -411,7 +422,7 @@ fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<Str
     ))
 }
 
-/// One angle, square pixels, the principal point in the middle, no lens.
+/// One angle, square pixels, the principal point at the centre, no lens.
 pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "Blender-style JSON";
     let mut text = String::from("{\n");
@@ -422,10 +433,13 @@ pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<Output
         let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?;
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
         if !(near(fy, fx) && near(cx, 0.5 * width) && near(cy, 0.5 * height)) {
-            let what = format!("fx {fx}, fy {fy}, cx {cx}, cy {cy}: only square pixels around the middle");
+            let what = format!(
+                "fx {fx}, fy {fy}, cx {cx}, cy {cy} (only square pixels with a centred principal \
+                point)"
+            );
             return Err(record.unsupported_error(format, &what));
         }
-        // The angle that is read back as this focal length, or the nearest.
+        // Angle that is read back as this focal length, or as the nearest one.
         let angle = 2.0 * (0.5 * width / fx).atan();
         let back = |angle: &f64| (0.5 * width / (0.5 * angle).tan() - fx).abs();
         let near =
@@ -443,7 +457,7 @@ pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<Output
         yaml_float(angle)
     );
     for (i, record) in records.iter().enumerate() {
-        // Readers of Blender's sets append the ending themselves.
+        // Readers of Blender's sets append the extension themselves.
         text += &frame(record, "", i, false)?;
     }
     text += "\n  ]\n}\n";

@@ -18,7 +18,7 @@ pub(crate) fn detect(folder: &Folder, _: &mut AssetRoot) -> bool {
     SPLITS.iter().any(|split| folder.has(&file_of(split)))
 }
 
-/// The cameras of all splits, each named by its split.
+/// Cameras of all splits, with names that begin with the split.
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let splits = || SPLITS.into_iter().filter(|split| folder.has(&file_of(split)));
@@ -32,12 +32,12 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     }
     for split in splits() {
         let file = folder.read(&file_of(split), assets)?;
-        // A split without pictures has the size of the others.
+        // A split without images gets the size of the other splits.
         let mut found = match nerf::read(&file, assets, hints) {
             Err(_) if known.size != hints.size => {
                 let mut found = nerf::read(&file, assets, &known)?;
                 let count = found.records.len();
-                let notice = "cameras whose pictures are not there have the size of another split (size= says another)";
+                let notice = "cameras whose images are missing get the size of another split (use size= for another)";
                 found.notices.push(Notice::new(NoticeCode::AssumedConvention, format!("{count} {notice}")));
                 found
             }
@@ -54,7 +54,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     Ok(calibration)
 }
 
-/// A file for each split: that with which the names begin, else train.
+/// One file for each split, according to the beginning of the names; otherwise train.
 pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles> {
     let mut written = OutputFiles::default();
     let mut unnamed = 0;
@@ -79,7 +79,8 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         written.notices.push(Notice::new(
             NoticeCode::Renamed,
             format!(
-                "{unnamed} cameras whose names begin with none of train/, val/ and test/ are in transforms_train.json"
+                "{unnamed} cameras are written to transforms_train.json, because their names do not begin with \
+                 train/, val/ or test/"
             ),
         ));
     }

@@ -1,5 +1,6 @@
-//! Polycam's raw export: a JSON for each picture with K and `t_00` to `t_23`, the rows of world_from_camera with OpenGL's
-//! axes, y up. Source: nerfstudio's polycam_utils.py. No program states the pixel rule; that of the NeRF family is taken.
+//! Polycam's raw export: a JSON file for each image with K and `t_00` to `t_23`, the rows of world_from_camera with
+//! OpenGL's axes, y up. Source: nerfstudio's polycam_utils.py. No program specifies the pixel centres; those of the
+//! NeRF family are assumed.
 
 use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
@@ -10,10 +11,11 @@ use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Folders of the JSON files below the folder of an export, the optimised poses first.
+/// Folders of the JSON files in an export, the optimised poses first.
 const FOLDERS: [&str; 6] =
     ["keyframes/corrected_cameras", "keyframes/cameras", "corrected_cameras", "cameras", "", "../corrected_cameras"];
-const PIXEL_RULE: &str = "Polycam does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)";
+const PIXEL_RULE: &str = "Polycam does not specify the position of pixel centres; the first pixel's centre is assumed \
+    at (0.5, 0.5)";
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"t_00\"") && text.contains("\"t_23\"")
@@ -37,7 +39,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
 
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let place = find_cameras(folder, assets);
-    let place = place.ok_or_else(|| FormatError::unsupported(&folder.path, "expected Polycam's keyframes"))?;
+    let place = place.ok_or_else(|| FormatError::unsupported(&folder.path, "expected Polycam's folder keyframes"))?;
     let mut calibration =
         Calibration { notices: vec![Notice::new(NoticeCode::AssumedConvention, PIXEL_RULE)], ..Calibration::default() };
     for name in place.ending(".json") {

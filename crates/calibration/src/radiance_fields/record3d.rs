@@ -1,4 +1,4 @@
-//! Record3D: `metadata` of an export, or of an `.r3d` file, with K by columns and poses `qx qy qz qw tx ty tz`,
+//! Record3D: `metadata` of an export or of an `.r3d` file, with K by columns and poses `qx qy qz qw tx ty tz`,
 //! world_from_camera, OpenGL's axes. Source: nerfstudio's record3d_utils.py.
 
 use glam::{DMat3, DVec3};
@@ -11,7 +11,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Keys of depth, colour and the app, which say nothing of the cameras.
+/// Keys of depth, colour and the app, which do not affect the cameras.
 const OTHER: [&str; 14] = [
     "K",
     "w",
@@ -29,7 +29,7 @@ const OTHER: [&str; 14] = [
     "isUsingTrueDepthCamera",
 ];
 
-/// The text of an `.r3d` file, which is a ZIP file with `metadata` in it.
+/// Text of an `.r3d` file, a ZIP file that contains `metadata`.
 fn is_r3d(source: &InputFile) -> bool {
     zip_members::is_zip(&source.bytes)
         && zip_members::members(&source.bytes)
@@ -47,9 +47,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let text = if is_r3d(source) {
         let members = zip_members::members(&source.bytes).map_err(|message| FormatError::whole(path, message))?;
         let member = members.iter().find(|member| member.name == "metadata");
-        let member = member.ok_or_else(|| FormatError::whole(path, "no metadata in it"))?;
+        let member = member.ok_or_else(|| FormatError::whole(path, "the file contains no metadata"))?;
         unpacked = member.unpack(&source.bytes, path, &mut assets.budget)?;
-        std::str::from_utf8(&unpacked).map_err(|_| FormatError::whole(path, "metadata is no UTF-8 text"))?
+        std::str::from_utf8(&unpacked).map_err(|_| FormatError::whole(path, "metadata is not UTF-8 text"))?
     } else {
         source.text()?
     };
@@ -66,7 +66,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     };
     for (what, count) in [("perFrameIntrinsicCoeffs", own.len()), ("frameTimestamps", times.len())] {
         if count > 0 && count != poses.len() {
-            return Err(root.fail(format_args!("{count} {what} for {} poses", poses.len())));
+            return Err(root.fail(format_args!("{count} {what} for {} poses; expected equal numbers", poses.len())));
         }
     }
     for (i, at) in poses.iter().enumerate() {
@@ -87,12 +87,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     calibration.note(
         NoticeCode::AssumedConvention,
-        "Record3D does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)",
+        "Record3D does not specify the position of pixel centres; the first pixel's centre is assumed at (0.5, 0.5)",
     );
     Ok(calibration)
 }
 
-/// K of nine numbers by columns; where the last three are 0 0 1, they are by rows.
+/// K from nine numbers by columns; if the last three are 0 0 1, they are by rows.
 fn k_by_columns(at: &Cursor<'_>) -> Result<DMat3> {
     let k = DMat3::from_cols_array(&at.array()?);
     let k = if k.z_axis == DVec3::Z && k.row(2) != DVec3::Z { k.transpose() } else { k };

@@ -1,5 +1,5 @@
-//! `cameras.json` of 3D Gaussian Splatting, beside a trained model: `rotation` and `position` are world_from_camera with
-//! OpenCV's axes. Source: gaussian-splatting, camera_utils.py. It has no principal point.
+//! `cameras.json` of 3D Gaussian Splatting, next to a trained model: `rotation` and `position` are world_from_camera
+//! with OpenCV's axes. Source: gaussian-splatting, camera_utils.py. It has no principal point.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -44,7 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    calibration.note(NoticeCode::MissingValue, "the file has no principal point: it is in the middle of the pictures");
+    calibration.note(NoticeCode::MissingValue, "the file has no principal point; the image centre is used");
     Ok(calibration)
 }
 
@@ -57,7 +57,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?;
         let middle = middle_of(size, PixelCenter::Half);
         if (cx - middle[0]).abs() > 1e-9 * cx.abs() || (cy - middle[1]).abs() > 1e-9 * cy.abs() {
-            let what = format!("the principal point ({cx}, {cy}), which is not in the middle of the picture");
+            let what = format!("the principal point ({cx}, {cy}), which is not at the image centre");
             return Err(record.unsupported_error(format, &what));
         }
         let (rotation, c) = record.require_pose()?.world_r_c();

@@ -1,5 +1,6 @@
-//! Camera systems of SVO Pro and maplab: `cameras:` with a `camera` and its mount `T_B_C` (body_from_camera) each; and the
-//! flat `cam_model`, `cam_fx` of SVO and FAST-LIVO2. Sources: rpg_svo_pro_open, vikit; aslam_cv2, ncamera-yaml-serialization.
+//! Camera systems of SVO Pro and maplab: `cameras:`, each with a `camera` and its mount `T_B_C` (body_from_camera); and
+//! the flat `cam_model`, `cam_fx` of SVO and FAST-LIVO2. Sources: rpg_svo_pro_open, vikit; aslam_cv2,
+//! ncamera-yaml-serialization.
 
 use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
@@ -34,7 +35,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         }
         return Ok(calibration);
     }
-    // maplab lists its sensors, of which one holds the cameras.
+    // maplab lists its sensors, one of which contains the cameras.
     let holder = match (root.get("cameras"), root.get("sensors")) {
         (Some(cameras), _) => cameras,
         (None, Some(sensors)) => {
@@ -90,8 +91,8 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
         ("omni" | "unified-projection", [xi, fx, fy, cx, cy]) => ([*fx, *fy, *cx, *cy], Some(*xi)),
         ("omni", _) => {
             return Err(kind.fail(
-                "the polynomial of OCamCalib (Scaramuzza), which raycam has no lens for: calibrate as \
-                 unified-projection or equidistant (Kalibr does both)",
+                "raycam does not support the polynomial of OCamCalib (Scaramuzza); calibrate as unified-projection or \
+                 equidistant (Kalibr supports both)",
             ));
         }
         (other, _) => {
@@ -120,7 +121,7 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     Ok(())
 }
 
-/// The camera of the flat keys.
+/// Camera of the flat keys.
 fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<CameraRecord> {
     let get = |key: &str| root.require(&format!("cam_{key}"))?.number();
     // FAST-LIVO's fisheye cameras have k1 to k4.
@@ -139,15 +140,14 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
             (focals, lens_of(LensModel::OpenCv, &d))
         }
         "EquidistantCamera" | "Equidistant" | "PinholeEquidistant" => (focals, lens_of(LensModel::Fisheye, &d)),
-        // In units of the image's size, from its corner.
+        // In units of the image size, from the image's corner.
         "ATAN" | "PinholeAtan" => {
             let [fx, fy, cx, cy] = focals;
             ([fx * width, fy * height, cx * width - 0.5, cy * height - 0.5], lens_of(LensModel::Fov, &d[..1]))
         }
         other => {
             return Err(model.fail(format_args!(
-                "{other:?}, which raycam has no lens for: expected Pinhole, PinholeRadialTangential, ATAN or \
-                 EquidistantCamera"
+                "unsupported cam_model {other:?}; expected Pinhole, PinholeRadialTangential, ATAN or EquidistantCamera"
             )));
         }
     };
@@ -156,7 +156,7 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
     record.size = Some(size);
     let scale = root.number_or("scale", 1.0)?;
     if scale != 1.0 {
-        let message = format!("the program scales images by {scale}; the camera is the one of the full size");
+        let message = format!("the program scales images by {scale}; the returned camera has the full size");
         notices.push(Notice::new(NoticeCode::IgnoredKey, message));
     }
     let mount = ["T_cam_body", "T_cam_base", "T_cam_imu"];

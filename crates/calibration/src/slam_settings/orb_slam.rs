@@ -1,6 +1,6 @@
-//! Settings of ORB-SLAM2 and ORB-SLAM3: flat keys with dots, `Camera.fx`, or `Camera1.fx` from version 1.0 on; those of
-//! OpenVSLAM and stella_vslam, which have `Camera.model`, and a map `Camera`. Sources: ORB_SLAM3, Settings.cc; the example
-//! settings of each.
+//! Settings of ORB-SLAM2 and ORB-SLAM3: flat keys with dots, `Camera.fx`, or `Camera1.fx` since version 1.0. Settings
+//! of OpenVSLAM and stella_vslam, which have `Camera.model` or a map `Camera`. Sources: ORB_SLAM3, Settings.cc; the
+//! example settings of each.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -50,7 +50,7 @@ const CAMERA: [&str; 31] = [
     "focal_x_baseline",
     "depth_threshold",
 ];
-/// Beginnings of keys that are settings of the program.
+/// Prefixes of keys that are settings of the program.
 const SETTINGS: [&str; 24] = [
     "ORBextractor",
     "Viewer",
@@ -84,7 +84,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         || text.lines().any(|line| line.trim_end() == "Camera:") && starts("setup:") && starts("model:")
 }
 
-/// The settings with the keys of the map `Camera` as those of ORB-SLAM, `Camera.fx`.
+/// Settings with the keys of the map `Camera` renamed to ORB-SLAM's, such as `Camera.fx`.
 fn flat(mut node: DocumentNode) -> DocumentNode {
     let Value::Map(entries) = &mut node.value else { return node };
     let Some(i) = entries.iter().position(|(key, at)| key == "Camera" && matches!(at.value, Value::Map(_))) else {
@@ -96,7 +96,7 @@ fn flat(mut node: DocumentNode) -> DocumentNode {
     node
 }
 
-/// The kind of ORB-SLAM's cameras that is the model of OpenVSLAM's.
+/// ORB-SLAM's camera type that corresponds to OpenVSLAM's model.
 fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str> {
     let Some(at) = root.get("Camera.model") else {
         return root.get("Camera.type").map_or(Ok("PinHole"), |at| at.word());
@@ -105,7 +105,10 @@ fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str> {
         "perspective" => Ok("PinHole"),
         "fisheye" => Ok("KannalaBrandt8"),
         "equirectangular" => Ok("equirectangular"),
-        other => Err(at.fail(format_args!("{other:?}; expected perspective, fisheye or equirectangular"))),
+        other => Err(at.fail(format_args!(
+            "unsupported Camera.model {other:?}; expected perspective, fisheye or \
+            equirectangular"
+        ))),
     }
 }
 
@@ -148,10 +151,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(right);
         calibration.note(
             NoticeCode::PlacedCameras,
-            format!("a rectified pair: the second camera is the first, {base} m to its right"),
+            format!("a rectified pair: the second camera equals the first, {base} m to its right"),
         );
     } else if root.get("Camera2.fx").is_some() {
-        return Err(root.fail("Camera2 has no place: expected Stereo.T_c1_c2, camera 1 from camera 2 (or Tlr)"));
+        return Err(root.fail("Camera2 has no pose; expected Stereo.T_c1_c2, camera 1 from camera 2 (or Tlr)"));
     } else if let Some(bf) = root
         .any(&["Camera.bf", "Camera.focal_x_baseline"])
         .map(|at| at.number())
@@ -164,8 +167,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.note(
             NoticeCode::IgnoredKey,
             format!(
-                "one camera: that the file has a baseline, {base} m, does not say that there is a pair; if there is, \
-             Rig.stereo(camera, {base}) makes it"
+                "one camera is read, although the file has a baseline of {base} m; for a stereo pair, use \
+                 Rig.stereo(camera, {base})"
             ),
         );
     }
@@ -174,7 +177,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// A notice for each key of a camera that is not known; those that look like a lens are errors.
+/// Adds a notice for each unknown key of a camera; keys that look like a lens are errors.
 fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
     let mut notices = Vec::new();
     for (key, at) in root.entries()? {
@@ -186,24 +189,24 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
         }
         at.refuse_lens(own)?;
         at.refuse_lens(key)?;
-        notices.push(Notice::about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "not read"));
+        notices.push(Notice::about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "ignored"));
     }
     if root.entries()?.iter().any(|(key, _)| key.starts_with("StereoRectifier")) {
         notices.push(Notice::new(
             NoticeCode::RectifiedValues,
-            "StereoRectifier, the raw pair, is not read: the camera is the rectified one",
+            "StereoRectifier, the raw pair, is ignored; the camera is the rectified one",
         ));
     }
     if root.any(&["IMU.T_b_c1", "Tbc"]).is_some() {
         notices.push(Notice::new(
             NoticeCode::IgnoredKey,
-            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is not used: the cameras are in the axes of camera 1",
+            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is ignored; the cameras are in the axes of camera 1",
         ));
     }
     Ok(notices)
 }
 
-/// Sizes, and the size to which the program brings pictures before it works.
+/// Sizes, and the size to which the program resizes images.
 fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     let side = |names: [&str; 2]| root.any(&names);
     if let (Some(width), Some(height)) = (side(["Camera.width", "Camera.cols"]), side(["Camera.height", "Camera.rows"]))
@@ -217,7 +220,7 @@ fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
         calibration.note(
             NoticeCode::IgnoredKey,
             format!(
-                "{} (line {}): the program resizes pictures to it; K belongs to Camera.width x Camera.height",
+                "{} (line {}): the program resizes images to this size; K belongs to Camera.width x Camera.height",
                 at.key, at.node.line
             ),
         );
@@ -249,7 +252,7 @@ fn camera(root: &Cursor<'_>, group: &str, kind: &str) -> Result<CameraRecord> {
     Ok(record)
 }
 
-/// The raw pair of ORB-SLAM2: R is rectified from raw, P that of the rectified cameras.
+/// The raw pair of ORB-SLAM2: R is rectified from raw, P belongs to the rectified cameras.
 fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     for side in ["LEFT", "RIGHT"] {
         let get = |key: &str| root.require(&format!("{side}.{key}"));
@@ -273,8 +276,8 @@ fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     one_rig(&mut calibration.records, "rig");
     calibration.note(
         NoticeCode::RectifiedValues,
-        "the raw pair of LEFT and RIGHT, in the axes of the rectified left camera; Camera.fx and the rest are those of \
-         the rectified one and are not used",
+        "the raw pair of LEFT and RIGHT is used, in the axes of the rectified left camera; Camera.fx and similar keys \
+         belong to the rectified camera and are ignored",
     );
     Ok(())
 }
@@ -282,7 +285,7 @@ fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "ORB-SLAM's settings";
     if records.len() > 2 {
-        return Err(FormatError::encode(format!("{format} hold one camera or a pair, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} store one camera or a pair, got {}", records.len())));
     }
     let mut notices = Vec::new();
     let poses = poses_on_one_rig(records, format, &mut notices)?;
@@ -325,14 +328,14 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         );
         notices.push(Notice::new(
             NoticeCode::NotWritten,
-            format!("{format} hold the second camera in the axes of the first, and no place in the world"),
+            format!("{format} store the second camera in the axes of the first, but no pose in the world"),
         ));
     } else if !poses[0].is_identity() {
-        notices.push(Notice::new(NoticeCode::NotWritten, format!("{format} hold no pose; it is not written")));
+        notices.push(Notice::new(NoticeCode::NotWritten, format!("{format} cannot store a pose; it is not written")));
     }
     notices.push(Notice::new(
         NoticeCode::NotWritten,
-        "fps, ORBextractor, Stereo.ThDepth and IMU are settings of the program: add them",
+        "fps, ORBextractor, Stereo.ThDepth and IMU are settings of the program and are not written; add them",
     ));
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }

@@ -1,5 +1,5 @@
-//! Settings of OV2SLAM: `Camera.fxl` and so on of the left camera, `Camera.fxr` of the right one, and their mounts,
-//! body_from_camera. Source: OV2SLAM, slam_params.cpp and calibration files.
+//! Settings of OV2SLAM: `Camera.fxl` and similar keys of the left camera, `Camera.fxr` of the right one, and their
+//! mounts, body_from_camera. Source: OV2SLAM, slam_params.cpp and calibration files.
 
 use raycam_scene::{LensModel, NoticeCode, PixelCenter};
 
@@ -46,6 +46,6 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if calibration.records.iter().any(|record| record.pose.is_none()) {
         calibration.note(NoticeCode::MissingValue, "a camera without body_T_cam0 or body_T_cam1 is at the origin");
     }
-    calibration.note(NoticeCode::IgnoredKey, "keys that are settings of the program are not read");
+    calibration.note(NoticeCode::IgnoredKey, "keys that are settings of the program are ignored");
     Ok(calibration)
 }

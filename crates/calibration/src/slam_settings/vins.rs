@@ -1,5 +1,5 @@
-//! Configurations of VINS-Mono and VINS-Fusion: files of cameras, or one camera's keys in the same file, and their mounts,
-//! body_from_camera. Source: VINS-Fusion, parameters.cpp; the comments of VINS-Mono's configurations.
+//! Configurations of VINS-Mono and VINS-Fusion: files of cameras, or one camera's keys in the same file, and their
+//! mounts, body_from_camera. Source: VINS-Fusion, parameters.cpp; the comments of VINS-Mono's configurations.
 
 use crate::calibration_tools::camodocal;
 use crate::document::{Cursor, check_rotation, yaml};
@@ -39,7 +39,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
             let file = root.require(&format!("cam{i}_calib"))?;
             let name = file.word()?;
             let inner = assets.read_reference(&source.path, name).map_err(|error| {
-                file.fail(format_args!("{name:?}, the file of the camera beside this one, cannot be read: {error}"))
+                file.fail(format_args!("cannot read {name:?}, the camera file next to this file: {error}"))
             })?;
             let inner_node = yaml::parse(inner.text()?, &inner.path)?;
             let mut record = camodocal::camera(&Cursor::root(&inner_node, &inner.path), format!("cam{i}"))?;
@@ -54,16 +54,16 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     if !mounted {
         calibration
-            .note(NoticeCode::MissingValue, "a camera without body_T_cam (or extrinsicRotation) stands at the origin");
+            .note(NoticeCode::MissingValue, "a camera without body_T_cam (or extrinsicRotation) is at the origin");
     }
     let others = root.entries()?.len() - used;
     if others > 0 {
-        calibration.note(NoticeCode::IgnoredKey, format!("{others} other keys, settings of the program, are not read"));
+        calibration.note(NoticeCode::IgnoredKey, format!("{others} other keys, settings of the program, are ignored"));
     }
     Ok(calibration)
 }
 
-/// The pose of a camera in the axes of the body.
+/// Pose of a camera in the axes of the body.
 fn mount(root: &Cursor<'_>, i: u32) -> Result<Option<Pose>> {
     if let Some(at) = root.get(&format!("body_T_cam{i}")) {
         let (r, c) = at.matrix4()?;

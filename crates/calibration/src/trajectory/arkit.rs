@@ -1,5 +1,5 @@
-//! ARKitScenes: `.traj`, `seconds rx ry rz tx ty tz` a line with camera_from_world, and `.pincam`, `width height fx fy cx
-//! cy` of a picture, matched by its time. Source: ARKitScenes, DATA.md.
+//! ARKitScenes: `.traj` has lines `seconds rx ry rz tx ty tz` with camera_from_world; `.pincam` has `width height fx fy
+//! cx cy` of an image and is matched by its time. Source: ARKitScenes, DATA.md.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Seconds between the times of a pose and of its intrinsics.
+/// Maximum difference in seconds between the times of a pose and of its intrinsics.
 const TOLERANCE: f64 = 0.001 + 1e-9;
 
 fn has_ending(path: &Path, ending: &str) -> bool {
@@ -35,7 +35,7 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
 }
 
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let fail = || FormatError::unsupported(&folder.path, "expected one .traj file");
+    let fail = || FormatError::unsupported(&folder.path, "expected exactly one .traj file");
     read(&folder.read(trajectory(folder).ok_or_else(fail)?, assets)?, assets, hints)
 }
 
@@ -73,14 +73,18 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if left_out > 0 {
-        calibration.note(NoticeCode::IgnoredElement, format!(
-            "{left_out} poses without a .pincam within 0.001 s of their time are left out (intrinsics= gives K to all)"
-        ));
+        calibration.note(
+            NoticeCode::IgnoredElement,
+            format!(
+                "{left_out} poses without a .pincam file within 0.001 s of their time are omitted (use intrinsics= to \
+             apply one K to all)"
+            ),
+        );
     }
     Ok(calibration)
 }
 
-/// The times and names of the `.pincam` files beside a trajectory, or in a folder beside it.
+/// Times and names of the `.pincam` files next to a trajectory, or in a folder next to it.
 fn pincams(source: &InputFile, assets: &AssetRoot) -> Vec<(f64, String)> {
     let here = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
     let inner = here.names.iter().filter(|name| name.contains("intrinsics"));
@@ -102,7 +106,7 @@ fn pincam(source: &InputFile, record: &mut CameraRecord) -> Result<()> {
     };
     let [width, height, fx, fy, cx, cy] = numbers(&source.path, line, row)?;
     if [width, height].iter().any(|side| side.fract() != 0.0 || !(1.0..65537.0).contains(side)) {
-        return Err(FormatError::line(&source.path, line, "expected columns and rows first"));
+        return Err(FormatError::line(&source.path, line, "expected the number of columns and rows first"));
     }
     record.size = Some([width as u32, height as u32]);
     record.k = Some(pinhole_matrix([fx, fy, cx, cy]));

@@ -1,5 +1,6 @@
-//! Ground truth of EuRoC and TUM-VI, `data.csv`: nanoseconds, position, and quaternion w x y z of world_from_body, with
-//! commas. Sources: Burri et al., "The EuRoC micro aerial vehicle datasets", 2016; evo's file_interface.py.
+//! Ground truth of EuRoC and TUM-VI, `data.csv`: nanoseconds, position, and quaternion w x y z of world_from_body,
+//! separated by commas. Sources: Burri et al., "The EuRoC micro aerial vehicle datasets", 2016; evo's
+//! file_interface.py.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -29,7 +30,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let text = source.text()?;
     if let Some(named) = columns_of(text) {
         let mut named = named.map_err(|message| FormatError::whole(path, message))?;
-        // Velocities and biases of EuRoC's ground truth.
+        // Velocities and biases in EuRoC's ground truth.
         if named.unread.first().is_some_and(|column| column.starts_with("v_rs_r_x")) {
             named.unread.clear();
         }
@@ -47,23 +48,26 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         let words: Vec<&str> = row.split(',').map(str::trim).collect();
         if words.len() < 8 {
             return Err(fail(format!(
-                "{} columns: positions without orientation (leica0) are no poses; expected nanoseconds, x y z, and w x y \
-                 z of a quaternion (state_groundtruth_estimate0, mocap0)",
+                "{} columns contain positions without orientations (leica0), which are not poses; expected \
+                 nanoseconds, x y z, and w x y z of a quaternion (state_groundtruth_estimate0, mocap0)",
                 words.len()
             )));
         }
         if !own_columns && !four_seasons {
             return Err(fail(format!(
-                "{} columns without a header: EuRoC has 8 or 17, with w of the quaternion first; add a header that names \
-                 the columns (#timestamp,tx,ty,tz,qx,qy,qz,qw,...)",
+                "{} columns without a header; EuRoC has 8 or 17 columns, with the quaternion's w first. Add a header \
+                 that names the columns (#timestamp,tx,ty,tz,qx,qy,qz,qw,...)",
                 words.len()
             )));
         }
         let expected = *columns.get_or_insert(words.len());
         if words.len() != expected {
-            return Err(fail(format!("{} columns, and the rows before have {expected}: is it cut off?", words.len())));
+            return Err(fail(format!(
+                "{} columns, but the previous rows have {expected}; the file may be truncated",
+                words.len()
+            )));
         }
-        let stamp: u64 = words[0].parse().map_err(|_| fail(format!("{:?}: expected whole nanoseconds", words[0])))?;
+        let stamp: u64 = words[0].parse().map_err(|_| fail(format!("{:?}; expected whole nanoseconds", words[0])))?;
         let values: Option<Vec<f64>> =
             words[1..8].iter().map(|word| word.parse().ok().filter(|value: &f64| value.is_finite())).collect();
         let [x, y, z, qw, qx, qy, qz] = values
@@ -77,7 +81,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         let rotation = Rotation::unit_quaternion(quaternion)
             .map_err(|message| fail(format!("columns 5 to 8, {order}: {message}")))?;
         let mut record = CameraRecord::new(words[0], PixelCenter::Integer);
-        // Whole seconds and the rest apart: fewer digits are lost.
+        // Whole seconds and the fraction are converted separately to lose fewer digits.
         record.time = Some((stamp / 1_000_000_000) as f64 + (stamp % 1_000_000_000) as f64 / 1e9);
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
         calibration.records.push(record);
@@ -101,7 +105,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             }
             _ => {
                 return Err(FormatError::encode(format!(
-                    "camera {:?} has no time, which EuRoC's csv needs: give it one, in seconds from 0",
+                    "camera {:?} has no time, which EuRoC's csv requires; set its time in seconds, from 0",
                     record.name
                 )));
             }
@@ -114,7 +118,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             joined(&normalized(rotation.quaternion()), ",")
         );
     }
-    let notice = "EuRoC's csv holds times and poses, here those of the cameras; size, K and lens are not written, and \
-                  readers take the poses for those of the body: their T_BS is then the identity";
+    let notice = "EuRoC's csv stores times and poses, here those of the cameras; size, K and lens are not written. \
+        Readers interpret the poses as those of the body, with an identity T_BS";
     Ok(OutputFiles { notices: vec![Notice::new(NoticeCode::NotWritten, notice)], ..OutputFiles::one(text) })
 }

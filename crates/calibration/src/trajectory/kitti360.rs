@@ -1,5 +1,5 @@
-//! KITTI-360: `poses.txt`, an index and the rows of world_from_body (12 numbers) a line, and `calib_cam_to_pose.txt`, the
-//! mounts of its cameras, body_from_camera. Source: kitti360Scripts, project.py.
+//! KITTI-360: `poses.txt` has lines with an index and the rows of world_from_body (12 numbers); `calib_cam_to_pose.txt`
+//! has the mounts of its cameras, body_from_camera. Source: kitti360Scripts, project.py.
 
 use glam::DMat3;
 use raycam_scene::{NoticeCode, PixelCenter};
@@ -43,8 +43,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// The cameras in the axes of the body; K of the rectified ones from `perspective.txt` beside the file, that of fisheyes
-/// from their own files.
+/// Cameras in the axes of the body. K of the rectified ones comes from `perspective.txt` in the same folder, K of
+/// fisheyes from their own files.
 fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let perspective = assets.read_reference(std::path::Path::new(""), "perspective.txt").ok();
@@ -66,7 +66,7 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
                 record.k = Some(rigid(&p).0);
             }
             if let Some((line, values)) = find(format!("R_rect_{number}")) {
-                // By columns, and so transposed: raw from rectified.
+                // Stored by columns, so this is the transpose: raw from rectified.
                 r *= DMat3::from_cols_array(&numbers::<9>(&file.path, line, values)?);
             }
             if let Some((line, values)) = find(format!("S_rect_{number}")) {
@@ -88,7 +88,8 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
         match perspective {
             Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones",
             None => {
-                "the cameras are in the axes of the body, without K: perspective.txt and image_02.yaml lie not beside"
+                "the cameras are in the axes of the body and have no K, because perspective.txt and image_02.yaml are \
+                 not in the same folder"
             }
         },
     );

@@ -1,6 +1,7 @@
-//! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 in a line (`traj.txt` of Replica as
-//! NICE-SLAM has it), an index and 16 (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM), arrays [n, 4, 4] of
-//! NumPy, or JSON; K as such a file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py; kitti360Scripts.
+//! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 numbers per line (`traj.txt` of
+//! Replica in NICE-SLAM's version), an index and 16 numbers (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM),
+//! NumPy arrays [n, 4, 4], or JSON; also K in such a file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py;
+//! kitti360Scripts.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,18 +20,18 @@ use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// The arrangement of the numbers of a text.
+/// Arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixLayout {
-    /// So many lines of four numbers for each pose: 4, or 3 of the upper rows.
+    /// This many lines of four numbers per pose: 4, or 3 for the upper rows.
     Blocks(usize),
-    /// So many numbers a line: 16, or 17 with an index.
+    /// This many numbers per line: 16, or 17 with an index.
     Lines(usize),
     /// K in three or four lines.
     Intrinsics,
 }
 
-/// The numbers of a line, which may have commas, semicolons or brackets between them.
+/// Numbers of a line, which may be separated by commas, semicolons or brackets.
 pub(crate) fn words(line: &str) -> impl Iterator<Item = &str> {
     line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']')).filter(|word| !word.is_empty())
 }
@@ -39,7 +40,7 @@ fn values(line: &str) -> Option<Vec<f64>> {
     words(line).map(|word| word.parse().ok()).collect()
 }
 
-/// The layout of a text, if it has poses or K as matrices.
+/// Layout of a text, if it contains poses or K as matrices.
 pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
     let first = values(data_lines(text).next()?.1)?;
     let all = || data_lines(text).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
@@ -69,7 +70,7 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
     }
 }
 
-/// True for the upper three rows of poses one below the other, without the row 0 0 0 1.
+/// True for the upper three rows of consecutive poses, without the row 0 0 0 1.
 fn are_upper_rows(rows: &[Vec<f64>]) -> bool {
     let row = |i: usize| DVec3::new(rows[i][0], rows[i][1], rows[i][2]);
     let last = rows.get(3).is_some_and(|row| row[..3].iter().all(|value| *value == 0.0));
@@ -114,7 +115,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{lost} poses without finite numbers, of lost frames, are left out"),
+            format!("{lost} poses of lost frames, whose numbers are not finite, are omitted"),
         );
     }
     if hints.intrinsics.is_none() {
@@ -123,7 +124,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// The matrices of a file: an array of NumPy or several, a document, or a text of numbers.
+/// Matrices of a file: one or several NumPy arrays, a document, or a text of numbers.
 pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let fail = |message: String| FormatError::whole(&source.path, message);
     let alone = |matrices| PosesOfTree { key: String::new(), matrices, notices: vec![] };
@@ -132,7 +133,7 @@ pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<Pos
         let found = matrix_tree::of_array(&array, None);
         return found
             .map(alone)
-            .ok_or_else(|| fail(format!("an array of {:?}, expected [n, 4, 4] or [n, 3, 4]", array.shape)));
+            .ok_or_else(|| fail(format!("an array of {:?}; expected [n, 4, 4] or [n, 3, 4]", array.shape)));
     }
     if let Some(found) = matrix_tree::read(source, assets)? {
         return Ok(found);
@@ -141,12 +142,14 @@ pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<Pos
     match layout(text) {
         Some(layout) if layout != MatrixLayout::Intrinsics => matrices(text, &source.path, layout).map(alone),
         _ => Err(fail(
-            "expected a 4x4 matrix in four lines, 16 numbers a line, an index and 16, or a list of them in JSON".into(),
+            "expected a 4x4 matrix as four lines, as 16 numbers in a line, as an index and 16 numbers, or as a list \
+             in JSON"
+                .into(),
         )),
     }
 }
 
-/// The rows of a pose; None for a lost frame, which has numbers that are not finite.
+/// Rows of a pose; None for a lost frame, whose numbers are not finite.
 pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
     if m.iter().any(|value| !value.is_finite()) {
         return Ok(None);
@@ -154,16 +157,16 @@ pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
     check_rigid(&m).map(Some)
 }
 
-/// The matrices of a text: the index before each, its line, its numbers.
+/// Matrices of a text: the index before each, its line, its numbers.
 pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices> {
     let mut found = FoundMatrices::new();
     let mut block: Vec<f64> = Vec::new();
     for (line, row) in data_lines(text) {
         let fail = |message: String| FormatError::line(path, line, message);
-        let mut numbers = values(row).ok_or_else(|| fail(format!("{row:?}: expected numbers")))?;
+        let mut numbers = values(row).ok_or_else(|| fail(format!("{row:?}; expected numbers")))?;
         let expected = if let MatrixLayout::Lines(count) = layout { count } else { 4 };
         if numbers.len() != expected {
-            return Err(fail(format!("{} numbers, expected {expected}", numbers.len())));
+            return Err(fail(format!("{} numbers; expected {expected}", numbers.len())));
         }
         let mut index = None;
         if layout == MatrixLayout::Lines(17) {
@@ -183,7 +186,9 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
     }
     match block.is_empty() {
         true => Ok(found),
-        false => Err(FormatError::whole(path, format!("it ends after {} of the 16 numbers of a matrix", block.len()))),
+        false => {
+            Err(FormatError::whole(path, format!("the file ends after {} of the 16 numbers of a matrix", block.len())))
+        }
     }
 }
 
@@ -192,20 +197,20 @@ pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3> {
     let rows: Vec<Vec<f64>> = data_lines(text).filter_map(|(_, line)| values(line)).collect();
     let fail = |message: &str| Err(FormatError::whole(path, message));
     if rows.len() < 3 || rows.iter().any(|row| row.len() < 3) {
-        return fail("expected K, three lines of three numbers");
+        return fail("expected K as three lines of three numbers");
     }
     let k = DMat3::from_cols_array(&std::array::from_fn(|i| rows[i % 3][i / 3]));
     if k.z_axis.truncate() == glam::DVec2::ZERO && k.row(2).truncate() != glam::DVec2::ZERO {
-        return fail("cx and cy are in the last row: K is transposed, as MATLAB has it");
+        return fail("cx and cy are in the last row, so K is transposed, as in MATLAB; write K by rows");
     }
     let further = rows.iter().enumerate().any(|(i, row)| row.get(3).is_some_and(|v| *v != f64::from(u8::from(i == 3))));
     if further {
-        return fail("a K of four columns whose last is not 0 0 0 1");
+        return fail("K has four columns, and the last one is not 0 0 0 1");
     }
     Ok(k)
 }
 
-/// The lens in the text file beside that of K, by the name of the file: `cameraDistortion.txt`, `dist.csv`.
+/// Lens in the text file next to that of K, according to its name: `cameraDistortion.txt`, `dist.csv`.
 fn lens_beside(
     source: &InputFile,
     assets: &mut AssetRoot,
@@ -223,8 +228,8 @@ fn lens_beside(
             Some(first) => Err(FormatError::whole(
                 &source.path,
                 format!(
-                    "{} files beside it look like its lens ({first} ...): \
-                    write K and the lens of one camera into one file (K, dist, image_size)",
+                    "{} files in the same folder look like its lens ({first} ...); write K and the lens of one camera \
+                     into one file (K, dist, image_size)",
                     found.len()
                 ),
             )),
@@ -233,13 +238,12 @@ fn lens_beside(
     let file = folder.read(name, assets)?;
     let fail = |message: String| FormatError::whole(&file.path, message);
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
-    let numbers =
-        listed.ok_or_else(|| fail("expected the coefficients of a lens, as its name has it".into()))?.concat();
+    let numbers = listed.ok_or_else(|| fail("expected lens coefficients, because of the file's name".into()))?.concat();
     calibration.note(NoticeCode::UsedOtherFile, format!("the lens is that of {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
 }
 
-/// K of Replica's `cam_params.json`, beside the trajectory or above it.
+/// K of Replica's `cam_params.json`, next to the trajectory or in the folder above.
 fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     for name in ["cam_params.json", "../cam_params.json"] {
         let Ok(source) = assets.read_reference(Path::new(""), name) else { continue };
@@ -259,7 +263,7 @@ fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     Ok(())
 }
 
-/// Refuses rows of a 3x4 matrix without a rotation.
+/// Rejects rows of a 3x4 matrix without a rotation.
 pub(crate) fn checked34(rows: &[f64; 12]) -> Result<(), String> {
     check_rotation(rigid(rows).0)
 }
@@ -274,7 +278,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     Ok(OutputFiles {
         notices: vec![Notice::new(
             NoticeCode::NotWritten,
-            "4x4 matrices, world_from_camera, hold poses alone; names, times, sizes, K and lens are not written",
+            "4x4 matrices, world_from_camera, store only poses; names, times, sizes, K and lens are not written",
         )],
         ..OutputFiles::one(text)
     })

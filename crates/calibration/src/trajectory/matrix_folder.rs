@@ -1,6 +1,6 @@
-//! Folders of poses, a 4x4 matrix for each picture: ScanNet's export (`pose/0.txt`, `intrinsic/`), 7-Scenes
-//! (`frame-000000.pose.txt`), tsdf-fusion's (`camera-intrinsics.txt` beside them), arrays of NumPy (`.npy`, `.npz`), CSV,
-//! JSON. Source: ScanNet's SensorData.py.
+//! Folders of poses with a 4x4 matrix for each image: ScanNet's export (`pose/0.txt`, `intrinsic/`), 7-Scenes
+//! (`frame-000000.pose.txt`), tsdf-fusion's (with `camera-intrinsics.txt` in the same folder), NumPy arrays (`.npy`,
+//! `.npz`), CSV, JSON. Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
 use raycam_scene::{NoticeCode, PixelCenter};
@@ -26,14 +26,14 @@ const INTRINSICS: [&str; 9] = [
     "camera.txt",
 ];
 
-/// Folders with the pictures of a scene.
+/// Folders with the images of a scene.
 const PICTURES: [&str; 3] = ["color", "rgb", "images"];
-/// Folders of a scene that may have its poses; the last is the scene itself.
+/// Folders of a scene that may contain its poses; the last is the scene itself.
 const PLACES: [&str; 7] = ["pose", "poses", "cam_poses", "c2w", "w2c", "extrinsics", ""];
-/// Endings of files with one pose each; the first of which there is a file counts.
+/// Extensions of files with one pose each; the first extension for which a file exists is used.
 const ENDINGS: [&str; 6] = [".pose.txt", ".txt", ".npy", ".npz", ".csv", ".json"];
 
-/// The folder with the poses, their names in it, and what the first of them has.
+/// Folder with the poses, the file names in it, and the contents of the first file.
 fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<String>, PosesOfTree)> {
     for inner in PLACES {
         if !(inner.is_empty() || folder.has(inner)) {
@@ -52,7 +52,7 @@ fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<St
     None
 }
 
-/// True for names of pictures with an ending, and none of K or of another array of the scene.
+/// True for names of images with this extension, excluding K and other arrays of the scene.
 fn may_be_pose(name: &str) -> bool {
     name.ends_with(".pose.txt") || name.contains(|c: char| c.is_ascii_digit()) && !name.contains("intrinsic")
 }
@@ -62,7 +62,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let fail = || FormatError::unsupported(&folder.path, "expected a folder of 4x4 poses, one file for each picture");
+    let fail = || FormatError::unsupported(&folder.path, "expected a folder of 4x4 poses, one file per image");
     let (place, names, first) = find_poses(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration { notices: first.notices, ..Calibration::default() };
     let name = format!("{} {}", place.name(), first.key);
@@ -76,12 +76,15 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let source = place.read(name, assets)?;
         let found = poses_of(&source, assets)?;
         let [(_, line, matrix)] = found.matrices[..] else {
-            return Err(FormatError::whole(&source.path, format!("{} matrices, expected one", found.matrices.len())));
+            return Err(FormatError::whole(&source.path, format!("{} matrices; expected one", found.matrices.len())));
         };
         if found.key != first.key {
             return Err(FormatError::whole(
                 &source.path,
-                format!("its pose is {:?}, and that of the first file {:?}: expected the same", found.key, first.key),
+                format!(
+                    "its pose is {:?}, but that of the first file is {:?}; expected equal layouts",
+                    found.key, first.key
+                ),
             ));
         }
         let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem).trim_end_matches(".pose");
@@ -109,13 +112,13 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         calibration.records.push(record);
     }
     if size.is_none() {
-        // Pictures under other names than the poses: the first of them has the size.
+        // The images have other names than the poses, so the first image determines the size.
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
     }
     if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} lost frames without a pose are left out: {first} ...", lost.len()),
+            format!("{} lost frames without a pose are omitted: {first} ...", lost.len()),
         );
     }
     if hints.intrinsics.is_none() {
@@ -124,7 +127,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     Ok(calibration)
 }
 
-/// Gives the cameras K of the scene, and the size of its pictures.
+/// Gives the cameras K of the scene and the size of its images.
 fn with_intrinsics(
     scene: &Folder,
     place: &Folder,
@@ -148,7 +151,7 @@ fn with_intrinsics(
         format!(
             "K is that of {name}{}",
             match size {
-                Some([width, height]) => format!(", the size that of the first picture, {width} x {height}"),
+                Some([width, height]) => format!(", and the size is that of the first image, {width} x {height}"),
                 None => String::new(),
             }
         ),
@@ -156,7 +159,7 @@ fn with_intrinsics(
     if let Some((other, _)) = found.iter().find(|(_, other)| other != k) {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{other} has another K, which is not used: --intrinsics {other} does"),
+            format!("{other} contains another K, which is ignored; use it with --intrinsics {other}"),
         );
     }
     for record in &mut calibration.records {

@@ -1,5 +1,5 @@
-//! Poses as matrices in JSON, YAML or `.npz`: a list of them, a map by the names of pictures, maps that have one each, or
-//! one of these under a key (`poses`, `w2c`).
+//! Poses as matrices in JSON, YAML or `.npz`: a list of them, a map by image name, maps that contain one each, or one
+//! of these under a key (`poses`, `w2c`).
 
 use std::path::Path;
 
@@ -9,9 +9,9 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::Notice;
 
-/// Longest text that is parsed to find out what it is.
+/// Maximum length of a text that is parsed to determine its format.
 const MAX_DETECTED_BYTES: usize = 16 << 20;
-/// Names of arrays of poses in `.npz` files; `arr_0` is that of `np.savez(file, poses)`.
+/// Names of pose arrays in `.npz` files; `arr_0` comes from `np.savez(file, poses)`.
 const ARRAYS: [&str; 13] = [
     "arr_0",
     "poses",
@@ -27,21 +27,21 @@ const ARRAYS: [&str; 13] = [
     "camera_poses",
     "cam2world",
 ];
-/// Keys of a map that say which picture its matrix is of.
+/// Keys of a map that name the image of its matrix.
 const NAMES: [&str; 9] = ["file_path", "file", "filename", "image", "image_path", "name", "frame", "id", "index"];
 
 /// Matrices by rows, each with its name, if it has one, and its line.
 pub(crate) type FoundMatrices = Vec<(Option<String>, usize, [f64; 16])>;
 
-/// The poses of a document, and what of it is not read.
+/// Poses of a document, and the parts of it that are not read.
 pub(crate) struct PosesOfTree {
-    /// The key above the poses; empty where there is none.
+    /// Key above the poses; empty if there is none.
     pub(crate) key: String,
     pub(crate) matrices: FoundMatrices,
     pub(crate) notices: Vec<Notice>,
 }
 
-/// True for a document that has poses.
+/// True for a document that contains poses.
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if zip_members::is_zip(&source.bytes) {
         return npy::names(&source.bytes).iter().any(|name| ARRAYS.contains(&name.as_str()))
@@ -58,7 +58,7 @@ fn is_document(path: &Path, text: &str) -> bool {
     named || text.trim_start().starts_with(['[', '{'])
 }
 
-/// The poses of a file; None for a text that is no document of poses.
+/// Poses of a file; None for a text that is not a document of poses.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>> {
     if zip_members::is_zip(&source.bytes) {
         return of_archive(source, assets).map(Some);
@@ -69,7 +69,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<
     }
     let node: DocumentNode = match yaml::parse(text, &source.path) {
         Ok(node) => node,
-        // Rows in brackets, as NumPy prints them.
+        // Rows in brackets, as printed by NumPy.
         Err(_) if source.path.extension().is_none_or(|ending| ending != "json") => return Ok(None),
         Err(error) => return Err(error),
     };
@@ -86,7 +86,7 @@ pub(crate) fn is_poses(shape: &[usize]) -> bool {
     is_matrix(shape) || matches!(shape, [_, 3 | 4, 4])
 }
 
-/// The matrices of an array that has the shape of poses; none of another.
+/// Matrices of an array with the shape of poses; empty for another shape.
 pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMatrices> {
     let numbers = array.numbers().filter(|_| is_poses(&array.shape))?;
     let rows = array.shape[array.shape.len() - 2];
@@ -99,7 +99,7 @@ pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMa
     Some(numbers.chunks_exact(4 * rows).map(matrix).collect())
 }
 
-/// The poses of a `.npz` file: the array of them, or one array for each.
+/// Poses of a `.npz` file: one array of all poses, or one array per pose.
 fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let arrays = npy::arrays(&source.bytes, &source.path, &mut assets.budget)?;
     let fail = |message: String| FormatError::whole(&source.path, message);
@@ -108,7 +108,7 @@ fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree>
         [] => (String::new(), arrays.iter().filter(|(_, array)| is_matrix(&array.shape)).collect()),
         [one] => (one.0.clone(), vec![*one]),
         [first, second, ..] => {
-            return Err(fail(format!("poses under {} and {}: which? Expected one array of them", first.0, second.0)));
+            return Err(fail(format!("poses under both {} and {}; expected one array of them", first.0, second.0)));
         }
     };
     let mut matrices = FoundMatrices::new();
@@ -119,7 +119,10 @@ fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree>
     }
     if matrices.is_empty() {
         let shapes: Vec<_> = arrays.iter().map(|(name, array)| format!("{name} {:?}", array.shape)).collect();
-        return Err(fail(format!("no poses, [n, 4, 4] or [n, 3, 4], in it: it has {}", shapes.join(", "))));
+        return Err(fail(format!(
+            "no poses found; expected an array [n, 4, 4] or [n, 3, 4], but the file contains {}",
+            shapes.join(", ")
+        )));
     }
     let names: Vec<&str> = taken.iter().map(|(name, _)| name.as_str()).collect();
     let document = npy::document(&arrays);
@@ -144,7 +147,7 @@ fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
             Ok(Some(PosesOfTree { key: (*key).to_owned(), matrices, notices }))
         }
         [(first, _), (second, at), ..] => {
-            Err(at.fail(format_args!("poses here and under {first}: which? Expected one of {first} and {second}")))
+            Err(at.fail(format_args!("poses both here and under {first}; expected only one of {first} and {second}")))
         }
     }
 }
@@ -157,7 +160,7 @@ fn has_poses(at: &Cursor<'_>) -> bool {
     match at.entries() {
         Ok(entries) => {
             let count = entries.iter().filter(|(_, at)| matrix(at).is_some()).count();
-            // One matrix among other things is something else, as the transform of a data set is.
+            // A single matrix among other values is something else, such as the transform of a data set.
             count > 1 || count == 1 && entries.len() == 1
         }
         Err(_) => at
@@ -172,7 +175,7 @@ fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
     found.next().filter(|_| found.next().is_none())
 }
 
-/// The matrices of a node that has some.
+/// Matrices of a node that contains some.
 fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
     let required = |at: &Cursor<'_>| {
         matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))
@@ -192,7 +195,7 @@ fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
             found.push((None, item.node.line, required(&item)?));
             continue;
         }
-        let (key, inner) = matrix_of_map(&item).ok_or_else(|| item.fail("expected one pose, a 4x4 matrix, in it"))?;
+        let (key, inner) = matrix_of_map(&item).ok_or_else(|| item.fail("expected exactly one pose, a 4x4 matrix"))?;
         let unread = item.unread_keys(|other| other == key || NAMES.contains(&other))?;
         if found.is_empty() {
             notices.extend(unread);
@@ -203,7 +206,7 @@ fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
     Ok(found)
 }
 
-/// The numbers of a matrix of three or four rows, or of 16 numbers; None for another node.
+/// Numbers of a matrix with three or four rows, or of 16 numbers; None for another node.
 fn matrix(at: &Cursor<'_>) -> Option<[f64; 16]> {
     let items = at.list().ok()?;
     let rows: Vec<Vec<f64>> = match items.len() {
@@ -219,7 +222,7 @@ fn matrix(at: &Cursor<'_>) -> Option<[f64; 16]> {
     Some(numbers)
 }
 
-/// The numbers of a list, which may be infinite or none, as those of lost frames are.
+/// Numbers of a list, which may be infinite or NaN, as those of lost frames.
 fn row(at: &Cursor<'_>) -> Option<Vec<f64>> {
     let number = |cell: &Cursor<'_>| {
         let word = cell.word().ok()?;

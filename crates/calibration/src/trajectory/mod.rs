@@ -1,4 +1,4 @@
-//! Trajectories: poses without intrinsics, one for each picture.
+//! Trajectories: poses without intrinsics, one per image.
 
 pub(crate) mod arkit;
 pub(crate) mod body;

@@ -1,4 +1,5 @@
-//! Trajectories whose header names the columns: the names decide which number is which, whatever the format's order.
+//! Trajectories whose header names the columns: the names determine the meaning of each number, whatever the format's
+//! usual order.
 
 use std::path::Path;
 
@@ -8,10 +9,10 @@ use raycam_scene::{NoticeCode, PixelCenter};
 use crate::{Calibration, CameraRecord, Pose, Rotation};
 use raycam_formats::{FormatError, Result};
 
-/// The columns of a header.
+/// Columns of a header.
 #[derive(Debug, PartialEq)]
 pub(crate) struct NamedColumns {
-    /// The time with the length of its unit in seconds, if the header names the unit.
+    /// Time, with the length of its unit in seconds if the header names the unit.
     time: Option<(usize, Option<f64>)>,
     position: [usize; 3],
     /// w, x, y, z.
@@ -26,12 +27,12 @@ pub(crate) struct NamedColumns {
     line: usize,
 }
 
-/// The role of a column.
+/// Role of a column.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Time(Option<f64>),
     Position(usize),
-    /// Counted from w.
+    /// Index, counted from w.
     Quaternion(usize),
     /// x, y, z or w without a group.
     Letter(usize),
@@ -39,10 +40,10 @@ enum Role {
     None,
 }
 
-/// The columns that the header of a text names; None for a text whose header names no quaternion.
+/// Columns named by the header of a text; None for a text whose header names no quaternion.
 ///
 /// # Errors
-/// The reason if the header names a part of a pose only.
+/// The reason if the header names only a part of a pose.
 pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
     let is_data = |line: &str| line.split([',', ' ', '\t', ';']).next().is_some_and(|word| word.parse::<f64>().is_ok());
     let lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty()).take(32);
@@ -54,7 +55,7 @@ pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
 }
 
 fn columns_of_line(line: &str) -> Option<Result<NamedColumns, String>> {
-    // "translation (tx, ty, tz)": the brackets group names; "time (s)": they hold a unit.
+    // In "translation (tx, ty, tz)" the brackets group names; in "time (s)" they contain a unit.
     let mut plain = String::new();
     let mut rest = line;
     while let Some(open) = rest.find('(') {
@@ -77,7 +78,7 @@ fn columns_of_line(line: &str) -> Option<Result<NamedColumns, String>> {
     let names: Vec<String> = if comma {
         plain.split(',').map(|name| name.trim().to_lowercase()).collect()
     } else {
-        // Units are words of their own: "timestamp [ns] x [m]".
+        // Units are separate words: "timestamp [ns] x [m]".
         let words = plain.split_whitespace().map(str::to_lowercase);
         words.fold(Vec::new(), |mut names: Vec<String>, word| {
             match (word.starts_with(['[', '(']), names.last_mut()) {
@@ -96,7 +97,7 @@ fn columns_of_line(line: &str) -> Option<Result<NamedColumns, String>> {
     Some(assign(&names, &roles, comma))
 }
 
-/// The role of a name, in lower case.
+/// Role of a name in lower case.
 fn role_of(name: &str) -> Role {
     let unit = ["ns", "us", "\u{b5}s", "ms", "s"].into_iter().zip([1e-9, 1e-6, 1e-6, 1e-3, 1.0]);
     let bare = name.split(['[', '(']).next().unwrap_or_default();
@@ -111,7 +112,7 @@ fn role_of(name: &str) -> Role {
         });
         return Role::Time(stated.map(|(_, length)| length));
     }
-    // Velocities, biases and covariances have groups of their own.
+    // Velocities, biases and covariances have separate groups.
     if has(&[
         "ecef", "v", "vel", "velocity", "b", "bias", "acc", "gyro", "omega", "cov", "gravity", "std", "angular",
         "linear",
@@ -159,7 +160,7 @@ fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns,
             }
             Role::Position(i) | Role::North(i) => (i, true),
             Role::Quaternion(i) => (i, false),
-            // Bare letters: first the position, then the quaternion.
+            // Single letters: first the position, then the quaternion.
             Role::Letter(0) => (0, false),
             Role::Letter(i) if quaternion_named || position[i - 1].is_none() => (i - 1, true),
             Role::Letter(i) => (i, false),
@@ -175,7 +176,7 @@ fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns,
         }
     }
     let missing =
-        |what: &str| format!("the header names no {what}: expected x y z of a position and w x y z of a quaternion");
+        |what: &str| format!("the header names no {what}; expected x y z of a position and w x y z of a quaternion");
     let [Some(x), Some(y), Some(z)] = position else { return Err(missing("complete position")) };
     let [Some(qw), Some(qx), Some(qy), Some(qz)] = quaternion else { return Err(missing("complete quaternion")) };
     Ok(NamedColumns {
@@ -190,7 +191,8 @@ fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns,
     })
 }
 
-/// Seconds of a time as written; integers of 15 digits and more are microseconds, of 18 and more nanoseconds.
+/// Time in seconds from its text; integers with at least 15 digits are microseconds, with at least 18 digits
+/// nanoseconds.
 pub(crate) fn seconds_of(word: &str, unit: Option<f64>) -> Option<f64> {
     if let Ok(whole) = word.parse::<u64>() {
         let per_second: u64 = match unit {
@@ -199,13 +201,13 @@ pub(crate) fn seconds_of(word: &str, unit: Option<f64>) -> Option<f64> {
             None if word.len() >= 15 => 1_000_000,
             None => 1,
         };
-        // Whole seconds and the rest apart: fewer digits are lost.
+        // Whole seconds and the fraction are converted separately to lose fewer digits.
         return Some((whole / per_second) as f64 + (whole % per_second) as f64 / per_second as f64);
     }
     word.parse::<f64>().ok().filter(|value| value.is_finite()).map(|value| value * unit.unwrap_or(1.0))
 }
 
-/// The poses, world_from_camera, of the rows below a header.
+/// Poses, world_from_camera, of the rows below a header.
 pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
@@ -223,11 +225,11 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         }
         let number = |column: usize| {
             let value = words[column].parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| fail(format!("{:?}: expected a finite number", words[column])))
+            value.ok_or_else(|| fail(format!("{:?}; expected a finite number", words[column])))
         };
         let [qw, qx, qy, qz] = columns.quaternion;
         let rotation = Rotation::unit_quaternion([number(qw)?, number(qx)?, number(qy)?, number(qz)?]);
-        let rotation = rotation.map_err(|message| fail(format!("columns by the header: {message}")))?;
+        let rotation = rotation.map_err(|message| fail(format!("columns named by the header: {message}")))?;
         let [x, y, z] = columns.position;
         let center = DVec3::new(number(x)?, number(y)?, number(z)?);
         let name = match columns.time {
@@ -237,17 +239,17 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         if let Some((column, unit)) = columns.time {
             let seconds = seconds_of(words[column], unit);
-            record.time = Some(seconds.ok_or_else(|| fail(format!("{:?}: expected a time", words[column])))?);
+            record.time = Some(seconds.ok_or_else(|| fail(format!("{:?}; expected a time", words[column])))?);
         }
         record.pose = Some(Pose::world_from_camera(rotation, center));
         calibration.records.push(record);
     }
     if !columns.unread.is_empty() {
-        calibration.note(NoticeCode::IgnoredKey, format!("columns not read: {}", columns.unread.join(", ")));
+        calibration.note(NoticeCode::IgnoredKey, format!("ignored columns: {}", columns.unread.join(", ")));
     }
     if columns.north_east_down {
         calibration
-            .note(NoticeCode::PlacedCameras, "the header names north, east, down: the world's z axis points down");
+            .note(NoticeCode::PlacedCameras, "the header names north, east, down; the world's z axis points down");
     }
     Ok(calibration)
 }

@@ -15,9 +15,9 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     if named && text.contains("class_name") {
         return true;
     }
-    // The intrinsics of the reconstruction system: columns and rows, and nine numbers in a row.
+    // Intrinsics of the reconstruction system: columns and rows, and nine consecutive numbers.
     let own = ["\"width\"", "\"height\"", "\"intrinsic_matrix\""];
-    // The Azure Kinect's recorder adds keys of the recording.
+    // The Azure Kinect's recorder adds keys about the recording.
     let azure = text.contains("\"stream_length_usec\"") || text.contains("\"serial_number");
     own.iter().all(|key| text.contains(key))
         && text.matches('[').count() == 1
@@ -51,7 +51,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// The poses of the nodes of a graph.
+/// Poses of the nodes of a graph.
 fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     root.unread_keys(|key| matches!(key, "class_name" | "nodes" | "edges" | "version_major" | "version_minor"))?;
     for (i, node) in nodes.list()?.into_iter().enumerate() {
@@ -60,19 +60,20 @@ fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibrati
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    calibration.note(NoticeCode::AssumedConvention,
-        "the poses of the graph's nodes are taken as world_from_camera, as Open3D's reconstruction system has them; its \
-         edges are not read",
+    calibration.note(
+        NoticeCode::AssumedConvention,
+        "the poses of the graph's nodes are interpreted as world_from_camera, as in Open3D's reconstruction system; \
+         its edges are ignored",
     );
     Ok(())
 }
 
-/// The rotation and the translation of a matrix by columns.
+/// Rotation and translation of a matrix by columns.
 fn matrix_by_columns(at: &Cursor<'_>, direction: &str) -> Result<(DMat3, DVec3)> {
     let columns = at.array::<16>()?;
     let rows = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4]);
     let rows = check_rigid(&rows).map_err(|message| {
-        at.fail(format_args!("by columns, as Open3D writes matrices, it is no {direction}: {message}"))
+        at.fail(format_args!("read by columns, as written by Open3D, it is not a {direction}: {message}"))
     })?;
     Ok(rigid(&rows))
 }
@@ -91,7 +92,7 @@ fn intrinsics(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     let matrix = at.require("intrinsic_matrix")?;
     let k = DMat3::from_cols_array(&matrix.array::<9>()?);
     if k.row(2) != DVec3::Z {
-        return Err(matrix.fail("expected K by columns, fx 0 0 skew fy 0 cx cy 1, as Open3D writes it"));
+        return Err(matrix.fail("expected K by columns, as written by Open3D: fx 0 0 skew fy 0 cx cy 1"));
     }
     record.k = Some(k);
     record.size = Some([at.require("width")?.count()?, at.require("height")?.count()?]);

@@ -48,7 +48,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{lost} poses without finite numbers, of lost frames, are left out"),
+            format!("{lost} poses of lost frames, whose numbers are not finite, are omitted"),
         );
     }
     Ok(calibration)

@@ -1,4 +1,4 @@
-//! TUM trajectories: `timestamp tx ty tz qx qy qz qw` a line, world from camera (cvg.cit.tum.de, "File Formats").
+//! TUM trajectories: lines of `timestamp tx ty tz qx qy qz qw`, world from camera (cvg.cit.tum.de, "File Formats").
 
 use std::path::Path;
 
@@ -34,7 +34,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     for (line, row) in data_lines(text) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
         let rotation = Rotation::unit_quaternion([qw, qx, qy, qz]).map_err(|message| {
-            FormatError::line(&source.path, line, format!("{message}; TUM's columns are time tx ty tz qx qy qz qw"))
+            FormatError::line(
+                &source.path,
+                line,
+                format!(
+                    "{message}; expected TUM's columns time tx ty tz qx qy qz \
+                qw"
+                ),
+            )
         })?;
         let name = row.split_whitespace().next().unwrap_or_default();
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
@@ -84,12 +91,12 @@ fn line_of_intrinsics(text: &str) -> Option<Vec<f64>> {
     (values.len() == 4 || plausible && (values.len() == 9 || (quaternion - 1.0).abs() > 0.1)).then_some(values)
 }
 
-/// True for `calibration.txt` of a sequence: one line of fx fy cx cy, in DROID-SLAM's files with a lens.
+/// True for `calibration.txt` of a sequence: a single line fx fy cx cy.
 pub(crate) fn detect_intrinsics(_: &InputFile, text: &str) -> bool {
     line_of_intrinsics(text).is_some()
 }
 
-/// The camera of `calibration.txt`, which has no size.
+/// Camera of `calibration.txt`, which has no size.
 pub(crate) fn read_intrinsics(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let fail = |message: &str| FormatError::whole(&source.path, message);
     let Some(values) = line_of_intrinsics(source.text()?) else {
@@ -101,7 +108,7 @@ pub(crate) fn read_intrinsics(source: &InputFile, _: &mut AssetRoot, _: &ReadHin
     Ok(Calibration { records: vec![record], ..Calibration::default() })
 }
 
-/// K of `calibration.txt` and the size of the first picture of `rgb.txt`, beside a trajectory.
+/// K of `calibration.txt` and the size of the first image of `rgb.txt`, both next to a trajectory.
 fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     let Ok(file) = assets.read_reference(&source.path, "calibration.txt") else { return Ok(()) };
     if !detect_intrinsics(&file, file.text().unwrap_or_default()) {
@@ -116,7 +123,7 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
         NoticeCode::UsedOtherFile,
         match size {
             Some([width, height]) => {
-                format!("K is that of calibration.txt, the size that of the first picture, {width} x {height}")
+                format!("K is that of calibration.txt, the size is that of the first image, {width} x {height}")
             }
             None => "K is that of calibration.txt".into(),
         },
@@ -130,14 +137,14 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
 pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "calibration.txt of TUM";
     let [record] = records else {
-        return Err(FormatError::encode(format!("{format} holds one camera, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} stores one camera, got {}", records.len())));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;
     Ok(OutputFiles {
         notices: vec![Notice::new(
             NoticeCode::NotWritten,
-            format!("{format} holds fx fy cx cy; size and pose are not written"),
+            format!("{format} stores fx fy cx cy; size and pose are not written"),
         )],
         ..OutputFiles::one(format!("# fx fy cx cy\n{}\n", joined(&focals, " ")))
     })
@@ -150,22 +157,22 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             Some(time) => time,
             None => record.name.parse().ok().filter(|time: &f64| time.is_finite()).ok_or_else(|| {
                 FormatError::encode(format!(
-                    "camera {:?} has no time, which a TUM trajectory needs: give it one, or a name that is a number of \
-                     seconds",
+                    "camera {:?} has no time, which a TUM trajectory requires; set its time, or use a number of \
+                     seconds as its name",
                     record.name
                 ))
             })?,
         };
         let (rotation, c) = record.require_pose()?.world_r_c();
         let [w, x, y, z] = normalized(rotation.quaternion());
-        // The name is the time as it was written.
+        // The name is the time in its original digits.
         let time = if record.name.parse() == Ok(time) { record.name.clone() } else { yaml_float(time) };
         text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
     }
     Ok(OutputFiles {
         notices: vec![Notice::new(
             NoticeCode::NotWritten,
-            "a TUM trajectory holds times and poses; size, K and lens are not written",
+            "a TUM trajectory stores times and poses; size, K and lens are not written",
         )],
         ..OutputFiles::one(text)
     })

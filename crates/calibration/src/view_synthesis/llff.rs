@@ -1,5 +1,5 @@
-//! `poses_bounds.npy` of LLFF: for each picture a 3x5 matrix, whose columns are down, right, backward, the centre, and
-//! height, width, focal length, then two depths. Source: LLFF's README, "Using your own poses".
+//! `poses_bounds.npy` of LLFF: for each image a 3x5 matrix (columns: down, right, backward, the centre, and height,
+//! width, focal length), then two depths. Source: LLFF's README, "Using your own poses".
 
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
@@ -19,7 +19,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let fail = |message: String| FormatError::whole(path, message);
     let array = npy::array(&source.bytes).map_err(fail)?;
     let numbers = array.numbers().filter(|_| matches!(array.shape[..], [_, 17]));
-    let numbers = numbers.ok_or_else(|| fail(format!("an array of {:?}, expected [n, 17]", array.shape)))?;
+    let numbers = numbers.ok_or_else(|| fail(format!("an array of {:?}; expected [n, 17]", array.shape)))?;
     let mut pictures = Folder::open(&path.parent().unwrap_or(path).join("images"), assets).names;
     // LLFF sorts names as text.
     pictures.sort();
@@ -33,7 +33,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         let [height, width, focal] = column(4).to_array();
         let whole = |side: f64| side.fract() == 0.0 && (1.0..65537.0).contains(&side);
         if !(whole(height) && whole(width) && focal > 0.0 && focal.is_finite()) {
-            return Err(fail(format!("row {i}: height {height}, width {width}, focal length {focal}")));
+            return Err(fail(format!("row {i}: invalid height {height}, width {width} or focal length {focal}")));
         }
         let (down, right, backward) = (column(0), column(1), column(2));
         let r = DMat3::from_cols(right, down, -backward);

@@ -28,7 +28,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let number = |key: &str| -> Result<Option<f64>> {
         let Some((line, word)) = rows.get(key) else { return Ok(None) };
         let value = word.parse().ok().filter(|value: &f64| value.is_finite());
-        value.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}: expected a number")))
+        value.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}; expected a number")))
     };
     let matrix = |key: &str| -> Result<DMat3> {
         let (line, text) = *rows
@@ -44,14 +44,19 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let (first, second) = (matrix("cam0")?, matrix("cam1")?);
     let line = rows["cam1"].0;
     if first.x_axis != second.x_axis || first.y_axis != second.y_axis {
-        return Err(FormatError::line(path, line, "cam1 has another focal length than cam0: no rectified pair"));
+        return Err(FormatError::line(
+            path,
+            line,
+            "cam1 has another focal length than cam0, so the pair is not \
+            rectified",
+        ));
     }
     let doffs = second.z_axis.x - first.z_axis.x;
     let mut calibration = Calibration::default();
     if let Some(given) = number("doffs")?.filter(|given| (given - doffs).abs() > 0.01) {
         calibration.note(
             NoticeCode::Implausible,
-            format!("doffs is {given}, and cx of cam1 less that of cam0 {doffs}, which is used"),
+            format!("doffs is {given}, but cx of cam1 minus cx of cam0 is {doffs}, which is used"),
         );
     }
     let base = number("baseline")?.ok_or_else(|| FormatError::whole(path, "baseline is missing"))?;
@@ -66,11 +71,16 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         calibration.records.push(record);
     }
     one_rig(&mut calibration.records, "rig");
-    calibration
-        .note(NoticeCode::AssumedConvention, format!("the baseline, {base} mm, is in metres here; cam0 is the world"));
+    calibration.note(
+        NoticeCode::AssumedConvention,
+        format!(
+            "the baseline, {base} mm, is converted to metres; cam0 defines \
+            the world"
+        ),
+    );
     for (key, (line, _)) in &rows {
         if !OTHER.contains(key) && !["cam0", "cam1", "baseline"].contains(key) {
-            calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {line})"), "not read");
+            calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {line})"), "ignored");
         }
     }
     Ok(calibration)

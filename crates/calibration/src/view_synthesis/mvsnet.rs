@@ -11,7 +11,7 @@ use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Folders of the pictures, from that of the cameras.
+/// Folders of the images, relative to the folder of the cameras.
 const PICTURES: [&str; 5] = ["../images", "../blended_images", "../image", "..", "."];
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -33,7 +33,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let fail = || FormatError::unsupported(&folder.path, "expected cams/00000000_cam.txt and more");
+    let fail = || FormatError::unsupported(&folder.path, "expected files cams/00000000_cam.txt and so on");
     let place = find_cameras(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration::default();
     for name in place.ending("_cam.txt") {
@@ -50,7 +50,17 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let name = stem.trim_end_matches("_cam");
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     let mut lines = data_lines(source.text()?);
-    let mut next = |what: &str| lines.next().ok_or_else(|| FormatError::whole(path, format!("it ends before {what}")));
+    let mut next = |what: &str| {
+        lines.next().ok_or_else(|| {
+            FormatError::whole(
+                path,
+                format!(
+                    "the file ends before \
+        {what}"
+                ),
+            )
+        })
+    };
     next("extrinsic")?;
     let mut m = [0.0; 16];
     let mut first = 0;
@@ -64,7 +74,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
     let (line, word) = next("intrinsic")?;
     if word != "intrinsic" {
-        return Err(FormatError::line(path, line, format!("{word:?}, expected the word intrinsic")));
+        return Err(FormatError::line(path, line, format!("{word:?}; expected the word intrinsic")));
     }
     let mut k = [0.0; 9];
     for row in k.chunks_exact_mut(3) {
@@ -75,8 +85,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let files = PICTURES.iter().flat_map(|folder| ["jpg", "png"].map(|ending| format!("{folder}/{name}.{ending}")));
     record.size = size_of_picture(assets, path, files);
     let notice = match record.size {
-        Some([w, h]) => Notice::new(NoticeCode::UsedOtherFile, format!("the size is that of the picture, {w} x {h}")),
-        None => Notice::new(NoticeCode::PlacedCameras, "the unit of the world is the file's (DTU: millimetres)"),
+        Some([w, h]) => Notice::new(NoticeCode::UsedOtherFile, format!("the size is that of the image, {w} x {h}")),
+        None => Notice::new(NoticeCode::PlacedCameras, "the world has the unit of the file (DTU: millimetres)"),
     };
     Ok(Calibration { records: vec![record], notices: vec![notice], ..Calibration::default() })
 }

@@ -1,6 +1,6 @@
-//! `cameras_sphere.npz` of IDR and NeuS: `world_mat_0` and so on, K [R | t] of any scale, and `scale_mat_0`,
-//! world_from_normalised. DVR, pixelNeRF and Kubric have [R t] in `world_mat_0` and K in `camera_mat_0`, in units of half the
-//! image size. Sources: NeuS, dataset.py; DVR and pixelNeRF, their loaders of DTU and ShapeNet.
+//! `cameras_sphere.npz` of IDR and NeuS: `world_mat_0` and so on (K [R | t] of any scale) and `scale_mat_0`
+//! (world_from_normalised). DVR, pixelNeRF and Kubric store [R t] in `world_mat_0` and K in `camera_mat_0`, in units of
+//! half the image size. Sources: NeuS, dataset.py; DVR and pixelNeRF, their loaders of DTU and ShapeNet.
 
 use glam::{DMat3, DVec3};
 use raycam_scene::{NoticeCode, PixelCenter};
@@ -70,18 +70,20 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         );
     }
     if normalised {
-        calibration.note(NoticeCode::PlacedCameras,
-            "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised",
+        calibration.note(
+            NoticeCode::PlacedCameras,
+            "the cameras are in the world of world_mat; a mesh in the unit sphere must be transformed by scale_mat, \
+             world_from_normalised",
         );
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size) {
         calibration
-            .note(NoticeCode::UsedOtherFile, format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
+            .note(NoticeCode::UsedOtherFile, format!("the sizes are those of the images, {} x {}", size[0], size[1]));
     }
     Ok(calibration)
 }
 
-/// `camera_mat_i`, if `world_mat_i` is a rotation and a translation without K.
+/// Returns `camera_mat_i`, if `world_mat_i` is a rotation and a translation without K.
 fn separate_intrinsics(arrays: &[(String, NumpyArray)], number: &str, rows: &[[f64; 4]; 3]) -> Option<[f64; 9]> {
     let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
     check_rotation(rigid(&flat).0).ok()?;
@@ -92,7 +94,7 @@ fn separate_intrinsics(arrays: &[(String, NumpyArray)], number: &str, rows: &[[f
     fits.then(|| std::array::from_fn(|i| numbers[i / 3 * columns + i % 3]))
 }
 
-/// Sets K, from units of half the image size about its middle, and the pose.
+/// Sets K, from units of half the image size about its centre, and the pose.
 fn place_by(record: &mut CameraRecord, camera: [f64; 9], rows: &[[f64; 4]; 3], size: [u32; 2]) {
     let [width, height] = size.map(|side| 0.5 * f64::from(side));
     let pixels = DMat3::from_cols(DVec3::X * width, DVec3::Y * height, DVec3::new(width, height, 1.0));

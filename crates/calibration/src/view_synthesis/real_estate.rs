@@ -1,5 +1,5 @@
 //! RealEstate10K: the address of a video, then a line for each image: microseconds, fx fy cx cy in units of the image's
-//! width and height, two zeros, and camera_from_world in 12 numbers. Source: the data set's page, "Data format".
+//! width and height, two zeros, and the 12 numbers of camera_from_world. Source: the data set's page, "Data format".
 
 use raycam_scene::PixelCenter;
 

@@ -1,4 +1,4 @@
-//! Files of other projects.
+//! Calibration files of other projects.
 
 use raycam_calibration::{ReadHints, read};
 use raycam_formats::Budget;
@@ -6,7 +6,7 @@ use raycam_formats::Budget;
 use crate::support::data;
 
 #[test]
-fn opencv_sample_is_read_or_its_error_names_the_file() {
+fn opencv_samples_are_read_or_their_errors_name_the_file() {
     let path = data("opencv_sample.yml");
     if let Err(error) = read(&path, None, &ReadHints::default(), &Budget::default()) {
         let message = error.to_string();

@@ -7,7 +7,7 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::support::folder;
 
-/// A camera that every format can hold: its name is a number of seconds, an image id and a file name.
+/// A camera that every format can store: its name is a number of seconds, an image id and a file name.
 fn record() -> CameraRecord {
     let k = DMat3::from_cols(DVec3::new(500.1, 0.0, 0.0), DVec3::new(0.0, 500.1, 0.0), DVec3::new(319.5, 239.5, 1.0));
     let mut record = CameraRecord::new("7", PixelCenter::Integer);
@@ -18,7 +18,7 @@ fn record() -> CameraRecord {
     record
 }
 
-/// Writes to a folder of its own and reads back; what the format leaves open is known.
+/// Writes to a new folder and reads back; values that the format does not store are passed to the reader.
 fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
     let path = folder().join("out");
     let written = write(records, &path, format).unwrap_or_else(|error| panic!("{format}: {error}"));
@@ -30,7 +30,7 @@ fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
             std::fs::write(path.join(name), bytes).unwrap();
         }
     }
-    // Without a pose, which would be that on a body.
+    // Without a pose, which would be interpreted as that on a body.
     let mut intrinsics = record();
     intrinsics.pose = None;
     let known = ReadHints { size: Some([640, 480]), intrinsics: Some(intrinsics), lens: None, poses: None };
@@ -39,13 +39,13 @@ fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
 }
 
 #[test]
-fn every_format_gives_the_camera_back_and_the_second_time_to_the_last_bit() {
+fn every_format_reads_back_its_cameras_and_keeps_every_bit_on_rewriting() {
     for format in written_formats() {
         let once = again(&[record()], format);
         let (camera, expected) = (once[0].camera().unwrap(), record().camera().unwrap());
         let shift = camera.pixel_center().offset() - expected.pixel_center().offset();
         let point = DVec3::new(0.3, 1.2, 3.4);
-        // These have no pose.
+        // These formats store no pose.
         if !["ros", "orb-slam", "camodocal", "tum-intrinsics"].contains(&format) {
             let off = camera.project(point).0 - shift - expected.project(point).0;
             assert!(off.length() < 1e-9, "{format}: {off}");
@@ -57,7 +57,7 @@ fn every_format_gives_the_camera_back_and_the_second_time_to_the_last_bit() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_named() {
+fn errors_name_what_a_format_cannot_store() {
     let mut bent = record();
     bent.lens = Lens::new(LensModel::DoubleSphere, &[0.1, 0.6]).unwrap();
     for format in ["colmap", "colmap-binary", "ros", "nerf", "blender", "bop", "opencv", "kitti"] {
@@ -69,7 +69,7 @@ fn what_a_format_cannot_hold_is_named() {
 }
 
 #[test]
-fn damaged_files_are_errors_and_nothing_panics() {
+fn damaged_files_are_refused_without_a_panic() {
     for format in written_formats().filter(|format| !format.starts_with("colmap")) {
         let written = write(&[record()], Path::new("out"), format).unwrap();
         let bytes = &written.files[0].1;
@@ -91,9 +91,9 @@ fn damaged_files_are_errors_and_nothing_panics() {
     }
 }
 
-/// OpenVINS writes the body's pose in the camera the other way round, and no step from camera to camera.
+/// OpenVINS writes the body's pose in the camera in the opposite direction, and no step from camera to camera.
 #[test]
-fn camchains_tell_the_pose_in_either_direction() {
+fn camchain_poses_are_read_in_either_direction() {
     let chain = |key: &str, poses: [(DMat3, DVec3); 2]| {
         let cameras = poses.iter().enumerate().map(|(i, (r, t))| {
             let rows: String = (0..3)
@@ -130,7 +130,7 @@ fn errors_name_file_line_and_key() {
     let error = decode(text.to_vec(), Path::new("a.yaml"), Some("ros"), &ReadHints::default(), &Budget::default());
     let error = error.unwrap_err().to_string();
     assert!(error.starts_with("a.yaml:6: camera_matrix.data[2]: \"x\""), "{error}");
-    // One bad line makes a file of no format; of the one that is named, the line is said.
+    // With one invalid line, no format recognises the file; if the format is specified, the error names the line.
     let told = |format| {
         let poses = b"0.0 1 2 3 0 0 0 1\n0.1 1 2 x 0 0 0 1\n".to_vec();
         let (path, known) = (Path::new("a.tum"), ReadHints::default());
@@ -141,9 +141,9 @@ fn errors_name_file_line_and_key() {
     assert!(told(Some("tum")).starts_with("a.tum:2: \"x\""));
 }
 
-/// Takes minutes where the time grows with the square of the keys.
+/// Takes minutes if the time grows with the square of the number of keys.
 #[test]
-fn many_keys_take_little_time() {
+fn reading_many_keys_is_fast() {
     let keys = |line: &dyn Fn(usize) -> String| (0..100_000).map(line).collect::<String>();
     for (format, text) in [
         ("kitti", keys(&|i| format!("a{i}:\n"))),

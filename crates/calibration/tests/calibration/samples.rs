@@ -1,4 +1,4 @@
-//! Small files in the true format of each project, made for these tests: read, cut short, and with flipped bits.
+//! Small files in the actual format of each project, created for these tests: read, truncated, and with flipped bits.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use raycam_formats::{Budget, FormatError};
 
 use crate::support::data;
 
-/// The format and the path of each sample: FORMAT/FILE.
+/// Format and path of each sample: FORMAT/FILE.
 fn samples() -> Vec<(String, PathBuf)> {
     let mut found = Vec::new();
     for folder in fs::read_dir(data("samples")).unwrap() {
@@ -23,7 +23,7 @@ fn samples() -> Vec<(String, PathBuf)> {
     found
 }
 
-/// The cameras in bytes; no other file is opened.
+/// Cameras in bytes; no other file is opened.
 fn read(bytes: Vec<u8>, name: &Path, format: Option<&str>) -> Result<Calibration, FormatError> {
     let hints = ReadHints { size: Some([640, 480]), ..ReadHints::default() };
     let name = Path::new("/nonexistent").join(name.file_name().unwrap());
@@ -31,7 +31,7 @@ fn read(bytes: Vec<u8>, name: &Path, format: Option<&str>) -> Result<Calibration
 }
 
 #[test]
-fn samples_are_detected_as_their_format() {
+fn samples_are_recognised_as_their_format() {
     for (format, path) in samples() {
         let bytes = fs::read(&path).unwrap();
         let named = read(bytes.clone(), &path, Some(&format)).unwrap_or_else(|error| panic!("{format}: {error}"));

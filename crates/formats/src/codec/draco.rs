@@ -11,31 +11,31 @@ use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::io::catch_panic::catch_decoder_panic;
 
-/// A decoded mesh.
+/// Decoded mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedMesh {
-    /// Each corner is an element of every attribute.
+    /// Triangles; each corner is an index into the elements of every attribute.
     pub triangles: Vec<[u32; 3]>,
-    /// Elements of every attribute.
+    /// Number of elements in every attribute.
     pub count: usize,
-    /// In the order of the stream.
+    /// Attributes in the order of the stream.
     pub attributes: Vec<Attribute>,
 }
 
-/// One attribute, as an accessor of glTF would hold it.
+/// Attribute in the form of a glTF accessor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
     /// Id in the `attributes` of the extension.
     pub id: u32,
-    /// Type of one component.
+    /// Type of each component.
     pub component: ComponentType,
-    /// Components of one element.
+    /// Components per element.
     pub components: usize,
     /// Elements without gaps, little-endian.
     pub bytes: Vec<u8>,
 }
 
-/// The type of one number.
+/// Type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComponentType {
     /// `BYTE`
@@ -46,7 +46,7 @@ pub enum ComponentType {
     I16,
     /// `UNSIGNED_SHORT`
     U16,
-    /// 32 bits with a sign, which glTF has no accessors for.
+    /// 32-bit signed, for which glTF has no accessor.
     I32,
     /// `UNSIGNED_INT`
     U32,
@@ -54,22 +54,22 @@ pub enum ComponentType {
     F32,
 }
 
-/// The mesh in a Draco stream. `path` names the file in errors.
+/// Decodes the mesh in a Draco stream. `path` names the file in errors.
 ///
 /// # Errors
-/// When the bytes are not a Draco mesh of version 2.2 or are damaged, an attribute is of a type that glTF cannot have,
-/// or the mesh is larger than what is left of the budget or than the stream can honestly say: a byte describes at most
+/// An error if the bytes are not a valid Draco mesh of version 2.2, if an attribute has a type that glTF does not
+/// support, or if the mesh is larger than the remaining budget or than the stream can contain: a byte describes at most
 /// eight triangles.
 pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh> {
     let fault = |message: String| FormatError::whole(path, format!("Draco compression: {message}"));
     match bytes {
         [b'D', b'R', b'A', b'C', b'O', 2, 2, 1, ..] => {}
-        [b'D', b'R', b'A', b'C', b'O', 2, 2, ..] => return Err(fault("not a mesh".into())),
+        [b'D', b'R', b'A', b'C', b'O', 2, 2, ..] => return Err(fault("the stream is not a mesh".into())),
         [b'D', b'R', b'A', b'C', b'O', major, minor, ..] => {
-            let message = format!("Draco compression of version {major}.{minor}, expected 2.2");
+            let message = format!("Draco compression of version {major}.{minor}; expected 2.2");
             return Err(FormatError::unsupported(path, message));
         }
-        _ => return Err(fault("does not begin with DRACO".into())),
+        _ => return Err(fault("the stream does not begin with DRACO".into())),
     }
     let length = bytes.len() as u64;
     let triangles = (8 * length).min(budget.elements / 3);
@@ -84,12 +84,12 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     })?;
 
     let count = mesh.num_points();
-    // A stream may say any number of points.
+    // A stream may declare any number of points.
     let corners = 3 * mesh.num_faces() as u64;
     budget.take_elements(path, (count as u64).saturating_add(corners))?;
     let triangles: Vec<_> = mesh.faces().iter().map(|face| face.map(|p| p.0)).collect();
     if triangles.as_flattened().iter().any(|&p| p as usize >= count) {
-        return Err(fault(format!("a corner beyond its {count} points")));
+        return Err(fault(format!("a corner exceeds the {count} points")));
     }
     let mut attributes = Vec::new();
     for id in 0..mesh.num_attributes() {
@@ -101,7 +101,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     Ok(DecodedMesh { triangles, count, attributes })
 }
 
-/// The attribute of every point, of `size` bytes each.
+/// Attribute of every point, of `size` bytes each.
 fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attribute, String> {
     let id = attribute.unique_id();
     let component = match attribute.data_type() {
@@ -112,7 +112,7 @@ fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attri
         DataType::Int32 => ComponentType::I32,
         DataType::Uint32 => ComponentType::U32,
         DataType::Float32 => ComponentType::F32,
-        other => return Err(format!("attribute {id} is of {other:?}, which glTF has not")),
+        other => return Err(format!("attribute {id} has type {other:?}, which glTF does not support")),
     };
     let data = attribute.buffer().data();
     let stride = usize::try_from(attribute.byte_stride()).unwrap_or(0);

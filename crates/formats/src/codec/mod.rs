@@ -1,4 +1,4 @@
-//! Decoders of compressed parts of files: what glTF's compression extensions put in the place of plain bytes.
+//! Decoders of compressed parts of files, used by glTF's compression extensions.
 
 pub mod draco;
 pub mod meshopt;

@@ -1,4 +1,4 @@
-//! OpenEXR out: all channels of a frame in one part, lossless.
+//! Writing of OpenEXR: all channels of a frame in one part, lossless.
 
 use ::exr::image::write::WritableImage;
 use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer as Part};
@@ -12,26 +12,26 @@ use raycam_scene::{Camera, PixelCenter};
 
 use crate::error::{FormatError, Result};
 
-/// One channel of a frame: an EXR layer.
+/// Channel of a frame: an EXR layer.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
     /// `color`, `depth`, `normal`, ...; unique within the file.
     pub name: &'a str,
     /// Values per pixel.
     pub components: usize,
-    /// Row-major from the top left, components together.
+    /// Row by row from the top left; the components of a pixel are adjacent.
     pub samples: LayerSamples<'a>,
 }
 
-/// The values of a layer, and how they are stored.
+/// Values of a layer, and their storage type.
 #[derive(Clone, Copy, Debug)]
 pub enum LayerSamples<'a> {
     /// Stored as float32, exactly.
     F32(&'a [f32]),
-    /// Stored as float16, rounded to nearest even; beyond 65504 it becomes infinite.
+    /// Stored as float16, rounded to nearest even; values beyond 65504 become infinite.
     F16(&'a [f32]),
-    /// Ids, stored as EXR's uint32 with the same bits, so that none is ever rounded: -1 (background) is 4294967295,
-    /// and NumPy's `.view("int32")` gives the ids back.
+    /// Ids, stored as EXR's uint32 with the same bits, so that none is rounded: -1 (background) is 4294967295, and
+    /// NumPy's `.view("int32")` returns the ids.
     Id(&'a [i32]),
 }
 
@@ -56,8 +56,9 @@ impl LayerSamples<'_> {
     }
 }
 
-/// The EXR channel names of a layer: `color` is R, G, B, A without prefix, so that every viewer shows it; `albedo.R`, `depth.Z`,
-/// `distance.Z`; ids `instance.id`; other single values `coverage.V`; two are U and V, more are X, Y, Z, W.
+/// EXR channel names of a layer. `color` is R, G, B, A without a prefix, so that every viewer shows it. Others have a
+/// prefix: `albedo.R`, `depth.Z`, `distance.Z`; ids `instance.id`; other single values `coverage.V`. Two components are
+/// U and V, more are X, Y, Z, W.
 pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
     let name = layer.name;
     let letters: &[&str] = match (name, layer.components, &layer.samples) {
@@ -68,23 +69,24 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
         (_, 2, _) => &["U", "V"],
         (_, 3 | 4, _) => &["X", "Y", "Z", "W"],
         (_, n, _) => {
-            return Err(FormatError::encode(format!("EXR: layer {name:?} has {n} components, expected 1 to 4")));
+            return Err(FormatError::encode(format!("EXR: layer {name:?} has {n} components; expected 1 to 4")));
         }
     };
     let prefix = if name == "color" { String::new() } else { format!("{name}.") };
     Ok(letters[..layer.components].iter().map(|letter| format!("{prefix}{letter}")).collect())
 }
 
-/// An EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed, the same bytes for the same input.
+/// Returns an EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed; equal input gives equal
+/// bytes.
 ///
-/// The header carries, with a camera, `raycam.K` and `raycam.R` (m33d, row-major), `raycam.C` (v3d), `raycam.P` (m44d:
+/// With a camera, the header contains `raycam.K` and `raycam.R` (m33d, row-major), `raycam.C` (v3d), `raycam.P` (m44d:
 /// the 3 x 4 matrix and a row 0 0 0 1) and `raycam.pixelCenter` (`integer` or `half`); with a lens, `raycam.lens`
-/// (`opencv` or `fisheye`) and `raycam.distortion` (its coefficients, decimal, spaces between); always `raycam.version` and
-/// `raycam.conventions`; and every `(key, value)` of `notes`, as strings.
+/// (`opencv` or `fisheye`) and `raycam.distortion` (its coefficients as decimals separated by spaces); always
+/// `raycam.version` and `raycam.conventions`; and every `(key, value)` of `notes`, as strings.
 ///
 /// # Errors
-/// When a layer does not have columns x rows x components values, two layers have the same channels, there is none, or
-/// a name is empty or not plain text.
+/// An error if a layer does not have columns x rows x components values, if two layers have the same channels, if there
+/// are no layers, or if a name is empty or not plain text.
 pub fn encode(
     size: [u32; 2],
     layers: &[Layer<'_>],
@@ -94,7 +96,7 @@ pub fn encode(
     let [columns, rows] = size.map(|side| side as usize);
     if columns == 0 || rows == 0 || layers.is_empty() {
         return Err(FormatError::encode(format!(
-            "EXR: {} layers of {columns} x {rows} pixels, expected at least one of each",
+            "EXR: {} layers of {columns} x {rows} pixels; expected at least one layer, column and row",
             layers.len()
         )));
     }
@@ -106,7 +108,7 @@ pub fn encode(
     header.extend(notes.iter().map(|(key, value)| (*key, string_attribute(value))));
     for (key, value) in header {
         if attributes.other.insert(text(key)?, value).is_some() {
-            return Err(FormatError::encode(format!("EXR: the header has {key} twice")));
+            return Err(FormatError::encode(format!("EXR: the header contains {key} twice")));
         }
     }
     let image = Image {
@@ -123,21 +125,21 @@ pub fn encode(
         },
     };
     let mut file = std::io::Cursor::new(Vec::new());
-    // Not parallel: the crate's threads come from rayon's global pool, which does not survive a fork.
+    // Not parallel, because the crate uses rayon's global pool, which does not survive a fork.
     image.write().non_parallel().to_buffered(&mut file).map_err(|e| FormatError::encode(format!("EXR: {e}")))?;
     let mut file = file.into_inner();
     sort_header(&mut file);
     Ok(file)
 }
 
-/// The channels of all layers, in the order of their names.
+/// Channels of all layers, sorted by name.
 fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<AnyChannel<FlatSamples>>> {
     let mut channels = Vec::new();
     for layer in layers {
         let expected = columns.checked_mul(rows).and_then(|n| n.checked_mul(layer.components));
         if expected != Some(layer.samples.len()) {
             return Err(FormatError::encode(format!(
-                "EXR: layer {:?} has {} values, expected {columns} x {rows} x {}",
+                "EXR: layer {:?} has {} values; expected {columns} x {rows} x {}",
                 layer.name,
                 layer.samples.len(),
                 layer.components
@@ -159,10 +161,10 @@ fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<
     Ok(channels)
 }
 
-/// Brings the attributes of the header into the order of their names: the crate writes them in the order of a hash map,
-/// which is another one each time. The header keeps its length, so that the offsets after it hold.
+/// Sorts the header's attributes by name, because the crate writes them in the order of a hash map, which varies. The
+/// header keeps its length, so that the following offsets stay valid.
 fn sort_header(file: &mut [u8]) {
-    // After the magic number and the version: name, 0, type, 0, length, value; a 0 in the place of a name ends it.
+    // After the magic number and the version: name, 0, type, 0, length, value; a 0 instead of a name ends the list.
     const START: usize = 8;
     let mut attributes = Vec::new();
     let mut at = START;
@@ -179,7 +181,7 @@ fn sort_header(file: &mut [u8]) {
     file[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// Conventions that a reader of the channels needs.
+/// Conventions that readers of the channels need to know.
 const CONVENTIONS: &str = "P = K R [I | -C], camera axes x right, y down, z forward; pixel (u, v) from the top left, \
     the centre of the first one at (0, 0) where pixelCenter is integer, (0.5, 0.5) where it is half; depth is z along \
     the principal axis, distance the length of the ray, both +inf in the background; ids are int32 in uint32 bits, \
@@ -198,7 +200,7 @@ fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
         ("raycam.P", f64_attribute("m44d", &p)),
         ("raycam.pixelCenter", string_attribute(center)),
     ];
-    // With parallel rays it lies at infinity.
+    // With parallel rays it is at infinity.
     if camera.center() == Center::Point {
         attributes.push(("raycam.C", f64_attribute("v3d", &camera.c().to_array())));
     }
@@ -210,7 +212,7 @@ fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
     attributes
 }
 
-/// An attribute of one of OpenEXR's types of float64, which the crate writes as bytes.
+/// Attribute of one of OpenEXR's float64 types, which the crate writes as bytes.
 fn f64_attribute(kind: &str, values: &[f64]) -> AttributeValue {
     let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
     AttributeValue::Custom { kind: Text::from(kind), bytes }
@@ -224,5 +226,5 @@ fn string_attribute(value: &str) -> AttributeValue {
 fn text(name: &str) -> Result<Text> {
     let printable = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic() || b == b' ');
     let text = if printable { Text::new_or_none(name) } else { None };
-    text.ok_or_else(|| FormatError::encode(format!("EXR: {name:?} cannot be a name: expected printable ASCII")))
+    text.ok_or_else(|| FormatError::encode(format!("EXR: {name:?} is not a valid name; expected printable ASCII")))
 }

@@ -1,8 +1,8 @@
-//! Masks in the forms of data sets: run lengths and polygons.
+//! Masks in the formats of data sets: run lengths and polygons.
 
-/// COCO's run-length encoding of a mask, row by row: lengths of runs of 0 and 1 in turn, down the columns, packed as
-/// text: five bits a character from the lowest, the sixth says that more follow; from the fourth run on, a run is told as
-/// the difference to the one two before (`maskApi.c` of COCO's API).
+/// Returns COCO's run-length encoding of a mask given row by row: alternating run lengths of 0 and 1, column by column,
+/// packed as text. A character contains five bits, the lowest first, and a sixth bit that marks a continuation. From
+/// the fourth run on, a run is encoded as the difference from the run two before (`maskApi.c` of COCO's API).
 pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
     let mut runs: Vec<i64> = vec![];
     let (mut last, mut length) = (false, 0);
@@ -33,12 +33,12 @@ pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
     text
 }
 
-/// The outlines of a mask along the edges of its pixels, as closed polygons of corners (x, y) without the repeated first
-/// one. Polygons have no holes and share no area: a part with a hole is cut in two through it. Filling all of them gives
-/// the mask back.
+/// Returns the outlines of a mask along its pixel edges, as closed polygons of corners (x, y) without repeating the
+/// first one. Polygons have no holes and do not overlap: a part with a hole is cut in two through the hole. Filling all
+/// polygons restores the mask.
 pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
     let mut found = vec![];
-    // Ranges of columns that are not outlined yet.
+    // Ranges of columns that have not been outlined yet.
     let mut parts = vec![(0, width)];
     while let Some((left, right)) = parts.pop() {
         let loops = trace_outlines(mask, [width, height], left, right);
@@ -48,7 +48,7 @@ pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>
             corners.iter().fold((u32::MAX, 0), widen)
         };
         match hole.map(columns) {
-            // Cut through the hole, which opens it on both sides.
+            // Cut through the hole, which is then open on both sides.
             Some((from, to)) => {
                 let cut = (from + ((to - from) / 2).max(1)) as usize;
                 parts.push((cut, right));
@@ -60,24 +60,24 @@ pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>
     found
 }
 
-/// Twice the area inside of a closed polygon, positive where it runs clockwise in a picture.
+/// Twice the area inside a closed polygon, positive if it runs clockwise in the image.
 fn area(corners: &[[u32; 2]]) -> i64 {
     let next = corners.iter().cycle().skip(1);
     corners.iter().zip(next).map(|(a, b)| i64::from(a[0]) * i64::from(b[1]) - i64::from(b[0]) * i64::from(a[1])).sum()
 }
 
-/// Directions in which an outline goes on from a corner: right, down, left, up.
+/// Directions in which an outline continues from a corner: right, down, left, up.
 const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
-/// All outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
-/// counter-clockwise. Pixels that touch at a corner are apart.
+/// All outlines of the columns from `left` up to `right`, with the mask on their right side: clockwise around parts,
+/// counter-clockwise around holes. Pixels that touch only at a corner are separate.
 fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right: usize) -> Vec<Vec<[u32; 2]>> {
     let inside = |x: i64, y: i64| {
         (left as i64..right as i64).contains(&x)
             && (0..height as i64).contains(&y)
             && mask[y as usize * width + x as usize]
     };
-    // True if an edge leaves a corner in this direction: the mask to its right and not to its left.
+    // True if an edge leaves a corner in this direction, with the mask on its right and not on its left.
     let leaves = |[x, y]: [i64; 2], direction: usize| {
         let (a, b) = match direction {
             0 => (inside(x, y), inside(x, y - 1)),
@@ -88,7 +88,7 @@ fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right
         a && !b
     };
     let columns = right - left;
-    // Edges to the right are where outlines begin; each outline has some.
+    // Outlines start at edges to the right; each outline has at least one.
     let mut walked = vec![false; (columns + 1) * (height + 1)];
     let place = |[x, y]: [i64; 2]| y as usize * (columns + 1) + x as usize - left;
     let mut loops = vec![];
@@ -103,7 +103,7 @@ fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right
                     walked[place(at)] = true;
                 }
                 at = [at[0] + DIRECTIONS[direction][0], at[1] + DIRECTIONS[direction][1]];
-                // Right turns first: what touches at a corner stays apart.
+                // Prefer right turns, so that regions touching only at a corner stay separate polygons.
                 let turn = [(direction + 1) % 4, direction, (direction + 3) % 4];
                 let next = turn.into_iter().find(|&next| leaves(at, next)).unwrap_or(direction);
                 if next != direction {

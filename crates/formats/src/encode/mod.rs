@@ -1,4 +1,5 @@
-//! Encoders of frames and masks: bytes from pixels. Stands alone; putting bytes on a disk is the business of the caller.
+//! Encoders of frames and masks: bytes from pixels. They are independent of other folders; the caller writes the bytes
+//! to disk.
 
 pub mod exr;
 pub mod hdr;

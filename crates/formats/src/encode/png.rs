@@ -1,30 +1,31 @@
-//! PNG out (W3C PNG, third edition), always marked as sRGB.
+//! Writing of PNG (W3C PNG, third edition), always marked as sRGB.
 
 use crate::error::{FormatError, Result};
 
-/// The samples of an image, row-major from the top left, channels together.
+/// Samples of an image, row by row from the top left; the channels of a pixel are adjacent.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
-    /// 8 bits a channel.
+    /// 8 bits per channel.
     U8(&'a [u8]),
-    /// 16 bits a channel.
+    /// 16 bits per channel.
     U16(&'a [u16]),
 }
 
-/// A PNG file of `size` (columns, rows) with 1 (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGBA) channels.
+/// Returns a PNG file of `size` (columns, rows) with 1 (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGBA) channels.
 ///
-/// The samples are stored as they are; colour is expected in sRGB, and the file says so. Ids and depths may use it too:
-/// grey of 16 bits.
+/// The samples are stored unchanged. Colour is expected in sRGB, and the file is marked accordingly. Ids and depths can
+/// be stored as 16-bit grey.
 ///
 /// # Errors
-/// When the number of samples is not columns x rows x channels, a side is 0, or `channels` is none of these.
+/// An error if the number of samples is not columns x rows x channels, if a side is 0, or if `channels` is out of
+/// range.
 pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<Vec<u8>> {
     let color = match channels {
         1 => png::ColorType::Grayscale,
         2 => png::ColorType::GrayscaleAlpha,
         3 => png::ColorType::Rgb,
         4 => png::ColorType::Rgba,
-        _ => return Err(FormatError::encode(format!("PNG: {channels} channels, expected 1, 2, 3 or 4"))),
+        _ => return Err(FormatError::encode(format!("PNG: {channels} channels; expected 1, 2, 3 or 4"))),
     };
     let (count, depth, bytes);
     let big_endian: Vec<u8>;
@@ -39,7 +40,7 @@ pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<V
     let pixels = u64::from(columns) * u64::from(rows);
     if pixels == 0 || pixels.checked_mul(channels as u64) != Some(count as u64) {
         return Err(FormatError::encode(format!(
-            "PNG: {count} samples, expected {columns} x {rows} x {channels} and more than 0"
+            "PNG: {count} samples; expected {columns} x {rows} x {channels} and more than 0"
         )));
     }
     let mut file = Vec::new();

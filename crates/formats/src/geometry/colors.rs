@@ -1,25 +1,25 @@
-//! Two sources of colour for one surface. Mesh formats define no product of them, so one is used.
+//! Two sources of colour for one surface. Mesh formats do not define a product of them, so only one is used.
 
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Notice, NoticeCode};
 
 const WHITE: Rgb = [1.0; 3];
 
-/// Keeps the colours of the vertices or those of the faces, where a mesh has both; returns what is used.
+/// Keeps either the vertex colours or the face colours of a mesh that has both; returns the ones that are used.
 pub(crate) fn choose(mesh: &mut Mesh) -> Option<Notice> {
     let (vertices, faces) = (mesh.vertex_colors.as_deref()?, mesh.face_colors.as_deref()?);
-    // Colours that are all the same say less.
+    // Colours that are all equal contain less information.
     let one = |colors: &[Rgb]| colors.windows(2).all(|pair| pair[0] == pair[1]);
     if one(vertices) && !one(faces) {
         mesh.vertex_colors = None;
-        return Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: those of the faces are used"));
+        return Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: only the face colours are used"));
     }
     mesh.face_colors = None;
-    Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: those of the vertices are used"))
+    Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: only the vertex colours are used"))
 }
 
-/// Makes triangles with an image white, and their vertices, each its own where others use it too. `textured` is by material
-/// slot. Returns how many triangles had a colour.
+/// Sets the colours of triangles with an image, and of their vertices, to white; vertices shared with other triangles
+/// are duplicated. `textured` is indexed by material slot. Returns the number of triangles that had a colour.
 pub(crate) fn hide_below_images(mesh: &mut Mesh, textured: &[bool]) -> usize {
     if mesh.vertex_colors.is_none() && mesh.face_colors.is_none() {
         return 0;

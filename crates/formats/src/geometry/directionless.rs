@@ -1,10 +1,10 @@
-//! Normals without a direction: zeros, or numbers that are not finite.
+//! Normals without a direction: zeros, or values that are not finite.
 
 use glam::DVec3;
 use raycam_scene::Mesh;
 
-/// Gives vertices whose normal is zero the mean normal of their triangles, weighted by area; returns how many of them
-/// triangles use.
+/// Replaces zero normals of vertices by the area-weighted mean normal of their triangles; returns the number of these
+/// vertices that triangles use.
 pub(crate) fn fill_normals(mesh: &mut Mesh) -> usize {
     let Some(normals) = mesh.normals.as_mut().filter(|normals| normals.contains(&[0.0; 3])) else { return 0 };
     let mut sums = vec![None; normals.len()];

@@ -10,12 +10,13 @@ use crate::geometry::reflex_kd_tree::{ReflexKdTree, signed_area2};
 #[derive(Debug)]
 pub(crate) struct WorkLimitExceeded;
 
-/// Cuts the polygon with these corners (at least 3) into exactly `corners.len() - 2` triangles of corner numbers, with
-/// its own turning sense, appended to `triangles`.
+/// Cuts the polygon with these corners (at least 3) into exactly `corners.len() - 2` triangles of corner indices with
+/// the polygon's orientation, and appends them to `triangles`.
 ///
-/// The polygon is seen along its area vector (Newell), may be concave, and need not be quite flat. Corners in the middle
-/// of a straight side are used too, so that neighbours that share them meet without gaps. One that crosses itself keeps
-/// its signed area; one without area becomes triangles without area. `steps` is counted down by the work done.
+/// The polygon is viewed along its area vector (Newell); it may be concave, and need not be exactly planar. Corners in
+/// the middle of a straight side are used too, so that adjacent polygons that share them have no gaps. A polygon that
+/// intersects itself keeps its signed area; one without area becomes triangles without area. `steps` is reduced by the
+/// work done.
 pub(crate) fn triangulate(
     corners: &[DVec3],
     steps: &mut u64,
@@ -32,7 +33,7 @@ pub(crate) fn triangulate(
     Ok(())
 }
 
-/// The corners in their best plane, turning to the left; `None` where there is no such plane.
+/// Corners projected to the best-fitting plane, counter-clockwise; `None` if there is no such plane.
 fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
     let origin = corners[0];
     let area: DVec3 = corners.windows(2).map(|w| (w[0] - origin).cross(w[1] - origin)).sum();
@@ -45,27 +46,27 @@ fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
 fn strictly_convex(flat: &[DVec2]) -> bool {
     let at = |i: usize| flat[i % flat.len()];
     (0..flat.len()).all(|i| signed_area2(at(i), at(i + 1), at(i + 2)) > 0.0)
-        // Turning to the left all the way, but more than once around, is a star.
+        // A contour that always turns left but more than once around is a star.
         && (1..flat.len() - 1).all(|i| signed_area2(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
-/// Neighbour of a corner that has been clipped.
+/// Marks a neighbour of a corner that has been clipped.
 const REMOVED: u32 = u32::MAX;
 
-/// The remaining polygon: a ring of corners.
+/// Remaining polygon: a ring of corners.
 ///
-/// A corner is tried again only when its neighbours have changed or the one that lay in its ear does so no longer, so
-/// that the work grows little faster than the number of corners.
+/// A corner is tested again only if its neighbours have changed or the obstacle in its ear is no longer there, so that
+/// the work grows only slightly faster than the number of corners.
 struct EarClipper {
     flat: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// All corners; those that are not strictly convex are marked, since only these can lie in an ear.
+    /// All corners; those that are not strictly convex are marked, because only these can be inside an ear.
     reflex: ReflexKdTree,
-    /// Convex corners to test, each with its version: an entry with an older version is stale.
+    /// Convex corners to test, each with a version: an entry with an older version is stale.
     queue: VecDeque<(u32, u32)>,
     versions: Vec<u32>,
-    /// Corners that wait for an obstacle in their ear to go, by that obstacle.
+    /// Corners whose ear is blocked, by the blocking obstacle.
     blocked: Vec<Vec<u32>>,
 }
 
@@ -89,7 +90,8 @@ impl EarClipper {
         let mut corner = 0;
         for left in (4..=self.flat.len()).rev() {
             let ear = self.next_ear(steps)?;
-            // No ear: it crosses or touches itself. Take the corner that loses least.
+            // There is no ear, because the polygon intersects or touches itself. Use the corner that loses the least
+            // area.
             let ear = match ear {
                 Some(ear) => ear,
                 None => self.least_reflex(corner, left, steps)?,
@@ -123,7 +125,7 @@ impl EarClipper {
         signed_area2(a, b, c)
     }
 
-    /// The next corner whose triangle can be cut off.
+    /// Next corner whose triangle can be cut off.
     fn next_ear(&mut self, steps: &mut u64) -> Result<Option<u32>, WorkLimitExceeded> {
         while let Some((corner, version)) = self.queue.pop_front() {
             charge(steps, 1)?;
@@ -140,7 +142,7 @@ impl EarClipper {
         Ok(None)
     }
 
-    /// The first convex corner from `start` on, else the corner with the greatest signed area.
+    /// First convex corner from `start` on, or otherwise the corner with the largest signed area.
     fn least_reflex(&self, start: u32, left: usize, steps: &mut u64) -> Result<u32, WorkLimitExceeded> {
         let mut best = (start, f64::NEG_INFINITY);
         let mut corner = start;

@@ -1,4 +1,4 @@
-//! Vertices that are not finite: faces on them are left out.
+//! Vertices that are not finite: faces that use them are omitted.
 
 use glam::DVec3;
 use raycam_scene::Mesh;
@@ -7,7 +7,7 @@ use raycam_scene::Mesh;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct NonFinite {
     pub(crate) vertices: usize,
-    /// Triangles that had such a corner, and are gone.
+    /// Number of triangles that were removed because of such a corner.
     pub(crate) triangles: usize,
 }
 
@@ -17,14 +17,14 @@ impl NonFinite {
         let Self { vertices, triangles } = self;
         match (vertices, triangles) {
             (0, _) => None,
-            (_, 0) => Some(format!("vertices that are not finite, and that no face uses: {vertices}")),
-            _ => Some(format!("faces with vertices that are not finite are left out: {triangles}")),
+            (_, 0) => Some(format!("{vertices} unused vertices are not finite")),
+            _ => Some(format!("{triangles} faces omitted: their vertices are not finite")),
         }
     }
 }
 
-/// Removes the triangles that have a corner which is not finite. Vertices stay, so that other arrays keep their length;
-/// those that are not finite move to the first finite one.
+/// Removes the triangles with a corner that is not finite. Vertices are kept, so that other arrays keep their length;
+/// those that are not finite move to the first finite vertex.
 pub(crate) fn drop_non_finite(mesh: &mut Mesh) -> NonFinite {
     let vertices = mesh.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
     if vertices == 0 {
@@ -32,7 +32,7 @@ pub(crate) fn drop_non_finite(mesh: &mut Mesh) -> NonFinite {
     }
     let all = mesh.vertices.len();
     let finite = |triangle: &[u32; 3]| {
-        // An index beyond the vertices is another fault.
+        // An index beyond the vertices is reported elsewhere.
         triangle.iter().all(|&i| i as usize >= all || mesh.vertices[i as usize].is_finite())
     };
     let kept: Vec<bool> = mesh.triangles.iter().map(finite).collect();
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn triangles_go_with_all_that_belongs_to_them() {
+    fn removed_triangles_take_their_attributes_with_them() {
         let mut mesh = Mesh {
             vertices: vec![DVec3::NAN, DVec3::X, DVec3::Y, DVec3::Z, DVec3::splat(f64::INFINITY)],
             triangles: vec![[1, 2, 3], [0, 1, 2], [3, 2, 1], [2, 3, 4]],

@@ -1,4 +1,4 @@
-//! Meshes from faces: triangulation, welding and splitting of vertices. Uses `io` alone.
+//! Meshes from faces: triangulation, welding and splitting of vertices. Uses only `io`.
 
 pub(crate) mod colors;
 pub(crate) mod directionless;

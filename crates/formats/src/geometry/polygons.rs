@@ -1,4 +1,4 @@
-//! The polygons of a file, and the triangles they become.
+//! Polygons of a file, and the triangles into which they are cut.
 
 use std::ops::Range;
 use std::path::Path;
@@ -11,48 +11,48 @@ use crate::error::{FormatError, Result};
 use crate::geometry::ear_clipping;
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
 
-/// Greatest number of corners of one polygon: bounds the memory of cutting it.
+/// Maximum number of corners in a polygon; limits the memory for cutting it.
 const MAX_CORNERS: usize = 1 << 20;
 
-/// Faces of fewer than 3 corners: they have no area, and are passed over as other readers do.
+/// Faces with fewer than 3 corners: they have no area, and are skipped, as in other readers.
 #[derive(Debug, Default)]
 pub(crate) struct DegenerateFaces {
     count: usize,
-    /// Place of the first.
+    /// Position of the first one.
     first: Option<String>,
 }
 
 impl DegenerateFaces {
-    /// Counts one.
+    /// Counts a face.
     pub(crate) fn add(&mut self, place: impl FnOnce() -> String) {
         self.count += 1;
         self.first.get_or_insert_with(place);
     }
 
-    /// Counts those of a later part of the file.
+    /// Counts the faces of a later part of the file.
     pub(crate) fn append(&mut self, later: Self) {
         self.count += later.count;
         self.first = self.first.take().or(later.first);
     }
 
-    /// The notice about these faces, if there are any.
+    /// Notice about these faces, if there are any.
     pub(crate) fn notice(&self, path: &Path) -> Option<Notice> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
-        let message = format!("{path}: faces of fewer than 3 corners are skipped: {count}, the first in {first}");
+        let message = format!("{path}: {count} faces with fewer than 3 corners are skipped, the first in {first}");
         Some(Notice::new(NoticeCode::DroppedGeometry, message))
     }
 }
 
-/// Polygons as one flat list of corners. Most files have nothing but triangles, and many nothing but positions: what
-/// these do not need takes no memory, for touching memory is much of the time that a file takes.
+/// Polygons as one flat list of corners. Most files contain only triangles, and many only positions. Data that a file
+/// does not have takes no memory, because first access to memory takes much of the reading time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Polygons {
     positions: Vec<u32>,
-    /// Texture coordinates and normal of each corner; none at all while no corner has any.
+    /// Texture coordinates and normal of each corner; empty if no corner has any.
     attributes: Vec<[u32; 2]>,
     /// Number of triangles before the first other polygon.
     triangles: usize,
-    /// Ends of the further polygons in `positions`.
+    /// End offsets of the further polygons in `positions`.
     ends: Vec<usize>,
 }
 
@@ -65,12 +65,12 @@ impl Polygons {
         self.ends.reserve_exact(sum(|p| p.ends.len()));
     }
 
-    /// How many polygons there are.
+    /// Number of polygons.
     pub(crate) fn len(&self) -> usize {
         self.triangles + self.ends.len()
     }
 
-    /// Adds a corner to the polygon under construction.
+    /// Adds a corner to the current polygon.
     pub(crate) fn push_corner(&mut self, corner: Corner) {
         let attributes = [corner.uv, corner.normal];
         if !self.attributes.is_empty() || attributes != [NO_INDEX; 2] {
@@ -80,7 +80,7 @@ impl Polygons {
         self.positions.push(corner.position);
     }
 
-    /// Ends the polygon under construction, and drops it where it has fewer than 3 corners. True if it was kept.
+    /// Ends the current polygon, and drops it if it has fewer than 3 corners. True if it was kept.
     pub(crate) fn end_face(&mut self) -> bool {
         let (start, end) = (self.start(self.len()), self.positions.len());
         match end - start {
@@ -95,7 +95,7 @@ impl Polygons {
         true
     }
 
-    /// Adds polygons after these.
+    /// Appends polygons.
     pub(crate) fn append(&mut self, mut later: Self) {
         let start = self.positions.len();
         if self.ends.is_empty() {
@@ -113,18 +113,18 @@ impl Polygons {
         self.positions.append(&mut later.positions);
     }
 
-    /// Number of corners of all polygons, with the polygon under construction.
+    /// Number of corners of all polygons, including the current one.
     pub(crate) fn corner_count(&self) -> usize {
         self.positions.len()
     }
 
-    /// A corner, counted over all polygons.
+    /// Corner by its index over all polygons.
     fn corner_at(&self, corner: usize) -> Corner {
         let [uv, normal] = (self.attributes.get(corner)).map_or([NO_INDEX; 2], |given| *given);
         Corner { position: self.positions[corner], uv, normal }
     }
 
-    /// Changes a corner, counted over all polygons, if it is there.
+    /// Changes a corner, by its index over all polygons, if it exists.
     pub(crate) fn edit_corner(&mut self, corner: usize, change: impl FnOnce(&mut Corner)) {
         if corner >= self.positions.len() {
             return;
@@ -164,8 +164,8 @@ impl Polygons {
         self.range(polygon).map(|corner| self.corner_at(corner))
     }
 
-    /// Cuts a range of the polygons, of at least 3 corners each, and shows every triangle with the number of its
-    /// polygon, in order. Corners and work are taken from the budget.
+    /// Cuts a range of the polygons, of at least 3 corners each, and passes every triangle with the index of its
+    /// polygon, in order. Corners and work are charged to the budget.
     pub(crate) fn triangles(
         &self,
         range: Range<usize>,
@@ -185,12 +185,12 @@ impl Polygons {
                 continue;
             }
             if corners.len() > MAX_CORNERS {
-                let message = format!("a face of {} corners, more than {MAX_CORNERS}", corners.len());
+                let message = format!("a face has {} corners; the maximum is {MAX_CORNERS}", corners.len());
                 return Err(FormatError::unsupported(path, message));
             }
             points.clear();
             points.extend(self.get(polygon).map(&position));
-            // Such a face is left out later: one triangle stands for it.
+            // Such a face is omitted later, so a single triangle represents it.
             if let Some(bad) = points.iter().position(|point| !point.is_finite()) {
                 let count = corners.len();
                 triangle(polygon, [0, 1, 2].map(|i| self.corner_at(corners.start + (bad + i) % count)));
@@ -199,7 +199,7 @@ impl Polygons {
             cut.clear();
             ear_clipping::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| FormatError::Budget {
                 path: path.into(),
-                what: "steps were not enough to cut its polygons into triangles",
+                what: "steps to cut its polygons into triangles",
                 amount: before,
                 left: 0,
             })?;

@@ -1,8 +1,8 @@
-//! k-d tree (Bentley 1975) of the corners of a polygon, to find a reflex corner in an ear.
+//! k-d tree (Bentley 1975) of a polygon's corners, used to find a reflex corner inside an ear.
 
 use glam::DVec2;
 
-/// The corners of a leaf, at most.
+/// Maximum number of corners in a leaf.
 const LEAF_POINTS: usize = 8;
 
 /// A k-d tree over fixed points, some of which are marked.
@@ -11,7 +11,7 @@ pub(crate) struct ReflexKdTree {
     order: Vec<u32>,
     /// Index in `order` of each point.
     position: Vec<u32>,
-    /// A node's two children come one after the other.
+    /// Node; its two children are adjacent.
     nodes: Vec<KdNode>,
     marked: Vec<bool>,
 }
@@ -27,13 +27,13 @@ struct KdNode {
     marks: u32,
 }
 
-/// Twice the signed area of a triangle: positive where it turns to the left.
+/// Twice the signed area of a triangle: positive if it turns left.
 pub(crate) fn signed_area2(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
 impl ReflexKdTree {
-    /// A tree over these points, of which none is marked.
+    /// Returns a tree over these points, none of them marked.
     pub(crate) fn new(points: &[DVec2]) -> Self {
         let mut tree = Self {
             order: (0..points.len() as u32).collect(),
@@ -93,8 +93,8 @@ impl ReflexKdTree {
         }
     }
 
-    /// A marked point in the closed counter-clockwise triangle that is at none of its corners, and the number of nodes
-    /// and points that were visited.
+    /// Returns a marked point in the closed counter-clockwise triangle that is not one of its corners, and the number
+    /// of nodes and points visited.
     pub(crate) fn find_inside(&self, points: &[DVec2], triangle: [DVec2; 3]) -> (Option<u32>, u64) {
         let [a, b, c] = triangle;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -117,7 +117,7 @@ impl ReflexKdTree {
             steps += own.len() as u64;
             let found = own.iter().find(|&&point| {
                 let p = points[point as usize];
-                // A corner at the same place as one of these is a bridge to a hole, not an obstacle.
+                // A corner at the same position as one of these is a bridge to a hole, not an obstacle.
                 self.marked[point as usize]
                     && p != a
                     && p != b
@@ -146,8 +146,8 @@ impl KdNode {
         }
     }
 
-    /// True if the whole box lies to the right of the line from a to b. Rounding is monotone: the sign at the corner
-    /// furthest to the left bounds the sign of every point inside, computed in the same way.
+    /// True if the whole box is to the right of the line from a to b. Rounding is monotone: the sign at the leftmost
+    /// corner bounds the sign, computed in the same way, of every point inside.
     fn is_right_of(&self, a: DVec2, b: DVec2) -> bool {
         let along = b - a;
         let x = if along.y > 0.0 { self.low.x } else { self.high.x };
@@ -161,11 +161,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_found_is_what_looking_at_every_point_finds() {
+    fn tree_search_finds_the_same_points_as_a_full_search() {
         let mut state = 7_u64;
         let mut random = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            // Few values, so that points meet and lie on sides.
+            // Few distinct values, so that points coincide and lie on sides.
             ((state >> 60) as f64) / 4.0
         };
         let points: Vec<DVec2> = (0..300).map(|_| DVec2::new(random(), random())).collect();

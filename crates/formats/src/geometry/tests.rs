@@ -1,4 +1,4 @@
-//! Cutting polygons: every triangulation covers the polygon once.
+//! Cutting of polygons: every triangulation covers the polygon exactly once.
 
 use glam::DQuat;
 use glam::DVec3;
@@ -12,7 +12,7 @@ fn cut(corners: &[DVec3]) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Every triangle's area, with its sign as seen along `normal`.
+/// Signed area of every triangle as seen along `normal`.
 fn areas(corners: &[DVec3], normal: DVec3) -> Vec<f64> {
     let area = |[a, b, c]: [u32; 3]| {
         let [a, b, c] = [a, b, c].map(|i| corners[i as usize]);
@@ -30,7 +30,7 @@ fn flat(points: &[[f64; 2]]) -> Vec<DVec3> {
     points.iter().map(|p| DVec3::new(p[0], p[1], 0.0)).collect()
 }
 
-/// No triangle turns back and none is missing: together they are the polygon.
+/// No triangle is reversed or missing: together they cover the polygon.
 fn covers(corners: &[DVec3], normal: DVec3) {
     let areas = areas(corners, normal);
     let whole = signed_area(corners, normal);
@@ -39,7 +39,7 @@ fn covers(corners: &[DVec3], normal: DVec3) {
     assert!(areas.iter().all(|&area| area >= -1e-13 * whole), "{areas:?}");
 }
 
-/// Numbers from 0 to 1, the same every time.
+/// Reproducible random numbers from 0 to 1.
 fn random() -> impl FnMut() -> f64 {
     let mut state = 7_u64;
     move || {
@@ -49,7 +49,7 @@ fn random() -> impl FnMut() -> f64 {
 }
 
 #[test]
-fn stars_of_any_shape_in_any_plane_are_covered_once() {
+fn stars_in_any_plane_are_covered_exactly_once() {
     let mut random = random();
     for round in 0..400 {
         let count = 4 + round % 60;
@@ -71,7 +71,7 @@ fn stars_of_any_shape_in_any_plane_are_covered_once() {
 }
 
 #[test]
-fn corners_in_the_middle_of_sides_make_no_flat_triangles() {
+fn corners_on_straight_sides_do_not_create_flat_triangles() {
     let square = flat(&[[0., 0.], [1., 0.], [2., 0.], [2., 2.], [1., 2.], [0., 2.], [0., 1.]]);
     assert!(areas(&square, DVec3::Z).iter().all(|&area| area > 0.1));
     covers(&square, DVec3::Z);
@@ -80,7 +80,7 @@ fn corners_in_the_middle_of_sides_make_no_flat_triangles() {
 }
 
 #[test]
-fn an_arrow_is_cut_at_its_notch() {
+fn concave_polygons_are_cut_at_the_notch() {
     for start in 0..4 {
         let mut arrow = flat(&[[0., 0.], [2., 1.], [0., 2.], [0.5, 1.]]);
         arrow.rotate_left(start);
@@ -91,7 +91,7 @@ fn an_arrow_is_cut_at_its_notch() {
 }
 
 #[test]
-fn a_hole_with_a_bridge_stays_open() {
+fn holes_connected_by_a_bridge_stay_open() {
     let ring =
         flat(&[[0., 0.], [4., 0.], [4., 4.], [0., 4.], [0., 0.], [1., 1.], [1., 3.], [3., 3.], [3., 1.], [1., 1.]]);
     covers(&ring, DVec3::Z);
@@ -99,7 +99,7 @@ fn a_hole_with_a_bridge_stays_open() {
 }
 
 #[test]
-fn combs_and_spirals_are_covered() {
+fn combs_and_spirals_are_covered_exactly_once() {
     let teeth = 200;
     let mut comb = vec![[0.0, 0.0], [2.0 * teeth as f64, 0.0]];
     comb.extend((0..2 * teeth).map(|i| [(2 * teeth - i) as f64, if i % 2 == 0 { 10.0 } else { 1.0 }]));
@@ -114,7 +114,7 @@ fn combs_and_spirals_are_covered() {
 
 #[test]
 fn degenerate_polygons_keep_their_signed_area() {
-    // Crossing itself, all on a line, all in one point, and not flat.
+    // Self-intersecting, collinear, all at one point, and not planar.
     let pentagram: Vec<_> = (0..5).map(|i| (f64::from(i) * 2.0 * 72.0).to_radians().sin_cos().into()).collect();
     let bow = vec![[0., 0.], [2., 2.], [2., 0.], [0., 2.1], [-1., 1.]];
     for points in [pentagram, bow, vec![[0., 0.], [1., 0.], [2., 0.], [3., 0.]], vec![[1., 1.]; 6]] {
@@ -128,7 +128,7 @@ fn degenerate_polygons_keep_their_signed_area() {
 }
 
 #[test]
-fn work_is_limited() {
+fn triangulation_stops_at_the_step_limit() {
     let zigzag: Vec<_> = (0..1000).map(|i| [f64::from(i), f64::from(i % 2)]).chain([[500.0, 900.0]]).collect();
     let (mut steps, mut triangles) = (1000, Vec::new());
     assert!(triangulate(&flat(&zigzag), &mut steps, &mut triangles).is_err());
@@ -136,7 +136,7 @@ fn work_is_limited() {
 }
 
 #[test]
-fn large_contours_take_little_work() {
+fn large_contours_need_little_work() {
     let count = 40_000;
     let around = |i: usize, radius: f64| {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / count as f64).sin_cos();

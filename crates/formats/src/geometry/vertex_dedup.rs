@@ -1,49 +1,50 @@
-//! Vertices from corners with attributes of their own: a position is repeated only where its attributes differ.
+//! Vertices from corners with separate attribute indices: a position is repeated only if its attributes differ.
 
 use std::collections::HashMap;
 
-/// A corner of a face: indices of a position, of texture coordinates and of a normal.
+/// Corner of a face: indices of a position, of texture coordinates and of a normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Corner {
     pub(crate) position: u32,
-    /// Or [`NO_INDEX`].
+    /// Index of the texture coordinates, or [`NO_INDEX`].
     pub(crate) uv: u32,
-    /// Or [`NO_INDEX`].
+    /// Index of the normal, or [`NO_INDEX`].
     pub(crate) normal: u32,
 }
 
 impl Corner {
-    /// A corner that has nothing but its position.
+    /// Returns a corner with only a position.
     pub(crate) fn plain(position: u32) -> Self {
         Self { position, uv: NO_INDEX, normal: NO_INDEX }
     }
 }
 
-/// No such attribute.
+/// Value for a missing attribute.
 pub(crate) const NO_INDEX: u32 = u32::MAX;
-/// Attribute of a vertex that no corner has claimed yet.
+/// Value for an attribute of a vertex that no corner has used yet.
 const UNUSED: u32 = u32::MAX - 1;
-/// Vertices of one position in a linked list; further ones are hashed, so that no file makes the search slow.
+/// Maximum length of the linked list of vertices at one position; further ones are hashed, so that no file makes the
+/// search slow.
 const MAX_CHAIN: usize = 32;
 
-/// The vertices of one mesh as they are found.
+/// Vertices of one mesh, in the order in which they are found.
 pub(crate) struct VertexDeduper {
-    /// Corner of each vertex; `uv` is above every index where no corner uses the vertex.
+    /// Corner of each vertex; `uv` is above every valid index if no corner uses the vertex.
     pub(crate) corner_of: Vec<Corner>,
-    /// The next vertex at the same position.
+    /// Next vertex at the same position.
     next: Vec<u32>,
-    /// The first vertex of each position.
+    /// First vertex of each position.
     first: Vec<u32>,
     crowded: HashMap<(u32, u32, u32), u32>,
 }
 
 impl VertexDeduper {
-    /// For positions below `count`.
+    /// Defined for positions below `count`.
     pub(crate) fn new(count: usize) -> Self {
         Self { corner_of: Vec::new(), next: Vec::new(), first: vec![NO_INDEX; count], crowded: HashMap::new() }
     }
 
-    /// Begins another mesh.
+    /// Starts another mesh.
     pub(crate) fn clear(&mut self) {
         for corner in self.corner_of.drain(..) {
             self.first[corner.position as usize] = NO_INDEX;
@@ -52,7 +53,8 @@ impl VertexDeduper {
         self.crowded.clear();
     }
 
-    /// Reserves the next vertices for these positions, in this order: a mesh without seams keeps the order of the file.
+    /// Reserves the next vertices for these positions, in this order, so that a mesh without seams keeps the order of
+    /// the file.
     pub(crate) fn reserve(&mut self, positions: impl Iterator<Item = u32>) {
         for position in positions {
             if self.first[position as usize] == NO_INDEX {
@@ -67,7 +69,7 @@ impl VertexDeduper {
         (self.corner_of.len() - 1) as u32
     }
 
-    /// The vertex of a corner whose position is reserved.
+    /// Vertex of a corner whose position is reserved.
     pub(crate) fn vertex_of(&mut self, corner: Corner) -> u32 {
         let mut vertex = self.first[corner.position as usize];
         for place in 1..=MAX_CHAIN {

@@ -1,4 +1,4 @@
-//! Corners at exactly the same point made one vertex.
+//! Welding: corners at exactly the same point become one vertex.
 
 use std::convert::Infallible;
 use std::hash::{BuildHasher, RandomState};
@@ -8,17 +8,17 @@ use glam::DVec3;
 
 use crate::io::parallel;
 
-/// Somewhere that is finite.
+/// Finite position.
 pub(crate) trait WeldKey: Copy + Send + Sync {
     type Bits: Eq;
 
-    /// Equal where the points are.
+    /// Key that is equal for equal points.
     fn bits(self) -> Self::Bits;
 
     fn hash(self, seed: HashSeed) -> u64;
 }
 
-// Adding 0 makes -0 and 0 the same.
+// Adding 0 converts -0 to 0.
 
 impl WeldKey for DVec3 {
     type Bits = [u64; 3];
@@ -46,7 +46,7 @@ impl WeldKey for [f32; 3] {
     }
 }
 
-/// Drawn, so that no file can be made of which all points have the same hash.
+/// Random, so that no file can be created whose points all have the same hash.
 #[derive(Clone, Copy)]
 pub(crate) struct HashSeed([u64; 3]);
 
@@ -63,11 +63,12 @@ fn fold(a: u64, b: u64) -> u64 {
     wide as u64 ^ (wide >> 64) as u64
 }
 
-/// Places, each once, in the order in which they came first.
+/// Distinct positions, in the order in which they first occurred.
 pub(crate) struct VertexWelder<P> {
     /// The points.
     pub(crate) points: Vec<P>,
-    /// One more than an index into `points`, or 0; probe from where the hash says. At least twice as long as `points`.
+    /// Index into `points` plus one, or 0 for an empty slot; probing starts at the hash. At least twice as long as
+    /// `points`.
     table: Vec<u32>,
     seed: HashSeed,
 }
@@ -79,7 +80,7 @@ impl<P: WeldKey> Default for VertexWelder<P> {
 }
 
 impl<P: WeldKey> VertexWelder<P> {
-    /// A welder with this capacity, which grows.
+    /// Creates a welder with this initial capacity.
     fn new(seed: HashSeed, capacity: usize) -> Self {
         let length = match capacity {
             0 => 0,
@@ -88,14 +89,14 @@ impl<P: WeldKey> VertexWelder<P> {
         Self { points: Vec::with_capacity(capacity), table: vec![0; length], seed }
     }
 
-    /// The index of a point.
+    /// Index of a point.
     pub(crate) fn insert(&mut self, point: P) -> u32 {
         self.insert_hashed(point, point.hash(self.seed))
     }
 
     #[inline]
     fn insert_hashed(&mut self, point: P, hash: u64) -> u32 {
-        // Most are known, and where their hash says.
+        // Most points are known and stored at the slot of their hash.
         let at = hash as usize & self.table.len().wrapping_sub(1);
         match self.table.get(at) {
             Some(&found) if found > 0 && self.points[found as usize - 1].bits() == point.bits() => found - 1,
@@ -139,25 +140,25 @@ impl<P: WeldKey> VertexWelder<P> {
     }
 }
 
-/// Parts into which points are divided by their hashes, each for one core at a time.
+/// Number of shards into which points are divided by their hashes, each processed by one thread at a time.
 const SHARDS: usize = 64;
 
-/// Which part has a hash. Its lower bits say where it is in a table.
+/// Shard of a hash. Its lower bits select the slot in a table.
 fn shard_of(hash: u64) -> usize {
     (hash >> 32) as usize % SHARDS
 }
 
-/// The points of some triangles, and those of each part again with their indices: read one after the other.
+/// Points of some triangles, and per shard the points with their indices, for sequential access.
 struct WeldBlock {
     points: Vec<[f32; 3]>,
     shards: Vec<Vec<(u32, [f32; 3])>>,
 }
 
-/// Reads triangles block by block and welds their corners: the points, each once and in the order of first use, and the
-/// triangles as indices. The result does not depend on the number of threads.
+/// Reads triangles block by block and welds their corners. Returns the distinct points in the order of first use, and
+/// the triangles as indices. The result does not depend on the number of threads.
 ///
-/// `read` gets the index of the first triangle of a block, and writes the corners of each triangle of the block. Three times
-/// `count` is less than 2³².
+/// `read` receives the index of a block's first triangle, and writes the corners of each triangle in the block. Three
+/// times `count` must be less than 2³².
 ///
 /// # Errors
 /// The error of the first block that has one.
@@ -176,7 +177,7 @@ pub(crate) fn weld_triangles<E: Send>(
         Ok(())
     })?;
     let blocks: Vec<WeldBlock> = blocks.into_iter().filter_map(OnceLock::into_inner).collect();
-    // Points are numbered through all blocks.
+    // Points are numbered consecutively over all blocks.
     let mut starts = vec![0];
     for block in &blocks {
         starts.push(starts[starts.len() - 1] + block.points.len() as u32);
@@ -201,12 +202,12 @@ pub(crate) fn weld_triangles<E: Send>(
         }
         Ok::<(), Infallible>(())
     });
-    // Optimised to a no-op: the same layout.
+    // Optimised to a no-op, because the layout is the same.
     let points = points.into_iter().map(DVec3::from_array).collect();
     Ok((points, triangles))
 }
 
-/// Welds the triangles of one block by themselves.
+/// Welds the triangles of a single block.
 fn weld_block<E>(
     seed: HashSeed,
     triangles: &mut [[u32; 3]],
@@ -229,8 +230,8 @@ fn weld_block<E>(
     Ok(WeldBlock { points: weld.points, shards })
 }
 
-/// The index of every point of all blocks among the points that differ, and for each of those its first occurrence. Each
-/// shard of hashes is searched by one thread.
+/// Returns the index of every point of all blocks among the distinct points, and the first occurrence of each distinct
+/// point. Each shard of hashes is processed by one thread.
 fn unique_points(blocks: &[WeldBlock], starts: &[u32], seed: HashSeed) -> (Vec<u32>, Vec<u32>) {
     let shards: Vec<usize> = match blocks.len() {
         0 | 1 => Vec::new(),
@@ -275,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_place_has_one_index_in_order() {
+    fn equal_positions_share_an_index_in_order_of_first_use() {
         let mut weld = VertexWelder::default();
         let point = |i: u32| DVec3::new(f64::from(i % 7), f64::from(i % 11), f64::from(i % 13) - 6.0);
         let mut expected: Vec<DVec3> = Vec::new();
@@ -292,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_are_one_place_and_neighbours_are_not() {
+    fn negative_zero_is_welded_to_zero_and_adjacent_floats_are_not() {
         let mut weld = VertexWelder::default();
         assert_eq!(weld.insert(DVec3::new(0.0, -0.0, 1.0)), 0);
         assert_eq!(weld.insert(DVec3::new(-0.0, 0.0, 1.0)), 0);
@@ -301,8 +302,8 @@ mod tests {
     }
 
     #[test]
-    fn blocks_make_what_one_core_makes() {
-        // Few and many points, some in many blocks and some at both zeros.
+    fn block_size_does_not_change_welding() {
+        // Few and many points, some in many blocks, and some with both signs of zero.
         for (count, turns) in [(0_u32, 3_u32), (1, 3), (1000, 40), (20_000, 50_000)] {
             let corner = |i: u32| {
                 let i = i.wrapping_mul(2_654_435_761) % turns;

@@ -1,6 +1,6 @@
 //! glTF 2.0 (Khronos, version 2.0.1), as JSON and as GLB, with its extensions.
 //!
-//! The whole document becomes a world: nodes with meshes become objects, cameras and lights what they are. Up is y.
+//! The whole document becomes a world: nodes with meshes become objects; cameras and lights are converted. Up is y.
 //!
 //! ```text
 //! json ← document ← mesh ← world ← read
@@ -25,13 +25,13 @@ use crate::io::{AssetRoot, Diagnostics, InputFile};
 pub(crate) use crate::gltf::document::container::head;
 pub use writer::write;
 
-/// The world in a glTF file.
+/// Reads the world in a glTF file.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> {
     let path = &source.path;
     let (mut diagnostics, allowance) = (Diagnostics::default(), MemoryAllowance::default());
     let container = Container::open(source, &mut diagnostics)?;
     allowance.grant(source.len());
-    // Each object of the document takes memory, however short it is.
+    // Each object of the document takes memory, even if its text is short.
     let json = &source.bytes[container.json.clone()];
     let objects = json.iter().filter(|&&byte| byte == b'{').count();
     allowance.charge(path, "the JSON", objects as u64, 700)?;

@@ -1,4 +1,4 @@
-//! BMP in: the decoder of `image`, after a look at whether all of the picture is there.
+//! Reading of BMP by the decoder of `image`, after a check that the image is complete.
 //!
 //! Source: Microsoft, "Bitmap Storage", BITMAPFILEHEADER, BITMAPCOREHEADER, BITMAPINFOHEADER and "Bitmap Compression".
 
@@ -15,7 +15,7 @@ pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {
         let found = BmpHeader::parse(file.bytes).map(|header| header.check_complete(file.bytes));
-        found.flatten().ok_or_else(|| file.fault("ends early, or has runs that lead out of the picture"))
+        found.flatten().ok_or_else(|| file.fault("truncated, or with runs beyond the image"))
     })
 }
 
@@ -24,9 +24,9 @@ struct BmpHeader {
     start: usize,
     columns: usize,
     rows: usize,
-    /// Bits of a pixel.
+    /// Bits per pixel.
     bits: usize,
-    /// True for run-length coding, in which no run goes on in another row.
+    /// True for run-length encoding, in which runs do not continue in the next row.
     runs: bool,
 }
 
@@ -41,7 +41,7 @@ impl BmpHeader {
             Self {
                 start,
                 columns: four(18)? as usize,
-                // Negative where rows go from the top down.
+                // Negative if rows are stored from the top down.
                 rows: four(22)?.cast_signed().unsigned_abs() as usize,
                 bits: two(28)?.into(),
                 runs: matches!(four(30)?, 1 | 2),
@@ -49,7 +49,7 @@ impl BmpHeader {
         })
     }
 
-    /// `Some` if the file has every row; allocates nothing.
+    /// `Some` if the file contains every row; allocates nothing.
     fn check_complete(&self, bytes: &[u8]) -> Option<()> {
         let bytes = bytes.get(self.start..)?;
         if self.runs {
@@ -59,12 +59,12 @@ impl BmpHeader {
         (bytes.len() >= row.checked_mul(self.rows)?).then_some(())
     }
 
-    /// `Some` if the runs end within the picture. A run of one colour that is longer than its row ends with the row, as
-    /// some writers make them.
+    /// `Some` if the runs end within the image. A run of one colour that is longer than its row ends with the row,
+    /// because some writers create such runs.
     fn runs_fit(&self, bytes: &[u8]) -> Option<()> {
         let mut bytes = bytes.iter();
         let mut next = || bytes.next().map(|&byte| usize::from(byte));
-        // `told` is the column by the lengths of runs, `at` how many pixels the row has.
+        // `told` is the column according to the run lengths, `at` the number of pixels in the row.
         let (mut row, mut at, mut told) = (0, 0, 0);
         while row < self.rows {
             match (next()?, next()?) {

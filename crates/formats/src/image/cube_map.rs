@@ -5,7 +5,7 @@
 
 use std::f32::consts::PI;
 
-/// The latitude-longitude image of a cube map whose faces have `side` x `side` texels: 4 side x 2 side texels, filtered
+/// Latitude-longitude image of a cube map whose faces have `side` x `side` texels: 4 side x 2 side texels, filtered
 /// bilinearly within each face.
 pub(super) fn latitude_longitude(faces: &[[f32; 4]], side: usize) -> ([usize; 2], Vec<[f32; 4]>) {
     let size = [4 * side, 2 * side];
@@ -18,7 +18,7 @@ pub(super) fn latitude_longitude(faces: &[[f32; 4]], side: usize) -> ([usize; 2]
     (size, texels.map(|(x, y)| texel(faces, side, direction(x, y))).collect())
 }
 
-/// The value of a direction.
+/// Value of a direction.
 fn texel(faces: &[[f32; 4]], side: usize, [x, y, z]: [f32; 3]) -> [f32; 4] {
     let [ax, ay, az] = [x.abs(), y.abs(), z.abs()];
     // Column and row in -1..=1, from left to right and from top to bottom.

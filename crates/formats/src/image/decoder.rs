@@ -1,4 +1,4 @@
-//! State and helpers of every image decoder: budget, notices, and the conversions to texels.
+//! State and helpers of all image decoders: budget, notices, and the conversions to texels.
 
 use std::path::Path;
 
@@ -10,7 +10,8 @@ use raycam_scene::{ColorUse, ErrorCode, Image, Message, Notice, NoticeCode, Texe
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 
-/// Bytes that an image may unpack to however short its file is: a flat picture of 4096 x 4096, or of 8192 x 8192.
+/// Number of bytes to which an image may decompress however short its file is: a uniform image of 4096 x 4096, or of
+/// 8192 x 8192.
 pub(crate) const MAX_UNBACKED_BYTES: u64 = 64 << 20;
 pub(crate) const MAX_UNBACKED_BYTES_STREAMED: u64 = 256 << 20;
 
@@ -22,7 +23,7 @@ pub(crate) struct Decoder<'a> {
     pub(crate) trusted: u64,
     pub(crate) budget: &'a mut Budget,
     pub(crate) notices: &'a mut Vec<Notice>,
-    /// The EXIF orientation, which no decoder applies.
+    /// EXIF orientation, which no decoder applies.
     pub(crate) orientation: Orientation,
 }
 
@@ -31,7 +32,7 @@ impl Decoder<'_> {
         FormatError::whole(self.path, message)
     }
 
-    /// The error of a file that ends before its declared content.
+    /// Error of a file that ends before its declared content.
     pub(crate) fn truncated(&self, message: impl Into<String>) -> FormatError {
         self.fault(ErrorCode::TruncatedFile.message(message))
     }
@@ -44,9 +45,10 @@ impl Decoder<'_> {
         self.notices.push(Notice::new(code, format!("{}: {message}", self.path.display())));
     }
 
-    /// Charges the pixels of an image before they are decoded, and refuses an image that unpacks to more than its
-    /// format is trusted with and 4096 times its file. True if it unpacks to more than 32 MiB and 16 times its file:
-    /// then the file is checked to its end before anything is allocated, where the format allows that.
+    /// Charges the pixels of an image before they are decoded. Rejects an image that decompresses to more than the
+    /// limit of its format and to more than 4096 times its file size. Returns true if it decompresses to more than 32
+    /// MiB and 16 times its file size: such a file is checked to its end before anything is allocated, if the format
+    /// allows that.
     pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {
@@ -56,7 +58,7 @@ impl Decoder<'_> {
         let (unpacked, length) = (pixels * texel, self.bytes.len() as u64);
         if unpacked > self.trusted + 4096 * length {
             let message = format!(
-                "{columns} x {rows} pixels in {} bytes: more than so short a file is trusted with; store the image \
+                "{columns} x {rows} pixels in {} bytes, which is too much for a file of this size; store the image \
                  smaller, or with less compression",
                 self.bytes.len()
             );
@@ -67,18 +69,18 @@ impl Decoder<'_> {
 
     /// Adds the notice about a colour profile other than sRGB.
     pub(crate) fn profile_notice(&mut self, profile: &[u8]) {
-        // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
+        // "sRGB" in the profile's description, as text or as UTF-16, requires no conversion.
         let srgb = profile.windows(4).any(|w| w == b"sRGB") || profile.windows(7).any(|w| w == b"s\0R\0G\0B");
         if !srgb {
-            self.notice(NoticeCode::IgnoredColorProfile, "its colour profile is not applied");
+            self.notice(NoticeCode::IgnoredColorProfile, "its colour profile is ignored; convert the image to sRGB");
         }
     }
 
-    /// Adds the notice about an orientation that turns the image.
+    /// Adds the notice about an orientation that rotates the image.
     pub(crate) fn orientation_notice(&mut self, orientation: Option<Orientation>) {
         self.orientation = orientation.unwrap_or(Orientation::NoTransforms);
         if self.orientation != Orientation::NoTransforms {
-            self.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is not applied");
+            self.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is ignored");
         }
     }
 
@@ -86,7 +88,7 @@ impl Decoder<'_> {
         Image::new(self.path.display().to_string(), size, texels)
     }
 
-    /// Eight bits a channel, for the image's use.
+    /// Eight bits per channel, for the image's use.
     pub(crate) fn texels8(&self, texels: Vec<[u8; 4]>) -> Texels {
         match self.color_use {
             ColorUse::Color => Texels::Srgb8(texels),
@@ -94,7 +96,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Sixteen bits a channel, for the image's use.
+    /// Sixteen bits per channel, for the image's use.
     pub(crate) fn texels16(&self, texels: Vec<[u16; 4]>) -> Texels {
         match self.color_use {
             ColorUse::Color => Texels::from_srgb16(texels),
@@ -115,14 +117,15 @@ impl Decoder<'_> {
         if replaced > 0 {
             self.notice(
                 NoticeCode::ReplacedValue,
-                format!("{replaced} values are infinite or not numbers: read as {LARGEST} and 0"),
+                format!("{replaced} values are infinite or NaN; they are read as {LARGEST} and 0"),
             );
         }
         Texels::Float(texels)
     }
 }
 
-/// The decoded image, if the budget has room for it and `whole` finds nothing missing: before anything is kept.
+/// Decoded image, if the budget is sufficient and `whole` finds nothing missing; both are checked before anything is
+/// stored.
 pub(crate) fn decode_checked(
     file: &mut Decoder<'_>,
     decoder: impl ImageDecoder,
@@ -134,7 +137,7 @@ pub(crate) fn decode_checked(
     decode_pixels(file, decoder, texel)
 }
 
-/// How many bytes a texel of its image takes.
+/// Bytes per texel of its image.
 pub(crate) fn texel_bytes(decoder: &impl ImageDecoder) -> u64 {
     match decoder.color_type() {
         ColorType::Rgb32F | ColorType::Rgba32F => 16,
@@ -143,7 +146,7 @@ pub(crate) fn texel_bytes(decoder: &impl ImageDecoder) -> u64 {
     }
 }
 
-/// The decoded image, whose pixels have been taken from the budget.
+/// Decoded image, whose pixels have been charged to the budget.
 pub(crate) fn decode_pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecoder, texel: u64) -> Result<Image> {
     let size = decoder.dimensions().into();
     if let Ok(Some(profile)) = decoder.icc_profile() {
@@ -159,7 +162,7 @@ pub(crate) fn decode_pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecod
     Ok(file.image(size, texels))
 }
 
-/// The channels of each texel together, in the same memory where it ends with a texel.
+/// Groups the channels of each texel, in the same memory if its size is a multiple of a texel.
 pub(crate) fn grouped<T: Pod>(channels: Vec<T>) -> Vec<[T; 4]> {
     let texels = bytemuck::allocation::try_cast_vec(channels);
     texels.unwrap_or_else(|(_, channels)| channels.as_chunks::<4>().0.to_vec())
@@ -168,7 +171,7 @@ pub(crate) fn grouped<T: Pod>(channels: Vec<T>) -> Vec<[T; 4]> {
 pub(crate) fn decoder_error(file: &Decoder<'_>, error: ImageError) -> FormatError {
     match error {
         ImageError::Unsupported(e) => file.unsupported(e.to_string()),
-        ImageError::IoError(e) => file.truncated(format!("ends early: {e}")),
+        ImageError::IoError(e) => file.truncated(format!("truncated: {e}")),
         e => file.fault(e.to_string()),
     }
 }

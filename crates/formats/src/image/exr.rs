@@ -1,4 +1,4 @@
-//! OpenEXR in: the first part that has colours, or is grey; and all channels of a file of one part.
+//! Reading of OpenEXR: the first part with colours or grey values, or all channels of a single-part file.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -21,13 +21,14 @@ use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES};
 use crate::io::catch_panic::catch_decoder_panic;
 use crate::io::{AssetRoot, stand_in};
 
-/// A channel of an EXR file: its name, true for whole numbers, and the bits of its float32 or uint32 samples.
+/// Channel of an EXR file: its name, true for whole numbers, and the bits of its float32 or uint32 samples.
 pub type ExrChannel = (String, bool, Vec<u32>);
 
-/// Every channel of an EXR file of one part at its largest level, row by row from the top, and their columns and rows.
+/// Returns every channel of a single-part EXR file at its largest level, row by row from the top, and the number of
+/// columns and rows.
 ///
 /// # Errors
-/// The errors of [`decode_image`](super::decode_image), and for several parts, deep samples and subsampled channels.
+/// Errors of [`decode_image`](super::decode_image), and for several parts, deep samples and subsampled channels.
 pub fn read_exr(path: &Path, budget: &Budget) -> Result<([u32; 2], Vec<ExrChannel>)> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     stand_in::check(path, &source.bytes)?;
@@ -50,15 +51,17 @@ fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
     let headers = headers(file)?;
     let [part] = &headers[..] else {
         let message =
-            format!("an EXR file of {} parts, expected one: save each part as a file of its own", headers.len());
+            format!("an EXR file of {} parts; expected one part (save each part to a separate file)", headers.len());
         return Err(file.unsupported(message));
     };
     if part.deep {
-        return Err(file.unsupported("an EXR image of deep samples, expected flat ones: flatten it first"));
+        return Err(file.unsupported("an EXR image of deep samples; expected flat samples (flatten it first)"));
     }
     if let Some(channel) = part.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
-        let message =
-            format!("channel {} has not every pixel, expected R, G and B: save it without chroma", channel.name);
+        let message = format!(
+            "channel {} is subsampled, which is not supported; save the image with full R, G and B channels",
+            channel.name
+        );
         return Err(file.unsupported(message));
     }
     let size = take_part(file, part, 0)?;
@@ -75,7 +78,7 @@ fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
     Ok((size, channels.collect()))
 }
 
-/// The channels that an image is read from.
+/// Channels from which an image is read.
 struct ShownChannels {
     /// Red, green and blue, or one channel three times.
     colors: [String; 3],
@@ -84,19 +87,20 @@ struct ShownChannels {
     xyz: bool,
 }
 
-/// The largest level of the first part that has colours, or is grey; alpha from A, else 1. Colours are multiplied by alpha
-/// in the file, and are not in the image. Cube maps become latitude-longitude images.
+/// Reads the largest level of the first part with colours or grey values, with alpha from A or otherwise 1. Colours are
+/// premultiplied by alpha in the file, but not in the returned image. Cube maps are converted to latitude-longitude
+/// images.
 pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let headers = headers(file)?;
     let (index, channels) = shown_part(file, &headers)?;
     let part = &headers[index];
     let size = take_part(file, part, index)?;
     if !channels.xyz && part.shared_attributes.chromaticities.is_some_and(other_primaries) {
-        file.notice(NoticeCode::IgnoredColorProfile, "its primaries are not those of Rec. 709: read as if they were");
+        file.notice(NoticeCode::IgnoredColorProfile, "its primaries differ from Rec. 709; they are ignored");
     }
     let window = part.shared_attributes.display_window;
     if window.position != part.own_attributes.layer_position || window.size != part.layer_size {
-        file.notice(NoticeCode::IgnoredFeature, "only its data window is read, which is not its display window");
+        file.notice(NoticeCode::IgnoredFeature, "only its data window is read, which differs from its display window");
     }
     let cube = part.own_attributes.environment_map == Some(EnvironmentMap::Cube);
     if cube {
@@ -113,21 +117,21 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     }
     let side = part.layer_size.0;
     if cube && part.layer_size.1 == 6 * side {
-        file.notice(NoticeCode::ApproximatedValue, "a cube map: converted to latitude and longitude");
+        file.notice(NoticeCode::ApproximatedValue, "a cube map, converted to latitude and longitude");
         let ([columns, rows], texels) = cube_map::latitude_longitude(&texels, side);
         let texels = file.float_texels(texels);
         return Ok(file.image([columns, rows].map(|side| side as u32), texels));
     }
     if cube {
         let message =
-            format!("a cube map of {} x {} pixels, expected six square faces on top of each other", size[0], size[1]);
+            format!("a cube map of {} x {} pixels; expected six square faces on top of each other", size[0], size[1]);
         return Err(file.fault(message));
     }
     let texels = file.float_texels(texels);
     Ok(file.image(size, texels))
 }
 
-/// Divides colours by alpha. A texel with alpha 0, which adds light without covering anything, is unchanged.
+/// Divides colours by alpha. A texel with alpha 0, which only adds light, is unchanged.
 fn straighten(texel: &mut [f32; 4]) {
     let [r, g, b, alpha] = *texel;
     if alpha > 0.0 && alpha != 1.0 {
@@ -135,7 +139,7 @@ fn straighten(texel: &mut [f32; 4]) {
     }
 }
 
-/// IEC 61966-2-1, for D65.
+/// Conversion of IEC 61966-2-1, for D65.
 fn srgb_of_xyz([x, y, z, alpha]: [f32; 4]) -> [f32; 4] {
     [
         3.240_97 * x - 1.537_383_2 * y - 0.498_610_8 * z,
@@ -150,19 +154,19 @@ fn headers(file: &Decoder<'_>) -> Result<Headers> {
     meta.map(|meta| meta.headers).map_err(|e| decoder_error(file, e))
 }
 
-/// The size of a part, whose pixels are taken from the budget and whose blocks are checked.
+/// Size of a part, whose pixels are charged to the budget and whose blocks are checked.
 fn take_part(file: &mut Decoder<'_>, part: &Header, index: usize) -> Result<[u32; 2]> {
     let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
     let size = [side(part.layer_size.0), side(part.layer_size.1)];
-    // Channels that are not shown are unpacked too.
+    // Unused channels are decompressed too.
     let texel = part.channels.bytes_per_pixel.max(16) as u64;
     let whole = file.take_pixels(size, texel)?;
     check_blocks(file, part, index, whole)?;
     Ok(size)
 }
 
-/// The first part with channels R, G and B, or else the first with X, Y and Z, or else the first with Y, or else the colours
-/// of a layer, as Blender writes them, or else the only channel besides alpha, as in depth maps and masks.
+/// First part with channels R, G and B; otherwise with X, Y and Z; otherwise with Y; otherwise the colours of a layer,
+/// as written by Blender; otherwise the only channel except alpha, as in depth maps and masks.
 fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, ShownChannels)> {
     let has = |header: &Header, name: &str| header.channels.list.iter().any(|channel| channel.name.eq(name));
     let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);
@@ -172,7 +176,7 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
         let count = flat().filter(is_colored).count();
         if let Some((i, part)) = flat().find(is_colored) {
             if count > 1 {
-                file.notice(NoticeCode::FirstOnly, format!("the first of {count} parts with colours is read"));
+                file.notice(NoticeCode::FirstOnly, format!("only the first of {count} parts with colours is read"));
             }
             return Ok((i, ShownChannels { colors: names.map(Into::into), alpha: alpha(part, "A"), xyz }));
         }
@@ -183,18 +187,18 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
         xyz: false,
     };
     if flat().any(|(_, header)| has(header, "Y") && (has(header, "RY") || has(header, "BY"))) {
-        let message = "luminance and chroma (channels Y, RY and BY) are not supported: save it with R, G and B";
+        let message = "luminance and chroma (channels Y, RY and BY) are not supported; save the image with R, G and B";
         return Err(file.unsupported(message));
     }
     if let Some((i, part)) = flat().find(|(_, header)| has(header, "Y")) {
         return Ok((i, grey(part, "Y")));
     }
     if flat().next().is_none() {
-        return Err(file.unsupported("an EXR image of deep samples, expected flat ones"));
+        return Err(file.unsupported("an EXR image of deep samples; expected flat samples"));
     }
     let layers: Vec<(usize, String)> =
         flat().flat_map(|(i, part)| color_layers(part).map(move |name| (i, name))).collect();
-    // The whole image, in the words of Blender and others, or else the first.
+    // The whole image under the name used by Blender and others, otherwise the first layer.
     let whole = |(_, name): &&(usize, String)| {
         ["combined", "rgba", "beauty"].iter().any(|word| name.to_lowercase().ends_with(word))
     };
@@ -217,10 +221,10 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
         }
     }
     let names: Vec<_> = flat().flat_map(|(_, part)| names(part)).collect();
-    Err(file.unsupported(format!("channels {}, expected R, G and B, or one alone", names.join(", "))))
+    Err(file.unsupported(format!("channels {}; expected R, G and B, or a single channel", names.join(", "))))
 }
 
-/// The names of a part's layers that have red, green and blue.
+/// Names of a part's layers with red, green and blue.
 fn color_layers(part: &Header) -> impl Iterator<Item = String> {
     let has = |name: String| part.channels.list.iter().any(|channel| channel.name.eq(&name[..]));
     part.channels.list.iter().filter_map(move |channel| {
@@ -230,7 +234,7 @@ fn color_layers(part: &Header) -> impl Iterator<Item = String> {
     })
 }
 
-/// The texels of the first part that has these channels, whose rows have `columns` pixels.
+/// Texels of the first part that has these channels, with rows of `columns` pixels.
 fn read_pixels(file: &Decoder<'_>, columns: usize, channels: &ShownChannels) -> Result<Vec<[f32; 4]>, Error> {
     let set = move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
         if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {
@@ -255,15 +259,15 @@ fn read_pixels(file: &Decoder<'_>, columns: usize, channels: &ShownChannels) -> 
     }
 }
 
-/// Refuses tiles far larger than the picture, and DWA blocks that declare more than they can hold: the decoder would
-/// allocate what they say. With `whole`, each block is unpacked, and none is kept.
+/// Rejects tiles that are much larger than the image, and DWA blocks that declare more than they can contain, because
+/// the decoder would allocate the declared sizes. With `whole`, each block is decompressed, and none is kept.
 fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) -> Result<()> {
     const SMALL: usize = 1 << 16;
     let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);
     if let BlockDescription::Tiles(tiles) = part.blocks {
         let Vec2(columns, rows) = tiles.tile_size;
         if columns.saturating_mul(rows) > pixels.saturating_mul(4).max(SMALL) {
-            return Err(file.fault(format!("tiles of {columns} x {rows} pixels in a picture of {pixels}")));
+            return Err(file.fault(format!("tiles of {columns} x {rows} pixels in an image of {pixels}")));
         }
     }
     let sized = matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_));
@@ -291,7 +295,7 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) ->
     Ok(())
 }
 
-/// Refuses a DWA block that declares more bytes than `most`.
+/// Rejects a DWA block that declares more bytes than `most`.
 fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most: u64) -> Result<()> {
     let place = part.get_block_data_indices(block);
     let place = place.and_then(|place| part.get_absolute_block_pixel_coordinates(place));
@@ -301,14 +305,14 @@ fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most:
         CompressedBlock::Tile(block) => &block.compressed_pixels_le,
         _ => return Ok(()),
     };
-    // A block that would not get shorter is stored as it is.
+    // A block that compression would not shorten is stored uncompressed.
     if bytes.len() == place.size.area() * part.channels.bytes_per_pixel {
         return Ok(());
     }
-    // Its version, then nine sizes and counts.
+    // Its version, followed by nine sizes and counts.
     let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
     if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
-        return Err(file.fault(format!("a DWA block that declares {size} bytes, at most {most} are possible")));
+        return Err(file.fault(format!("a DWA block declares {size} bytes; the maximum is {most}")));
     }
     Ok(())
 }
@@ -317,7 +321,7 @@ fn blank<Channels>(size: Vec2<usize>, _: &Channels) -> Vec<[f32; 4]> {
     vec![[0.0; 4]; size.area()]
 }
 
-/// True if red, green or blue differ from those of Rec. 709.
+/// True if the primaries differ from those of Rec. 709.
 fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
     let expected = [(0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
     let found = [found.red, found.green, found.blue];
@@ -325,7 +329,7 @@ fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
     found.into_iter().zip(expected).any(differs)
 }
 
-/// True if the first part is compressed by a method that OpenEXR 3.3 does not define.
+/// True if the compression of the first part is not defined by OpenEXR 3.3.
 fn has_unknown_compression(bytes: &[u8]) -> bool {
     const ATTRIBUTE: &[u8] = b"compression\0compression\0\x01\0\0\0";
     const LAST_METHOD: u8 = 9;
@@ -337,10 +341,10 @@ fn has_unknown_compression(bytes: &[u8]) -> bool {
 fn decoder_error(file: &Decoder<'_>, error: Error) -> FormatError {
     match error {
         Error::NotSupported(message) => file.unsupported(message.into_owned()),
-        Error::Io(e) => file.truncated(format!("ends early: {e}")),
-        Error::Invalid(_) if has_unknown_compression(file.bytes) => file.unsupported(
-            "its compression is not known; none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA and DWAB are",
-        ),
+        Error::Io(e) => file.truncated(format!("truncated: {e}")),
+        Error::Invalid(_) if has_unknown_compression(file.bytes) => {
+            file.unsupported("unknown compression; expected none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA or DWAB")
+        }
         error => file.fault(error.to_string()),
     }
 }

@@ -1,4 +1,4 @@
-//! GIF in: the decoder of `image`. Of a moving picture, the first frame is read.
+//! Reading of GIF by the decoder of `image`. Only the first frame of an animation is read.
 //!
 //! Source: CompuServe, "Graphics Interchange Format, Version 89a", 1990.
 
@@ -11,7 +11,7 @@ use raycam_scene::{Image, NoticeCode};
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
-/// The byte that introduces a frame, and the one that ends the file.
+/// Byte that introduces a frame, and byte that ends the file.
 const FRAME: u8 = b',';
 const END: u8 = b';';
 const EXTENSION: u8 = b'!';
@@ -20,22 +20,22 @@ pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = GifDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|error| decoder_error(file, error))?;
     let (frames, first) = count_frames(file.bytes).unzip();
-    // The decoder takes the memory of a frame, which may be larger than the picture.
+    // The decoder allocates a whole frame, which may be larger than the image.
     let pixels = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
     if let Some(first) = first.filter(|first| pixels(*first) > pixels(decoder.dimensions().into())) {
         file.take_pixels(first, 4)?;
     }
     if frames.is_some_and(|frames| frames > 1) {
-        file.notice(NoticeCode::FirstOnly, "it moves: its first frame is read");
+        file.notice(NoticeCode::FirstOnly, "animated GIF: only the first frame is used");
     }
     decode_checked(file, decoder, |file| match frames {
         Some(1..) => Ok(()),
-        Some(0) => Err(file.fault("no frame")),
-        None => Err(file.truncated("ends early")),
+        Some(0) => Err(file.fault("the file contains no frame")),
+        None => Err(file.truncated("truncated")),
     })
 }
 
-/// The number of whole frames, up to two, and the size of the first; `None` where the file ends within the first.
+/// Number of complete frames, up to two, and the size of the first; `None` if the file ends within the first frame.
 fn count_frames(bytes: &[u8]) -> Option<(usize, [u32; 2])> {
     let (mut frames, mut first) = (0, [0; 2]);
     let mut at = 13 + table_bytes(*bytes.get(10)?);
@@ -44,7 +44,7 @@ fn count_frames(bytes: &[u8]) -> Option<(usize, [u32; 2])> {
             Some(&FRAME) => true,
             Some(&EXTENSION) => false,
             Some(&END) => break,
-            // Some programs leave out the end.
+            // Some programs omit the end.
             _ => return (frames > 0).then_some((frames, first)),
         };
         let Some(after) = end_of_block(bytes, at, frame) else {
@@ -64,13 +64,13 @@ fn table_bytes(flags: u8) -> usize {
     if flags & 0x80 == 0 { 0 } else { 3 << ((flags & 7) + 1) }
 }
 
-/// The byte after a frame or an extension, if the file has all of it.
+/// Byte after a frame or an extension, if the file contains all of it.
 fn end_of_block(bytes: &[u8], start: usize, frame: bool) -> Option<usize> {
     let mut at = match frame {
         true => start + 11 + table_bytes(*bytes.get(start + 9)?),
         false => start + 2,
     };
-    // Blocks of data, each after its length, up to an empty one.
+    // Data blocks, each preceded by its length, up to an empty one.
     loop {
         match *bytes.get(at)? {
             0 => return Some(at + 1),

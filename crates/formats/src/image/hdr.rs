@@ -1,4 +1,4 @@
-//! Radiance HDR in: the decoder of `image`, and the orientations that it does not have.
+//! Reading of Radiance HDR by the decoder of `image`, and the orientations that it does not support.
 
 use std::io::Read;
 
@@ -9,12 +9,12 @@ use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
-    // The other signature means the same.
+    // The other signature has the same meaning.
     let rest = file.bytes.strip_prefix(b"#?RGBE");
     let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
     let rest = rest.unwrap_or_default();
     let found = Orientation::parse(rest);
-    // The decoder sees what it knows, and the texels are put in their places afterwards.
+    // The decoder receives a supported orientation, and the texels are rearranged afterwards.
     let (line, after) = match &found {
         Some((orientation, line)) => (orientation.standard_header(), line.end),
         None => (String::new(), 0),
@@ -25,18 +25,18 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     let metadata = decoder.metadata();
     for (key, value) in &metadata.custom_attributes {
         if key == "FORMAT" && value != "32-bit_rle_rgbe" {
-            return Err(file.unsupported(format!("an HDR image in {value}, expected 32-bit_rle_rgbe")));
+            return Err(file.unsupported(format!("an HDR image of FORMAT {value}; expected 32-bit_rle_rgbe")));
         }
     }
     for (key, value) in &metadata.custom_attributes {
         if changes_colors(key, value) {
-            file.notice(NoticeCode::IgnoredColorProfile, format_args!("its {key} of {value} is not applied"));
+            file.notice(NoticeCode::IgnoredColorProfile, format_args!("its {key} of {value} is ignored"));
         }
     }
-    // The factor of all values of the file.
+    // Factor on all values of the file.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
-        file.fault(format!("an EXPOSURE of {exposure}, expected what all values were multiplied by"))
+        file.fault(format!("EXPOSURE is {exposure}; expected the factor by which all values were multiplied"))
     };
     if !(exposure > 0.0 && exposure.is_finite()) {
         return Err(fault(file));
@@ -44,7 +44,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     let size = [metadata.width, metadata.height].map(|side| side as usize);
     let mut image = decode_checked(file, decoder, |file| {
         let lines = after_resolution(rest).unwrap_or_default();
-        check_complete(lines, size).ok_or_else(|| file.fault("ends early, or has runs longer than a line"))
+        check_complete(lines, size).ok_or_else(|| file.fault("truncated, or with runs longer than a line"))
     })?;
     if exposure != 1.0
         && let Texels::Float(texels) = &mut image.texels
@@ -64,18 +64,18 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     })
 }
 
-/// The bytes after the header and the resolution string.
+/// Bytes after the header and the resolution string.
 fn after_resolution(bytes: &[u8]) -> Option<&[u8]> {
     let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
     let length = bytes[start..].iter().position(|&b| b == b'\n')?;
     Some(&bytes[start + length + 1..])
 }
 
-/// `Some` if these are all scanlines of a picture; allocates nothing.
+/// `Some` if these are all scanlines of an image; allocates nothing.
 ///
-/// Source: Ward, "Radiance File Formats", "Picture File Format": a line that begins with 2, 2 and less than 128 has its
-/// four channels one after the other, in runs of one value (more than 128) and of several; in any other, a pixel of
-/// 1, 1, 1 repeats the one before it, 256 times as often after another such pixel.
+/// Source: Ward, "Radiance File Formats", "Picture File Format". A line that begins with 2, 2 and a number below 128
+/// has its four channels one after the other, in runs of one value (more than 128) and of several values. In any other
+/// line, a pixel of 1, 1, 1 repeats the previous pixel, 256 times as often after another such pixel.
 fn check_complete(bytes: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
     let mut bytes = bytes.iter();
     let mut take = |count: usize| match count {
@@ -121,7 +121,7 @@ fn check_complete(bytes: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
     Some(())
 }
 
-/// True if a line of the header sets other colours, or pixels that are not square.
+/// True if a header line specifies other primaries, or pixels that are not square.
 fn changes_colors(key: &str, value: &str) -> bool {
     let expected: &[f32] = match key {
         "COLORCORR" => &[1.0; 3],
@@ -135,23 +135,23 @@ fn changes_colors(key: &str, value: &str) -> bool {
     !expected.iter().all(|expected| matches!(numbers.next(), Some(Ok(number)) if near(number, expected)))
 }
 
-/// How the scanlines of a file lie in its picture, where not as usual: from the top, each from the left.
+/// Arrangement of a file's scanlines, if it differs from the usual one: from the top, each from the left.
 ///
-/// Source: Ward, "Radiance File Formats", "Picture File Format": the resolution string names the axis and the direction
-/// in which scanlines follow each other, then those of the pixels in one; +Y is upwards, +X to the right.
+/// Source: Ward, "Radiance File Formats", "Picture File Format". The resolution string names the axis and direction of
+/// consecutive scanlines, then of the pixels in a scanline; +Y is upwards, +X to the right.
 #[derive(Debug, PartialEq)]
 struct Orientation {
-    /// How many scanlines there are, and pixels in one, as written.
+    /// Number of scanlines, and of pixels in each, as written.
     counts: [String; 2],
     /// True if scanlines are columns.
     columns: bool,
-    /// True if scanlines, and pixels in one, begin at the bottom or the right.
+    /// True if scanlines, and pixels in each, begin at the bottom or the right.
     reversed: [bool; 2],
 }
 
 impl Orientation {
-    /// The orientation of the resolution string, the line after the first empty one, and its byte range; `None` for the
-    /// standard orientation, and where there is no such string.
+    /// Orientation of the resolution string, the line after the first empty one, and its byte range; `None` for the
+    /// standard orientation, and if there is no such string.
     fn parse(bytes: &[u8]) -> Option<(Self, std::ops::Range<usize>)> {
         let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
         let length = bytes[start..].iter().position(|&b| b == b'\n')?;
@@ -173,13 +173,13 @@ impl Orientation {
         })
     }
 
-    /// The resolution string of a file that has the same scanlines in the usual orientation.
+    /// Resolution string of a file with the same scanlines in the usual orientation.
     fn standard_header(&self) -> String {
         let [scanlines, pixels] = &self.counts;
         format!("-Y {scanlines} +X {pixels}\n")
     }
 
-    /// The picture, of which `image` has the scanlines as rows.
+    /// The image whose scanlines are the rows of `image`.
     fn reorient(&self, image: Image) -> Image {
         let Texels::Float(from) = &image.texels else { return image };
         let [pixels, scanlines] = image.size;

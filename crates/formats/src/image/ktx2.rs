@@ -1,4 +1,4 @@
-//! KTX 2.0 in (Khronos KTX File Format Specification): Basis Universal textures, and plain ones.
+//! Reading of KTX 2.0 (Khronos KTX File Format Specification): Basis Universal textures, and uncompressed ones.
 
 use std::io::{self, Read, Write};
 
@@ -13,16 +13,16 @@ use raycam_scene::ColorUse;
 
 pub(super) const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// The header, the index and the first entry of the level index.
+/// Size of the header, the index and the first entry of the level index.
 const HEADER_BYTES: usize = 80;
 const LEVEL_ENTRY_BYTES: usize = 24;
 
-/// The colour models and transfer functions of a data format descriptor that matter here.
+/// Colour models and transfer functions of a data format descriptor that are used here.
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 const SRGB: u8 = 2;
 
-/// Type of one channel of a plain texture.
+/// Type of a channel of an uncompressed texture.
 #[derive(Clone, Copy)]
 enum SampleType {
     U8,
@@ -31,10 +31,10 @@ enum SampleType {
     F32,
 }
 
-/// How the largest level is stored.
+/// Storage format of the largest level.
 enum LevelFormat {
     Basis(SourceFormat),
-    /// Channels next to each other, the first one blue or red.
+    /// Adjacent channels, the first one blue or red.
     Plain {
         sample: SampleType,
         channels: usize,
@@ -48,7 +48,7 @@ struct Ktx2Header {
     size: [u32; 2],
     /// 0 is none, 1 is BasisLZ, 2 is Zstandard.
     scheme: u32,
-    /// The largest level in the file, and how long it is unpacked.
+    /// The largest level in the file, and its decompressed length.
     level: (usize, usize),
     unpacked: u64,
     descriptor: (usize, usize),
@@ -74,17 +74,17 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     };
     let check = file.take_pixels(header.size, texel)?;
     if let Some(expected) = expected.filter(|&n| n != header.unpacked) {
-        return Err(file.fault(format!("a level of {} bytes, expected {expected}", header.unpacked)));
+        return Err(file.fault(format!("a level has {} bytes; expected {expected}", header.unpacked)));
     }
     if header.srgb != (file.color_use == ColorUse::Color) && texel == 4 {
         let marked = if header.srgb { "sRGB" } else { "linear" };
         file.notice(
             NoticeCode::IgnoredKey,
-            format_args!("its mark as {marked} is not what it is used for, and is ignored"),
+            format_args!("the colour space {marked} does not match the use of the texture and is ignored"),
         );
     }
     if header.premultiplied {
-        file.notice(NoticeCode::IgnoredFeature, "its colours are multiplied by its alpha, and are left so");
+        file.notice(NoticeCode::IgnoredFeature, "its colours are premultiplied by alpha and are not converted");
     }
     let stored = &file.bytes[header.level.0..header.level.1];
     let unpacked;
@@ -125,34 +125,34 @@ impl FileBytes<'_> {
         u64::from(self.u32(at)) | u64::from(self.u32(at + 4)) << 32
     }
 
-    /// Start and end of a part of the file, which `what` names in errors.
+    /// Start and end of a part of the file; `what` is its name in errors.
     fn part(self, file: &Decoder<'_>, what: &str, start: u64, length: u64) -> Result<(usize, usize)> {
         let end = start.checked_add(length);
         match end.filter(|&end| end <= self.0.len() as u64) {
             Some(end) => Ok((start as usize, end as usize)),
             None => Err(file.truncated(format!(
-                "ends early: {what} is {length} bytes from byte {start} on, the file has {}",
+                "truncated: {what} has {length} bytes from byte {start} on, but the file has {}",
                 self.0.len()
             ))),
         }
     }
 }
 
-/// Reads and checks the header, the level index and the data format descriptor.
+/// Reads and validates the header, the level index and the data format descriptor.
 fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     if file.bytes.len() < HEADER_BYTES {
-        return Err(file.truncated("ends within its header"));
+        return Err(file.truncated("the file ends within its header"));
     }
     let bytes = FileBytes(file.bytes);
     let [vk_format, columns, rows, depth, layers, faces, levels, scheme] =
         [12, 20, 24, 28, 32, 36, 40, 44].map(|at| bytes.u32(at));
     if depth > 0 || layers > 0 || faces != 1 {
         let message =
-            format!("a KTX2 texture of depth {depth}, {layers} layers and {faces} faces, expected one picture");
+            format!("a KTX2 texture of depth {depth}, {layers} layers and {faces} faces; expected a single image");
         return Err(file.unsupported(message));
     }
     if levels > 32 {
-        return Err(file.fault(format!("{levels} levels")));
+        return Err(file.fault(format!("{levels} levels; expected at least one level per halving of the size")));
     }
     let levels = levels.max(1) as usize;
     let index_bytes = (levels * LEVEL_ENTRY_BYTES) as u64;
@@ -169,10 +169,10 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     check_keys(file, &file.bytes[keys.0..keys.1])?;
     let [start, length] = [48, 52].map(|at| bytes.u32(at).into());
     let descriptor = bytes.part(file, "its format descriptor", start, length)?;
-    // The size of all descriptors, the header of the first, its colour model, primaries and transfer function.
+    // Size of all descriptors, header of the first, its colour model, primaries and transfer function.
     let [model, _, transfer, flags] = match file.bytes[descriptor.0..descriptor.1].get(12..16) {
         Some(&[model, primaries, transfer, flags]) => [model, primaries, transfer, flags],
-        _ => return Err(file.fault("no data format descriptor")),
+        _ => return Err(file.fault("the data format descriptor is missing")),
     };
     let format = level_format(file, vk_format, model, scheme)?;
     Ok(Ktx2Header {
@@ -187,7 +187,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     })
 }
 
-/// The format of the levels by Vulkan's format, the colour model of the descriptor and the supercompression.
+/// Format of the levels, from Vulkan's format, the descriptor's colour model and the supercompression.
 fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> Result<LevelFormat> {
     let format = match (vk_format, model) {
         (0, ETC1S) if scheme == 1 => LevelFormat::Basis(SourceFormat::Etc1s),
@@ -195,23 +195,24 @@ fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> R
         _ => plain_format(vk_format).ok_or_else(|| {
             let name = block_compression(vk_format, model).map(|name| format!(" ({name})")).unwrap_or_default();
             file.unsupported(format!(
-                "a KTX2 texture of Vulkan format {vk_format}{name} and colour model {model}, expected ETC1S or UASTC, or \
-                 plain channels of 8, 16 or 32 bits; convert it with `ktx transcode` or `toktx`, or to PNG"
+                "a KTX2 texture of Vulkan format {vk_format}{name} and colour model {model}; expected ETC1S or UASTC, \
+                 or uncompressed channels of 8, 16 or 32 bits (convert it with `ktx transcode` or `toktx`, or to PNG)"
             ))
         })?,
     };
     match (scheme, &format) {
         (1, LevelFormat::Basis(_)) | (0 | 2, _) => Ok(format),
-        _ => Err(file.unsupported(format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard"))),
+        _ => Err(file.unsupported(format!("KTX2 supercompression {scheme}; expected BasisLZ or Zstandard"))),
     }
 }
 
-/// Refuses textures that would have to be rotated or to change their channels: keys with other values than glTF allows.
+/// Rejects textures whose orientation or channels would have to be changed, because keys have other values than glTF
+/// allows.
 fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<()> {
     while let Some((length, rest)) = keys.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;
         let Some(entry) = rest.get(..length) else {
-            return Err(file.fault("its key and value data end early"));
+            return Err(file.fault("truncated key and value data"));
         };
         keys = rest.get(length.next_multiple_of(4)..).unwrap_or_default();
         let mut words = entry.split(|&b| b == 0);
@@ -223,13 +224,13 @@ fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<()> {
         };
         if value != expected {
             let [key, value, expected] = [key.unwrap_or_default(), value, expected].map(String::from_utf8_lossy);
-            return Err(file.unsupported(format!("{key} {value:?}, expected {expected:?}")));
+            return Err(file.unsupported(format!("{key} is {value:?}; expected {expected:?}")));
         }
     }
     Ok(())
 }
 
-/// The name of a block compression that is not supported.
+/// Name of an unsupported block compression.
 fn block_compression(vk_format: u32, model: u8) -> Option<&'static str> {
     Some(match (vk_format, model) {
         (131..=134, _) => "BC1",
@@ -248,7 +249,7 @@ fn block_compression(vk_format: u32, model: u8) -> Option<&'static str> {
     })
 }
 
-/// Vulkan's uncompressed formats of equal channels.
+/// Vulkan's uncompressed formats with equal channels.
 fn plain_format(vk_format: u32) -> Option<LevelFormat> {
     let (sample, channels, blue_first) = match vk_format {
         9 | 15 => (SampleType::U8, 1, false),
@@ -265,7 +266,8 @@ fn plain_format(vk_format: u32) -> Option<LevelFormat> {
     Some(LevelFormat::Plain { sample, channels, blue_first })
 }
 
-/// Undoes Zstandard, never for more than what was declared and paid for; with `check`, once before anything is kept.
+/// Decompresses Zstandard, never to more bytes than declared and charged; with `check`, a first pass checks the data
+/// before anything is stored.
 fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result<Vec<u8>> {
     fn write(packed: &[u8], most: u64, to: &mut impl Write) -> Result<u64, String> {
         let decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
@@ -282,14 +284,14 @@ fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result
     });
     match written {
         Ok(written) if written == length => Ok(unpacked),
-        Ok(_) => Err(file.fault(format!("Zstandard: not the {length} bytes that the level index tells"))),
+        Ok(_) => Err(file.fault(format!("Zstandard: expected {length} bytes, as in the level index"))),
         Err(message) => Err(file.fault(format!("Zstandard: {message}"))),
     }
 }
 
 /// Decodes Basis Universal's blocks.
 fn transcode(file: &Decoder<'_>, header: &Ktx2Header, source: SourceFormat, level: &[u8]) -> Result<Vec<[u8; 4]>> {
-    // UASTC is handed over as a file of this level alone, no longer packed; ETC1S shares its code books.
+    // UASTC is passed as a file with only this level, without supercompression; ETC1S shares its code books.
     let alone;
     let bytes = if source == SourceFormat::Etc1s {
         file.bytes
@@ -307,7 +309,7 @@ fn transcode(file: &Decoder<'_>, header: &Ktx2Header, source: SourceFormat, leve
     Ok(pixels)
 }
 
-/// A KTX2 file with one level and without supercompression, of the same size and format.
+/// KTX2 file with one level and without supercompression, with the same size and format.
 fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u8> {
     let descriptor = &bytes[descriptor.0..descriptor.1];
     let descriptor_at = HEADER_BYTES + LEVEL_ENTRY_BYTES;
@@ -326,7 +328,7 @@ fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u
     out
 }
 
-/// Channels as they are; missing ones are 0, as in Vulkan, and missing alpha is 1.
+/// Channels as stored; missing ones are 0, as in Vulkan, and missing alpha is 1.
 fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channels: usize) -> Texels {
     fn spread<T: Copy, const N: usize>(
         level: &[u8],
@@ -349,7 +351,7 @@ fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channe
             file.texels8(texels)
         }
         SampleType::U16 => {
-            // Linear for any use: there is no sRGB format of 16 bits.
+            // Linear for any use, because there is no 16-bit sRGB format.
             Texels::Linear16(spread(level, channels, [0, u16::MAX], u16::from_le_bytes))
         }
         SampleType::F16 => {
@@ -364,7 +366,7 @@ fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channe
     }
 }
 
-/// Red and blue in each other's place.
+/// Exchanges red and blue.
 fn swap_red_blue(mut texels: Texels) -> Texels {
     if let Texels::Srgb8(texels) | Texels::Linear8(texels) = &mut texels {
         texels.iter_mut().for_each(|texel| texel.swap(0, 2));

@@ -1,4 +1,4 @@
-//! Merges an image of opacity into the alpha channel of an image of colours.
+//! Merging of an opacity image into the alpha channel of a colour image.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -9,8 +9,8 @@ use raycam_scene::{Image, Texels, Texture};
 use crate::budget::Budget;
 use crate::error::Result;
 
-/// An image of these colours, or white, with the opacity of another image: its alpha, where it has any, or else its
-/// luminance. The smaller image is resampled to the size of the larger.
+/// Returns an image with these colours, or white, and the opacity of another image: its alpha if it has any, otherwise
+/// its luminance. The smaller image is resampled to the size of the larger.
 pub(crate) fn merge_alpha(color: Option<&Texture>, opacity: &Texture, budget: &mut Budget) -> Result<Image> {
     let sizes = [Some(opacity), color].into_iter().flatten();
     let sizes = sizes.map(|texture| texture.image.size);
@@ -51,7 +51,7 @@ pub(crate) fn merge_alpha(color: Option<&Texture>, opacity: &Texture, budget: &m
     Ok(Image::new(name, size, texels))
 }
 
-/// The same texture with its texels in memory.
+/// Returns the same texture with its texels in memory.
 fn loaded(texture: &Texture) -> Result<Texture> {
     let Texture { image, sampler } = texture;
     let image = match image.texels.in_memory()? {
@@ -61,7 +61,7 @@ fn loaded(texture: &Texture) -> Result<Texture> {
     Ok(Texture { image, sampler: *sampler })
 }
 
-/// Its texels in an image of this size.
+/// Returns its texels in an image of this size.
 fn resized(texture: &Texture, size: [u32; 2]) -> Texels {
     let Image { size: own, texels, .. } = &*texture.image;
     if *own == size {

@@ -1,4 +1,4 @@
-//! Images in: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA, told apart by content.
+//! Reading of images: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA, recognised by content.
 
 mod bmp;
 mod cube_map;
@@ -31,15 +31,15 @@ use crate::io::{AssetRoot, file_kind, stand_in};
 pub use crate::image::exr::{ExrChannel, read_exr};
 pub use raycam_scene::ColorUse;
 
-/// A kind of image.
+/// Image format.
 struct ImageFormat {
-    /// How its files begin.
+    /// First bytes of its files.
     magic: fn(&[u8]) -> bool,
     trusted: u64,
     decode: fn(&mut Decoder<'_>) -> Result<Image>,
 }
 
-/// Every kind.
+/// All formats.
 const IMAGE_FORMATS: &[ImageFormat] = &[
     ImageFormat {
         magic: |b| b.starts_with(b"\x89PNG\r\n\x1a\n"),
@@ -67,14 +67,14 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
     ImageFormat { magic: |b| b.starts_with(b"GIF8"), trusted: MAX_UNBACKED_BYTES, decode: gif::gif },
     ImageFormat { magic: |b| b.starts_with(b"BM"), trusted: MAX_UNBACKED_BYTES, decode: bmp::bmp },
     ImageFormat {
-        // Says the least, so it is the last.
+        // This signature is the weakest, so it comes last.
         magic: tga::is_tga,
         trusted: MAX_UNBACKED_BYTES,
         decode: tga::tga,
     },
 ];
 
-/// The image in a file of any kind that is known: see [`decode_image`]; with what there is to be said about it.
+/// Reads the image in a file of any supported format (see [`decode_image`]), with notices.
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -86,7 +86,7 @@ pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(
     Ok((image, notices))
 }
 
-/// The colours in a file of any kind that is known, as [`read_image`] returns them, and the EXIF orientation (1 to 8; 1 for
+/// Reads the colours in a file of any supported format, like [`read_image`], and the EXIF orientation (1 to 8; 1 for
 /// files without one), which is not applied.
 ///
 /// # Errors
@@ -99,7 +99,7 @@ pub fn read_photo(path: &Path, budget: &Budget) -> Result<(Image, u8, Vec<Notice
     Ok((image, orientation.to_exif(), notices))
 }
 
-/// The image and its EXIF orientation.
+/// Image and its EXIF orientation.
 fn decode_oriented(
     bytes: &[u8],
     path: &Path,
@@ -109,8 +109,9 @@ fn decode_oriented(
 ) -> Result<(Image, Orientation)> {
     stand_in::check(path, bytes)?;
     let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {
-        let known = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
-        let message = file_kind::described(bytes).map_or(known.into(), |found| format!("{known}; it is {found}"));
+        let known = "unknown image format; supported: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF \
+            and TGA";
+        let message = file_kind::described(bytes).map_or(known.into(), |found| format!("{known}; the file is {found}"));
         return Err(FormatError::unsupported(path, message));
     };
     let (trusted, orientation) = (format.trusted, Orientation::NoTransforms);
@@ -120,18 +121,19 @@ fn decode_oriented(
     })
 }
 
-/// The image in the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA file; `path` names it.
+/// Decodes the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA file; `path` is its name.
 ///
-/// Rows go from the top down, whatever the file's order. Grey becomes three equal channels, palettes are resolved,
-/// what has no alpha gets 1. Eight bits a channel stay eight bits; sixteen stay sixteen, made linear where they are
-/// colours. EXR and HDR give floats, in which infinities become the largest float16 and NaN becomes 0, with a
-/// notice. Of a KTX2 file, only the largest level is read; of a TIFF or GIF file, the first picture. Colours that are multiplied by alpha (EXR, TIFF) are divided by it.
+/// Rows are returned from the top down, whatever the file's order. Grey becomes three equal channels, palettes are
+/// resolved, and missing alpha becomes 1. Eight bits per channel stay eight bits; sixteen stay sixteen, converted to
+/// linear for colours. EXR and HDR give floats; infinities become the largest float16 and NaN becomes 0, with a notice.
+/// Only the largest level of a KTX2 file and the first image of a TIFF or GIF file are read. Premultiplied colours
+/// (EXR, TIFF) are divided by alpha.
 ///
-/// As glTF demands, an embedded gamma, colour profile or orientation is not applied; each gets a notice.
+/// As glTF requires, an embedded gamma, colour profile or orientation is not applied; each causes a notice.
 ///
 /// # Errors
-/// More pixels than the budget allows, or than so short a file can honestly describe, are refused before they are
-/// decoded. A file that ends early is an error, even where part of the image could be shown.
+/// Images with more pixels than the budget allows, or than a file of this size can describe, are rejected before they
+/// are decoded. A truncated file is an error, even if part of the image could be shown.
 pub fn decode_image(
     bytes: &[u8],
     path: &Path,

@@ -7,12 +7,12 @@ use raycam_scene::{Image, Texels, Texture, Wrap};
 use crate::budget::Budget;
 use crate::error::Result;
 
-/// The normals of a surface as high as `heights` is bright: white lies as far above black as a texel is wide. Red is
-/// to the right, green upwards.
+/// Returns the normals of a surface whose height is the brightness of `heights`: white is above black by the width of a
+/// texel. Red is to the right, green upwards.
 ///
-/// Source: Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978: the normal leans against the slopes, which are
-/// differences of the neighbours on both sides. MTL gives heights no unit; a texel is that of other tools that make normals
-/// of heights (DirectXTex, `ComputeNormalMap`, with an amplitude of 1).
+/// Source: Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978. The normal is tilted against the slopes, which are
+/// differences between the neighbours on both sides. MTL specifies no unit for heights; a texel is used as in other
+/// tools that convert heights to normals (DirectXTex, `ComputeNormalMap`, with an amplitude of 1).
 pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Result<Image> {
     let Image { name, size, .. } = &*heights.image;
     let [columns, rows] = size.map(|side| side as usize);
@@ -39,7 +39,7 @@ pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Res
     Ok(Image::new(name.clone(), *size, Texels::Linear16(normals)))
 }
 
-/// True for a height map: all channels of every texel are equal, as they are in no normal map.
+/// True for a height map: all channels of every texel are equal, which is never the case in a normal map.
 pub(crate) fn is_height_map(texels: &Texels) -> Result<bool> {
     Ok(match &*texels.in_memory()? {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),

@@ -1,4 +1,4 @@
-//! PNG in: the decoder of `image`.
+//! Reading of PNG by the decoder of `image`.
 
 use std::io::Cursor;
 
@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_pixels, decoder_error, texel_bytes};
 
 pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
-    // Bytes that chunks other than the pixels may unpack to.
+    // Maximum number of bytes to which chunks other than the pixels may decompress.
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some((64 << 20) + 16 * file.bytes.len() as u64);
     let decoder = PngDecoder::with_limits(Cursor::new(file.bytes), limits);
@@ -20,15 +20,16 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
     if let Some([primaries, transfer]) = code_points {
         let (primaries, transfer) = (primaries_name(primaries), transfer_name(transfer));
         let message = format!(
-            "its colour space (cICP: {primaries} primaries, {transfer} transfer function) is not applied; convert it to sRGB"
+            "its colour space (cICP: {primaries} primaries, {transfer} transfer function) is ignored; convert it to \
+             sRGB"
         );
         file.notice(NoticeCode::IgnoredColorProfile, message);
     }
     if let Some(gamma) = gamma {
-        file.notice(NoticeCode::IgnoredColorProfile, format_args!("its gamma of {gamma} is not applied"));
+        file.notice(NoticeCode::IgnoredColorProfile, format_args!("the PNG gamma chunk ({gamma}) is ignored"));
     }
     if primaries {
-        file.notice(NoticeCode::IgnoredColorProfile, "its primaries, which are not those of sRGB, are not applied");
+        file.notice(NoticeCode::IgnoredColorProfile, "its primaries, which differ from sRGB, are ignored");
     }
     let texel = texel_bytes(&decoder);
     if file.take_pixels(decoder.dimensions().into(), texel)? {
@@ -37,7 +38,7 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
     decode_pixels(file, decoder, texel)
 }
 
-/// Reads a PNG's rows and keeps none.
+/// Reads the rows of a PNG without storing them.
 fn read_rows(file: &Decoder<'_>) -> Result<()> {
     let fault = |error: ::png::DecodingError| {
         let error = DecodingError::new(ImageFormat::Png.into(), error);
@@ -48,8 +49,8 @@ fn read_rows(file: &Decoder<'_>) -> Result<()> {
     Ok(())
 }
 
-/// The gamma of a PNG if it is not sRGB's, whether its primaries are others, and its code points of primaries and transfer
-/// function if they are not sRGB's; `image` does not return these.
+/// Gamma of a PNG if it differs from sRGB's, true if its primaries differ, and its code points of primaries and
+/// transfer function if they differ from sRGB's; `image` does not return these.
 fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool, Option<[u8; 2]>) {
     let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else { return (None, false, None) };
     let points = reader.info().coding_independent_code_points;

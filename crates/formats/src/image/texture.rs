@@ -12,9 +12,10 @@ use crate::image::udim;
 use crate::io::{AssetRoot, InputFile, companion, reference};
 use raycam_scene::ColorUse;
 
-/// The texture in an image file of any kind that [`decode_image`] knows, as a colour, repeated in both directions.
+/// Reads the texture in an image file of any format that [`decode_image`] supports, as a colour, repeated in both
+/// directions.
 ///
-/// Transparency is kept in the texels and gets a notice: what it means is up to the material.
+/// Transparency is kept in the texels and causes a notice; the material determines its meaning.
 ///
 /// # Errors
 /// See [`decode_image`].
@@ -23,7 +24,7 @@ pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<Notice
     decode_texture(source.bytes, path, budget)
 }
 
-/// The texture in the bytes of an image file, as [`read_texture`]; `path` names it.
+/// Reads the texture in the bytes of an image file, like [`read_texture`]; `path` is its name.
 ///
 /// # Errors
 /// See [`decode_image`].
@@ -35,7 +36,7 @@ pub fn decode_texture(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<(T
     Ok((texture, notices))
 }
 
-/// The texture in a file that has been read.
+/// Texture in a file that has been read.
 pub(crate) fn decode(
     source: &InputFile,
     wrap: [Wrap; 2],
@@ -48,7 +49,8 @@ pub(crate) fn decode(
     Ok(Texture { image: Arc::new(image), sampler: TextureSampler { wrap, ..TextureSampler::default() } })
 }
 
-/// The texture in an image file that a mesh file names; `None`, with a notice, where it is missing, cut off or not an image.
+/// Texture in an image file that a mesh file refers to; `None`, with a notice, if it is missing, truncated or not an
+/// image.
 pub(crate) fn optional_texture(
     from: &Path,
     name: &[u8],
@@ -60,7 +62,7 @@ pub(crate) fn optional_texture(
     let name = match udim::single_image(from, &reference::with_slashes(name), assets) {
         Ok(name) => name,
         Err(reason) => {
-            notices.push(Notice::new(NoticeCode::IgnoredFeature, format!("{}: left out: {reason}", from.display())));
+            notices.push(Notice::new(NoticeCode::IgnoredFeature, format!("{}: omitted: {reason}", from.display())));
             return Ok(None);
         }
     };
@@ -74,18 +76,19 @@ pub(crate) fn optional_texture(
             Ok(Some(Texture { image: assets.store_texture(texture.image)?, ..texture }))
         }
         Err(error) if companion::can_be_left_out(&error) => {
-            notices.push(Notice::new(NoticeCode::UnreadableFile, format!("{}: left out: {error}", from.display())));
+            notices.push(Notice::new(NoticeCode::UnreadableFile, format!("{}: omitted: {error}", from.display())));
             Ok(None)
         }
         Err(error) => Err(error),
     }
 }
 
-/// The notice about alpha, which a mesh file uses only where it says so.
+/// Notice about alpha, which a mesh file uses only if it specifies so.
 fn alpha_notice(path: &Path, texture: &Texture) -> Option<Notice> {
     texture.image.texels.has_alpha().then(|| {
         let message = format!(
-            "{}: alpha is used only if the material uses it: map_d in an MTL file, or alpha = \"blend\" of the object",
+            "{}: alpha is ignored unless the material uses it; set map_d in an MTL file, or alpha = \"blend\" for the \
+             object",
             path.display()
         );
         Notice::new(NoticeCode::UnusedAlpha, message)

@@ -1,4 +1,4 @@
-//! TGA in: the decoder of `image`, after a look at whether all of the picture is there.
+//! Reading of TGA by the decoder of `image`, after a check that the image is complete.
 //!
 //! Source: Truevision TGA File Format Specification 2.0, "TGA file header" and "Image data".
 
@@ -10,7 +10,7 @@ use raycam_scene::Image;
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
-/// True if the bytes can be the header of a TGA file: the format has no magic number, and its footer is optional.
+/// True if the bytes can be the header of a TGA file; the format has no magic number, and its footer is optional.
 pub(super) fn is_tga(bytes: &[u8]) -> bool {
     let Some(head) = bytes.first_chunk::<18>() else { return false };
     let [map, kind, depth, descriptor] = [head[1], head[2], head[16], head[17]];
@@ -28,12 +28,12 @@ pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = TgaDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {
-        let message = "ends early, or has an index outside its colour map";
+        let message = "truncated, or with an index outside its colour map";
         check_complete(file.bytes).ok_or_else(|| file.fault(message))
     })
 }
 
-/// `Some` if the file has every pixel, and every index a colour; allocates nothing.
+/// `Some` if the file contains every pixel, and a colour for every index; allocates nothing.
 fn check_complete(bytes: &[u8]) -> Option<()> {
     let (head, bytes) = bytes.split_first_chunk::<18>()?;
     let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));
@@ -58,7 +58,7 @@ fn check_complete(bytes: &[u8]) -> Option<()> {
     while left > 0 {
         let packet = *bytes.next()?;
         let count = usize::from(packet & 0x7f) + 1;
-        // The last one may lead beyond the picture.
+        // The last run may extend beyond the image.
         let count = count.min(left);
         left -= count;
         let length = size * if packet & 0x80 == 0 { count } else { 1 };

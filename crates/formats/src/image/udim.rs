@@ -1,6 +1,7 @@
-//! UDIM: an image in tiles, one for each unit square of texture coordinates, numbered from 1001 (Foundry, "UDIM").
+//! UDIM: an image divided into tiles, one for each unit square of texture coordinates, numbered from 1001 (Foundry,
+//! "UDIM").
 //!
-//! One tile of several would be wrong on the faces of all others, so they are named and left out.
+//! A single tile would be wrong on the faces of all other tiles, so images with several tiles are reported and omitted.
 
 use std::path::Path;
 
@@ -8,32 +9,32 @@ use raycam_scene::{Notice, NoticeCode};
 
 use crate::io::{AssetRoot, reference};
 
-/// The words that stand for the number of a tile.
+/// Placeholders for the number of a tile.
 const WORDS: [&[u8]; 2] = [b"<UDIM>", b"<udim>"];
 const FIRST: &[u8] = b"1001";
 
-/// The name of an image, or of the only tile of one; the reason, where it has several tiles.
+/// Name of an image, or of its only tile; or the reason if it has several tiles.
 pub(crate) fn single_image(from: &Path, name: &[u8], assets: &AssetRoot) -> Result<Vec<u8>, String> {
     let word = WORDS.into_iter().find_map(|word| Some((position_of(name, word)?, word.len())));
     let Some((at, length)) = word else { return Ok(name.into()) };
     let tiles = tiles_from(from, name, at, length, 1001, assets);
     match &tiles[..] {
-        [] => Err(format!("{:?}: no tile (UDIM) from 1001 to 1099 is there", reference::shown(name))),
+        [] => Err(format!("{:?}: no tile (UDIM) from 1001 to 1099 exists", reference::shown(name))),
         [1001] => Ok(with_tile(name, at, length, 1001)),
         tiles => Err(format!(
-            "{:?}: the tiles (UDIM) {} are not read: bake them into one image",
+            "{:?}: the tiles (UDIM) {} are not supported; bake them into one image",
             reference::shown(name),
             list(tiles)
         )),
     }
 }
 
-/// The reason why the image of a name is not read, if it is one of tiles.
+/// The reason why an image with this name is not read, if it consists of tiles.
 pub(crate) fn reason(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<String> {
     single_image(from, name, assets).err()
 }
 
-/// The notice about an image `..1001..` beside which other tiles lie.
+/// Notice about an image `..1001..` next to which other tiles exist.
 pub(crate) fn notice(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<Notice> {
     let at = name.windows(4).rposition(|window| window == FIRST)?;
     let tiles = tiles_from(from, name, at, FIRST.len(), 1002, assets);
@@ -41,7 +42,7 @@ pub(crate) fn notice(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<Not
     (!tiles.is_empty()).then(|| {
         let (from, tiles) = (from.display(), list(&tiles));
         let message =
-            format!("{from}: {shown:?} is tile 1001 of an image; its other tiles (UDIM) are not read: {tiles}");
+            format!("{from}: {shown:?} is tile 1001 of an image; its other tiles (UDIM) are ignored: {tiles}");
         Notice::new(NoticeCode::FirstOnly, message)
     })
 }
@@ -50,12 +51,12 @@ fn position_of(name: &[u8], word: &[u8]) -> Option<usize> {
     name.windows(word.len()).position(|window| window == word)
 }
 
-/// The numbers of the tiles that are there.
+/// Numbers of the existing tiles.
 fn tiles_from(from: &Path, name: &[u8], at: usize, length: usize, first: u32, assets: &AssetRoot) -> Vec<u32> {
     (first..1100).filter(|&tile| assets.is_file(from, &with_tile(name, at, length, tile))).collect()
 }
 
-/// The name with the number of a tile in the place of `length` bytes.
+/// Name in which a tile's number replaces `length` bytes.
 fn with_tile(name: &[u8], at: usize, length: usize, tile: u32) -> Vec<u8> {
     [&name[..at], tile.to_string().as_bytes(), &name[at + length..]].concat()
 }

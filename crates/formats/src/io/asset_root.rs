@@ -1,4 +1,4 @@
-//! The folder that a world may read from: I/O alone, no formats.
+//! The folder that a world may read from: only I/O, no formats.
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -14,52 +14,52 @@ use crate::error::{FormatError, Result};
 use crate::io::memory_files::MemoryFiles;
 use crate::io::{InputFile, byte_source, parallel, reference, stand_in};
 
-/// A folder with the rest of the budget: names in files lead only to regular files inside, also through symbolic links.
+/// Folder with the remaining budget: names in files refer only to regular files inside it, also through symbolic links.
 ///
-/// A file that the user names may be a link to anywhere. The files that it names are then searched beside the link, and
-/// beside the file that it leads to.
+/// A file that the user names may be a link to any location. The files to which it refers are then searched next to the
+/// link, and next to the link's target.
 #[derive(Debug)]
 pub struct AssetRoot {
     root: PathBuf,
-    /// The file that the user named; empty where that is the folder itself.
+    /// File that the user named; empty if that is the folder itself.
     named: PathBuf,
-    /// The folder, without links, that a link which the user named leads to.
+    /// Folder, with links resolved, of the target of a link that the user named.
     target: Option<PathBuf>,
-    /// Names in folders that were searched.
+    /// Names in folders that have been searched.
     listings: HashMap<PathBuf, Vec<OsString>>,
-    /// How many files were searched.
+    /// Number of files that have been searched for.
     searches: usize,
-    /// The rest of the budget.
+    /// Remaining budget.
     pub budget: Budget,
     notices: Vec<Notice>,
-    /// True if the program itself names the files: then they may lie anywhere.
+    /// True if the calling program itself names the files, which may then be anywhere.
     trusted: bool,
-    /// The files, where they are in memory: then nothing is read from a disk.
+    /// Files in memory, if any: then nothing is read from a disk.
     memory: Option<MemoryFiles>,
-    /// Bounds the memory of images, if something does.
+    /// Limits the memory of images, if set.
     texture_memory: Option<Arc<TextureCache>>,
-    /// True if the materials define everywhere whether the alpha of an image is used.
+    /// True if the materials always define whether the alpha of an image is used.
     pub(crate) uses_alpha_as_written: bool,
 }
 
-/// A name that leads to no file.
+/// Name of a file that does not exist.
 enum Fault {
-    /// The reason of a refusal.
+    /// Reason for a refusal.
     Refused(String),
     Io(FormatError),
 }
 
-/// Bytes from which on several threads read a file.
+/// Minimum size in bytes of a file that several threads read.
 const PARALLEL_READ_THRESHOLD: u64 = 4 << 20;
-/// Bytes that one thread reads at a time.
+/// Number of bytes that one thread reads at a time.
 const READ_CHUNK: usize = 1 << 20;
-/// Files that are searched under other names than the written one, for one world.
+/// Maximum number of files per world that are searched for under other names than the written one.
 const MAX_SEARCHES: usize = 1000;
-/// Names of a folder that a search looks at.
+/// Maximum number of names in a folder that a search examines.
 const MAX_LISTED: usize = 10_000;
 
 impl AssetRoot {
-    /// Everything inside `root`, symbolic links resolved, within `budget`. An empty `root` is the current folder.
+    /// Everything inside `root`, with symbolic links resolved, within `budget`. An empty `root` is the current folder.
     pub fn new(root: &Path, budget: &Budget) -> Self {
         let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
         Self {
@@ -77,13 +77,13 @@ impl AssetRoot {
         }
     }
 
-    /// The same, but that [`AssetLoader`] are named by the program itself: they lie anywhere, relative names start from `root`. What
-    /// such a file names in turn lies in `root` as well, or in the folder of the file.
+    /// Same, but the program itself names the files for [`AssetLoader`]: they may be anywhere, and relative names start
+    /// from `root`. Files to which such a file refers must be in `root`, or in the folder of the file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {
         Self { trusted: true, ..Self::new(root, budget) }
     }
 
-    /// The same root for additions to a world, whose texture cache it shares.
+    /// Returns the same root for additions to a world, with the world's texture cache.
     #[must_use]
     pub fn extending(self, world: &World) -> Self {
         Self { texture_memory: world.texture_cache.clone(), ..self }
@@ -99,60 +99,60 @@ impl AssetRoot {
         self.notices.extend_from_slice(notices);
     }
 
-    /// Removes and returns the notices of images; a [`MeshFile`](raycam_scene::MeshFile) has its own notices.
+    /// Removes and returns the notices about images; a [`MeshFile`](raycam_scene::MeshFile) has separate notices.
     pub(crate) fn drain_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
     }
 
-    /// Completes a world that was read from here: adds the notices, and stores its images in the texture cache.
+    /// Completes a world that was read from this root: adds the notices, and stores its images in the texture cache.
     ///
     /// # Errors
-    /// The errors of [`World::page_textures`].
+    /// Errors of [`World::page_textures`].
     pub fn finish_world(&mut self, world: &mut World) -> Result<()> {
         world.notices.extend(self.drain_notices());
         world.texture_cache = self.texture_memory.clone();
         Ok(world.page_textures()?)
     }
 
-    /// The root of a file that the caller names: its folder, wherever that is.
+    /// Root of a file that the caller names: its folder, wherever that is.
     pub fn containing(path: &Path, budget: &Budget) -> Self {
         Self::of_file(path, None, budget)
     }
 
-    /// The root of a file that the caller names: `folder`, or else the folder of the file.
+    /// Root of a file that the caller names: `folder`, or by default the folder of the file.
     pub fn of_file(path: &Path, folder: Option<&Path>, budget: &Budget) -> Self {
         let target = fs::symlink_metadata(path).is_ok_and(|status| status.is_symlink());
         let target = target.then(|| path.canonicalize().ok()?.parent().map(Path::to_path_buf)).flatten();
         Self { target, named: path.into(), ..Self::new(folder.or(path.parent()).unwrap_or(Path::new("")), budget) }
     }
 
-    /// The root of a file in memory, beside which there are other files.
+    /// Root of a file in memory, next to other files in memory.
     pub(crate) fn of_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Self {
         Self { named: path.into(), memory: Some(files), ..Self::new(Path::new(""), budget) }
     }
 
-    /// The rest of the budget.
+    /// Remaining budget.
     pub fn budget(&self) -> &Budget {
         &self.budget
     }
 
-    /// The bytes of a file asked for by its path.
+    /// Bytes of a file requested by its path.
     pub fn read(&mut self, path: &Path) -> Result<InputFile> {
         self.read_head(path, |_, _| None)
     }
 
-    /// The same; of a large file only the first bytes, as many as `head` returns for the file and its size.
+    /// Same; only the first bytes of a large file, as many as `head` returns for the file and its size.
     pub(crate) fn read_head(&mut self, path: &Path, head: impl Fn(&File, u64) -> Option<u64>) -> Result<InputFile> {
         self.read_bytes(path, path, head)
     }
 
-    /// The bytes of the file that `reference` names, as written in the file `from`.
+    /// Bytes of the file that `reference` names, as written in the file `from`.
     pub fn read_reference(&mut self, from: &Path, reference: impl AsRef<[u8]>) -> Result<InputFile> {
         let (real, shown) = self.locate(from, reference.as_ref())?;
         self.read_bytes(&real, &shown, |_, _| None)
     }
 
-    /// The first bytes, at most `limit`, of the file that `reference` names, as written in the file `from`.
+    /// First bytes, at most `limit`, of the file that `reference` names, as written in the file `from`.
     pub fn read_reference_head(&mut self, from: &Path, reference: impl AsRef<[u8]>, limit: u64) -> Result<Vec<u8>> {
         let (real, shown) = self.locate(from, reference.as_ref())?;
         if let Some(files) = &self.memory {
@@ -171,7 +171,7 @@ impl AssetRoot {
         Ok(bytes)
     }
 
-    /// The names in a folder inside, all of them; none for another folder.
+    /// All names in a folder inside the root; empty for another folder.
     pub fn folder_names(&self, folder: &Path) -> Vec<String> {
         if let Some(files) = &self.memory {
             let names = files.folder_names(&reference::normalize(folder)).into_iter();
@@ -183,7 +183,7 @@ impl AssetRoot {
         entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
     }
 
-    /// The path without links of the file that a name in the file `from` leads to, and its path for errors.
+    /// Resolved path of the file that a name in the file `from` refers to, and its path for errors.
     fn locate(&self, from: &Path, name: &[u8]) -> Result<(PathBuf, PathBuf)> {
         let refused = |message: &str| FormatError::Reference {
             reference: reference::shown(name).into_owned(),
@@ -201,8 +201,8 @@ impl AssetRoot {
         Err(first.unwrap_or_else(|| refused("expected a file name")))
     }
 
-    /// The folders, as absolute paths, that names in a file start from: its own, and that of the file it is a link to.
-    /// With an empty path, those of the file that the user named.
+    /// Absolute folder paths from which names in a file start: its own folder, and the folder of its target if it is a
+    /// link. With an empty path, those of the file that the user named.
     fn folders_of(&self, from: &Path) -> Result<Vec<PathBuf>> {
         let from = if from.as_os_str().is_empty() { &self.named } else { from };
         let folder = match from.parent() {
@@ -221,10 +221,10 @@ impl AssetRoot {
         Ok(folders)
     }
 
-    /// The file at an absolute path, which has to be inside.
+    /// File at an absolute path, which must be inside the root.
     fn locate_at(&self, path: &Path) -> Result<(PathBuf, PathBuf), Fault> {
         if let Some(files) = &self.memory {
-            let missing = || io::Error::new(io::ErrorKind::NotFound, "no file of this name was given");
+            let missing = || io::Error::new(io::ErrorKind::NotFound, "no file with this name was given");
             let found = files.bytes_of(path).map(|_| (path.to_path_buf(), path.to_path_buf()));
             return found.ok_or_else(|| Fault::Io(FormatError::Io { path: path.into(), source: missing() }));
         }
@@ -238,7 +238,7 @@ impl AssetRoot {
             let pairs = real_root.components().zip(path.components()).take_while(common);
             let wider: PathBuf = pairs.map(|(component, _)| component).collect();
             format!(
-                "it leads out of the folder {}; to allow it, load with folder={wider:?} (--folder on the command line, \
+                "it is outside the folder {}; to allow it, load with folder={wider:?} (--folder on the command line, \
                  World(folder=...) for objects that are added)",
                 real_root.display()
             )
@@ -253,19 +253,19 @@ impl AssetRoot {
         Ok((real, shown))
     }
 
-    /// True if a name leads to a regular file inside.
+    /// True if a name refers to a regular file inside the root.
     pub fn is_file(&self, from: &Path, name: &[u8]) -> bool {
         self.locate(from, name).is_ok_and(|(real, _)| self.memory.is_some() || real.is_file())
     }
 
-    /// True while files may be searched under other names; counts the search.
+    /// True while files may be searched for under other names; counts the search.
     pub(crate) fn may_search(&mut self) -> bool {
         self.searches += 1;
         self.searches <= MAX_SEARCHES
     }
 
-    /// The name of the file inside whose path differs from a name in case alone; the first of several in the order of
-    /// bytes.
+    /// Name of the file inside the root whose path differs only in upper and lower case; the first in byte order if
+    /// there are several.
     pub(crate) fn in_other_case(&mut self, from: &Path, name: &[u8]) -> Option<Vec<u8>> {
         reference::check(name).ok()?;
         for folder in self.folders_of(from).ok()? {
@@ -293,7 +293,7 @@ impl AssetRoot {
         None
     }
 
-    /// The names in a folder inside, in order; none for another folder, and not those of one with very many.
+    /// Sorted names in a folder inside the root; empty for another folder, and for one with too many names.
     fn listing(&mut self, folder: &Path) -> &[OsString] {
         if let Some(files) = &self.memory {
             self.listings.insert(folder.into(), files.folder_names(folder));
@@ -307,12 +307,12 @@ impl AssetRoot {
         &self.listings[folder]
     }
 
-    /// The path of a file as errors show it.
+    /// Path of a file as shown in errors.
     fn display_path(&self, path: &Path) -> PathBuf {
         if self.root == Path::new(".") { path.into() } else { self.root.join(path) }
     }
 
-    /// Reads `path`, called `shown` in errors.
+    /// Reads `path`, which is called `shown` in errors.
     fn read_bytes(&mut self, path: &Path, shown: &Path, head: impl Fn(&File, u64) -> Option<u64>) -> Result<InputFile> {
         if let Some(bytes) = self.memory.as_ref().and_then(|files| files.bytes_of(path)) {
             self.budget.take_bytes(shown, bytes.len() as u64)?;
@@ -321,10 +321,11 @@ impl AssetRoot {
         }
         let io = |source| FormatError::Io { path: shown.into(), source };
         let kind = |kind, message| io(io::Error::new(kind, message));
-        // Checked before opening, since opening a pipe would wait for a writer. Reading a folder fails by itself.
+        // Checked before opening, because opening a pipe would wait for a writer. Reading a folder is an error by
+        // itself.
         let status = fs::metadata(path).map_err(io)?;
         if !status.is_file() && !status.is_dir() {
-            return Err(kind(io::ErrorKind::InvalidInput, "a device, pipe or socket, expected a regular file"));
+            return Err(kind(io::ErrorKind::InvalidInput, "a device, pipe or socket; expected a regular file"));
         }
         let mut file = File::open(path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
@@ -345,7 +346,7 @@ impl AssetRoot {
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         bytes.try_reserve_exact(size as usize).map_err(|e| io(e.into()))?;
         if size >= PARALLEL_READ_THRESHOLD {
-            // Freed, so that the new pages are zero pages that several threads touch first.
+            // Freed, so that the new pages are zero pages which several threads access first.
             drop(bytes);
             bytes = vec![0; size as usize];
             read_at_once(&file, &mut bytes).map_err(io)?;
@@ -358,7 +359,7 @@ impl AssetRoot {
         Ok(InputFile::new(shown, bytes))
     }
 
-    /// The result of `read` for a file that a description names.
+    /// Result of `read` for a file that a description names.
     pub(crate) fn read_asset<T>(
         &mut self,
         file: &str,
@@ -378,7 +379,7 @@ impl AssetRoot {
         }
     }
 
-    /// Stores an image in the texture cache, if the budget bounds the memory of images.
+    /// Stores an image in the texture cache, if the budget limits the memory of images.
     pub(crate) fn store_texture(&self, image: Arc<Image>) -> Result<Arc<Image>> {
         match &self.texture_memory {
             Some(memory) => Ok(memory.insert(image)?),
@@ -386,13 +387,13 @@ impl AssetRoot {
         }
     }
 
-    /// The rest of the budget, and the notices of images.
+    /// Returns the remaining budget, and the notices about images.
     pub(crate) fn budget_and_notices(&mut self) -> (&mut Budget, &mut Vec<Notice>) {
         (&mut self.budget, &mut self.notices)
     }
 }
 
-/// Fills `bytes` from the beginning of a file, several parts at a time, and leaves it after them.
+/// Fills `bytes` from the start of a file, several parts at a time, and leaves the file position after them.
 fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
     if !byte_source::HAS_POSITIONED_READ {
         return file.read_exact(bytes);

@@ -1,7 +1,7 @@
-//! Bytes of a file, in memory or on disk. Bytes on disk are read window by window where that is enough.
+//! Bytes of a file, in memory or on disk. Bytes on disk are read window by window if possible.
 //!
-//! To touch memory for the first time takes several times as long as to read from the file cache into memory that is in
-//! use. What is decoded into arrays anyway need not be in memory as a whole before.
+//! Accessing memory for the first time takes several times as long as reading from the file cache into memory that is
+//! in use. Data that is decoded into arrays therefore need not be in memory as a whole.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -31,7 +31,7 @@ impl<'a> ByteSource<'a> {
         }
     }
 
-    /// A range of the bytes, which has to be inside.
+    /// Range of the bytes, which must be inside.
     pub(crate) fn part(self, range: Range<usize>) -> Self {
         match self {
             Self::Memory(Cow::Borrowed(bytes)) => Self::Memory(Cow::Borrowed(&bytes[range])),
@@ -54,7 +54,7 @@ impl<'a> ByteSource<'a> {
         }
     }
 
-    /// All of them, in memory.
+    /// All bytes, in memory.
     pub(crate) fn read(self) -> io::Result<Cow<'a, [u8]>> {
         match self {
             Self::Memory(bytes) => Ok(bytes),
@@ -66,8 +66,8 @@ impl<'a> ByteSource<'a> {
         }
     }
 
-    /// Calls `each` for windows over `count` elements of `size` bytes (64 at most), `stride` bytes apart, from byte
-    /// `first` on. `each` gets the index of the first element of the window, and the bytes up to the end of its last
+    /// Calls `each` for windows over `count` elements of `size` bytes (at most 64), `stride` bytes apart, from byte
+    /// `first` on. `each` receives the index of the window's first element, and the bytes up to the end of its last
     /// element.
     pub(crate) fn for_each_window(
         &self,
@@ -77,7 +77,7 @@ impl<'a> ByteSource<'a> {
         size: usize,
         mut each: impl FnMut(usize, &[u8]),
     ) -> io::Result<()> {
-        // There may be no byte to look at.
+        // There may be no bytes.
         if count == 0 {
             return Ok(());
         }
@@ -103,7 +103,7 @@ impl<'a> ByteSource<'a> {
 /// True if several threads can read one file at different positions.
 pub(crate) const HAS_POSITIONED_READ: bool = cfg!(unix);
 
-/// Fills `bytes` from a file, from `start` on. A file that ends before has changed since its size was read.
+/// Fills `bytes` from a file, from `start` on. If the file ends earlier, it has changed since its size was read.
 #[cfg(unix)]
 pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Result<()> {
     use std::os::unix::fs::FileExt;
@@ -114,13 +114,13 @@ pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Re
     })
 }
 
-/// Not called without [`HAS_POSITIONED_READ`].
+/// Never called without [`HAS_POSITIONED_READ`].
 #[cfg(not(unix))]
 pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// The error of a file that is longer or shorter than before.
+/// Error of a file whose length has changed.
 pub(crate) fn file_changed_error() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "changed its size while it was read")
 }
@@ -130,7 +130,7 @@ pub(crate) fn file_changed_error() -> io::Error {
 mod tests {
     use super::*;
 
-    /// The same bytes in memory and on disk, in a file that is named after the test: others run at the same time.
+    /// The same bytes in memory and on disk, in a file named after the test, because tests run in parallel.
     fn both(name: &str, test: impl Fn(&ByteSource<'_>, &[u8])) {
         let bytes: Vec<u8> = (0..70_000_u64).map(|i| ((i * i) >> 7) as u8).collect();
         let name = format!("raycam-{name}-{}", std::process::id());
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_show_every_element_once() {
+    fn windows_contain_every_element_once() {
         both("windows", |bytes, expected| {
             for (first, count, stride, size) in [(0, 17_500, 4, 4), (7, 5_000, 12, 12), (3, 900, 76, 12), (0, 0, 4, 4)]
             {
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_where_they_are() {
+    fn ranges_return_their_bytes() {
         both("parts", |bytes, expected| {
             assert_eq!(bytes.len(), expected.len());
             let part = bytes.borrowed().part(100..30_000);
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_became_shorter_is_an_error() {
+    fn files_that_became_shorter_are_errors() {
         let file = File::open(std::env::current_exe().unwrap()).unwrap();
         let (start, length) = (1 << 40, 8);
         let disk = ByteSource::Disk { file: &file, start, length };

@@ -1,4 +1,4 @@
-//! Panics of decoders of other authors as errors.
+//! Conversion of panics in third-party decoders to errors.
 
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
@@ -11,9 +11,10 @@ thread_local! {
     static IN_DECODER: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a decoder of a library, and returns its panic as an error of a damaged file, without a message on the terminal.
+/// Runs a decoder of a library, and returns its panic as the error of a damaged file, without a message on the
+/// terminal.
 ///
-/// Nothing that `decode` changes may be used after an error: it may have stopped halfway.
+/// Data that `decode` changes must not be used after an error, because it may have stopped halfway.
 pub(crate) fn catch_decoder_panic<T>(path: &Path, decode: impl FnOnce() -> Result<T>) -> Result<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -27,5 +28,5 @@ pub(crate) fn catch_decoder_panic<T>(path: &Path, decode: impl FnOnce() -> Resul
     let outer = IN_DECODER.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(decode));
     IN_DECODER.set(outer);
-    result.unwrap_or_else(|_| Err(FormatError::whole(path, "damaged: its decoder gave up")))
+    result.unwrap_or_else(|_| Err(FormatError::whole(path, "damaged file: its decoder failed")))
 }

@@ -1,11 +1,13 @@
-//! Companions: files that a mesh file names and can do without. Where one is missing or may not be read, the mesh is
-//! shown without it and a notice says so.
+//! Companions: files to which a mesh file refers and that are not required. If one is missing or must not be read, the
+//! mesh is shown without it, with a notice.
 //!
-//! A name is searched inside the root, in this order, and whatever is not as written gets a notice:
+//! A name is searched inside the root, in this order; every deviation from the written name causes a notice:
 //!
-//! 1. as written, from the folder of the file that names it, and from where a link to that file leads;
-//! 2. in other case;
-//! 3. the ends of a path (`textures/wood.png`, `wood.png` for `C:\me\textures\wood.png`) from the same folder;
+//! 1. as written, from the folder of the file that refers to it, and from the folder of the target if that file is a
+//! 1. link;
+//! 2. with different upper and lower case;
+//! 3. the trailing parts of a path (`textures/wood.png`, then `wood.png` for `C:\me\textures\wood.png`) from the same
+//! 3. folder;
 //! 4. the same name in the folders of [`USUAL_FOLDERS`].
 
 use std::path::Path;
@@ -15,7 +17,7 @@ use raycam_scene::{Notice, NoticeCode};
 use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile, reference};
 
-/// Folders in which images lie by custom, from the folder of a mesh: those of exporters, and of Gazebo's models.
+/// Usual folders of images, relative to the folder of a mesh: those of exporters, and of Gazebo's models.
 const USUAL_FOLDERS: [&str; 9] = [
     "textures",
     "texture",
@@ -28,7 +30,7 @@ const USUAL_FOLDERS: [&str; 9] = [
     "../images",
 ];
 
-/// The file of this name, as written in the file `from`.
+/// File with this name, as written in the file `from`.
 pub(crate) fn optional_file(
     from: &Path,
     name: &[u8],
@@ -37,15 +39,15 @@ pub(crate) fn optional_file(
 ) -> Result<Option<InputFile>> {
     match companion_file(from, name, assets, notices) {
         Err(error) if can_be_left_out(&error) => {
-            notices.push(Notice::new(NoticeCode::MissingFile, format!("{}: left out: {error}", from.display())));
+            notices.push(Notice::new(NoticeCode::MissingFile, format!("{}: omitted: {error}", from.display())));
             Ok(None)
         }
         source => source.map(Some),
     }
 }
 
-/// True if the error of a file that a model can do without is no reason to refuse the model: only exceeded budgets and a
-/// full disk are.
+/// True if the error of an optional file does not prevent reading the model: all errors except exceeded budgets and a
+/// full disk.
 pub(crate) fn can_be_left_out(error: &FormatError) -> bool {
     match error {
         FormatError::Named { source, .. } => can_be_left_out(source),
@@ -54,7 +56,7 @@ pub(crate) fn can_be_left_out(error: &FormatError) -> bool {
     }
 }
 
-/// The file of this name, searched as the head of this file says.
+/// File with this name, searched as described at the top of this file.
 pub(crate) fn companion_file(
     from: &Path,
     name: &[u8],
@@ -79,35 +81,34 @@ pub(crate) fn companion_file(
     let file = assets.read_reference(from, &found)?;
     notices.push(Notice::new(
         NoticeCode::SubstitutedFile,
-        format!(
-            "{}: {:?} is not there; {} is used, {how}",
-            from.display(),
-            reference::shown(name),
-            file.path.display()
-        ),
+        format!("{}: {:?} is missing; {} is used, {how}", from.display(), reference::shown(name), file.path.display()),
     ));
     Ok(file)
 }
 
-/// The name of a file that is most like the one written, and how it was found.
+/// Name of the file that is most similar to the written one, and how it was found.
 fn search(from: &Path, written: &[u8], assets: &mut AssetRoot) -> Option<(Vec<u8>, &'static str)> {
     if let Some(found) = assets.in_other_case(from, written) {
-        return Some((found, "the same name in other case"));
+        return Some((found, "the same name with different upper and lower case"));
     }
     let tails = reference::tails(written);
     for tail in &tails {
         if assets.is_file(from, tail) {
-            return Some((tail.clone(), "found from the folder of the file that names it"));
+            return Some((tail.clone(), "found relative to the folder of the file that refers to it"));
         }
         if let Some(found) = assets.in_other_case(from, tail) {
-            return Some((found, "found from the folder of the file that names it, in other case"));
+            return Some((
+                found,
+                "found relative to the folder of the file that refers to it, with different upper and \
+                lower case",
+            ));
         }
     }
     let base = written.rsplit(|&byte| byte == b'/').next().filter(|base| !base.is_empty())?;
     for folder in USUAL_FOLDERS {
         let name = [folder.as_bytes(), b"/", base].concat();
         if assets.is_file(from, &name) {
-            return Some((name, "found in a folder for images"));
+            return Some((name, "found in a usual folder for images"));
         }
     }
     None

@@ -8,13 +8,13 @@ use raycam_scene::{Notice, NoticeCode};
 
 use crate::error::Location;
 
-/// Different messages that are kept; further ones are only counted.
+/// Maximum number of different messages that are kept; further ones are only counted.
 const MAX_NOTICES: usize = 1000;
 
-/// Places that a notice lists.
+/// Maximum number of places that a notice lists.
 const MAX_PLACES: usize = 3;
 
-/// Notices under collection.
+/// Notices being collected.
 #[derive(Debug, Default)]
 pub(crate) struct Diagnostics {
     groups: Vec<NoticeGroup>,
@@ -28,17 +28,17 @@ pub(crate) struct Diagnostics {
 struct NoticeGroup {
     code: NoticeCode,
     message: String,
-    /// The first [`MAX_PLACES`].
+    /// The first [`MAX_PLACES`] places.
     places: Vec<Place>,
     count: usize,
 }
 
-/// The place of a notice in its file.
+/// Place of a notice in its file.
 #[derive(Debug)]
 pub(crate) enum Place {
     /// A line, a byte, or the file as a whole.
     Location(Location),
-    /// A part by its name, as `materials[0].alphaMode`.
+    /// A part by its name, such as `materials[0].alphaMode`.
     Named(String),
 }
 
@@ -78,7 +78,7 @@ impl fmt::Display for Place {
 }
 
 impl NoticeGroup {
-    /// The notice about the places, the first of which has the name of the file in front.
+    /// Notice about the places; the first place is preceded by the file's name.
     fn notice(self, path: &impl fmt::Display) -> Notice {
         let Self { code, message, places, count } = self;
         let joint = match &places[..] {
@@ -101,7 +101,7 @@ impl Diagnostics {
         self.note_kind(code, &message.clone(), place, message);
     }
 
-    /// Adds a notice; those with the same code and kind are grouped under the first message.
+    /// Adds a notice; notices with the same code and kind are grouped under the first message.
     pub(crate) fn note_kind(
         &mut self,
         code: NoticeCode,
@@ -137,12 +137,12 @@ impl Diagnostics {
         }
     }
 
-    /// All notices, each with the name of the file in front.
+    /// All notices, each with the file's name in front.
     pub(crate) fn into_notices(self, path: &Path) -> Vec<Notice> {
         let path = path.display();
         let mut notices: Vec<Notice> = self.groups.into_iter().map(|group| group.notice(&path)).collect();
         if self.suppressed > 0 {
-            let message = format!("{path}: {} more notices are not kept", self.suppressed);
+            let message = format!("{path}: {} further notices are not listed", self.suppressed);
             notices.push(Notice::new(NoticeCode::MoreNotices, message));
         }
         notices
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_notices_are_grouped_and_their_number_is_limited() {
+    fn equal_notices_are_grouped_up_to_a_limit() {
         let mut diagnostics = Diagnostics::default();
         for i in 0..3 * MAX_NOTICES {
             diagnostics.note(NoticeCode::InvalidFile, format!("nodes[{i}]"), "odd");
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_file_are_grouped_together() {
+    fn notices_of_the_parts_of_a_file_are_grouped_together() {
         let code = NoticeCode::InvalidFile;
         let mut first = Diagnostics::default();
         first.note(code, Location::Line(3), "odd");

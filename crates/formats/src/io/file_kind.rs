@@ -1,23 +1,23 @@
-//! The kind of a file by its first bytes: what is called by the name of another kind, or is packed, is said to be so.
+//! Format of a file by its first bytes: a file with the wrong extension, or a compressed file, is reported as such.
 
 use std::path::Path;
 
 use crate::error::{FormatError, Result};
 
-/// A kind of file.
+/// File format.
 struct FileKind {
-    /// The offset of its mark.
+    /// Offset of its signature.
     at: usize,
     mark: &'static [u8],
-    /// Its name with the article.
+    /// Name with an article.
     name: &'static str,
-    /// The endings of the models that begin so.
+    /// Extensions of models that begin with this signature.
     endings: &'static [&'static str],
     way: &'static str,
 }
 
-const UNPACK: &str = "unpack it first";
-const RENAME: &str = "give its name the ending of its kind";
+const UNPACK: &str = "decompress it first";
+const RENAME: &str = "rename it with the extension of its format";
 const CONVERT: &str = "convert it (raycam.from_trimesh(trimesh.load(...)), or to .glb)";
 const PICTURE: &str = "convert it to PNG";
 
@@ -46,10 +46,10 @@ const KINDS: &[FileKind] = &[
     kind(0, b"Kaydara FBX", "an FBX file", CONVERT),
     kind(0, b"BLENDER", "a Blender file", "export it as .glb"),
     kind(0, b"\x89HDF", "an HDF5 file", CONVERT),
-    kind(0, b"\x93NUMPY", "an array of NumPy", "give its numbers to World.add_mesh"),
+    kind(0, b"\x93NUMPY", "a NumPy array", "pass its numbers to World.add_mesh"),
     kind(0, b"%PDF", "a PDF document", CONVERT),
-    kind(0, b"\x89PNG", "a PNG image", "give the mesh that it belongs to"),
-    kind(0, b"\xff\xd8\xff", "a JPEG image", "give the mesh that it belongs to"),
+    kind(0, b"\x89PNG", "a PNG image", "open the mesh that uses it"),
+    kind(0, b"\xff\xd8\xff", "a JPEG image", "open the mesh that uses it"),
     kind(4, b"ftypavif", "an AVIF image", PICTURE),
     kind(4, b"ftyphei", "an HEIC image", PICTURE),
     kind(4, b"ftypmif1", "an HEIF image", PICTURE),
@@ -58,24 +58,24 @@ const KINDS: &[FileKind] = &[
     kind(4, b"jP  \r\n", "a JPEG 2000 image", PICTURE),
     kind(0, b"\xff\x0a", "a JPEG XL image", PICTURE),
     kind(4, b"JXL \r\n", "a JPEG XL image", PICTURE),
-    kind(0, b"\0\0\x01\0", "an icon of Windows", PICTURE),
+    kind(0, b"\0\0\x01\0", "a Windows icon", PICTURE),
     kind(0, b"<svg", "an SVG drawing", PICTURE),
-    kind(0, b"\xabKTX 11", "a KTX image of version 1", "convert it to KTX2 or PNG"),
+    kind(0, b"\xabKTX 11", "a KTX image, version 1", "convert it to KTX2 or PNG"),
     kind(0, b"P6", "a PPM image", PICTURE),
     kind(0, b"sB", "a Basis image", "convert it to KTX2"),
 ];
 
-/// The kind of a file and the way on, as messages say it; `None` for one that is none of these.
+/// Format of a file and a remedy, in words for messages; `None` for other formats.
 pub(crate) fn described(bytes: &[u8]) -> Option<String> {
     found(bytes).map(|kind| format!("{}: {}", kind.name, kind.way))
 }
 
-/// The extension of the model that a file begins as, whatever its name; `None` for other files.
+/// Extension of the model format of a file's first bytes, whatever its name; `None` for other files.
 pub(crate) fn model_extension(bytes: &[u8]) -> Option<&'static str> {
     found(bytes)?.endings.first().copied()
 }
 
-/// Refuses a model whose first bytes are those of another kind than the ending of its name says, in small letters.
+/// Rejects a model whose first bytes belong to another format than its extension (in lower case) indicates.
 pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<()> {
     // A binary STL file begins with 80 bytes of any kind.
     let facets = bytes.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]));
@@ -85,7 +85,7 @@ pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<()>
     match found(bytes).filter(|kind| kind.mark.len() > 2 && !kind.endings.contains(&ending)) {
         None => Ok(()),
         Some(FileKind { name, way, .. }) => {
-            Err(FormatError::whole(path, format!("{name}, whatever its name says, and no .{ending} file: {way}")))
+            Err(FormatError::whole(path, format!("the file is {name}, not a .{ending} file; {way}")))
         }
     }
 }

@@ -1,8 +1,8 @@
-//! Text in bytes: lines, words and numbers, without copying.
+//! Lexing of bytes: lines, words and numbers, without copying.
 
 use std::borrow::Cow;
 
-/// The lines of a text with their numbers from 1; ends are `\n`, `\r\n` or `\r`.
+/// Lines of a text with their numbers from 1; lines end with `\n`, `\r\n` or `\r`.
 #[derive(Clone)]
 pub(crate) struct Lines<'a> {
     rest: &'a [u8],
@@ -15,12 +15,12 @@ impl<'a> Lines<'a> {
         Self { rest: text, number: 0, ended: true }
     }
 
-    /// True if the last line read had a line end; a file without one may be cut off.
+    /// True if the last line read had a line end; a file without one may be truncated.
     pub(crate) fn ended_with_newline(&self) -> bool {
         self.ended
     }
 
-    /// Number of bytes that are not read yet.
+    /// Number of unread bytes.
     pub(crate) fn remaining(&self) -> usize {
         self.rest.len()
     }
@@ -59,12 +59,12 @@ pub(crate) fn line_ends(text: &[u8]) -> usize {
     feeds + returns - pairs
 }
 
-/// The text of a file without its byte order mark, in UTF-8 where it is UTF-16.
+/// Text of a file without its byte order mark; UTF-16 is converted to UTF-8.
 pub(crate) fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
     let big = match bytes {
         [0xfe, 0xff, ..] => true,
         [0xff, 0xfe, ..] => false,
-        // Without a mark, text of one byte a character has no zeros.
+        // Without a mark, text with one byte per character contains no zeros.
         [0, second, ..] if *second != 0 => true,
         [first, 0, ..] if *first != 0 => false,
         _ => return Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
@@ -76,10 +76,10 @@ pub(crate) fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes().to_vec())
 }
 
-/// The text of a file that has a mark of UTF-16, in UTF-8; other bytes as they are.
+/// Converts the text of a file with a UTF-16 mark to UTF-8; other bytes are unchanged.
 pub fn without_utf16(bytes: Vec<u8>) -> Vec<u8> {
     match bytes[..] {
-        // A mark and a letter: numbers may begin with the bytes of a mark as well.
+        // A mark followed by a letter, because numbers may begin with the same bytes as a mark.
         [0xff, 0xfe, letter, 0, ..] | [0xfe, 0xff, 0, letter, ..] if letter != 0 => plain_text(&bytes).into_owned(),
         _ => bytes,
     }
@@ -104,7 +104,7 @@ pub(crate) fn trim(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// The first word and what follows it.
+/// The first word and the rest of the line.
 pub(crate) fn split_word(text: &[u8]) -> (&[u8], &[u8]) {
     let start = text.iter().position(|&b| !is_space(b)).unwrap_or(text.len());
     let text = &text[start..];
@@ -112,7 +112,7 @@ pub(crate) fn split_word(text: &[u8]) -> (&[u8], &[u8]) {
     (&text[..end], &text[end..])
 }
 
-/// The words of a line up to a comment, which starts with `#`.
+/// Words of a line up to a comment, which starts with `#`.
 #[derive(Clone)]
 pub(crate) struct Words<'a>(pub(crate) &'a [u8]);
 
@@ -126,7 +126,7 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// A word for a message: at most 40 characters, whatever the bytes.
+/// Word for a message: at most 40 characters, whatever the bytes.
 pub(crate) fn for_message(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(word);
     let mut short: String = text.chars().take(40).collect();
@@ -136,33 +136,33 @@ pub(crate) fn for_message(word: &[u8]) -> String {
     format!("{short:?}")
 }
 
-/// The message that a word is no number, with the reason where it is a decimal comma, which some programs write where
-/// the language of the system has it.
+/// Message that a word is not a number. It mentions decimal commas, which some programs write if the system's language
+/// uses them.
 pub(crate) fn not_a_number(word: &[u8]) -> String {
     let shown = for_message(word);
     let point: Vec<u8> = word.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect();
     match number(&point) {
-        Some(_) => format!("{shown} is not a number: it has a decimal comma, expected a point"),
+        Some(_) => format!("{shown} is not a number; use a decimal point instead of a comma"),
         None => format!("{shown} is not a number"),
     }
 }
 
-/// A name as text; bytes that are not UTF-8 are replaced.
+/// Name as text; invalid UTF-8 is replaced.
 pub(crate) fn name(bytes: &[u8]) -> String {
     String::from_utf8_lossy(trim(bytes)).into_owned()
 }
 
-/// A name as its bytes, by which names are compared.
+/// Name as bytes, by which names are compared.
 pub(crate) fn name_bytes(bytes: &[u8]) -> Vec<u8> {
     trim(bytes).into()
 }
 
-/// The nearest float64 to a decimal number; also `inf` and `nan`, which the caller checks.
+/// Nearest float64 to a decimal number; also accepts `inf` and `nan`, which the caller checks.
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
     exact_number(word).or_else(|| std::str::from_utf8(word).ok()?.parse().ok()).or_else(|| not_finite(word))
 }
 
-/// Infinity and NaN as the C libraries of Microsoft and others print them: `-1.#IND`, `1.#QNAN`, `1.#INF00`,
+/// Infinity and NaN as printed by the C libraries of Microsoft and others: `-1.#IND`, `1.#QNAN`, `1.#INF00`,
 /// `-nan(ind)`.
 fn not_finite(word: &[u8]) -> Option<f64> {
     let lower = word.to_ascii_lowercase();
@@ -177,8 +177,8 @@ fn not_finite(word: &[u8]) -> Option<f64> {
     starts.iter().any(|start| rest.starts_with(start)).then_some(f64::NAN)
 }
 
-/// The common case, where one rounding of an exact product is the nearest number (Clinger 1990): at most 15 digits and
-/// a power of ten up to 22, all exact in float64.
+/// The most common case, in which one rounding of an exact product gives the nearest number (Clinger 1990): at most 15
+/// digits and a power of ten up to 22, all exact in float64.
 fn exact_number(word: &[u8]) -> Option<f64> {
     const POWERS_OF_TEN: [f64; 23] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19,
@@ -238,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_end_as_on_every_system() {
+    fn lines_end_with_lf_crlf_or_cr() {
         let lines: Vec<_> = Lines::new(b"a\nb\r\n\rc\n\n").map(|(n, l)| (n, l.to_vec())).collect();
         let expected: [(usize, &[u8]); 5] = [(1, b"a"), (2, b"b"), (3, b""), (4, b"c"), (5, b"")];
         assert_eq!(lines, expected.map(|(n, l)| (n, l.to_vec())));
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_the_nearest_float64() {
+    fn numbers_are_parsed_to_the_nearest_float64() {
         let words = "0 -0 1 +1 .5 5. -1.25 0.1 0.30000001192092896 123456789012345 1234567890123456 \
                      9007199254740993 12345678.9012345 1e3 1E-7 2.2250738585072014e-308 \
                      0.000000000000001 -.0000000001 999999999999999 0.999999999999999 4.35 inf -INF nan";
@@ -254,7 +254,7 @@ mod tests {
             let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
             assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
         }
-        // A walk over many digits, against the standard library.
+        // A walk over many digits, compared with the standard library.
         let mut state = 1_u64;
         for _ in 0..200_000 {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn utf_16_is_text() {
+    fn utf_16_text_is_converted_to_utf_8() {
         let units: Vec<u16> = "v 1\u{e9}\n".encode_utf16().collect();
         let little: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
         let big: Vec<u8> = units.iter().flat_map(|unit| unit.to_be_bytes()).collect();
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn words_that_are_no_numbers() {
+    fn words_that_are_not_numbers_are_refused() {
         for word in ["", "+", "-", ".", "1.2.3", "1,5", "0x10", "1/2", "--1", "1-", "e", "1e", "\u{661}"] {
             assert_eq!(number(word.as_bytes()), None, "{word}");
         }

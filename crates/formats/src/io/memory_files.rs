@@ -1,4 +1,4 @@
-//! Files in memory, for programs that have no file system: a page in a browser.
+//! Files in memory, for programs without a file system, such as browser pages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -13,17 +13,17 @@ pub struct MemoryFiles {
 }
 
 impl MemoryFiles {
-    /// Adds a file; one of the same path is replaced.
+    /// Adds a file; replaces a file with the same path.
     pub fn insert(&mut self, path: impl AsRef<Path>, bytes: Vec<u8>) {
         self.files.insert(reference::normalize(path.as_ref()), bytes);
     }
 
-    /// The bytes of a file.
+    /// Bytes of a file.
     pub(crate) fn bytes_of(&self, path: &Path) -> Option<&[u8]> {
         self.files.get(path).map(Vec::as_slice)
     }
 
-    /// The names of files and folders in a folder, in order.
+    /// Sorted names of files and folders in a folder.
     pub(crate) fn folder_names(&self, folder: &Path) -> Vec<OsString> {
         let inside = self.files.keys().filter_map(|path| path.strip_prefix(folder).ok()?.components().next());
         inside.map(|name| name.as_os_str().to_owned()).collect::<BTreeSet<_>>().into_iter().collect()
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_has_the_names_in_it() {
+    fn folders_list_their_files_and_subfolders() {
         let mut files = MemoryFiles::default();
         for (path, bytes) in [("a.obj", "1"), ("./m/b.png", "2"), ("m/c/d.png", "3"), ("a.obj", "4")] {
             files.insert(path, bytes.into());

@@ -1,4 +1,4 @@
-//! Input: files of one folder, bytes in memory or on disk, text, and work on many cores. Knows no format.
+//! Input: files of one folder, bytes in memory or on disk, text, and parallel work. Independent of formats.
 
 pub(crate) mod asset_root;
 pub(crate) mod byte_source;

@@ -5,9 +5,9 @@ use std::panic;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-/// Runs `work` on as many threads as there are cores, `count` at most.
+/// Runs `work` on as many threads as there are cores, at most `count`.
 ///
-/// The threads live as long as the call: a file is read once, and a pool that outlives it would not survive a fork.
+/// The threads exist only during the call: a file is read once, and a longer-lived pool would not survive a fork.
 fn run_on_threads(count: usize, work: &(dyn Fn() + Sync)) {
     let threads = match count {
         // `available_parallelism` opens files.
@@ -23,7 +23,7 @@ fn run_on_threads(count: usize, work: &(dyn Fn() + Sync)) {
     });
 }
 
-/// The results of `each` for all items, in their order.
+/// Results of `each` for all items, in order.
 pub(crate) fn par_map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
     let Ok(()) = fill_blocks(&mut results, 1, |at, result| {
@@ -33,9 +33,9 @@ pub(crate) fn par_map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sy
     results.into_iter().flatten().collect()
 }
 
-/// Fills the blocks of `size` values by `make`, which gets the index of the first value of a block.
+/// Fills the blocks of `size` values by `make`, which receives the index of a block's first value.
 ///
-/// Fresh zero pages are first touched by the thread that fills them.
+/// New zero pages are first accessed by the thread that fills them.
 ///
 /// # Errors
 /// The error of the first block that has one.
@@ -49,7 +49,7 @@ pub(crate) fn fill_blocks<T: Send, E: Send>(
     let first_error: Mutex<Option<(usize, E)>> = Mutex::new(None);
     run_on_threads(count, &|| {
         loop {
-            // Blocks are assigned in order, so that all blocks before one with an error are assigned too.
+            // Blocks are assigned in order, so that all blocks before one with an error have been assigned too.
             let Some((number, block)) = lock(&blocks).next() else { break };
             if lock(&first_error).as_ref().is_some_and(|&(failed, _)| failed < number) {
                 break;
@@ -70,7 +70,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The minimum and the maximum; `u32::MAX` and 0 of no numbers.
+/// Minimum and maximum; `u32::MAX` and 0 if there are no numbers.
 pub(crate) fn min_max(numbers: &[u32]) -> (u32, u32) {
     let both = |(low, high): (u32, u32), (l, h): (u32, u32)| (low.min(l), high.max(h));
     let none = (u32::MAX, 0);
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_are_made_in_their_places() {
+    fn blocks_are_written_at_their_positions() {
         for count in [0, 1, 99, 100, 101, 1000] {
             let mut values = vec![0; count];
             let fill = |first: usize, block: &mut [usize]| {
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn min_max_are_of_all_blocks() {
+    fn min_and_max_cover_all_blocks() {
         assert_eq!(min_max(&[]), (u32::MAX, 0));
         let mut numbers: Vec<u32> = (1000..500_000).rev().collect();
         assert_eq!(min_max(&numbers), (1000, 499_999));
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_error_counts() {
+    fn the_error_of_the_first_block_is_returned() {
         for _ in 0..50 {
             let fail = |first: usize, _: &mut [u8]| if first < 300 { Ok(()) } else { Err(first) };
             assert_eq!(fill_blocks(&mut [0; 1000], 10, fail), Err(300));
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_comes_through() {
+    fn panics_are_propagated_to_the_caller() {
         let run = || par_map(&[1, 2, 3, 4], |&i| assert!(i < 4));
         assert!(panic::catch_unwind(run).is_err());
     }

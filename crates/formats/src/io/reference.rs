@@ -1,9 +1,9 @@
-//! Names of files as other files write them: bytes, which need not be UTF-8.
+//! File names as written by other files: bytes that need not be UTF-8.
 
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
 
-/// The path of a name.
+/// Path of a name.
 #[cfg(unix)]
 pub(crate) fn path_of(name: &[u8]) -> &Path {
     use std::os::unix::ffi::OsStrExt;
@@ -11,33 +11,33 @@ pub(crate) fn path_of(name: &[u8]) -> &Path {
     Path::new(std::ffi::OsStr::from_bytes(name))
 }
 
-/// The path of a name; bytes that are not UTF-8 are part of no name here.
+/// Path of a name; on this system, names cannot contain invalid UTF-8.
 #[cfg(not(unix))]
 pub(crate) fn path_of(name: &[u8]) -> &Path {
     Path::new(std::str::from_utf8(name).unwrap_or("\u{fffd}"))
 }
 
-/// The name as text, with a replacement for bytes that are not UTF-8.
+/// Name as text, with replacements for invalid UTF-8.
 pub(crate) fn shown(name: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(name)
 }
 
-/// Checks the form of a name; the error is the reason of the refusal.
+/// Checks the form of a name; the error is the reason for the refusal.
 pub(crate) fn check(name: &[u8]) -> Result<(), &'static str> {
     if name.is_empty() || name.contains(&0) {
         return Err("expected a file name");
     }
     if name.contains(&b'\\') {
-        return Err("expected / between folders, not \\");
+        return Err("expected / between folders instead of \\");
     }
     let first = name.split(|&byte| byte == b'/').next().unwrap_or_default();
     if first.contains(&b':') || name.starts_with(b"//") {
-        return Err("expected a path relative to the file that names it, without a scheme or a drive");
+        return Err("expected a path relative to the file that contains it, without a scheme or a drive");
     }
     Ok(())
 }
 
-/// The name with `/` between folders, as Windows files have `\`; a `\` before a space is that of a shell.
+/// Name with `/` between folders; Windows files use `\`. A `\` before a space is a shell escape.
 pub(crate) fn with_slashes(name: &[u8]) -> Vec<u8> {
     let mut changed = Vec::with_capacity(name.len());
     for (i, &byte) in name.iter().enumerate() {
@@ -50,14 +50,14 @@ pub(crate) fn with_slashes(name: &[u8]) -> Vec<u8> {
     changed
 }
 
-/// The name without a comment after it: white space and `#`. `None` where it has none.
+/// Name without a following comment (white space and `#`). `None` if it has none.
 pub(crate) fn without_comment(name: &[u8]) -> Option<&[u8]> {
     let at = name.windows(2).position(|pair| matches!(pair, [b' ' | b'\t', b'#']))?;
     Some(name[..at].trim_ascii_end()).filter(|name| !name.is_empty())
 }
 
-/// The name without what some programs write around it: a comment after it, quotes, the scheme `file:`, and `%20`
-/// for a space. `None` where it has none of them.
+/// Name without what some programs add: a following comment, quotes, the scheme `file:`, and `%20` for a space. `None`
+/// if there is nothing to remove.
 pub(crate) fn bare(name: &[u8]) -> Option<Vec<u8>> {
     let mut inner = without_comment(name).unwrap_or(name);
     for quote in [b'"', b'\''] {
@@ -80,10 +80,10 @@ pub(crate) fn bare(name: &[u8]) -> Option<Vec<u8>> {
     Some(found).filter(|found| !found.is_empty() && found != name)
 }
 
-/// The ends of a name of several folders, the longest first: for `C:/a/b/c.png` these are `a/b/c.png`, `b/c.png` and
-/// `c.png`.
+/// Trailing parts of a name with several folders, the longest first: for `C:/a/b/c.png` these are `a/b/c.png`,
+/// `b/c.png` and `c.png`.
 pub(crate) fn tails(name: &[u8]) -> Vec<Vec<u8>> {
-    /// Folders of the longest.
+    /// Maximum number of folders in the longest part.
     const MAX_PARTS: usize = 8;
     let plain = |part: &&[u8]| !part.is_empty() && *part != b"." && *part != b".." && !part.ends_with(b":");
     let parts: Vec<&[u8]> = name.split(|&byte| byte == b'/').filter(plain).collect();
@@ -91,7 +91,7 @@ pub(crate) fn tails(name: &[u8]) -> Vec<Vec<u8>> {
     (first..parts.len()).map(|start| parts[start..].join(&b'/')).filter(|tail| tail != name).collect()
 }
 
-/// An absolute path without `.` and `..`, by its text alone.
+/// Absolute path without `.` and `..`, computed only from its text.
 pub(crate) fn normalize(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for component in path.components() {
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_every_system_have_parts() {
+    fn names_of_every_system_are_split_into_parts() {
         let ends = |name: &[u8]| tails(name).into_iter().map(|t| String::from_utf8(t).unwrap()).collect::<Vec<_>>();
         assert_eq!(ends(b"C:/a/b.png"), ["a/b.png", "b.png"]);
         assert_eq!(ends(b"../m/./b.png"), ["m/b.png", "b.png"]);

@@ -1,17 +1,17 @@
-//! Stand-ins: files that are not what their names say, because a download or a checkout left something else there.
+//! Stand-ins: files whose contents do not match their names, because a download or a checkout left something else.
 
 use std::path::Path;
 
 use crate::error::{FormatError, Result};
 
-/// Bytes at the start of a file that are looked at.
+/// Number of bytes at the start of a file that are examined.
 const HEAD_BYTES: usize = 512;
 
-/// First bytes, in small letters, and the reason that they give.
+/// First bytes in lower case, and the corresponding reason.
 const FIRST_BYTES: &[(&[u8], &str)] = &[
-    (b"version https://git-lfs.github.com", "a Git LFS pointer, not the file: run git lfs pull"),
-    (b"version https://hawser.github.com", "a Git LFS pointer, not the file: run git lfs pull"),
-    (b"/annex/objects/", "a git-annex pointer, not the file: run git annex get"),
+    (b"version https://git-lfs.github.com", "a Git LFS pointer instead of the file; run git lfs pull"),
+    (b"version https://hawser.github.com", "a Git LFS pointer instead of the file; run git lfs pull"),
+    (b"/annex/objects/", "a git-annex pointer instead of the file; run git annex get"),
     (b"404: not found", SERVER_ERROR),
     (b"404 not found", SERVER_ERROR),
     (b"{\"error\":\"", SERVER_ERROR),
@@ -21,21 +21,21 @@ const FIRST_BYTES: &[(&[u8], &str)] = &[
     (b"<body", HTML_PAGE),
 ];
 
-const SERVER_ERROR: &str = "the error message of a server, not the file: download the file itself";
-const HTML_PAGE: &str = "an HTML page, not the file: download the file itself";
+const SERVER_ERROR: &str = "a server's error message instead of the file; download the file itself";
+const HTML_PAGE: &str = "an HTML page instead of the file; download the file itself";
 
-/// Refuses the bytes of a file that stand for another file, or that are none at all.
+/// Rejects the bytes of a file that stand in for another file, and empty files.
 pub fn check(path: &Path, bytes: &[u8]) -> Result<()> {
     reason(bytes).map_or(Ok(()), |reason| Err(FormatError::whole(path, reason)))
 }
 
-/// The reason why bytes are not those of a file; `None` where they may be.
+/// The reason why bytes are not those of a file; `None` if they may be.
 fn reason(bytes: &[u8]) -> Option<&'static str> {
     if bytes.is_empty() {
-        return Some("the file is empty: is its download or its export complete?");
+        return Some("the file is empty; its download or export may be incomplete");
     }
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-    // As a rule a mesh or an image.
+    // Usually a mesh or an image.
     if !matches!(head.first(), Some(b'<' | b'v' | b'V' | b'/' | b'{' | b'4')) {
         return None;
     }
@@ -47,7 +47,7 @@ fn reason(bytes: &[u8]) -> Option<&'static str> {
     if (head.starts_with(b"<?xml") || head.starts_with(b"<!--")) && (has(b"<html") || has(b"<!doctype html")) {
         return Some(HTML_PAGE);
     }
-    // Storage services answer so in the place of a file.
+    // Storage services answer with this instead of a file.
     let xml = head.starts_with(b"<?xml") && has(b"<error>") && has(b"<code>");
     let json = head.starts_with(b"{") && has(b"\"message\"") && has(b"\"documentation_url\"");
     (xml || json).then_some(SERVER_ERROR)
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stand_ins_are_told_from_files() {
+    fn stand_ins_are_distinguished_from_files() {
         for (bytes, expected) in [
             ("", "empty"),
             ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "git lfs pull"),

@@ -1,4 +1,4 @@
-//! From the statements of an OBJ file to the meshes and materials they mean.
+//! Conversion of an OBJ file's statements to meshes and materials.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::obj::materials::Materials;
 use crate::obj::parse::Obj;
 use crate::obj::vertex_colors;
 
-/// One part for each `o` that has faces, or for each `g` where there is no `o`.
+/// One part for each `o` that has faces, or for each `g` if there is no `o`.
 pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     assets.budget.take_elements(path, elements as u64)?;
@@ -36,7 +36,7 @@ pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result
     Ok(model)
 }
 
-/// The name of each part and what belongs to it, in the order of their first faces.
+/// Name and contents of each part, in the order of their first faces.
 fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
     let mut parts: Vec<(String, Vec<RunRange>)> = Vec::new();
     let mut number_of = HashMap::new();
@@ -53,7 +53,7 @@ fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
     parts
 }
 
-/// The part of this name and these polygons.
+/// Part with this name and these polygons.
 pub(crate) fn build_part(
     obj: &mut Obj,
     name: String,
@@ -81,7 +81,7 @@ pub(crate) fn build_part(
     };
     let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NO_INDEX);
     let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NO_INDEX);
-    // Without attributes of corners, the vertices of the file are those of the mesh.
+    // Without corner attributes, the vertices of the file are those of the mesh.
     let plain = used.is_none() && !has_uvs && !has_normals;
     if !plain {
         begin(vertices, obj.positions.len());
@@ -105,7 +105,7 @@ pub(crate) fn build_part(
     Ok(MeshPart { name, mesh, materials: cut.materials })
 }
 
-/// The positions that these polygons use, in order; `None` where they are all polygons of the file.
+/// Positions that these polygons use, in order; `None` if they are all polygons of the file.
 fn used_positions(obj: &Obj, runs: &[RunRange]) -> Option<Vec<u32>> {
     let count: usize = runs.iter().map(|run| run.polygons.len()).sum();
     if count == obj.polygons.len() {
@@ -121,9 +121,9 @@ fn used_positions(obj: &Obj, runs: &[RunRange]) -> Option<Vec<u32>> {
 /// Triangles of a part.
 struct CutPolygons {
     triangles: Vec<[u32; 3]>,
-    /// Index into `materials` of each triangle; empty where all have one material.
+    /// Index into `materials` for each triangle; empty if all have one material.
     slots: Vec<u16>,
-    /// Indices of materials of the model.
+    /// Indices of the model's materials.
     materials: Vec<usize>,
 }
 
@@ -144,7 +144,7 @@ fn cut_polygons(
         materials: Vec::new(),
     };
     let mut slot_of = HashMap::new();
-    // The last polygon that got a normal, and the index of that normal.
+    // Last polygon that got a normal, and the index of that normal.
     let mut flat = None;
     let several = runs.iter().any(|other| other.run.material != runs[0].run.material);
     let position = |c: Corner| positions[c.position as usize];
@@ -177,7 +177,7 @@ fn cut_polygons(
     Ok(cut)
 }
 
-/// Gives a mesh the attributes of its vertices' corners.
+/// Sets the attributes of a mesh from its vertices' corners.
 fn gather_attributes(mesh: &mut Mesh, obj: &Obj, corners: &[Corner], has_uvs: bool, has_normals: bool) {
     let position = |c: &Corner| obj.positions[c.position as usize];
     mesh.vertices = corners.iter().map(position).collect();
@@ -195,8 +195,8 @@ fn gather_attributes(mesh: &mut Mesh, obj: &Obj, corners: &[Corner], has_uvs: bo
     }
 }
 
-/// Gives corners without a normal that of their smoothing group: the mean of the normals of its polygons that meet there,
-/// weighted by their angles (Thuermer and Wuethrich, 1998).
+/// Gives corners without a normal the normal of their smoothing group: the angle-weighted mean of the normals of the
+/// group's polygons that meet there (Thuermer and Wuethrich, 1998).
 pub(crate) fn smooth(
     polygons: &mut Polygons,
     positions: &[DVec3],
@@ -238,7 +238,7 @@ pub(crate) fn smooth(
     normals.extend(sums.iter().map(|sum| sum.normalize_or_zero().as_vec3().to_array()));
 }
 
-/// The direction of a polygon's area vector; up where it has none.
+/// Direction of a polygon's area vector; up if it has none.
 fn flat_normal(mut corners: impl Iterator<Item = DVec3>) -> [f32; 3] {
     let origin = corners.next().unwrap_or_default();
     let (mut area, mut before) = (DVec3::ZERO, DVec3::ZERO);

@@ -1,4 +1,4 @@
-//! The statements of a piece of an OBJ file, read without the text before it.
+//! Statements of a piece of an OBJ file, read without the preceding text.
 
 use std::ops::Range;
 
@@ -20,61 +20,62 @@ pub(crate) struct TextChunk<'a> {
     pub(crate) lines_before: usize,
 }
 
-/// An error with its line.
+/// Error with its line.
 pub(crate) type LineError = (usize, String);
 
-/// The statements of a piece of text. Lines are numbered as in the file; all indices begin at 0 with the piece.
+/// Statements of a piece of text. Lines are numbered as in the file; all indices start at 0 at the beginning of the
+/// piece.
 #[derive(Default)]
 pub(crate) struct Chunk {
     pub(crate) positions: Vec<DVec3>,
-    /// Linear, as long as `positions` once one has a colour; white where it has none. A value outside 0..=1 is as in the
-    /// file.
+    /// Linear, with the length of `positions` as soon as one has a colour; white for positions without a colour. Values
+    /// outside 0..=1 are stored as in the file.
     pub(crate) colors: Vec<Rgb>,
-    /// Colours that ZBrush writes in comments, sRGB, one for each vertex.
+    /// Colours that ZBrush writes in comments, sRGB, one per vertex.
     pub(crate) polypaint: Vec<[u8; 3]>,
     pub(crate) uvs: Vec<[f32; 2]>,
-    /// Unit length, or zero where the file's has no direction.
+    /// Unit length, or zero if the file's normal has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
     /// Indices that count backwards; their entries in `polygons` are filled in later.
     pub(crate) relative: Vec<RelativeIndex>,
     pub(crate) runs: Vec<StateRun>,
-    /// By `usemtl`, `o` and `g`, each with its line; a name may come again.
+    /// Names of `usemtl`, `o` and `g`, each with its line; a name may be repeated.
     pub(crate) materials: Vec<(usize, Vec<u8>)>,
     pub(crate) parts: Vec<(usize, Vec<u8>)>,
     pub(crate) groups: Vec<(usize, Vec<u8>)>,
-    /// By `mtllib`, each with its line.
+    /// Names of `mtllib`, each with its line.
     pub(crate) libraries: Vec<(usize, Vec<u8>)>,
     /// Number of positions with a colour.
     pub(crate) colored: usize,
-    /// The line of the first colour outside 0..=1, and the bounds of all values.
+    /// Line of the first colour outside 0..=1, and the range of all values.
     pub(crate) odd_color_line: Option<usize>,
     pub(crate) color_bounds: ColorBounds,
-    /// The largest index of a position, texture coordinates and a normal, with its line: they may come after the faces.
+    /// Largest index of a position, of texture coordinates and of a normal, with its line: these may follow the faces.
     pub(crate) max_index: [(i64, usize); 3],
     pub(crate) degenerate: DegenerateFaces,
     pub(crate) ignored: IgnoredStatements,
-    /// Odd values that are ignored.
+    /// Invalid values that are ignored.
     pub(crate) odd: Diagnostics,
-    /// The last line, where it has no line end and fewer words than the one before it.
+    /// Last line, if it has no line end and fewer words than the previous line.
     pub(crate) cut_line: Option<usize>,
-    /// The error at which reading stopped.
+    /// Error at which reading stopped.
     pub(crate) error: Option<LineError>,
 }
 
-/// Corner of a face that is skipped: its indices are checked all the same.
+/// Corner of a skipped face: its indices are still checked.
 const SKIPPED_CORNER: usize = usize::MAX;
 
-/// An index that counts backwards from what came before.
+/// Index that counts backwards from the preceding elements.
 pub(crate) struct RelativeIndex {
-    /// Which of all corners, or [`SKIPPED_CORNER`].
+    /// Index over all corners, or [`SKIPPED_CORNER`].
     pub(crate) corner: usize,
     /// 0 position, 1 texture coordinate, 2 normal.
     pub(crate) kind: usize,
     pub(crate) line: usize,
-    /// Below 0.
+    /// Negative.
     pub(crate) value: i64,
-    /// Number of elements of its kind before it in the piece.
+    /// Number of preceding elements of its kind in the piece.
     pub(crate) before: usize,
 }
 
@@ -89,11 +90,11 @@ pub(crate) struct StateRun {
     pub(crate) group: Option<usize>,
     /// Index into `materials`.
     pub(crate) material: Option<usize>,
-    /// The smoothing group; 0 is off.
+    /// Smoothing group; 0 is off.
     pub(crate) smoothing: Option<u32>,
 }
 
-/// The least and the greatest value of colours; NaN where a value is none.
+/// Minimum and maximum of colours; NaN if a value is not a number.
 #[derive(Clone, Copy)]
 pub(crate) struct ColorBounds([f64; 2]);
 
@@ -109,19 +110,19 @@ impl ColorBounds {
         self.0 = if value.is_nan() || low.is_nan() { [f64::NAN; 2] } else { [low.min(value), high.max(value)] };
     }
 
-    /// Adds all values of another part of the file.
+    /// Includes all values of another part of the file.
     pub(crate) fn merge(&mut self, Self([low, high]): Self) {
         self.add(low);
         self.add(high);
     }
 
-    /// True if all values are in 0..=1 but for rounding.
+    /// True if all values are in 0..=1 except for rounding.
     pub(crate) fn is_nearly_unit(&self) -> bool {
         let Self([low, high]) = *self;
         low >= -0.01 && high <= 1.01
     }
 
-    /// True if the values are those of bytes.
+    /// True if the values look like bytes.
     pub(crate) fn is_bytes(&self) -> bool {
         let Self([low, high]) = *self;
         low >= 0.0 && high <= 255.0
@@ -134,7 +135,7 @@ pub(crate) struct RunRange {
     pub(crate) polygons: Range<usize>,
 }
 
-/// The names of indices in messages.
+/// Names of indices in messages.
 pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Chunk {
@@ -177,7 +178,7 @@ impl Chunk {
                 let [u, v, _] = numbers(line, rest, "vt", 1)?;
                 let mut uv = [u as f32, (1.0 - v) as f32];
                 if !(uv[0].is_finite() && uv[1].is_finite()) {
-                    let message = format!("vt {u} {v} is not finite: taken as 0 0");
+                    let message = format!("vt {u} {v} is not finite; treated as 0 0");
                     self.odd.note_kind(NoticeCode::ReplacedValue, "vt", Location::Line(line), message);
                     uv = [0.0, 1.0];
                 }
@@ -187,7 +188,7 @@ impl Chunk {
             b"vn" => {
                 let given = DVec3::from(numbers(line, rest, "vn", 3)?);
                 if !given.is_finite() {
-                    let message = "vn with numbers that are not finite: the normal of the face is used";
+                    let message = "vn with numbers that are not finite; the face's normal is used";
                     self.odd.note(NoticeCode::ReplacedValue, Location::Line(line), message);
                 }
                 let normal = given.normalize_or_zero().as_vec3();
@@ -232,7 +233,7 @@ impl Chunk {
         }
     }
 
-    /// The number of a smoothing group; 0 is none.
+    /// Number of a smoothing group; 0 is none.
     fn smoothing_group(&mut self, line: usize, rest: &[u8]) -> u32 {
         let word = Words(rest).next().unwrap_or_default();
         match word {
@@ -242,7 +243,7 @@ impl Chunk {
                 Some(group) if group.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&group) => group as u32,
                 _ => {
                     let word = lexer::for_message(word);
-                    let message = format!("s {word} is taken as off, expected a smoothing group or off");
+                    let message = format!("s {word} is treated as off; expected a smoothing group or off");
                     self.odd.note_kind(NoticeCode::ReplacedValue, "s", Location::Line(line), message);
                     0
                 }
@@ -250,7 +251,7 @@ impl Chunk {
         }
     }
 
-    /// `#MRGB`: hexadecimal mask, red, green and blue of up to 64 vertices, as ZBrush writes them.
+    /// `#MRGB`: hexadecimal mask, red, green and blue of up to 64 vertices, as written by ZBrush.
     fn polypaint(&mut self, line: usize, rest: &[u8]) {
         let digits = lexer::trim(rest);
         let digit = |byte: u8| (byte as char).to_digit(16);
@@ -263,7 +264,7 @@ impl Chunk {
             None => self.odd.note(
                 NoticeCode::ReplacedValue,
                 Location::Line(line),
-                "#MRGB is not of 8 hexadecimal digits a vertex: not used",
+                "#MRGB does not have 8 hexadecimal digits per vertex; ignored",
             ),
         }
     }
@@ -296,9 +297,9 @@ impl Chunk {
                 }
                 self.colored += 1;
             }
-            _ => return Err((line, format!("v has {count} numbers, expected 3, or 6 with a colour"))),
+            _ => return Err((line, format!("v has {count} numbers; expected 3, or 6 with a colour"))),
         }
-        // Faces on a vertex that is not finite are left out.
+        // Faces that use a vertex which is not finite are omitted.
         self.positions.push(DVec3::new(x, y, z));
         Ok(())
     }
@@ -333,7 +334,7 @@ impl Chunk {
         Ok(())
     }
 
-    /// An index from 0; in the file they count from 1, or from -1 backwards.
+    /// Index from 0; in the file indices count from 1, or backwards from -1.
     fn index(&mut self, line: usize, kind: usize, word: &[u8]) -> Result<u32, LineError> {
         let value =
             lexer::integer(word).ok_or_else(|| (line, format!("f: {} is not an index", lexer::for_message(word))))?;
@@ -341,12 +342,12 @@ impl Chunk {
             if value > self.max_index[kind].0 {
                 self.max_index[kind] = (value, line);
             }
-            // Larger ones are found out at the end.
+            // Larger indices are detected at the end.
             return Ok(u32::try_from(value - 1).unwrap_or(NO_INDEX - 1).min(NO_INDEX - 1));
         }
         if value == 0 {
             let name = INDEX_NAMES[kind];
-            return Err((line, format!("f: {name} 0, but indices start at 1")));
+            return Err((line, format!("f: {name} index 0; expected indices from 1")));
         }
         let before = [self.positions.len(), self.uvs.len(), self.normals.len()][kind];
         self.relative.push(RelativeIndex { corner: self.polygons.corner_count(), kind, line, value, before });
@@ -366,7 +367,7 @@ impl Chunk {
     }
 }
 
-/// One to three numbers, of which at least `least`.
+/// One to three numbers, at least `least`.
 fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3], LineError> {
     let mut values = [0.0; 3];
     let mut count = 0;
@@ -379,12 +380,12 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
         count += 1;
     }
     if count < least {
-        return Err((line, format!("{key} has {count} numbers, expected {least}")));
+        return Err((line, format!("{key} has {count} numbers; expected {least}")));
     }
     Ok(values)
 }
 
-/// True if the last line of a text, which has no line end, has fewer words than the line of the same kind before it.
+/// True if the last line of a text has no line end and fewer words than the previous line of the same kind.
 fn is_cut(text: &[u8]) -> bool {
     let mut lines = text.rsplit(|&byte| byte == b'\n' || byte == b'\r').filter(|line| !lexer::trim(line).is_empty());
     let (Some(last), Some(before)) = (lines.next(), lines.next()) else { return false };
@@ -392,12 +393,12 @@ fn is_cut(text: &[u8]) -> bool {
     same && Words(last).count() < Words(before).count()
 }
 
-/// Cuts a text into pieces of whole statements, of about `size` bytes each.
+/// Divides a text into pieces of complete statements, of about `size` bytes each.
 pub(crate) fn split_chunks(text: &[u8], size: usize) -> Vec<&[u8]> {
     let mut stretches = Vec::new();
     let mut rest = text;
     while rest.len() > size {
-        // After a line end whose line does not go on: not in the middle of one of two bytes.
+        // Cut after a line end that is not continued, and not between the two bytes of a line end.
         let is_end = |at: &usize| {
             let at = *at;
             let end = rest[at] == b'\n' || rest[at] == b'\r' && rest.get(at + 1) != Some(&b'\n');

@@ -2,7 +2,7 @@
 
 use crate::io::lexer;
 
-/// Greatest number of keywords; a file with more is not an OBJ file.
+/// Maximum number of keywords; a file with more is not an OBJ file.
 const MAX_KEYWORDS: usize = 32;
 
 /// Keywords with their first lines.
@@ -10,7 +10,7 @@ const MAX_KEYWORDS: usize = 32;
 pub(crate) struct IgnoredStatements(Vec<(Vec<u8>, usize)>);
 
 impl IgnoredStatements {
-    /// Remembers a keyword once; the message of an error when there are too many.
+    /// Records a keyword once; returns an error message if there are too many.
     pub fn add(&mut self, line: usize, key: &[u8]) -> Result<(), String> {
         let key = &key[..key.len().min(40)];
         if self.0.iter().any(|(known, _)| known == key) {
@@ -18,7 +18,7 @@ impl IgnoredStatements {
         }
         if self.0.len() == MAX_KEYWORDS {
             return Err(format!(
-                "{}: the {}rd unknown keyword; is this an OBJ file?",
+                "{} is unknown keyword number {}; this is probably not an OBJ file",
                 lexer::for_message(key),
                 MAX_KEYWORDS + 1
             ));
@@ -27,13 +27,13 @@ impl IgnoredStatements {
         Ok(())
     }
 
-    /// Adds the keywords of a later piece; where they are too many, returns the line and the message.
+    /// Adds the keywords of a later piece; if there are too many, returns the line and the message.
     pub fn append(&mut self, later: Self) -> Result<(), (usize, String)> {
         let mut later = later.0.into_iter();
         later.try_for_each(|(key, line)| self.add(line, &key).map_err(|message| (line, message)))
     }
 
-    /// The list of ignored keywords, if there are any.
+    /// List of ignored keywords, if there are any.
     pub fn message(&self) -> Option<String> {
         let described: Vec<_> = (self.0.iter())
             .map(|(key, line)| {
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_keyword_is_named_once_with_its_first_line() {
+    fn ignored_keywords_are_listed_once_with_their_first_line() {
         let mut ignored = IgnoredStatements::default();
         assert_eq!(ignored.message(), None);
         for (line, key) in [(3, "l"), (5, "l"), (7, "curv")] {

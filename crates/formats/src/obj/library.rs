@@ -1,4 +1,4 @@
-//! The materials that the libraries of an OBJ file define, found by the names that faces use.
+//! Materials defined by the libraries of an OBJ file, found by the names that faces use.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -10,24 +10,25 @@ use crate::io::{AssetRoot, Diagnostics, companion, reference};
 use crate::obj::mtl::{self, MtlMaterial};
 use crate::obj::parse::Obj;
 
-/// The materials of all libraries. Names are compared as bytes; they need not be UTF-8.
+/// Materials of all libraries. Names are compared as bytes, which need not be UTF-8.
 #[derive(Default)]
 pub(crate) struct Library {
-    /// Each with its file.
+    /// Materials, each with its file.
     materials: Vec<(PathBuf, MtlMaterial)>,
-    /// Index into `materials` by name; the last of several.
+    /// Index into `materials` by name; the last one if there are several.
     exact: HashMap<Vec<u8>, usize>,
-    /// Index by the name in small letters and without a comment; `None` where several differ in these alone.
+    /// Index by the name in lower case and without a comment; `None` if several names differ only in these.
     similar: HashMap<Vec<u8>, Option<usize>>,
 }
 
-/// A name without a comment, in small letters.
+/// Name without a comment, in lower case.
 fn similar_name(name: &[u8]) -> Vec<u8> {
     reference::without_comment(name).unwrap_or(name).to_ascii_lowercase()
 }
 
 impl Library {
-    /// Reads the libraries that an OBJ file names, or where it has none, the one of the file's own name beside it.
+    /// Reads the libraries that an OBJ file refers to or, if there are none, the library in the same folder that has
+    /// the file's name.
     pub(crate) fn read(obj: &Obj, path: &Path, assets: &mut AssetRoot, notices: &mut Vec<Notice>) -> Result<Self> {
         let mut library = Self::default();
         let mut count = 0;
@@ -47,22 +48,22 @@ impl Library {
         if let Some(own) = there.or_else(|| assets.in_other_case(path, names.first()?))
             && let Some(source) = companion::optional_file(path, &own, assets, notices)?
         {
-            let named = if obj.libraries.is_empty() { "no mtllib" } else { "its mtllib is not there" };
+            let named = if obj.libraries.is_empty() { "no mtllib" } else { "its mtllib is missing" };
             let (path, own) = (path.display(), source.path.display());
             notices.push(Notice::new(
                 NoticeCode::SubstitutedFile,
-                format!("{path}: {named}; {own}, which lies beside it, is used"),
+                format!("{path}: {named}; {own} in the same folder is used"),
             ));
             library.add(&source.path, &source.bytes, notices)?;
         }
         Ok(library)
     }
 
-    /// Adds the materials of a file; one that cannot be read is left out with a notice.
+    /// Adds the materials of a file; one that cannot be read is omitted with a notice.
     fn add(&mut self, path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<()> {
         let materials = match mtl::parse(path, bytes, notices) {
             Err(error) if companion::can_be_left_out(&error) => {
-                notices.push(Notice::new(NoticeCode::UnreadableFile, format!("{}: left out: {error}", path.display())));
+                notices.push(Notice::new(NoticeCode::UnreadableFile, format!("{}: omitted: {error}", path.display())));
                 return Ok(());
             }
             materials => materials?,
@@ -72,8 +73,10 @@ impl Library {
             let index = self.materials.len();
             let known = self.exact.insert(material.name.clone(), index);
             if known.is_some() {
-                let message =
-                    format!("material {:?} is defined again: the last one is used", reference::shown(&material.name));
+                let message = format!(
+                    "material {:?} is defined more than once; the last definition is used",
+                    reference::shown(&material.name)
+                );
                 twice.note_kind(NoticeCode::DuplicateName, "twice", Location::Line(material.line), message);
             }
             let similar = self.similar.entry(similar_name(&material.name)).or_insert(Some(index));
@@ -86,7 +89,7 @@ impl Library {
         Ok(())
     }
 
-    /// The material that a face means by a name, and true where the name differs in case.
+    /// Material to which a face's name refers, and true if the name differs in upper and lower case.
     pub(crate) fn find_material(&self, name: &[u8]) -> Option<(&(PathBuf, MtlMaterial), bool)> {
         if let Some(&index) = self.exact.get(name) {
             return Some((&self.materials[index], false));
@@ -98,7 +101,7 @@ impl Library {
         Some((found, own != bare))
     }
 
-    /// The material for faces of a file without any `usemtl`, if there is only one; a notice says what is done.
+    /// Material for the faces of a file without any `usemtl`, if there is only one; a notice reports the choice.
     pub(crate) fn only(&self, path: &Path, notices: &mut Vec<Notice>) -> Option<&(PathBuf, MtlMaterial)> {
         let path = path.display();
         match &self.materials[..] {
@@ -115,7 +118,7 @@ impl Library {
                 let count = more.len();
                 notices.push(Notice::new(
                     NoticeCode::IgnoredElement,
-                    format!("{path}: no usemtl: none of the {count} materials of its library is used"),
+                    format!("{path}: no usemtl, so none of the {count} materials of its library is used"),
                 ));
                 None
             }

@@ -1,4 +1,4 @@
-//! The materials and textures of an OBJ file.
+//! Materials and textures of an OBJ file.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,11 +17,11 @@ use crate::obj::mtl_map::{MapRole, MtlMap};
 use crate::obj::parse::Obj;
 use raycam_scene::ColorUse;
 
-/// The materials that faces use.
+/// Materials that faces use.
 pub(crate) struct Materials {
     /// For each `usemtl` name, the index into the model's materials.
     pub(crate) named: Vec<usize>,
-    /// The index of the material of faces without `usemtl`.
+    /// Index of the material of faces without `usemtl`.
     pub(crate) default_material: usize,
 }
 
@@ -61,7 +61,7 @@ impl Materials {
                 None => {
                     undefined.extend(name.filter(|name| !name.is_empty()));
                     let name = lexer::name(name.unwrap_or_default());
-                    // The material of a mesh without a definition, with or without colours.
+                    // Material of a mesh without a definition, with or without colours.
                     let colors = (!obj.colors.is_empty()).then(Vec::new);
                     let plain = Material::for_mesh(&Mesh { vertex_colors: colors, ..Mesh::default() });
                     Material { name, ..plain }
@@ -70,8 +70,8 @@ impl Materials {
             model.materials.push(material);
         }
         let lists = [
-            (NoticeCode::MissingValue, "materials without a definition are plain", undefined),
-            (NoticeCode::SubstitutedFile, "materials whose definitions have names in other case", differing),
+            (NoticeCode::MissingValue, "materials without a definition get a default material", undefined),
+            (NoticeCode::SubstitutedFile, "materials whose definitions differ in upper and lower case", differing),
         ];
         for (code, what, names) in lists {
             if !names.is_empty() {
@@ -86,7 +86,7 @@ impl Materials {
     }
 }
 
-/// Textures that have been made: of which file, with the opacity of which other, clamped or not, and as what.
+/// Textures that have been created, by colour file, opacity file, clamping and use.
 type TexturesByKey = HashMap<(Vec<u8>, Option<Vec<u8>>, bool, ImageUse), Option<usize>>;
 
 /// Use of an image.
@@ -94,11 +94,11 @@ type TexturesByKey = HashMap<(Vec<u8>, Option<Vec<u8>>, bool, ImageUse), Option<
 enum ImageUse {
     Color,
     Data,
-    /// Normals, or heights that become some.
+    /// Normals, or heights that are converted to normals.
     Normals,
 }
 
-/// The textures of a material's maps, with their strengths.
+/// Textures of a material's maps, with their strengths.
 fn slots(
     library: &Path,
     material: &MtlMaterial,
@@ -109,7 +109,7 @@ fn slots(
     let mut slots = Vec::new();
     let last = |role| material.maps.iter().rev().find(|map| map.role == role);
     let color = last(MapRole::Color);
-    // Opacity is the alpha of the image of colours: an image of its own is merged into it.
+    // Opacity is stored in the colour image's alpha: a separate opacity image is merged into it.
     let mut opacity = last(MapRole::Opacity).filter(|map| color.is_none_or(|c| c.file != map.file));
     if let (Some(own), Some(color)) = (opacity, color)
         && !own.same_placement(color)
@@ -117,7 +117,8 @@ fn slots(
         model.notices.push(Notice::new(
             NoticeCode::IgnoredTransparency,
             format!(
-                "{}:{}: map_d is not used: it is laid on otherwise than map_Kd (-s, -o, -clamp), expected the same",
+                "{}:{}: map_d is ignored, because its options differ from map_Kd's (-s, -o, -clamp); use the same \
+                 options",
                 library.display(),
                 own.line
             ),
@@ -126,7 +127,7 @@ fn slots(
     }
     for map in &material.maps {
         let in_color = map.role == MapRole::Opacity && color.is_some_and(|c| c.file != map.file);
-        // The last of each role counts.
+        // The last map of each role is used.
         if in_color || !last(map.role).is_some_and(|last| std::ptr::eq(last, map)) {
             continue;
         }
@@ -145,7 +146,7 @@ fn slots(
     Ok(slots)
 }
 
-/// The texture of a map's image alone.
+/// Texture of a map's image alone.
 fn image(
     library: &Path,
     map: &MtlMap,
@@ -174,7 +175,8 @@ fn image(
         model.notices.push(Notice::new(
             NoticeCode::AssumedConvention,
             format!(
-                "{}:{}: {:?} is a map of heights: made into normals, white a texel's width above black",
+                "{}:{}: {:?} is a height map and is converted to normals; white is above black by the width of a \
+                 texel",
                 library.display(),
                 map.line,
                 reference::shown(&map.file)
@@ -190,7 +192,7 @@ fn image(
     Ok(*known.entry(key).or_insert(index))
 }
 
-/// The texture of these colours, or of white, with the opacity of another image; without it where that cannot be read.
+/// Texture of these colours, or of white, with the opacity of another image, unless that cannot be read.
 fn with_alpha(
     library: &Path,
     color: Option<&MtlMap>,

@@ -1,9 +1,9 @@
-//! MTL: the materials of OBJ files (Alias Wavefront, 1995, appendix "Material Library File"), with the keys for physically
-//! based ones (Pr, Pm, Ps, Pc, Pcr, aniso, anisor, norm) that Clara.io, Blender and others write.
+//! MTL: materials of OBJ files (Alias Wavefront, 1995, appendix "Material Library File"), with the keys for physically
+//! based materials (Pr, Pm, Ps, Pc, Pcr, aniso, anisor, norm) that Clara.io, Blender and others write.
 //!
-//! A material with any of those, or of an illumination model that refracts, is principled; any other is the lecture's, of
-//! Kd, Ks and Ns. Colours are taken as linear, as Blender writes them. What says more than its default and has no place in
-//! either is named in a notice.
+//! A material with any of those keys, or with an illumination model that refracts, is principled; all others use the
+//! lecture's model with Kd, Ks and Ns. Colours are interpreted as linear, as written by Blender. Values that differ
+//! from their default and have no equivalent cause a notice.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -16,39 +16,39 @@ use crate::io::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::mtl_map::{self, MapRole, MtlMap};
 
-/// Materials of one file, at most.
+/// Maximum number of materials in one file.
 const MAX_MATERIALS: usize = 1 << 16;
 
-/// A material before its textures are read.
+/// Material before its textures are read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MtlMaterial {
-    /// As bytes, since names need not be UTF-8.
+    /// As bytes, because names need not be UTF-8.
     pub(crate) name: Vec<u8>,
     pub(crate) line: usize,
-    /// Kd; if it is not given, an image shows as it is, and light grey stands for none.
+    /// Kd. If it is not given, an image is shown unchanged, and without an image the colour is light grey.
     diffuse: Option<Rgb>,
     specular: Rgb,
     emission: Rgb,
     shininess: f32,
     opacity: f32,
-    /// Transmittance.
+    /// Transmittance (Tf).
     filter: Rgb,
     ior: f32,
-    /// 0 and 1 have no highlights, 6 and 7 refract.
+    /// Illumination model: 0 and 1 have no highlights, 6 and 7 refract.
     illumination: i64,
-    /// The keys of physically based materials, where there is one.
+    /// Keys of physically based materials, if there are any.
     principled: Option<Principled>,
     pub(crate) maps: Vec<MtlMap>,
 }
 
 impl MtlMaterial {
-    /// A material of a colour (linear) and an opacity alone.
+    /// Material with only a (linear) colour and an opacity.
     pub(crate) fn plain(name: &[u8], color: Rgb, opacity: f32) -> Self {
         let share = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
         Self { diffuse: Some(color.map(share)), opacity: share(opacity), ..Self::with_defaults(name) }
     }
 
-    /// Before its first statement.
+    /// Values before its first statement.
     fn with_defaults(name: &[u8]) -> Self {
         Self {
             name: name.into(),
@@ -66,7 +66,7 @@ impl MtlMaterial {
         }
     }
 
-    /// As a material of a world, with the texture of each map.
+    /// Converts to a material of a world, with the texture of each map.
     pub(crate) fn material(
         &self,
         path: &Path,
@@ -80,7 +80,8 @@ impl MtlMaterial {
         let diffuse = self.diffuse.unwrap_or(if image.is_some() { [1.0; 3] } else { [0.8; 3] });
         if image.is_some() && diffuse == [0.0; 3] && !refracts {
             notices.push(Notice::new(NoticeCode::Implausible, format!(
-                "{}:{}: material {:?} has Kd 0 0 0, which multiplies the image of map_Kd: it is black; Kd 1 1 1 shows it",
+                "{}:{}: material {:?} has Kd 0 0 0, which multiplies the image of map_Kd and makes it black; use Kd 1 \
+                 1 1 to show the image",
                 path.display(),
                 self.line,
                 lexer::name(&self.name),
@@ -112,7 +113,7 @@ impl MtlMaterial {
                 principled.metallic.texture = texture(MapRole::Metallic);
                 principled.roughness.texture = texture(MapRole::Roughness);
                 principled.sheen_color.texture = texture(MapRole::Sheen);
-                // A map of what is 0 otherwise stands for itself.
+                // A map replaces a value whose default is 0.
                 if principled.metallic.texture.is_some() && principled.metallic.value == 0.0 {
                     principled.metallic.value = 1.0;
                 }
@@ -133,7 +134,7 @@ impl MtlMaterial {
         material
     }
 
-    /// Ks, reduced with a notice where Kd and Ks reflect more light than falls in.
+    /// Ks, reduced with a notice if Kd and Ks reflect more light than arrives.
     fn clamped_specular(&self, diffuse: Rgb, path: &Path, notices: &mut Vec<Notice>) -> Rgb {
         let wanted = if self.illumination < 2 { [0.0; 3] } else { self.specular };
         let mut specular = wanted;
@@ -142,7 +143,8 @@ impl MtlMaterial {
         }
         if specular != wanted {
             notices.push(Notice::new(NoticeCode::ClampedValue, format!(
-                "{}:{}: material {:?} reflects more than all light (Kd + Ks > 1): Ks reduced from {wanted:?} to {specular:?}",
+                "{}:{}: material {:?} reflects more light than arrives (Kd + Ks > 1); Ks is reduced from {wanted:?} \
+                 to {specular:?}",
                 path.display(),
                 self.line,
                 lexer::name(&self.name),
@@ -151,7 +153,7 @@ impl MtlMaterial {
         specular
     }
 
-    /// The principled model of a material that refracts and has no physically based key. Its roughness follows from the
+    /// Principled model of a material that refracts and has no physically based key. Its roughness is computed from the
     /// exponent (Walter et al., 2007: alpha^2 = 2 / (Ns + 2)).
     fn glass(&self) -> Principled {
         Principled {
@@ -161,7 +163,7 @@ impl MtlMaterial {
         }
     }
 
-    /// The physically based part; it starts rough and not metallic.
+    /// Physically based part; its defaults are rough and not metallic.
     fn principled_mut(&mut self) -> &mut Principled {
         self.principled.get_or_insert_with(|| Principled {
             metallic: 0.0.into(),
@@ -171,7 +173,7 @@ impl MtlMaterial {
     }
 }
 
-/// The materials of an MTL file, in its order. Odd values are clamped or ignored, with a notice for each kind.
+/// Reads the materials of an MTL file, in order. Invalid values are clamped or ignored, with a notice for each kind.
 pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<MtlMaterial>> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut unused: Vec<(usize, String)> = Vec::new();
@@ -199,12 +201,12 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Res
     notices.extend(odd.into_notices(path));
     if !unused.is_empty() {
         let keys: Vec<_> = unused.iter().map(|(line, key)| format!("{key} (line {line})")).collect();
-        notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{}: not used: {}", path.display(), keys.join(", "))));
+        notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{}: ignored: {}", path.display(), keys.join(", "))));
     }
     Ok(materials)
 }
 
-/// A line of a material.
+/// Reads a line of a material.
 struct Statement<'a> {
     line: usize,
     text: &'a [u8],
@@ -216,7 +218,7 @@ struct Statement<'a> {
 type SetColor = fn(&mut MtlMaterial, Rgb);
 type SetNumber = fn(&mut MtlMaterial, f32);
 
-/// Colours by key, and whether they may be brighter than 1.
+/// Colours by key, and true if they may be brighter than 1.
 const COLORS: &[(&[u8], bool, SetColor)] = &[
     (b"kd", false, |m, value| m.diffuse = Some(value)),
     (b"ks", false, |m, value| m.specular = value),
@@ -240,7 +242,7 @@ const NUMBERS: &[(&[u8], SetNumber)] = &[
 ];
 
 impl Statement<'_> {
-    /// Changes the material as the statement says.
+    /// Changes the material according to the statement.
     fn apply(&self, material: &mut MtlMaterial, unused: &mut Vec<(usize, String)>, odd: &mut Diagnostics) {
         let lower = &self.key.to_ascii_lowercase()[..];
         if let Some((_, bright, set)) = COLORS.iter().find(|(key, ..)| *key == lower) {
@@ -253,7 +255,7 @@ impl Statement<'_> {
             return;
         }
         if let Some((_, set)) = NUMBERS.iter().find(|(key, _)| *key == lower) {
-            // `d -halo 0.5` depends on the direction.
+            // `d -halo 0.5` depends on the viewing direction.
             if Words(self.rest).next().is_some_and(|word| word.starts_with(b"-halo")) {
                 return notice_once(unused, self.line, self.text);
             }
@@ -272,11 +274,11 @@ impl Statement<'_> {
                 Some(value) if value.fract() == 0.0 && (0.0..=10.0).contains(&value) => {
                     material.illumination = value as i64;
                 }
-                _ => self.note(NoticeCode::ReplacedValue, odd, "a whole number of 0 to 10", "ignored"),
+                _ => self.note(NoticeCode::ReplacedValue, odd, "a whole number from 0 to 10", "ignored"),
             },
             b"ni" => match Words(self.rest).next().and_then(lexer::number) {
                 Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
-                // Several exporters write 0 for matter of unknown index.
+                // Several exporters write 0 for an unknown index.
                 Some(0.0) => {}
                 _ => {
                     self.note(NoticeCode::ReplacedValue, odd, "a number from 0.001 to 10, or 0 for unknown", "ignored")
@@ -295,14 +297,14 @@ impl Statement<'_> {
         }
     }
 
-    /// Notes a value that is not as expected, once for each key and each thing that is done with it.
+    /// Adds a notice about an invalid value, once for each key and each consequence.
     fn note(&self, code: NoticeCode, odd: &mut Diagnostics, expected: &str, done: &str) {
         let (key, value) = (String::from_utf8_lossy(self.key), lexer::for_message(lexer::trim(self.rest)));
-        let message = format!("{key} is {value}, expected {expected}: {done}");
+        let message = format!("{key} is {value}, expected {expected}; it is {done}");
         odd.note_kind(code, &format!("{} {done}", key.to_lowercase()), Location::Line(self.line), message);
     }
 
-    /// The first number, clamped to a range; `None` where it is none.
+    /// The first number, clamped to a range; `None` if it is not a number.
     fn number(&self, expected: &str, range: RangeInclusive<f64>, odd: &mut Diagnostics) -> Option<f64> {
         let expected = format!("a number from {expected}");
         match Words(self.rest).next().and_then(lexer::number).filter(|value| !value.is_nan()) {
@@ -318,8 +320,8 @@ impl Statement<'_> {
         }
     }
 
-    /// One number for all, or three; beyond 1 where `bright`. Values outside are clamped, and whole numbers up to 255 are
-    /// taken as those of bytes.
+    /// One number for all channels, or three; beyond 1 if `bright`. Values outside are clamped, and whole numbers up to
+    /// 255 are interpreted as bytes.
     fn color(&self, bright: bool, odd: &mut Diagnostics) -> Option<Rgb> {
         let expected = format!("1 or 3 numbers {}", if bright { "of 0 or more" } else { "from 0 to 1" });
         let values: Option<Vec<f64>> = Words(self.rest).map(lexer::number).collect();
@@ -329,7 +331,7 @@ impl Statement<'_> {
             Some(&[grey]) => [grey; 3],
             Some(&[r, g, b]) => [r, g, b],
             Some(&[r, g, b, _]) => {
-                self.note(NoticeCode::ReplacedValue, odd, &expected, "the fourth is ignored");
+                self.note(NoticeCode::ReplacedValue, odd, &expected, "used without the fourth number");
                 [r, g, b]
             }
             _ => {
@@ -343,7 +345,7 @@ impl Statement<'_> {
         }
         let bytes = |value: &f64| value.fract() == 0.0 && (0.0..=255.0).contains(value);
         if values.iter().all(bytes) && values.iter().any(|&value| value > 16.0) {
-            self.note(NoticeCode::AssumedConvention, odd, &expected, "taken as 0 to 255");
+            self.note(NoticeCode::AssumedConvention, odd, &expected, "treated as 0 to 255");
             return Some(values.map(|value| (value / 255.0) as f32));
         }
         self.note(NoticeCode::ClampedValue, odd, &expected, "clamped");
@@ -352,10 +354,10 @@ impl Statement<'_> {
 
     /// A number in 0..=1.
     fn unit_number(&self, odd: &mut Diagnostics) -> Option<f32> {
-        // Programs that take Tr for opacity write 1 for opaque.
+        // Programs that use Tr as opacity write 1 for opaque.
         let value = self.number("0 to 1", 0.0..=1.0, odd)? as f32;
         if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
-            let message = "Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible";
+            let message = "Tr 1 (invisible) is treated as opaque, because exporters confuse it; use d 0 for invisible";
             odd.note(NoticeCode::AssumedConvention, Location::Line(self.line), message);
             return None;
         }
@@ -363,7 +365,7 @@ impl Statement<'_> {
     }
 }
 
-/// Notes each key once, and no more than a few of them.
+/// Records each key once, up to a few keys.
 fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
     let key = String::from_utf8_lossy(&key[..key.len().min(40)]).escape_debug().to_string();
     if unused.len() < 12 && unused.iter().all(|(_, known)| *known != key) {
@@ -371,7 +373,7 @@ fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
     }
 }
 
-/// True if a key without a use has its default value.
+/// True if an unused key has its default value.
 fn is_default_value(key: &[u8], rest: &[u8]) -> bool {
     let all = |expected: f64| {
         let mut values = Words(rest).map(lexer::number).peekable();
@@ -390,7 +392,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn damage_is_never_fatal() {
+    fn damaged_material_libraries_are_read_without_a_panic() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzz");
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();

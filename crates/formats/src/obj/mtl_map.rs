@@ -1,4 +1,4 @@
-//! The images that an MTL material names, and how they are laid on.
+//! Images that an MTL material refers to, and their mapping onto surfaces.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub(crate) enum MapRole {
 }
 
 impl MapRole {
-    /// The role of a key in small letters.
+    /// Role of a key in lower case.
     pub(crate) fn from_key(key: &[u8]) -> Option<Self> {
         Some(match key {
             b"map_kd" => Self::Color,
@@ -37,13 +37,13 @@ impl MapRole {
     }
 }
 
-/// An image of a material.
+/// Image of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MtlMap {
     pub(crate) role: MapRole,
     pub(crate) file: Vec<u8>,
     pub(crate) clamp: bool,
-    /// `-bm`: the strength of a bump or normal map.
+    /// `-bm`: strength of a bump or normal map.
     pub(crate) strength: f32,
     /// Transform of texture coordinates from the mesh, whose origin is at the top left, to the image.
     pub(crate) image_from_mesh: [[f32; 3]; 2],
@@ -57,7 +57,7 @@ impl MtlMap {
         (self.image_from_mesh, self.clamp) == (other.image_from_mesh, other.clamp)
     }
 
-    /// Its image as a texture, where it can be read.
+    /// Its image as a texture, if it can be read.
     pub(crate) fn texture(
         &self,
         library: &Path,
@@ -70,8 +70,8 @@ impl MtlMap {
     }
 }
 
-/// The file and options of a map. The file name is the rest of the line and may have spaces; options stand before it, but
-/// some programs write them behind.
+/// File and options of a map. The file name is the rest of the line and may contain spaces; options precede it, but
+/// some programs write them after it.
 pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mut Diagnostics) -> Option<MtlMap> {
     let key = String::from_utf8_lossy(key);
     let mut options = MapOptions::default();
@@ -90,21 +90,17 @@ pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mu
             odd.note(
                 NoticeCode::ReplacedValue,
                 Location::Line(line),
-                format!("{key}: option {text:?} without its value: not used"),
+                format!("{key}: option {text:?} has no value; ignored"),
             );
         } else if !options.apply(&option.name, &option.values, role) {
-            odd.note(
-                NoticeCode::IgnoredKey,
-                Location::Line(line),
-                format!("{key} option {text:?} is not applied to the texture"),
-            );
+            odd.note(NoticeCode::IgnoredKey, Location::Line(line), format!("{key}: option {text:?} is ignored"));
         }
     }
     if rest.is_empty() {
         odd.note(NoticeCode::ReplacedValue, Location::Line(line), format!("{key} without a file name"));
         return None;
     }
-    // In the file v goes up: 1 - v' = s (1 - v) + o.
+    // In the file v points upwards: 1 - v' = s (1 - v) + o.
     let ([su, sv], [ou, ov]) = (options.scale, options.offset);
     let image_from_mesh = [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
     Some(MtlMap {
@@ -117,17 +113,17 @@ pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mu
     })
 }
 
-/// An option as written.
+/// Option as written.
 struct Given<'a> {
     text: &'a [u8],
-    /// In small letters.
+    /// In lower case.
     name: Vec<u8>,
     values: Vec<&'a [u8]>,
-    /// False if it has fewer values than it needs.
+    /// False if it has fewer values than required.
     has_values: bool,
 }
 
-/// The options that a text begins with, and the rest of it, which is a file name where `leaves_name`.
+/// Options at the beginning of a text, and the rest of the text, which is a file name if `leaves_name`.
 fn leading_options(text: &[u8], leaves_name: bool) -> (Vec<Given<'_>>, &[u8]) {
     let mut rest = lexer::trim(text);
     let mut found = Vec::new();
@@ -145,7 +141,7 @@ fn leading_options(text: &[u8], leaves_name: bool) -> (Vec<Given<'_>>, &[u8]) {
     (found, rest)
 }
 
-/// The least and the greatest number of values of an option; `None` where it is unknown.
+/// Minimum and maximum number of values of an option; `None` if it is unknown.
 fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
     match option {
         b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres" | b"-imfchan" | b"-type"
@@ -156,7 +152,7 @@ fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
     }
 }
 
-/// The values of an option, and the text after them. Values beyond `least` are numbers, and leave a file name where
+/// Values of an option, and the text after them. Values beyond `least` must be numbers and leave a file name if
 /// `leaves_name`.
 fn option_values(mut after: &[u8], least: usize, most: usize, leaves_name: bool) -> (Vec<&[u8]>, &[u8]) {
     let mut values: Vec<&[u8]> = Vec::new();
@@ -187,10 +183,10 @@ impl Default for MapOptions {
 }
 
 impl MapOptions {
-    /// Applies an option; false where it has a value that is not followed.
+    /// Applies an option; false if its value is not supported.
     fn apply(&mut self, option: &[u8], values: &[&[u8]], role: MapRole) -> bool {
         let numbers = || values.iter().map(|v| lexer::number(v).filter(|v| v.abs() < 1e6));
-        // Up to two numbers over their defaults; `None` where one of the words is no number.
+        // Up to two numbers in place of their defaults; `None` if one of the words is not a number.
         let pair = |default: f64| {
             let mut pair = [default; 2];
             for (to, number) in pair.iter_mut().zip(numbers()) {
@@ -215,13 +211,13 @@ impl MapOptions {
             b"-t" => numbers().all(|v| v == Some(0.0)),
             b"-mm" => numbers().eq([Some(0.0), Some(1.0)]),
             b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
-            // The colour space that a map of this role is read in anyway.
+            // Colour space in which a map of this role is read anyway.
             b"-colorspace" => {
                 let color = matches!(role, MapRole::Color | MapRole::Emission);
                 values[0].eq_ignore_ascii_case(if color { b"sRGB" } else { b"linear" })
             }
             b"-imfchan" => role == MapRole::Opacity,
-            // Options of filtering do not change the values of texels.
+            // Filtering options do not change the values of texels.
             _ => true,
         }
     }

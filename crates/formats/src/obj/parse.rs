@@ -1,4 +1,4 @@
-//! The statements of a whole OBJ file, from chunks that are read side by side.
+//! Statements of a whole OBJ file, from chunks that are read in parallel.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -13,28 +13,28 @@ use crate::io::{Diagnostics, lexer, parallel};
 use crate::obj::chunk::{Chunk, ColorBounds, INDEX_NAMES, LineError, StateRun, TextChunk, split_chunks};
 use crate::obj::ignored::IgnoredStatements;
 
-/// More names of parts, materials or groups than this are refused.
+/// Maximum number of names of parts, materials or groups.
 const MAX_NAMES: usize = 1 << 16;
 
-/// The statements of an OBJ file.
+/// Statements of an OBJ file.
 #[derive(Default)]
 pub(crate) struct Obj {
     pub(crate) positions: Vec<DVec3>,
-    /// Linear, as long as `positions` once one has a colour; white where it has none.
+    /// Linear, with the length of `positions` as soon as one has a colour; white for positions without a colour.
     pub(crate) colors: Vec<Rgb>,
     pub(crate) uvs: Vec<[f32; 2]>,
-    /// Unit length, or zero where the file's has no direction.
+    /// Unit length, or zero if the file's normal has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
     /// State by first polygon, in order.
     pub(crate) runs: Vec<StateRun>,
-    /// By `usemtl`, each once.
+    /// Names of `usemtl`, each once.
     pub(crate) materials: Vec<Vec<u8>>,
-    /// By `o`.
+    /// Names of `o`.
     pub(crate) parts: Vec<Vec<u8>>,
-    /// By `g`, each once.
+    /// Names of `g`, each once.
     pub(crate) groups: Vec<Vec<u8>>,
-    /// By `mtllib`.
+    /// Names of `mtllib`.
     pub(crate) libraries: Vec<Vec<u8>>,
     pub(crate) notices: Vec<Notice>,
 }
@@ -59,7 +59,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj> {
     builder.finish(path)
 }
 
-/// The statements of the pieces so far.
+/// Statements of the pieces so far.
 #[derive(Default)]
 struct ObjBuilder {
     obj: Obj,
@@ -141,7 +141,7 @@ impl ObjBuilder {
             let count = bases[kind] + relative.before;
             let Ok(index) = u32::try_from(count as i64 + relative.value) else {
                 let (name, value) = (INDEX_NAMES[kind], relative.value);
-                return Err((relative.line, format!("f: {name} {value}, but only {count} came before")));
+                return Err((relative.line, format!("f: {name} {value}, but there are only {count} before it")));
             };
             chunk.polygons.edit_corner(relative.corner, |corner| match kind {
                 0 => corner.position = index,
@@ -194,12 +194,15 @@ impl ObjBuilder {
         let many = ["vertices", "texture coordinates", "normals"];
         for (kind, ((value, line), count)) in self.max_index.into_iter().zip(counts).enumerate() {
             if value > 0 && count == 0 && kind > 0 {
-                // Taken out of the file, or never written, by some programs; the shape is whole without them.
+                // Some programs remove these from the file, or never write them; the shape is complete without them.
                 let (one, many) = (INDEX_NAMES[kind], many[kind]);
                 obj.polygons.drop_attribute(kind);
                 obj.notices.push(Notice::new(
                     NoticeCode::ReplacedValue,
-                    format!("{shown}:{line}: f: {one} {value}, but the file has no {many}; it is shown without them"),
+                    format!(
+                        "{shown}:{line}: f: {one} {value}, but the file has no {many}; the model is shown without \
+                        them"
+                    ),
                 ));
             } else if value > count as i64 {
                 let (one, many) = (INDEX_NAMES[kind], many[kind]);
@@ -209,12 +212,13 @@ impl ObjBuilder {
         }
         if obj.polygons.len() == 0 {
             let vertices = obj.positions.len();
-            let message = format!("no faces (f), only {vertices} vertices: nothing to see");
+            let message = format!("no faces (f), only {vertices} vertices; there is nothing to render");
             return Err(FormatError::whole(path, ErrorCode::NothingVisible.message(message)));
         }
         if let Some(last) = self.cut_line {
             obj.notices.push(Notice::new(NoticeCode::TruncatedData, format!(
-                "{shown}:{last}: the last line has no line end and fewer words than the one before; the file may be cut off"
+                "{shown}:{last}: the last line has no line end and fewer words than the previous one; the file may be \
+                 truncated"
             )));
         }
         if self.colored > 0 {
@@ -236,39 +240,40 @@ impl ObjBuilder {
         }
         obj.notices.extend(self.degenerate.notice(path));
         if let Some(ignored) = self.ignored.message() {
-            obj.notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{shown}: not used: {ignored}")));
+            obj.notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{shown}: ignored: {ignored}")));
         }
         obj.notices.extend(self.odd.into_notices(path));
         Ok(obj)
     }
 }
 
-/// Makes colours with values outside 0..=1 linear, or removes them all; returns what was done.
+/// Converts colours with values outside 0..=1 to linear, or removes them all; returns a description.
 fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> (NoticeCode, &'static str) {
     if bounds.is_nearly_unit() {
         colors.as_flattened_mut().iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
         return (NoticeCode::ClampedValue, "clamped");
     }
     if bounds.is_bytes() {
-        // Values up to 1 were made linear as those of the file.
+        // Values up to 1 have already been converted to linear.
         let in_file = |value: f32| if value <= 1.0 { srgb_from_linear(value) } else { value };
         for value in colors.as_flattened_mut() {
             *value = linear_from_srgb(in_file(*value) / 255.0);
         }
-        return (NoticeCode::AssumedConvention, "all vertex colours of the file are taken as 0 to 255");
+        return (NoticeCode::AssumedConvention, "all vertex colours of the file are treated as 0 to 255");
     }
     colors.clear();
     (NoticeCode::IgnoredColors, "all vertex colours of the file are ignored")
 }
 
-/// Uses the colours that ZBrush wrote in comments, where there is one for each vertex and no other; the notice otherwise.
+/// Uses the colours that ZBrush wrote in comments, if there is exactly one per vertex and no other colour; otherwise
+/// returns a notice.
 fn polypaint(colors: &mut Vec<Rgb>, paint: &[[u8; 3]], vertices: usize, path: &Path) -> Option<Notice> {
     if colors.is_empty() && paint.len() == vertices {
         colors.extend(paint.iter().map(|&color| linear_from_srgb8(color)));
         return None;
     }
     let (path, count) = (path.display(), paint.len());
-    let message = format!("{path}: {count} colours in #MRGB comments for {vertices} vertices are not used");
+    let message = format!("{path}: {count} colours in #MRGB comments for {vertices} vertices are ignored");
     Some(Notice::new(NoticeCode::IgnoredColors, message))
 }
 
@@ -279,7 +284,7 @@ fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
     Err((line, format!("more than {MAX_NAMES} {what} in one file")))
 }
 
-/// Several names, which end in `.mtl` and may have spaces, or one of any kind.
+/// Several names, each ending in `.mtl` and possibly containing spaces, or a single name.
 fn libraries(names: &[u8], known: &mut Vec<Vec<u8>>) {
     let (mut start, mut ends) = (0, Vec::new());
     for (at, window) in names.windows(5).enumerate() {
@@ -302,7 +307,7 @@ fn libraries(names: &[u8], known: &mut Vec<Vec<u8>>) {
 mod tests {
     use super::*;
 
-    /// Everything that a file says, however it is cut into pieces.
+    /// All contents of a file, independent of its division into pieces.
     fn said(text: &str, size: usize) -> String {
         match parse(Path::new("a.obj"), text.as_bytes(), size) {
             Err(error) => error.to_string(),
@@ -331,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn where_a_file_is_cut_changes_nothing() {
+    fn result_does_not_depend_on_the_division_into_pieces() {
         let good = "mtllib a.mtl b.mtl\r\nv 0 0 0\nv 1 0 0\rv 1 1 0 1 0 0\nvt 0 1\nvn 0 0 2\n\no one\ng x y\n\
             s 3\nf -3 -2 -1\nusemtl red\nf 1/1/1 2/1/1 \\\n 3//-1\n# \\\nusemtl blue\nv 0 1 0\nf 1 2 3 4\ns off\n\
             o two\nusemtl red\nl 1 2\nf -1 -2 -3\ng x y\nf 4 3 2 1";

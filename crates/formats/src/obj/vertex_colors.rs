@@ -1,5 +1,5 @@
-//! Vertex colours of an OBJ file beside the colours of its materials. The format defines no product of the two, so one of
-//! them is used: an image before vertex colours, and these before `Kd` and `Ks`.
+//! Vertex colours of an OBJ file in addition to the colours of its materials. The format defines no product of the two,
+//! so only one is used: an image has priority over vertex colours, and these over `Kd` and `Ks`.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ use crate::geometry::colors;
 
 const WHITE: Rgb = [1.0; 3];
 
-/// Decides for every part of a model; notices say what is not used.
+/// Chooses the colours for every part of a model; notices report the ignored ones.
 pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     let textured: Vec<bool> = model.materials.iter().map(|material| material.texture.is_some()).collect();
     let mut hidden = 0;
-    // By material: used by a part with colours, and by one without.
+    // By material: used by a part with colours, and by a part without.
     let mut used = vec![[false; 2]; textured.len()];
     for part in &mut model.parts {
-        // White is where the file has no colour.
+        // White is the colour of vertices without one.
         if part.mesh.vertex_colors.as_ref().is_some_and(|colors| colors.iter().all(|color| *color == WHITE)) {
             part.mesh.vertex_colors = None;
         }
@@ -33,7 +33,7 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     if hidden > 0 {
         model.notices.push(Notice::new(
             NoticeCode::IgnoredColors,
-            format!("{shown}: vertex colours are not used where an image is: {hidden} faces"),
+            format!("{shown}: {hidden} faces have an image, so their vertex colours are ignored"),
         ));
     }
     let mut whitened = 0;
@@ -57,16 +57,16 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     if whitened > 0 {
         model.notices.push(Notice::new(
             NoticeCode::IgnoredColors,
-            format!("{shown}: vertex colours are used in the place of Kd and Ks: {whitened} materials"),
+            format!("{shown}: vertex colours replace Kd and Ks of {whitened} materials"),
         ));
     }
 }
 
-/// A material whose base colour is that of the vertices, without highlights.
+/// Material whose base colour is that of the vertices, without highlights.
 fn in_white(material: &Material) -> Material {
     let mut white = material.clone();
     if let MaterialModel::Phong { specular, .. } = &mut white.model {
-        // No more light comes back than falls in, whatever colours the vertices have.
+        // At most as much light is reflected as arrives, whatever the vertices' colours.
         *specular = [0.0; 3];
     }
     white.color = WHITE;

@@ -1,4 +1,4 @@
-//! The rows of a PLY file, value by value.
+//! Rows of a PLY file, value by value.
 
 use std::path::Path;
 
@@ -9,27 +9,27 @@ use crate::io::ByteSource;
 use crate::io::lexer::{self, Lines, Words};
 use crate::ply::scalar::ScalarType;
 
-/// The rows after the header.
+/// Rows after the header.
 pub(crate) struct Body<'a> {
     path: &'a Path,
     source: RowSource<'a>,
 }
 
 enum RowSource<'a> {
-    /// One row a line.
+    /// One row per line.
     Text {
         lines: Lines<'a>,
         words: Words<'a>,
         header: usize,
         line: usize,
-        /// Number of rows that go on after their last value, and the line of the first.
+        /// Number of rows that continue after their last value, and the line of the first.
         long: Option<(usize, usize)>,
     },
     /// The whole file.
     Binary { bytes: ByteSource<'a>, at: usize, big_endian: bool },
 }
 
-/// All bytes of a file, which are read where they are not in memory yet.
+/// All bytes of a file; those that are not in memory are read.
 fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8]> {
     if let ByteSource::Disk { .. } = bytes {
         let read = bytes.borrowed().read().map_err(|source| FormatError::Io { path: path.into(), source })?;
@@ -37,24 +37,24 @@ fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8]>
     }
     match bytes {
         ByteSource::Memory(bytes) => Ok(bytes),
-        ByteSource::Disk { .. } => Ok(&[]), // was just read
+        ByteSource::Disk { .. } => Ok(&[]), // has just been read
     }
 }
 
 impl<'a> Body<'a> {
-    /// The rows of a text after a header of so many lines.
+    /// Rows of a text after a header with this number of lines.
     pub(crate) fn text(path: &'a Path, rows: &'a [u8], header: usize) -> Self {
         let source = RowSource::Text { lines: Lines::new(rows), words: Words(&[]), header, line: header, long: None };
         Self { path, source }
     }
 
-    /// The rows that begin at a byte of a file.
+    /// Rows that begin at a byte of a file.
     pub(crate) fn binary(path: &'a Path, bytes: ByteSource<'a>, at: usize, big_endian: bool) -> Self {
         let source = RowSource::Binary { bytes, at, big_endian };
         Self { path, source }
     }
 
-    /// An error at the current position.
+    /// Error at the current position.
     pub(crate) fn error(&self, message: impl Into<Message>) -> FormatError {
         match self.source {
             RowSource::Text { line, .. } => FormatError::line(self.path, line, message),
@@ -62,7 +62,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The current position, for a notice.
+    /// Current position, for a notice.
     pub(crate) fn location(&self) -> String {
         match self.source {
             RowSource::Text { line, .. } => format!("line {line}"),
@@ -71,10 +71,10 @@ impl<'a> Body<'a> {
     }
 
     fn truncated(&self) -> FormatError {
-        self.error(
-            ErrorCode::TruncatedFile
-                .message("ends before the rows that its header declares: it is cut off, or the header counts too many"),
-        )
+        self.error(ErrorCode::TruncatedFile.message(
+            "the file ends before the rows that its header declares: it is truncated, or the header \
+                    counts too many",
+        ))
     }
 
     /// Begins a row.
@@ -88,7 +88,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Ends a row: what is left of a line is not used.
+    /// Ends a row; the rest of a line is ignored.
     pub(crate) fn end_row(&mut self) {
         if let RowSource::Text { words, line, long, .. } = &mut self.source
             && words.next().is_some()
@@ -98,12 +98,12 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The next value of the row. All kinds fit a float64.
+    /// Next value of the row. All types fit into a float64.
     pub(crate) fn value(&mut self, kind: ScalarType) -> Result<f64> {
         match &mut self.source {
             RowSource::Text { words, .. } => {
                 let Some(word) = words.next() else {
-                    return Err(self.error("fewer values than the header declares"));
+                    return Err(self.error("the row has fewer values than the header declares"));
                 };
                 match lexer::number(word) {
                     Some(value) if kind.is_float() || value.fract() == 0.0 => Ok(value),
@@ -122,7 +122,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The next values of the row.
+    /// Next values of the row.
     pub(crate) fn values(&mut self, kind: ScalarType, count: usize, values: &mut Vec<f64>) -> Result<()> {
         if let RowSource::Binary { bytes, at, big_endian } = &mut self.source {
             let size = kind.bytes();
@@ -140,14 +140,14 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// The next bytes of a binary file, if there are `count`, and true for big-endian numbers.
+    /// Next bytes of a binary file, if there are `count`, and true for big-endian numbers.
     pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
         let RowSource::Binary { bytes, at, big_endian } = &self.source else { return None };
         let end = at.checked_add(count).filter(|&end| end <= bytes.len())?;
         Some((bytes.borrowed().part(*at..end), *big_endian))
     }
 
-    /// The offset of the next byte of a binary file.
+    /// Offset of the next byte of a binary file.
     pub(crate) fn offset(&self) -> Option<usize> {
         match self.source {
             RowSource::Binary { at, .. } => Some(at),
@@ -155,21 +155,21 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Passes over bytes that were looked at [`ahead`](Self::ahead).
+    /// Skips bytes that were examined by [`ahead`](Self::ahead).
     pub(crate) fn skip(&mut self, count: usize) {
         if let RowSource::Binary { at, .. } = &mut self.source {
             *at += count;
         }
     }
 
-    /// The length of a list.
+    /// Length of a list.
     pub(crate) fn length(&mut self, kind: ScalarType) -> Result<usize> {
         let length = self.value(kind)?;
-        // The items are read one by one, so that a length alone takes no memory.
+        // The items are read one by one, so that a declared length alone takes no memory.
         if length >= 0.0 && length.fract() == 0.0 && length.is_finite() {
             return Ok(length as usize);
         }
-        Err(self.error(format!("a list of {length} items")))
+        Err(self.error(format!("a list of {length} items exceeds the limit")))
     }
 
     /// Notices after the last row: rows longer than declared, and bytes after the end.
@@ -182,15 +182,15 @@ impl<'a> Body<'a> {
                     notices.push(Notice::new(
                         NoticeCode::TrailingData,
                         format!(
-                            "{path}: rows go on after the values that the header declares; the rest is not used: \
-                         {count}, the first in line {first}"
+                            "{path}: {count} rows have more values than the header declares, which are ignored; the \
+                             first is in line {first}"
                         ),
                     ));
                 }
                 if lines.any(|(_, text)| !lexer::trim(text).is_empty()) {
                     notices.push(Notice::new(
                         NoticeCode::TrailingData,
-                        format!("{path}: the lines after the last row are not used"),
+                        format!("{path}: the lines after the last row are ignored"),
                     ));
                 }
             }
@@ -199,7 +199,7 @@ impl<'a> Body<'a> {
                 if left > 0 {
                     notices.push(Notice::new(
                         NoticeCode::TrailingData,
-                        format!("{path}: {left} bytes after the last row are not used"),
+                        format!("{path}: {left} bytes after the last row are ignored"),
                     ));
                 }
             }

@@ -1,7 +1,7 @@
-//! Colours of a PLY file whose scale is known when all have been seen.
+//! Colours of a PLY file whose range is known only after all have been read.
 //!
-//! Whole numbers are sRGB, of 8 bits or, as ushort, 16; floating-point numbers are linear, 0..=1. Files of other scales are
-//! common: ushort and float of 0..=255.
+//! Whole numbers are sRGB with 8 bits or, for ushort, 16; floating-point numbers are linear, 0..=1. Files with other
+//! ranges are common: ushort and float with 0..=255.
 
 use raycam_scene::NoticeCode;
 use raycam_scene::color::{Rgb, linear_from_srgb};
@@ -16,11 +16,11 @@ pub(crate) struct PlyColors {
     least_alpha: f64,
 }
 
-/// Scale of colours.
+/// Range of colours.
 struct Scale {
     white: f64,
     linear: bool,
-    /// A guess that the user is told.
+    /// Guess that a notice reports to the user.
     guess: Option<&'static str>,
 }
 
@@ -37,27 +37,28 @@ impl PlyColors {
         }
     }
 
-    /// The scale that the kind and the values say; `None` where no scale fits.
+    /// Range according to the type and the values; `None` if no range fits.
     fn scale(&self) -> Option<Scale> {
         let most = self.values.as_flattened().iter().fold(0.0, |most: f64, &value| most.max(value));
         let whole = |white, guess| Some(Scale { white, linear: false, guess });
         match self.kind {
             ScalarType::F32 | ScalarType::F64 if most <= 1.01 => Some(Scale { white: 1.0, linear: true, guess: None }),
             ScalarType::F32 | ScalarType::F64 if most <= 255.0 => {
-                whole(255.0, Some("floating-point colours beyond 1 are taken as 0 to 255"))
+                whole(255.0, Some("floating-point colours beyond 1 are treated as 0 to 255"))
             }
-            ScalarType::U16 if most <= 255.0 => whole(255.0, Some("ushort colours up to 255 are taken as 0 to 255")),
+            ScalarType::U16 if most <= 255.0 => whole(255.0, Some("ushort colours up to 255 are treated as 0 to 255")),
             ScalarType::U16 => whole(65535.0, None),
             _ if most <= 255.0 => whole(255.0, None),
-            _ if most <= 65535.0 => whole(65535.0, Some("colours beyond 255 are taken as 0 to 65535")),
+            _ if most <= 65535.0 => whole(65535.0, Some("colours beyond 255 are treated as 0 to 65535")),
             _ => None,
         }
     }
 
-    /// Linear colours, and true if some are translucent; no colours where they cannot be read. `note` gets the notices.
+    /// Linear colours, and true if some are translucent; no colours if they cannot be read. `note` receives the
+    /// notices.
     pub(crate) fn settle(self, mut note: impl FnMut(NoticeCode, String)) -> (Option<Vec<Rgb>>, bool) {
         let Some(Scale { white, linear, guess }) = self.scale() else {
-            note(NoticeCode::IgnoredColors, "colours of an unknown scale are ignored".into());
+            note(NoticeCode::IgnoredColors, "colours of an unknown range are ignored".into());
             return (None, false);
         };
         if let Some(guess) = guess {
@@ -66,7 +67,7 @@ impl PlyColors {
         let numbers = self.values.as_flattened();
         let odd = numbers.iter().filter(|value| !(0.0..=white).contains(*value)).count();
         if odd > 0 {
-            note(NoticeCode::ClampedValue, format!("values of colours outside 0 to {white} are clamped: {odd}"));
+            note(NoticeCode::ClampedValue, format!("{odd} colour values outside 0 to {white} are clamped"));
         }
         let value = |value: f64| {
             // NaN becomes 0.

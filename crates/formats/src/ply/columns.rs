@@ -23,11 +23,11 @@ pub(crate) enum PropertyRole {
     Alpha,
     U,
     V,
-    /// The image of a face.
+    /// Image of a face.
     Image,
-    /// A list of vertices.
+    /// List of vertices.
     Corners,
-    /// A list of texture coordinates, two for each corner.
+    /// List of texture coordinates, two per corner.
     CornerUvs,
     Unused,
 }
@@ -57,7 +57,7 @@ impl PropertyRole {
     }
 }
 
-/// One row of a table: its numbers by role, and its lists.
+/// Row of a table: its numbers by role, and its lists.
 #[derive(Default)]
 pub(crate) struct Row {
     pub(crate) numbers: [f64; PropertyRole::Unused as usize + 1],
@@ -73,11 +73,11 @@ impl Row {
     }
 }
 
-/// The columns of an element.
+/// Columns of an element.
 pub(crate) struct Columns<'a> {
     element: &'a Element,
     roles: Vec<PropertyRole>,
-    /// The kind of its colours.
+    /// Type of its colours.
     color: ScalarType,
 }
 
@@ -120,7 +120,7 @@ impl<'a> Columns<'a> {
         Ok(())
     }
 
-    /// The bytes of a row without lists in a binary file.
+    /// Bytes of a row without lists in a binary file.
     pub(crate) fn stride(&self) -> Option<usize> {
         let properties = &self.element.properties;
         let lists = properties.iter().any(|p| p.list.is_some());
@@ -140,7 +140,7 @@ impl<'a> Columns<'a> {
         all.map(place).filter(used).collect()
     }
 
-    /// The linear colour that red, green and blue are, if their kind alone says so.
+    /// Linear colour of red, green and blue, if their type alone determines the range.
     pub(crate) fn linear(&self, given: [f64; 3]) -> Option<Rgb> {
         match self.color {
             ScalarType::F32 | ScalarType::F64 => {
@@ -151,18 +151,18 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// The largest value of a colour whose kind alone says what it is.
+    /// Maximum colour value, if the type alone determines it.
     pub(crate) fn white(&self) -> f64 {
         if self.color.is_float() { 1.0 } else { 255.0 }
     }
 
-    /// Colours of this element under collection.
+    /// Colours of this element, being collected.
     pub(crate) fn colors(&self) -> Option<PlyColors> {
         let alpha = self.have(&[Alpha]);
         self.have(&[Red, Green, Blue]).then(|| PlyColors::new(self.color, alpha))
     }
 
-    /// Names of the columns that are not used.
+    /// Names of the ignored columns.
     pub(crate) fn unused(&self) -> Vec<String> {
         let whole = |role: PropertyRole| {
             let groups: [&[PropertyRole]; 4] = [&[X, Y, Z], &[NormalX, NormalY, NormalZ], &[Red, Green, Blue], &[U, V]];

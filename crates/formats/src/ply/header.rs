@@ -1,4 +1,4 @@
-//! The header of a PLY file (Turk, 1994).
+//! Header of a PLY file (Turk, 1994).
 
 use std::path::Path;
 
@@ -10,16 +10,16 @@ use crate::io::{ByteSource, Diagnostics};
 use crate::ply::body::Body;
 use crate::ply::scalar::ScalarType;
 
-/// A column of an element.
+/// Column of an element.
 #[derive(Clone, Debug)]
 pub(crate) struct Property {
     pub(crate) name: String,
-    /// The kind of the length, where it is a list.
+    /// Type of the length, if it is a list.
     pub(crate) list: Option<ScalarType>,
     pub(crate) kind: ScalarType,
 }
 
-/// A table.
+/// Table of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Element {
     pub(crate) name: String,
@@ -27,17 +27,17 @@ pub(crate) struct Element {
     pub(crate) properties: Vec<Property>,
 }
 
-/// The tables of a file.
+/// Tables of a file.
 #[derive(Debug)]
 pub(crate) struct Header {
     pub(crate) elements: Vec<Element>,
-    /// The images named in comments, as MeshLab does it.
+    /// Images named in comments, as written by MeshLab.
     pub(crate) textures: Vec<Vec<u8>>,
-    /// Lines that are not used.
+    /// Ignored lines.
     pub(crate) odd: Diagnostics,
 }
 
-/// Reads the header of a file from its first bytes, which are all of them where the file is text.
+/// Reads the header of a file from its first bytes, which are the whole file if it is text.
 pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8], file: ByteSource<'a>) -> Result<(Header, Body<'a>)> {
     let mut parser = HeaderParser {
         path,
@@ -68,10 +68,10 @@ enum Encoding {
 }
 
 impl Header {
-    /// Refuses elements with more rows than `after` bytes can hold.
+    /// Rejects elements with more rows than `after` bytes can contain.
     fn check_counts(&self, path: &Path, encoding: Encoding, after: usize) -> Result<()> {
         for Element { name, count, properties } in &self.elements {
-            // At least a digit and a space or line end for each value of a text.
+            // At least a digit and a space or line end for each value in text.
             let row: usize = match encoding {
                 Encoding::Ascii => 2 * properties.len(),
                 _ => properties.iter().map(|p| p.list.unwrap_or(p.kind).bytes()).sum(),
@@ -105,7 +105,7 @@ impl HeaderParser<'_> {
 
     /// Reads up to `end_header`, and returns the offset of the byte after that line.
     fn lines(&mut self, bytes: &[u8]) -> Result<usize> {
-        // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
+        // If the header's lines end in a bare \r, a \n after the last one belongs to the data.
         let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') { b'\r' } else { b'\n' };
         let mut at = 0;
         loop {
@@ -113,7 +113,7 @@ impl HeaderParser<'_> {
             let Some(length) = bytes[at..].iter().position(|&b| b == end) else {
                 return Err(self.error(match self.line {
                     1 => "not a PLY file",
-                    _ => "no end_header",
+                    _ => "end_header is missing",
                 }));
             };
             let text = &bytes[at..at + length];
@@ -165,14 +165,14 @@ impl HeaderParser<'_> {
             }
             // Some programs write comments without the keyword.
             _ => {
-                let message = format!("header lines that begin with {} are not used", lexer::for_message(key));
+                let message = format!("header lines that begin with {} are ignored", lexer::for_message(key));
                 self.odd.note(NoticeCode::IgnoredKey, Location::Line(self.line), message);
             }
         }
         Ok(())
     }
 
-    /// The column that the words after `property` declare. In a text file, a kind of any name is a number.
+    /// Column declared by the words after `property`. In a text file, a type of any name is a number.
     fn property(&mut self, mut words: Words<'_>) -> Option<Property> {
         let first = words.next()?;
         let (list, kind) = match first {
@@ -185,7 +185,7 @@ impl HeaderParser<'_> {
     fn kind(&mut self, word: &[u8]) -> Option<ScalarType> {
         let known = ScalarType::parse(word);
         if known.is_none() && self.encoding == Some(Encoding::Ascii) {
-            let message = format!("numbers of the unknown kind {} are read as float64", lexer::for_message(word));
+            let message = format!("numbers of the unknown type {} are read as float64", lexer::for_message(word));
             self.odd.note(NoticeCode::AssumedConvention, Location::Line(self.line), message);
             return Some(ScalarType::F64);
         }

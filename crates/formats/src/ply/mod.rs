@@ -1,9 +1,9 @@
 //! PLY (Turk, "The PLY Polygon File Format", 1994): text and binary of both byte orders.
 //!
-//! Read are `vertex` (x y z, nx ny nz, red green blue, s t or u v), `face` (vertex_indices, colours, texcoord as MeshLab
-//! writes it) and `tristrips`; other elements and properties are named in a notice. Texture coordinates have their origin
-//! at the bottom left in the file and at the top left here. An image comes before colours, since the format has no product
-//! of the two.
+//! Supported are `vertex` (x y z, nx ny nz, red green blue, s t or u v), `face` (vertex_indices, colours, texcoord as
+//! written by MeshLab) and `tristrips`; other elements and properties cause a notice. Texture coordinates have their
+//! origin at the bottom left in the file and at the top left here. An image has priority over colours, because the
+//! format defines no product of the two.
 
 pub(crate) mod body;
 pub(crate) mod color_scale;
@@ -33,7 +33,7 @@ use crate::ply::columns::PropertyRole;
 use crate::ply::columns::{Columns, Row};
 use crate::ply::header::Element;
 
-/// The model in a PLY file: one part.
+/// Reads the model in a PLY file: one part.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let path = &source.path;
     let file = source.part(0..source.len());
@@ -57,10 +57,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     ply.model(&header.textures, assets)
 }
 
-/// Number of bytes that have to be in memory: the header of a binary file that is as long as one of triangles alone.
-/// If a row turns out to be different, the rest is read after all.
+/// Number of bytes that must be in memory: the header of a binary file whose length is that of triangles only. If a row
+/// turns out to be different, the rest is read as well.
 pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
-    /// The longest header and row of these.
+    /// Maximum length of such a header and row.
     const HEADER: u64 = 1 << 14;
     const ROW: usize = 256;
     let mut head = Vec::new();
@@ -84,21 +84,21 @@ pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
 
 struct Ply<'a> {
     path: &'a Path,
-    /// How many vertices there will be.
+    /// Total number of vertices.
     declared: usize,
     mesh: Mesh,
     polygons: Polygons,
-    /// In place of polygons, where all are plain triangles.
+    /// Replaces polygons if all faces are plain triangles.
     triangles: Vec<[u32; 3]>,
     face_colors: Option<Vec<Rgb>>,
     corner_uvs: Vec<[f32; 2]>,
     /// Index in `corner_uvs`, by the bits of the coordinates.
     known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
-    /// The number of the image of each polygon, where faces have one.
+    /// Number of each polygon's image, if faces have one.
     images: Option<Vec<i64>>,
     odd: Diagnostics,
-    /// Columns and elements that are not used.
+    /// Ignored columns and elements.
     unused: Vec<String>,
     degenerate: DegenerateFaces,
     notices: Vec<Notice>,
@@ -126,7 +126,7 @@ impl<'a> Ply<'a> {
 
     fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if !self.mesh.vertices.is_empty() {
-            return Err(FormatError::whole(self.path, "a second element vertex"));
+            return Err(FormatError::whole(self.path, "a second element vertex; expected one"));
         }
         let vertices = vertices::read(self.path, element, body, &mut self.odd)?;
         self.note_unused(element);
@@ -138,7 +138,7 @@ impl<'a> Ply<'a> {
         Ok(())
     }
 
-    /// Remembers the columns of an element that are not used.
+    /// Records the ignored columns of an element.
     fn note_unused(&mut self, element: &Element) {
         let names = Columns::new(element).unused();
         self.unused.extend(names.into_iter().map(|name| format!("{} {name}", element.name)));
@@ -163,7 +163,7 @@ impl<'a> Ply<'a> {
             return Err(FormatError::whole(self.path, "element face has no list vertex_indices"));
         }
         if self.has_faces() {
-            return Err(FormatError::whole(self.path, "a second element with faces"));
+            return Err(FormatError::whole(self.path, "a second element with faces; expected one"));
         }
         self.note_unused(element);
         if let Some(triangles) = triangles::read(element, &columns, body, self.declared) {
@@ -213,11 +213,11 @@ impl<'a> Ply<'a> {
         Ok(())
     }
 
-    /// Triangle strips; -1 begins another.
+    /// Triangle strips; -1 starts another strip.
     fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if self.has_faces() {
-            return Err(FormatError::whole(self.path, "a second element with faces"));
+            return Err(FormatError::whole(self.path, "a second element with faces; expected one"));
         }
         let mut row = Row::default();
         for number in 0..element.count {
@@ -227,7 +227,7 @@ impl<'a> Ply<'a> {
                     strip.iter().map(|&index| self.position(body, number, index)).collect();
                 for (i, triangle) in strip?.windows(3).enumerate() {
                     let &[mut a, mut b, c] = triangle else { continue };
-                    // Repeated corners only lead the strip on.
+                    // Repeated corners only continue the strip.
                     if a == b || b == c || c == a {
                         continue;
                     }
@@ -244,7 +244,7 @@ impl<'a> Ply<'a> {
         Ok(())
     }
 
-    /// Reads over an element without a use.
+    /// Skips an unused element.
     fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if element.count > 0 {
             self.unused.push(format!("element {} ({} rows)", element.name, element.count));
@@ -257,16 +257,16 @@ impl<'a> Ply<'a> {
     fn model(mut self, images_named: &[Vec<u8>], assets: &mut AssetRoot) -> Result<MeshFile> {
         let path = self.path;
         if !self.has_faces() {
-            let message = format!("no faces, only {} vertices: nothing to see", self.declared);
+            let message = format!("no faces, only {} vertices; there is nothing to render", self.declared);
             return Err(FormatError::whole(path, ErrorCode::NothingVisible.message(message)));
         }
         if self.mesh.vertices.len() != self.declared {
-            return Err(FormatError::whole(path, "more than one element vertex"));
+            return Err(FormatError::whole(path, "more than one element vertex; expected one"));
         }
         if self.translucent {
             self.notices.push(Notice::new(
                 NoticeCode::IgnoredTransparency,
-                format!("{}: its transparency is dropped", path.display()),
+                format!("{}: its transparency is ignored", path.display()),
             ));
         }
         let images = self.cut_polygons(assets)?;
@@ -275,7 +275,7 @@ impl<'a> Ply<'a> {
         if filled > 0 {
             notes.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("normals without a direction are those of the faces: {filled}"),
+                format!("{filled} normals without a direction are replaced by those of the faces"),
             ));
         }
         self.notices.extend(notes.into_iter().map(|note| note.in_context(path.display())));
@@ -284,7 +284,7 @@ impl<'a> Ply<'a> {
         if textured {
             textures::add(path, images_named, images, assets, &mut model)?;
         } else if !images_named.is_empty() {
-            let message = "its images are not used: there are no texture coordinates";
+            let message = "its images are ignored, because there are no texture coordinates";
             model.notices.push(Notice::new(NoticeCode::IgnoredElement, format!("{}: {message}", path.display())));
         }
         model.notices.extend(self.odd.into_notices(path));
@@ -292,18 +292,18 @@ impl<'a> Ply<'a> {
             self.unused.truncate(32);
             model.notices.push(Notice::new(
                 NoticeCode::IgnoredKey,
-                format!("{}: not used: {}", path.display(), self.unused.join(", ")),
+                format!("{}: ignored: {}", path.display(), self.unused.join(", ")),
             ));
         }
         Ok(model)
     }
 
-    /// Cuts the polygons, and splits vertices whose corners differ; returns the number of the image of each triangle, where
+    /// Cuts the polygons, and splits vertices whose corners differ; returns the number of each triangle's image, if
     /// faces have one.
     fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<Option<Vec<i64>>> {
         let path = self.path;
         let Self { mesh, polygons, triangles, face_colors, corner_uvs, images, .. } = self;
-        // Without texture coordinates of their own, corners are the file's vertices.
+        // Without separate texture coordinates, corners are the file's vertices.
         let seams = !corner_uvs.is_empty();
         let mut vertices = VertexDeduper::new(if seams { mesh.vertices.len() } else { 0 });
         if seams {

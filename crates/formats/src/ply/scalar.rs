@@ -1,6 +1,6 @@
-//! The kinds of numbers in PLY files.
+//! Number types of PLY files.
 
-/// A kind of number.
+/// Number type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ScalarType {
     I8,
@@ -41,7 +41,7 @@ impl ScalarType {
         }
     }
 
-    /// The number in its first bytes; 0 where there are too few.
+    /// Number in its first bytes; 0 if there are too few.
     #[inline]
     pub(crate) fn number(self, bytes: &[u8], big_endian: bool) -> f64 {
         #[inline]

@@ -1,4 +1,5 @@
-//! The rows of a binary PLY table without lists: as they all have one length, several cores read them at a time.
+//! Rows of a binary PLY table without lists: because all rows have the same length, several threads read them at a
+//! time.
 
 use crate::io::{ByteSource, parallel};
 use crate::ply::body::Body;
@@ -8,7 +9,7 @@ use crate::ply::scalar::ScalarType;
 /// Rows that one thread reads at a time.
 pub(crate) const BLOCK_ROWS: usize = 1 << 15;
 
-/// The rows of an element.
+/// Rows of an element.
 pub(crate) struct FixedTable<'a> {
     bytes: ByteSource<'a>,
     stride: usize,
@@ -17,20 +18,20 @@ pub(crate) struct FixedTable<'a> {
 }
 
 impl<'a> FixedTable<'a> {
-    /// The rows of the next element, of which there are `count`; `None` where they are text, have lists, or are cut off.
+    /// The `count` rows of the next element; `None` if they are text, have lists, or are truncated.
     pub(crate) fn peek(columns: &Columns<'_>, count: usize, body: &'a Body<'_>) -> Option<Self> {
         let stride = columns.stride()?;
         let (bytes, big_endian) = body.peek(count.checked_mul(stride)?)?;
         Some(Self { bytes, stride, big_endian, places: columns.column_offsets() })
     }
 
-    /// How many bytes they are.
+    /// Size of the rows in bytes.
     pub(crate) fn length(&self) -> usize {
         self.bytes.len()
     }
 
-    /// The results of `make` for these columns of each row; `None` where a column is missing, or `make` returns `None`
-    /// for some row.
+    /// Results of `make` for these columns of each row; `None` if a column is missing, or if `make` returns `None` for
+    /// any row.
     pub(crate) fn read<const N: usize, T, const M: usize>(
         &self,
         columns: [PropertyRole; N],
@@ -39,7 +40,7 @@ impl<'a> FixedTable<'a> {
     where
         T: Copy + Default + Send,
     {
-        // The last column of a role counts.
+        // The last column with a role is used.
         let place = |role| self.places.iter().rev().find(|(m, ..)| *m == role);
         let mut places = [(ScalarType::F64, 0); N];
         for (to, role) in places.iter_mut().zip(columns) {

@@ -1,4 +1,4 @@
-//! The images of a PLY file: a material for each, by the numbers of the faces.
+//! Images of a PLY file: one material for each, selected by the numbers of the faces.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use crate::image::texture;
 use crate::io::AssetRoot;
 use raycam_scene::ColorUse;
 
-/// Images of one file.
+/// Maximum number of images in one file.
 const MAX_IMAGES: usize = 4096;
 
-/// Gives a model of one part the images that its header names. `numbers` are those of the image of each triangle; without
-/// them all have the first.
+/// Adds the images that its header names to a model of one part. `numbers` contains the image number of each triangle;
+/// without it, all triangles have the first image.
 pub(crate) fn add(
     path: &Path,
     names: &[Vec<u8>],
@@ -28,7 +28,7 @@ pub(crate) fn add(
         None => names.len().min(1),
     };
     if used < names.len() {
-        let message = if numbers.is_some() { "used" } else { "used: faces have no texnumber" };
+        let message = if numbers.is_some() { "used" } else { "used, because faces have no texnumber" };
         model.notices.push(Notice::new(
             NoticeCode::FirstOnly,
             format!("{shown}: several images; only the first {used} of {} is {message}", names.len()),
@@ -59,7 +59,7 @@ pub(crate) fn add(
         if without > 0 {
             model.notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: faces whose texnumber is that of no image are without one: {without}"),
+                format!("{shown}: {without} faces whose texnumber does not exist have no image"),
             ));
             materials.push(plain);
         }
@@ -73,14 +73,14 @@ pub(crate) fn add(
     if hidden > 0 {
         model.notices.push(Notice::new(
             NoticeCode::IgnoredColors,
-            format!("{shown}: its colours are not used where an image is: {hidden} faces"),
+            format!("{shown}: {hidden} faces have an image, so their colours are ignored"),
         ));
     }
     model.materials = materials;
     Ok(())
 }
 
-/// An image's name in which `<this>` stands for the name of the file without its extension, as MeshLab has it.
+/// Name of an image in which `<this>` represents the file's name without its extension, as in MeshLab.
 fn with_stem(name: &[u8], path: &Path) -> Vec<u8> {
     const THIS: &[u8] = b"<this>";
     let Some(at) = name.windows(THIS.len()).position(|window| window.eq_ignore_ascii_case(THIS)) else {

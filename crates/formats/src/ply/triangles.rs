@@ -1,4 +1,4 @@
-//! The faces of a binary PLY file, where all of them are triangles of the usual kind: read at once.
+//! Faces of a binary PLY file, read at once if all of them are triangles in the usual layout.
 
 use std::ops::Range;
 
@@ -9,10 +9,10 @@ use crate::ply::header::Element;
 use crate::ply::scalar::ScalarType;
 use crate::ply::table::BLOCK_ROWS;
 
-/// The triangles of an element with one list, of 32-bit vertex indices below `vertices`, and nothing else that is used.
+/// Triangles of an element with one list, of 32-bit vertex indices below `vertices`, and no other used columns.
 ///
-/// `None`, and nothing is read, where the element is another or any row is not such a triangle: reading row by row says
-/// what is wrong, if anything is.
+/// `None`, without reading anything, if the element has another layout or any row is not such a triangle; reading row
+/// by row then reports the fault, if there is one.
 pub(crate) fn read(
     element: &Element,
     columns: &Columns<'_>,
@@ -23,7 +23,7 @@ pub(crate) fn read(
     let (bytes, big_endian) = body.peek(element.count.checked_mul(stride)?)?;
     let skip = bytes.len();
     let rows = TriangleRows { bytes, stride, three: before..before + length.bytes(), vertices };
-    // The length 3 in the type of the list.
+    // The length 3 in the type of the list's length.
     let mut three = [0; 8];
     let three = &mut three[..length.bytes()];
     match length {
@@ -43,8 +43,8 @@ pub(crate) fn read(
     Some(triangles)
 }
 
-/// Layout of such an element in a binary file: bytes of a row before the list, type of the length, and bytes of a row
-/// of one triangle.
+/// Layout of such an element in a binary file: bytes of a row before the list, type of the length, and bytes per row of
+/// one triangle.
 fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, ScalarType, usize)> {
     let (mut before, mut list, mut stride) = (0, None, 0);
     for (property, role) in element.properties.iter().zip(columns.roles()) {
@@ -63,7 +63,7 @@ fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, ScalarType
     Some((before, list?, stride))
 }
 
-/// The bytes of a row, as [`layout`].
+/// Bytes per row, as in [`layout`].
 pub(crate) fn stride(element: &Element, columns: &Columns<'_>) -> Option<usize> {
     layout(element, columns).map(|(_, _, stride)| stride)
 }
@@ -71,14 +71,14 @@ pub(crate) fn stride(element: &Element, columns: &Columns<'_>) -> Option<usize> 
 struct TriangleRows<'a> {
     bytes: ByteSource<'a>,
     stride: usize,
-    /// Byte range of the length of the list in a row; the corners follow.
+    /// Byte range of the list's length in a row; the corners follow.
     three: Range<usize>,
-    /// How many vertices there are.
+    /// Number of vertices.
     vertices: usize,
 }
 
 impl TriangleRows<'_> {
-    /// The triangles, if all are.
+    /// The triangles, if all faces are triangles.
     fn read(
         &self,
         word: impl Fn([u8; 4]) -> u32 + Sync,
@@ -96,7 +96,7 @@ impl TriangleRows<'_> {
                         return;
                     };
                     let triangle @ [a, b, c] = [a, b, c].map(&word);
-                    // An index below zero is far above every vertex here.
+                    // A negative index is far above every valid vertex here.
                     largest = largest.max(a).max(b).max(c);
                     whole &= is_three(&row[self.three.clone()]);
                     *to = triangle;

@@ -1,4 +1,5 @@
-//! The vertices of a PLY file: at once where their rows have one length, and else, or to say what is wrong, row by row.
+//! Vertices of a PLY file: read at once if their rows have the same length; otherwise, or to report a fault, row by
+//! row.
 
 use std::path::Path;
 
@@ -17,11 +18,11 @@ use crate::ply::table::FixedTable;
 /// Vertex data in the form of a mesh.
 pub(crate) struct PlyVertices {
     pub(crate) positions: Vec<DVec3>,
-    /// Zero where the file's have no direction.
+    /// Zero if the file's normal has no direction.
     pub(crate) normals: Option<Vec<[f32; 3]>>,
     pub(crate) colors: Option<Vec<Rgb>>,
     pub(crate) uvs: Option<Vec<[f32; 2]>>,
-    /// True if a colour is translucent.
+    /// True if any colour is translucent.
     pub(crate) translucent: bool,
 }
 
@@ -41,7 +42,7 @@ pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>, odd: &mu
     row_by_row(element.count, &columns, body, odd)
 }
 
-/// `None` where any of them is not as it should be.
+/// `None` if any of them is invalid.
 fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices> {
     let finite = |position: [f64; 3]| position.iter().all(|c| c.is_finite()).then_some(position);
     let positions = table.read([X, Y, Z], finite)?;
@@ -59,7 +60,7 @@ fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices>
         uvs = Some(table.read([U, V], |[u, v]| flipped_uv(u, v))?);
     }
     Some(PlyVertices {
-        // Optimised to a no-op: the same layout.
+        // Optimised to a no-op, because the layout is the same.
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         normals,
         colors,
@@ -77,7 +78,7 @@ fn row_by_row(count: usize, columns: &Columns<'_>, body: &mut Body<'_>, odd: &mu
     for _ in 0..count {
         columns.read(body, &mut row)?;
         let vector = |names: [PropertyRole; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
-        // Faces on a vertex that is not finite are left out.
+        // Faces that use a vertex which is not finite are omitted.
         positions.push(vector([X, Y, Z]));
         if let Some(normals) = &mut normals {
             normals.push(normalized(vector([NormalX, NormalY, NormalZ])));
@@ -94,7 +95,7 @@ fn row_by_row(count: usize, columns: &Columns<'_>, body: &mut Body<'_>, odd: &mu
     Ok(PlyVertices { positions, normals, colors, uvs, translucent })
 }
 
-/// A direction, or zero where there is none.
+/// Direction, or zero if there is none.
 fn normalized(normal: DVec3) -> [f32; 3] {
     normal.normalize_or_zero().as_vec3().to_array()
 }
@@ -104,10 +105,10 @@ fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
     (u.is_finite() && v.is_finite()).then_some([u as f32, (1.0 - v) as f32])
 }
 
-/// Texture coordinates with their origin at the top left; the origin of the file, with a notice, where they are not finite.
+/// Texture coordinates with their origin at the top left; if they are not finite, the file's origin, with a notice.
 pub(crate) fn uv(body: &Body<'_>, u: f64, v: f64, odd: &mut Diagnostics) -> [f32; 2] {
     flipped_uv(u, v).unwrap_or_else(|| {
-        let message = format!("texture coordinate ({u}, {v}) is not finite: taken as (0, 0)");
+        let message = format!("texture coordinate ({u}, {v}) is not finite; treated as (0, 0)");
         odd.note_kind(NoticeCode::ReplacedValue, "uv", body.location(), message);
         [0.0, 1.0]
     })

@@ -81,7 +81,7 @@ fn bundle_round_trip_returns_an_equal_world() {
     let same = World { notices: world.notices.clone(), textures: world.textures.clone(), ..back.clone() };
     assert_eq!(same, world);
     assert_eq!(bundle::write(&back).unwrap(), bytes);
-    // A change anywhere is a change of the bytes.
+    // Any change of the world changes the bytes.
     let mut other = world.clone();
     other.lights.truncate(0);
     assert_ne!(bundle::write(&other).unwrap(), bytes);
@@ -94,7 +94,7 @@ fn bundle_read_of_damaged_bytes_never_panics() {
         assert!(read(&bytes[..end]).is_err(), "the first {end} bytes");
     }
     for place in 0..bytes.len() {
-        // Anything but a panic: a colour may be another colour.
+        // Anything except a panic: a changed byte may only change a colour.
         for flip in [0x01, 0x80, 0xff] {
             let mut changed = bytes.clone();
             changed[place] ^= flip;
@@ -104,22 +104,22 @@ fn bundle_read_of_damaged_bytes_never_panics() {
 }
 
 #[test]
-fn what_it_is_not_is_said() {
+fn bundle_read_errors_name_the_fault() {
     let bytes = bundle::write(&world()).unwrap();
     let text = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
-    assert!(text(b"solid cube").contains("not the bytes of a world"));
+    assert!(text(b"solid cube").contains("not a world"));
     let other = [b"raycam world 9.9.9\n", &bytes[19..]].concat();
-    assert!(text(&other).contains("a world of raycam 9.9.9"));
+    assert!(text(&other).contains("the world was written by raycam 9.9.9"));
     let budget = Budget { bytes: 10, ..Budget::default() };
     let refused = bundle::read(&bytes, Path::new("w"), budget).unwrap_err();
     assert!(refused.to_string().contains("budget"));
-    // Far corners: an index that leads nowhere is found before anything is traced.
+    // Invalid corners: an index that does not exist is detected before anything is traced.
     let mut broken = world();
     broken.objects[0].mesh = 99;
     assert!(text(&bundle::write(&broken).unwrap()).contains("mesh 99"));
 }
 
-/// A PNG of a smooth picture, which is much shorter than its texels.
+/// A PNG of a smooth image, which is much smaller than its texels.
 fn png(size: [u32; 2]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
@@ -145,7 +145,7 @@ fn bundle_stores_image_files_instead_of_texels() {
     assert_eq!(back.textures[0].image.texels, texture.image.texels);
     assert!(Arc::ptr_eq(&back.textures[0].image, &back.textures[1].image));
     assert_eq!(bundle::write(&back).unwrap(), bytes);
-    // Pixels are charged as those of any file.
+    // Pixels are charged like those of any file.
     let small = Budget { pixels: 1000, ..Budget::default() };
     assert!(matches!(bundle::read(&bytes, Path::new("w"), small), Err(raycam_formats::FormatError::Budget { .. })));
     // A changed image is stored as its texels.

@@ -1,4 +1,4 @@
-//! Files that broke other readers: each is answered, and none with more memory than its size warrants.
+//! Files that broke other readers: each gives a world or an error, and none takes more memory than its size justifies.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_file_is_answered() {
+fn every_corpus_file_is_read_or_refused() {
     let mut answered = 0;
     for path in files(&data("")) {
         let name = path.file_name().unwrap().to_str().unwrap();
@@ -64,13 +64,14 @@ fn every_file_is_answered() {
     assert!(answered > 150, "{answered}");
 }
 
-/// The test above in a process of its own that may not have more than 640 MiB of addresses: a file of a kilobyte that
-/// asks for gigabytes would end it.
+/// Runs the test above in a separate process with at most 640 MiB of address space: a file of a kilobyte that allocates
+/// gigabytes would end it.
 #[test]
 #[cfg(target_os = "linux")]
-fn no_file_asks_for_much_memory() {
+fn no_corpus_file_allocates_much_memory() {
     let own = std::env::current_exe().unwrap();
-    let limited = "ulimit -v 655360 && exec \"$0\" --exact corpus::every_file_is_answered --test-threads 1";
+    let limited =
+        "ulimit -v 655360 && exec \"$0\" --exact corpus::every_corpus_file_is_read_or_refused --test-threads 1";
     let output = Command::new("sh").args(["-c", limited]).arg(own).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}\n{}", String::from_utf8_lossy(&output.stderr));

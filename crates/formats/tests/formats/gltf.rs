@@ -1,11 +1,11 @@
-//! glTF: containers, resources, accessors and primitives. The files are built here.
+//! glTF: containers, resources, accessors and primitives. The files are created by the tests.
 
 use raycam_formats::{Budget, load};
 use raycam_scene::{MaterialModel, Up, World};
 
 use crate::support::{file, folder, message};
 
-/// A document of a triangle named "a" whose 36 bytes of corners are in a data URI.
+/// A document with a triangle named "a", whose 36 bytes of corners are in a data URI.
 pub fn triangle() -> String {
     document(&corners_uri(), "")
 }
@@ -17,7 +17,7 @@ pub fn corners_uri() -> String {
     format!("data:application/octet-stream;base64,{}", base64(&bytes))
 }
 
-/// Bytes in base64, without any care for speed.
+/// Bytes in base64, by a simple slow method.
 pub fn base64(bytes: &[u8]) -> String {
     let alphabet = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();
@@ -32,7 +32,7 @@ pub fn base64(bytes: &[u8]) -> String {
     text
 }
 
-/// A triangle whose corners are at a URI; `more` goes into the document's top level.
+/// A triangle whose corners are at a URI; `more` is added to the document's top level.
 pub fn document(uri: &str, more: &str) -> String {
     format!(
         r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"name": "a", "mesh": 0}}],
@@ -44,7 +44,7 @@ pub fn document(uri: &str, more: &str) -> String {
     )
 }
 
-/// The container of a document and its binary chunk.
+/// Container with a document and its binary chunk.
 pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let mut chunks = Vec::new();
     for (kind, bytes, pad) in [(b"JSON", json.as_bytes(), b' '), (b"BIN\0", binary, 0)] {
@@ -70,7 +70,7 @@ pub fn error(bytes: impl AsRef<[u8]>) -> String {
 }
 
 #[test]
-fn a_document_becomes_a_world_with_y_up() {
+fn gltf_document_becomes_a_world_with_y_up() {
     let world = world(&triangle());
     assert_eq!(world.up, Up::Y);
     assert!(matches!(world.materials[0].model, MaterialModel::Principled(_)));
@@ -78,7 +78,7 @@ fn a_document_becomes_a_world_with_y_up() {
 }
 
 #[test]
-fn buffers_come_from_the_chunk_a_file_or_the_uri() {
+fn buffers_are_read_from_the_chunk_a_file_or_the_uri() {
     let corners: Vec<u8> =
         [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
     let expected = world(&triangle()).meshes;
@@ -91,7 +91,7 @@ fn buffers_come_from_the_chunk_a_file_or_the_uri() {
 }
 
 #[test]
-fn nothing_outside_the_folder_is_opened() {
+fn files_outside_the_folder_are_not_opened() {
     let outside = folder();
     std::fs::write(outside.join("a.bin"), [0; 36]).unwrap();
     let absolute = outside.join("a.bin").display().to_string();
@@ -116,7 +116,7 @@ fn nothing_outside_the_folder_is_opened() {
 }
 
 #[test]
-fn errors_name_the_place() {
+fn gltf_errors_name_the_place_in_the_document() {
     let text = triangle();
     for (from, to, expected) in [
         (r#""count": 3"#, r#""count": "3""#, "accessors[0].count: string \"3\", expected a whole number from 0"),
@@ -127,18 +127,18 @@ fn errors_name_the_place() {
         (r#""count": 3"#, r#""count": 0"#, "accessors[0].count: 0"),
         ("5126", "5124", "accessors[0].componentType: 5124"),
         ("VEC3", "VEC5", "accessors[0].type: \"VEC5\""),
-        (r#""POSITION": 0"#, r#""POSITION": 1"#, "meshes[0].primitives[0].attributes.POSITION: 1, but there are 1"),
-        (r#""mesh": 0"#, r#""mesh": 7"#, "nodes[0].mesh: 7, but there are 1 (UNRESOLVED_REFERENCE)"),
-        (r#""material": 0"#, r#""material": 1"#, "meshes[0].primitives[0].material: 1, but"),
         (
-            r#""mesh": 0"#,
-            r#""mesh": 0, "children": [0]"#,
-            "nodes[0]: above or below a node that is above itself (NODE_LOOP)",
+            r#""POSITION": 0"#,
+            r#""POSITION": 1"#,
+            "meshes[0].primitives[0].attributes.POSITION: 1, but there are only 1",
         ),
+        (r#""mesh": 0"#, r#""mesh": 7"#, "nodes[0].mesh: 7, but there are only 1 (UNRESOLVED_REFERENCE)"),
+        (r#""material": 0"#, r#""material": 1"#, "meshes[0].primitives[0].material: 1, but"),
+        (r#""mesh": 0"#, r#""mesh": 0, "children": [0]"#, "nodes[0] belongs to a loop of nodes (NODE_LOOP)"),
         (r#""byteLength": 36}]}"#, r#""byteLength": 37}]}"#, "buffers[0].byteLength: 37 declared"),
         (r#""byteLength": 36}],"#, r#""byteLength": 37}],"#, "bufferViews[0]: 37 bytes from 0"),
         (r#""2.0""#, r#""1.0""#, "asset.version \"1.0\""),
-        ("base64,A", "base64,!", "buffers[0].uri: not base64"),
+        ("base64,A", "base64,!", "buffers[0].uri: invalid base64"),
     ] {
         assert!(text.contains(from), "{from}");
         let told = error(text.replacen(from, to, 1));
@@ -147,24 +147,27 @@ fn errors_name_the_place() {
 }
 
 #[test]
-fn unknown_extensions_are_refused_where_required() {
+fn unknown_extensions_are_refused_if_required() {
     let used = r#", "extensionsUsed": ["X_y"]"#;
     let notices = world(&document(&corners_uri(), used)).notices;
-    assert!(notices[0].to_string().contains("X_y is not read, and not required"), "{notices:?}");
+    assert!(notices[0].to_string().contains("X_y is not supported"), "{notices:?}");
     let required = r#", "extensionsUsed": ["X_y"], "extensionsRequired": ["X_y"]"#;
-    assert!(error(document(&corners_uri(), required)).contains("extensionsRequired: X_y (UNSUPPORTED_EXTENSION)"));
+    assert!(
+        error(document(&corners_uri(), required))
+            .contains("extensionsRequired: X_y is not supported (UNSUPPORTED_EXTENSION)")
+    );
 }
 
 #[test]
-fn bombs_end_in_an_error() {
+fn decompression_bombs_are_refused() {
     let zeros = triangle().replace(r#""bufferView": 0, "#, "").replace(r#""count": 3"#, r#""count": 4000000000"#);
-    assert!(error(zeros).contains("accessors[0]: 48000000000 bytes to decode"));
+    assert!(error(zeros).contains("accessors[0]: decoding requires 48000000000 bytes"));
     let deep = format!("{}0{}", r#"{"extras":"#.repeat(90_000), "}".repeat(90_000));
     assert!(error(deep).contains("asset: missing"));
     for key in ["nodes", "materials"] {
         let empty = vec!["{}"; 100_000].join(",");
         let json = format!(r#"{{"asset": {{"version": "2.0"}}, "{key}": [{empty}]}}"#);
-        assert!(error(json).contains("the JSON: 70001400 bytes to decode"));
+        assert!(error(json).contains("the JSON: decoding requires 70001400 bytes"));
     }
     let long = (0..100_000).map(|i| format!(r#"{{"children": [{}]}}"#, i + 1)).collect::<Vec<_>>().join(",");
     let chain = triangle().replace(r#"{"name": "a", "mesh": 0}"#, &format!(r#"{long}, {{"mesh": 0}}"#));
@@ -180,7 +183,7 @@ fn bombs_end_in_an_error() {
     assert_eq!(world(&shared).objects.len(), 20_000);
 }
 
-/// A triangle that slides 4 along x in 2 seconds, while its second corner morphs 1 along z.
+/// A triangle that slides by 4 along x in 2 seconds, while its second corner is morphed by 1 along z.
 fn moving() -> String {
     let floats = |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
     let mut bytes = floats(&[0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 1.0]);
@@ -223,28 +226,28 @@ fn animations_move_nodes_and_meshes() {
 }
 
 #[test]
-fn what_exporters_do_is_read_as_it_is_meant() {
-    // A chunk of text that ends in zeros.
+fn common_exporter_faults_are_read_as_intended() {
+    // A text chunk that ends in zeros.
     let json = triangle();
     let mut bytes = glb(&format!("{json}   "), &[]);
     let end = bytes.iter().rposition(|&b| b == b'}').unwrap() + 1;
     bytes[end..].fill(0);
     let path = file("a.glb", &bytes);
     assert_eq!(load(&path, &Budget::default()).unwrap().objects.len(), 1);
-    // Another version is told before anything that it says in its own way.
+    // Another version is reported before any of its differences.
     let old = r#"{"asset": {"version": "1.0"}, "scenes": {"a": {}}, "nodes": {}}"#;
-    assert!(error(old).contains(r#"asset.version "1.0" (UNKNOWN_ASSET_MAJOR_VERSION)"#));
+    assert!(error(old).contains(r#"asset.version "1.0" is not supported (UNKNOWN_ASSET_MAJOR_VERSION)"#));
     let draft = r#"{"asset": {"version": 0.8}, "accessors": {"a": {}}}"#;
-    assert!(error(draft).contains("asset.version \"0.8\" (UNKNOWN_ASSET_MAJOR_VERSION)"));
+    assert!(error(draft).contains("asset.version \"0.8\" is not supported (UNKNOWN_ASSET_MAJOR_VERSION)"));
 }
 
 #[test]
-fn strides_that_are_not_allowed_are_said_and_used() {
+fn invalid_strides_are_reported_and_used() {
     let places = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     for (stride, gap, said) in [
-        (0, 0, "byteStride: 0, read as none (VALUE_NOT_IN_RANGE)"),
-        (14, 2, "byteStride: 14, not a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
-        (256, 244, "byteStride: 256, not a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
+        (0, 0, "byteStride: 0 is read as no stride (VALUE_NOT_IN_RANGE)"),
+        (14, 2, "byteStride: 14; expected a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
+        (256, 244, "byteStride: 256; expected a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
     ] {
         let mut bytes = Vec::new();
         for place in places {
@@ -272,7 +275,7 @@ fn strides_that_are_not_allowed_are_said_and_used() {
 }
 
 #[test]
-fn an_image_that_cannot_be_read_is_left_out() {
+fn unreadable_images_are_omitted() {
     let png = raycam_formats::encode::png::encode([8, 8], 1, raycam_formats::encode::png::Samples::U8(&[9; 64]));
     let png = png.unwrap();
     let textured = |uri: &str| {
@@ -283,9 +286,9 @@ fn an_image_that_cannot_be_read_is_left_out() {
     let cut = format!("data:image/png;base64,{}", base64(&png[..png.len() / 2]));
     for (uri, said) in [
         ("gone.png", "No such file"),
-        ("../gone.png", "it leads out of the folder"),
-        (&cut, "images[0]: left out:"),
-        ("data:image/png;base64,AAAA", "not an image that is known"),
+        ("../gone.png", "it is outside the folder"),
+        (&cut, "images[0]: omitted:"),
+        ("data:image/png;base64,AAAA", "unknown image format"),
         ("data:,version https://git-lfs.github.com/spec/v1", "git lfs pull"),
     ] {
         let world = world(&textured(uri));
@@ -294,7 +297,7 @@ fn an_image_that_cannot_be_read_is_left_out() {
     }
     let whole = world(&textured(&format!("data:image/png;base64,{}", base64(&png))));
     assert!(whole.materials[0].texture.is_some(), "{:?}", whole.notices);
-    // The JSON of a GLB file may begin with a mark of its byte order.
+    // The JSON of a GLB file may begin with a byte order mark.
     let marked = glb(&format!("\u{feff}{}", document("", "").replace(r#""uri": "", "#, "")), &[0; 36]);
     load(&file("a.glb", marked), &Budget::default()).unwrap();
 }

@@ -1,4 +1,4 @@
-//! One file for each concept of the crate, in folders of the same names.
+//! One file for each concept of the crate, in folders with the same names.
 
 mod budget;
 mod bundle;

@@ -7,7 +7,7 @@ use crate::support::{area, data, error, mesh, message, model, mutations, texts, 
 const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
 #[test]
-fn counts_may_stand_anywhere() {
+fn off_counts_may_be_on_any_line() {
     let expected = mesh("a.off", format!("OFF\n4 1 4\n{SQUARE}4 0 1 2 3\n"));
     assert_eq!(expected.triangles, [[0, 1, 2], [0, 2, 3]]);
     for head in ["OFF 4 1 4", "# first\n\nOFF # kind\n# counts\n4 1", "4 1 0", "\u{feff}OFF\r\n4 1 0\r"] {
@@ -16,7 +16,7 @@ fn counts_may_stand_anywhere() {
 }
 
 #[test]
-fn vertices_have_normals_colours_and_texture_coordinates_in_that_order() {
+fn vertices_have_normals_colours_and_texture_coordinates_in_this_order() {
     let mesh = mesh(
         "a.off",
         "STCNOFF\n3 1 0\n0 0 0 0 0 2 255 0 0 255 0 0\n1 0 0 0 0 1 0 188 0 255 1 0\n0 1 0 0 0 1 0 0 0 255 0 1\n3 0 1 2\n",
@@ -49,19 +49,21 @@ fn whole_colours_are_srgb_and_fractions_linear() {
 }
 
 #[test]
-fn faces_of_one_or_two_corners_are_skipped() {
+fn faces_with_one_or_two_corners_are_skipped() {
     let file = format!("OFF\n4 4 0\n{SQUARE}2 0 1 9 9 9\n3 0 1 2 255 0 0\n1 3\n3 0 2 3 0 0 255\n");
     let read = model("a.off", file);
     let mesh = &read.parts[0].mesh;
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     let colors = mesh.face_colors.as_deref().unwrap();
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(read.notices[0].to_string().ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7"));
+    assert!(
+        read.notices[0].to_string().ends_with("2 faces with fewer than 3 corners are skipped, the first in line 7")
+    );
 }
 
 #[test]
-fn faces_of_more_than_a_million_corners_are_refused() {
-    // Far more than steps would do for, and one corner fewer and more.
+fn faces_with_more_than_a_million_corners_are_refused() {
+    // Far more corners than the step limit allows, and one corner fewer and more than the maximum.
     let error = |corners: usize| {
         let indices: String = (0..corners).map(|i| format!(" {}", i % 4)).collect();
         let file = format!("OFF\n4 1 0\n{SQUARE}{corners}{indices}\n");
@@ -69,14 +71,14 @@ fn faces_of_more_than_a_million_corners_are_refused() {
         let read = decode_model(file.into(), Path::new("a.off"), &budget);
         read.unwrap_err().to_string()
     };
-    let expected = "a.off: a face of 1048577 corners, more than 1048576";
+    let expected = "a.off: a face has 1048577 corners; the maximum is 1048576";
     assert_eq!(error((1 << 20) + 1), expected);
     let fewer = error(1 << 20);
     assert!(fewer.contains("steps"), "{fewer}");
 }
 
 #[test]
-fn numbers_may_follow_at_once_and_faces_may_take_several_lines() {
+fn numbers_may_follow_the_header_word_and_faces_may_span_lines() {
     let plain = model("a.off", format!("OFF\n4 2 0\n{SQUARE}3 0 1 2\n3 0 2 3\n"));
     assert_eq!(plain.parts[0].mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     for text in [
@@ -91,7 +93,7 @@ fn numbers_may_follow_at_once_and_faces_may_take_several_lines() {
 }
 
 #[test]
-fn bad_files_are_told_with_line() {
+fn off_errors_contain_the_line() {
     for (text, expected) in [
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 4\n",
@@ -102,7 +104,10 @@ fn bad_files_are_told_with_line() {
             "a.off:7: face 0: vertex \"-1\", but the file has 4 vertices (from 0)",
         ),
         ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1\n", "a.off:7: face 0 ends after 2 of 3 corners"),
-        ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 1\n", "a.off: no faces, only 4 vertices: nothing to see"),
+        (
+            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 1\n",
+            "a.off: no faces, only 4 vertices; there is nothing to render",
+        ),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 9\n",
             "a.off:7: face 0: vertex \"9\", but the file has 4 vertices (from 0)",
@@ -115,17 +120,17 @@ fn bad_files_are_told_with_line() {
         ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n# last\n0 1 0\n", "a.off:7: the file ends after 0 of 1 faces"),
         (
             "OFF\n4 1 0\n0 0 0\n1 inf 0\n1 1 0\n0 1 0\n3 0 1 2\n",
-            "a.off: all faces have vertices that are not finite: nothing to see",
+            "a.off: all faces have vertices that are not finite; there is nothing to render",
         ),
         ("OFF\n4 1 0\n0 0 0\n1 0\n1 1 0\n0 1 0\n3 0 1 2\n", "a.off:4: vertex 1: expected 3 numbers"),
-        ("OFF\n4 0 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n", "a.off: no faces, only 4 vertices: nothing to see"),
+        ("OFF\n4 0 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n", "a.off: no faces, only 4 vertices; there is nothing to render"),
         ("OFF\nmany\n", "a.off:2: expected the numbers of vertices, faces and edges"),
-        ("OFF\n", "a.off:1: no numbers of vertices and faces"),
-        ("4OFF\n1 1 0\n", "a.off: \"4OFF\": only three dimensions are read"),
-        ("OFF BINARY\n", "a.off: binary OFF; save it as text"),
+        ("OFF\n", "a.off:1: the numbers of vertices and faces are missing"),
+        ("4OFF\n1 1 0\n", "a.off: \"4OFF\": only three dimensions are supported"),
+        ("OFF BINARY\n", "a.off: binary OFF is not supported; save the file as text"),
         ("PLY\n", "a.off:1: \"PLY\": not an OFF file"),
         ("OFFS 3 1 0\n", "a.off:1: \"OFFS\": not an OFF file"),
-        ("", "a.off: the file is empty: is its download or its export complete?"),
+        ("", "a.off: the file is empty; its download or export may be incomplete"),
     ] {
         assert_eq!(error("a.off", text), expected, "{text}");
     }
@@ -139,12 +144,12 @@ fn bad_files_are_told_with_line() {
 }
 
 #[test]
-fn colours_of_other_scales_are_told() {
+fn colours_of_other_ranges_cause_notices() {
     for (color, expected, said) in [
-        ("300 0 0", None, "colours of faces up to 300, expected 0 to 255: ignored"),
-        ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are taken as 0 to 255"),
+        ("300 0 0", None, "colours of faces up to 300 are ignored; expected 0 to 255"),
+        ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are treated as 0 to 255"),
         ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "up to 1.001 are clamped to 1"),
-        ("-1 1 0", Some([0.0, 1.0, 0.0]), "below 0 or no numbers are 0: 1"),
+        ("-1 1 0", Some([0.0, 1.0, 0.0]), "negative or not numbers, which are treated as 0: 1"),
     ] {
         let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));
         assert_eq!(model.parts[0].mesh.face_colors.as_ref().map(|colors| colors[0]), expected, "{color}");
@@ -153,16 +158,16 @@ fn colours_of_other_scales_are_told() {
 }
 
 #[test]
-fn one_of_two_sources_of_colour_is_used() {
+fn only_one_of_two_sources_of_colour_is_used() {
     let vertices = SQUARE.replace('\n', " 9 8 7 255\n").replacen("9 8 7", "1 2 3", 1);
     let model = model("a.off", format!("COFF\n4 1 0\n{vertices}4 0 1 2 3 200 120 40\n"));
     let mesh = &model.parts[0].mesh;
     assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
-    assert_eq!(texts(&model.notices), ["a.off: vertex and face colours: those of the vertices are used"]);
+    assert_eq!(texts(&model.notices), ["a.off: vertex and face colours: only the vertex colours are used"]);
 }
 
 #[test]
-fn damage_is_never_silent_and_never_fatal() {
+fn damaged_off_files_cause_an_error_or_a_notice() {
     let text = format!("COFF\n4 2 0\n{}3 0 1 2 0.25 0.5 1 1\n3 0 2 3\n", SQUARE.replace('\n', " 1 2 3 4\n"));
     truncations("a.off", text.as_bytes(), |_| false);
     mutations("a.off", text.as_bytes(), 20_000);

@@ -71,7 +71,7 @@ fn tetrahedron(form: &str) -> Vec<u8> {
 }
 
 #[test]
-fn all_forms_hold_the_same() {
+fn text_and_both_binary_forms_give_the_same_model() {
     let one = mesh("a.ply", tetrahedron("ascii"));
     assert_eq!((one.vertices.len(), one.triangles.len()), (4, 4));
     assert!(vector_area(&one).length() < 1e-15);
@@ -84,7 +84,7 @@ fn all_forms_hold_the_same() {
 }
 
 #[test]
-fn vertices_keep_every_digit() {
+fn ply_vertices_keep_every_digit() {
     let mesh = mesh("a.ply", ascii("0.1 0.2 0.3\n1 0 0\n0 1 0\n0 0 1e-9\n3 0 1 2\n"));
     assert_eq!(mesh.vertices[0].to_array(), [0.1, 0.2, 0.3]);
 }
@@ -142,7 +142,7 @@ fn square(big: bool, length: &str, index: &str, faces: &[&[i32]]) -> Vec<u8> {
 }
 
 #[test]
-fn faces_are_the_same_whatever_kinds_of_numbers_they_have() {
+fn number_types_do_not_change_faces() {
     let two: [&[i32]; 2] = [&[0, 1, 2], &[2, 3, 0]];
     for big in [false, true] {
         for length in ["uchar", "int", "uint"] {
@@ -160,7 +160,7 @@ fn faces_are_the_same_whatever_kinds_of_numbers_they_have() {
                 let thin = model("a.ply", square(big, length, index, &faces));
                 assert_eq!(thin.parts[0].mesh.triangles, triangles.triangles);
                 let said = &thin.notices[0].message;
-                let expected = "faces of fewer than 3 corners are skipped: 2, the first in the row";
+                let expected = "2 faces with fewer than 3 corners are skipped, the first in the row";
                 assert!(said.contains(expected), "{said}");
             }
         }
@@ -171,7 +171,7 @@ fn faces_are_the_same_whatever_kinds_of_numbers_they_have() {
 }
 
 #[test]
-fn strips_turn_one_way_and_begin_again() {
+fn triangle_strips_have_consistent_orientation_and_restart() {
     let text = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\
                 element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
                 0 0 0\n0 1 0\n1 0 0\n1 1 0\n2 0 0\n2 1 0\n10 0 2 1 3 -1 2 4 3 5 5\n";
@@ -189,7 +189,7 @@ fn texture_coordinates_have_their_origin_at_the_top() {
 }
 
 #[test]
-fn corners_may_have_their_own_texture_coordinates_and_an_image() {
+fn corners_may_have_separate_texture_coordinates_and_an_image() {
     let folder = folder();
     let image = png::encode([1, 1], 3, png::Samples::U8(&[1, 2, 3])).unwrap();
     fs::write(folder.join("my image.png"), image).unwrap();
@@ -201,7 +201,7 @@ fn corners_may_have_their_own_texture_coordinates_and_an_image() {
     fs::write(&path, text).unwrap();
     let model = read_model(&path, &Budget::default()).unwrap();
     let mesh = &model.parts[0].mesh;
-    // Corner 0 has two places in the image, corner 2 one.
+    // Corner 0 has two positions in the image, corner 2 one.
     assert_eq!(mesh.vertices.len(), 5);
     let uvs = mesh.uvs.as_ref().unwrap();
     assert_eq!(
@@ -212,7 +212,7 @@ fn corners_may_have_their_own_texture_coordinates_and_an_image() {
 }
 
 #[test]
-fn headers_end_lines_as_on_every_system() {
+fn headers_may_have_any_line_ends() {
     let binary = tetrahedron("binary_little_endian");
     let end = binary.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let plain = mesh("a.ply", &binary);
@@ -227,35 +227,35 @@ fn headers_end_lines_as_on_every_system() {
 }
 
 #[test]
-fn rows_that_go_on_are_told_and_cut() {
+fn values_beyond_the_declared_columns_are_ignored_with_a_notice() {
     let points = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
     let (plain, long) = (points.join("\n"), points.join(" 7\n"));
     let plain = model("a.ply", ascii(&format!("{plain}\n3 0 1 2\n")));
     let long = model("a.ply", ascii(&format!("{long}\n3 0 1 2 9 1 1\n")));
     assert_eq!(long.parts[0].mesh, plain.parts[0].mesh);
-    let expected = "a.ply: rows go on after the values that the header declares; the rest is not used: 4, \
-                    the first in line 10";
+    let expected =
+        "a.ply: 4 rows have more values than the header declares, which are ignored; the first is in line 10";
     assert_eq!((plain.notices.len(), texts(&long.notices)), (0, vec![expected.to_owned()]));
 }
 
 #[test]
-fn bad_files_are_told_with_line_or_byte() {
+fn ply_errors_contain_line_or_byte() {
     let rows = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
     for (text, expected) in [
         (ascii(&format!("{rows}3 0 1 4\n")), "a.ply:14: face 0: vertex 4, but the file has 4 vertices (from 0)"),
         (ascii(&format!("{rows}3 0 1 -1\n")), "a.ply:14: face 0: vertex -1, but the file has 4 vertices (from 0)"),
         (ascii(&format!("{rows}3 0 1 1.5\n")), "a.ply:14: \"1.5\" is not a whole number"),
-        (ascii(&format!("{rows}2 0 1   \n")), "a.ply: no faces, only 4 vertices: nothing to see"),
-        (ascii(&format!("{rows}3 0 1\n")), "a.ply:14: fewer values than the header declares"),
+        (ascii(&format!("{rows}2 0 1   \n")), "a.ply: no faces, only 4 vertices; there is nothing to render"),
+        (ascii(&format!("{rows}3 0 1\n")), "a.ply:14: the row has fewer values than the header declares"),
         (
             ascii("0 0 0\n\n1 nan 0\n0 1 0\n0 0 1\n3 0 1 2\n"),
-            "a.ply: all faces have vertices that are not finite: nothing to see",
+            "a.ply: all faces have vertices that are not finite; there is nothing to render",
         ),
         (
             ascii(rows),
-            "a.ply:13: ends before the rows that its header declares: it is cut off, or the header counts too many",
+            "a.ply:13: the file ends before the rows that its header declares: it is truncated, or the header counts too many",
         ),
-        (ascii("").replace("face 1", "face 0") + rows, "a.ply: no faces, only 4 vertices: nothing to see"),
+        (ascii("").replace("face 1", "face 0") + rows, "a.ply: no faces, only 4 vertices; there is nothing to render"),
         (
             ascii(rows).replace("vertex 4", "vertex 99999999999"),
             "a.ply: element vertex has 99999999999 rows of at least 6 bytes, but 24 bytes follow the header",
@@ -271,7 +271,7 @@ fn bad_files_are_told_with_line_or_byte() {
         ),
         (ascii(rows).replace("element vertex 4", "element vertex"), "a.ply:3: expected element NAME COUNT"),
         ("plywood".into(), "a.ply:1: not a PLY file"),
-        ("ply\nformat ascii 1.0\n".into(), "a.ply:3: no end_header"),
+        ("ply\nformat ascii 1.0\n".into(), "a.ply:3: end_header is missing"),
         (
             "ply\nelement empty 5\nformat ascii 1.0\nend_header\n".into(),
             "a.ply: element empty has 5 rows of at least 0 bytes, but 0 bytes follow the header",
@@ -281,12 +281,12 @@ fn bad_files_are_told_with_line_or_byte() {
     }
     let binary = tetrahedron("binary_little_endian");
     let cut = &binary[..binary.len() - 5];
-    assert!(error("a.ply", cut).contains("ends before the rows that its header declares: it is cut off"));
+    assert!(error("a.ply", cut).contains("ends before the rows that its header declares: it is truncated"));
     let path = data("crash.ply");
     assert!(message(read_model(&path, &Budget::default()).unwrap_err(), &path).starts_with("crash.ply:"));
 }
 
-/// A triangle whose vertices have these colours of a kind, as text and as numbers of a little-endian file.
+/// A triangle whose vertices have these colours of a type, as text and in a little-endian binary file.
 fn colored(kind: &str, rows: [&str; 3]) -> (Vec<[f32; 3]>, Vec<String>) {
     let text = format!(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -299,15 +299,15 @@ fn colored(kind: &str, rows: [&str; 3]) -> (Vec<[f32; 3]>, Vec<String>) {
 }
 
 #[test]
-fn colours_of_every_scale_are_read_or_clamped() {
+fn colours_of_every_range_are_read_or_clamped() {
     let bytes = colored("uchar", ["255 0 0", "0 188 0", "51 102 204"]);
     assert!(bytes.1.is_empty(), "{:?}", bytes.1);
     for (kind, scale, said) in [
-        ("ushort", 1, "ushort colours up to 255 are taken as 0 to 255"),
+        ("ushort", 1, "ushort colours up to 255 are treated as 0 to 255"),
         ("ushort", 257, ""),
-        ("float", 1, "floating-point colours beyond 1 are taken as 0 to 255"),
+        ("float", 1, "floating-point colours beyond 1 are treated as 0 to 255"),
         ("int", 1, ""),
-        ("int", 257, "colours beyond 255 are taken as 0 to 65535"),
+        ("int", 257, "colours beyond 255 are treated as 0 to 65535"),
     ] {
         let row = |[r, g, b]: [u32; 3]| format!("{} {} {}", scale * r, scale * g, scale * b);
         let rows = [row([255, 0, 0]), row([0, 188, 0]), row([51, 102, 204])];
@@ -320,14 +320,14 @@ fn colours_of_every_scale_are_read_or_clamped() {
     }
     let (nearly, notices) = colored("float", ["1.0000001 0 0", "-0.5 1 0", "nan 0.25 1"]);
     assert_eq!(nearly, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.25, 1.0]]);
-    assert_eq!(notices, ["a.ply: vertices: values of colours outside 0 to 1 are clamped: 3"]);
+    assert_eq!(notices, ["a.ply: vertices: 3 colour values outside 0 to 1 are clamped"]);
     let (unknown, notices) = colored("float", ["1e6 0 0", "0 0 0", "0 0 0"]);
     assert!(unknown.is_empty());
-    assert_eq!(notices, ["a.ply: vertices: colours of an unknown scale are ignored"]);
+    assert_eq!(notices, ["a.ply: vertices: colours of an unknown range are ignored"]);
 }
 
 #[test]
-fn one_of_two_sources_of_colour_is_used() {
+fn only_one_of_two_sources_of_colour_is_used() {
     let text = |vertices: [&str; 3], face: &str| {
         format!(
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -340,15 +340,15 @@ fn one_of_two_sources_of_colour_is_used() {
     let both = model("a.ply", text(["200 120 40", "0 0 0", "9 9 9"], "200 120 40"));
     let mesh = &both.parts[0].mesh;
     assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
-    assert_eq!(texts(&both.notices), ["a.ply: vertex and face colours: those of the vertices are used"]);
+    assert_eq!(texts(&both.notices), ["a.ply: vertex and face colours: only the vertex colours are used"]);
     let faces = model("a.ply", text(["255 255 255"; 3], "200 120 40"));
     let mesh = &faces.parts[0].mesh;
     assert!(mesh.vertex_colors.is_none() && mesh.face_colors.is_some());
-    assert_eq!(texts(&faces.notices), ["a.ply: vertex and face colours: those of the faces are used"]);
+    assert_eq!(texts(&faces.notices), ["a.ply: vertex and face colours: only the face colours are used"]);
 }
 
 #[test]
-fn each_image_is_a_material_of_its_own() {
+fn each_image_becomes_a_separate_material() {
     let folder = folder();
     for (name, value) in [("my model_A.png", 1), ("B.png", 2)] {
         fs::write(folder.join(name), png::encode([1, 1], 3, png::Samples::U8(&[value; 3])).unwrap()).unwrap();
@@ -369,34 +369,36 @@ fn each_image_is_a_material_of_its_own() {
         texture.map(|texture| rgb(&model.textures[texture.texture]))
     };
     assert_eq!([shown(0), shown(1), shown(2)], [Some(vec![[1; 3]]), Some(vec![[2; 3]]), None]);
-    // The colours are those of the face without an image alone.
+    // Only the face without an image keeps its colours.
     let colors = mesh.vertex_colors.as_ref().unwrap();
     let of = |triangle: usize| mesh.triangles[triangle].map(|vertex| colors[vertex as usize]);
     assert_eq!((of(0), of(2), of(3)), ([[1.0; 3]; 3], [[1.0; 3]; 3], [[1.0, 0.0, 0.0]; 3]));
-    for said in ["texnumber is that of no image are without one: 1", "its colours are not used where an image is: 3"] {
+    for said in
+        ["1 faces whose texnumber does not exist have no image", "3 faces have an image, so their colours are ignored"]
+    {
         assert!(model.notices.iter().any(|notice| notice.to_string().contains(said)), "{:?}", model.notices);
     }
     mesh.validate().unwrap();
 }
 
 #[test]
-fn what_is_not_used_is_named() {
+fn ignored_properties_are_listed() {
     let text = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty float x\n\
                 property float y\nproperty float z\nproperty uint rgb\nproperty float intensity\nproperty uchar red\n\
                 element face 1\nproperty list uchar int vertex_indices\nproperty int flags\nelement edge 1\n\
                 property int a\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2 4\n5\n";
     let notices = model("a.ply", text).notices;
-    let expected = "a.ply: not used: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
+    let expected = "a.ply: ignored: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
                     element edge (1 rows)";
     assert_eq!(notices[1].message, expected);
     assert!(
-        notices[0].to_string().contains("its images are not used: there are no texture coordinates"),
+        notices[0].to_string().contains("its images are ignored, because there are no texture coordinates"),
         "{notices:?}"
     );
 }
 
 #[test]
-fn normals_without_a_direction_are_those_of_the_faces() {
+fn normals_without_a_direction_are_replaced_by_face_normals() {
     let text = |unused: &str, used: &str| {
         format!(
             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
@@ -411,26 +413,26 @@ fn normals_without_a_direction_are_those_of_the_faces() {
     for zero in ["0 0 0", "nan 0 0"] {
         let used = model("a.ply", text("0 0 0", zero));
         assert_eq!(used.parts[0].mesh.normals.as_ref().unwrap()[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        assert_eq!(texts(&used.notices), ["a.ply: normals without a direction are those of the faces: 1"]);
+        assert_eq!(texts(&used.notices), ["a.ply: 1 normals without a direction are replaced by those of the faces"]);
     }
 }
 
 #[test]
-fn a_vertex_that_is_not_finite_and_not_used_changes_nothing() {
+fn unused_vertices_that_are_not_finite_have_no_effect() {
     let model = model("a.ply", ascii("0 0 0\n1 0 0\n0 1 0\nnan 0 inf\n3 0 1 2\n"));
     assert_eq!(area(&model.parts[0].mesh), 0.5);
-    assert_eq!(texts(&model.notices), ["a.ply: vertices that are not finite, and that no face uses: 1"]);
+    assert_eq!(texts(&model.notices), ["a.ply: 1 unused vertices are not finite"]);
 }
 
 #[test]
-fn damage_is_never_silent_and_never_fatal() {
+fn damaged_ply_files_cause_an_error_or_a_notice() {
     for form in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let bytes = tetrahedron(form);
         truncations("a.ply", &bytes, |_| false);
         mutations("a.ply", &bytes, 20_000);
     }
     let extra = [&tetrahedron("binary_big_endian")[..], b"more"].concat();
-    assert!(model("a.ply", extra).notices[0].to_string().contains("4 bytes after the last row are not used"));
+    assert!(model("a.ply", extra).notices[0].to_string().contains("4 bytes after the last row are ignored"));
 }
 
 const TRIANGLE: &str = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
@@ -443,7 +445,7 @@ fn triangle_header(format: &str, list: &str, comment: &str) -> String {
 }
 
 #[test]
-fn unknown_header_line_gets_a_notice() {
+fn unknown_header_lines_cause_a_notice() {
     let expected = mesh("a.ply", triangle_header("ascii", "uchar int", "") + TRIANGLE);
     let odd = model("a.ply", triangle_header("ascii", "uchar int", "Created by a scanner\n") + TRIANGLE);
     assert_eq!(odd.parts[0].mesh, expected);
@@ -452,7 +454,7 @@ fn unknown_header_line_gets_a_notice() {
 }
 
 #[test]
-fn lists_of_every_kind_of_number_are_read() {
+fn lists_of_every_number_type_are_read() {
     let expected = mesh("a.ply", triangle_header("ascii", "uchar int", "") + TRIANGLE);
     for list in
         ["int64 int64", "uint64 uint64", "float float", "double double", "uchar float", "float int", "char long"]

@@ -32,7 +32,7 @@ fn ascii(name: &str) -> String {
 }
 
 #[test]
-fn both_kinds_hold_the_same_welded_solid() {
+fn text_and_binary_stl_give_the_same_welded_solid() {
     let one = mesh("a.stl", binary(4));
     assert_eq!((one.vertices.len(), one.triangles.len()), (4, 4));
     assert!(vector_area(&one).length() < 1e-15 && (area(&one) - (1.5 + 0.75_f64.sqrt())).abs() < 1e-12);
@@ -41,7 +41,7 @@ fn both_kinds_hold_the_same_welded_solid() {
 }
 
 #[test]
-fn each_solid_is_a_part() {
+fn each_solid_becomes_a_part() {
     let two = ascii("first one") + &ascii("") + "solid nothing\nendsolid nothing\n";
     let parts = model("a.stl", two).parts;
     assert_eq!(parts.iter().map(|part| &part.name[..]).collect::<Vec<_>>(), ["first one", ""]);
@@ -52,27 +52,23 @@ fn each_solid_is_a_part() {
 }
 
 #[test]
-fn the_length_is_trusted_over_the_number() {
+fn file_length_has_priority_over_the_facet_count() {
     for count in [0, u32::MAX, 2] {
         let model = model("a.stl", binary(count));
         assert_eq!(model.parts[0].mesh.triangles.len(), 4);
-        assert!(model.notices[0].to_string().contains(&format!("{count} facets declared, 4 found and used")));
+        assert!(model.notices[0].to_string().contains(&format!("{count} facets declared, but 4 found and used")));
     }
     let padded = model("a.stl", [&binary(4)[..], &[0; 7]].concat());
     assert_eq!(padded.parts[0].mesh.triangles.len(), 4);
-    assert!(
-        padded.notices[0].to_string().contains("7 bytes after the last facet are not used"),
-        "{:?}",
-        padded.notices
-    );
+    assert!(padded.notices[0].to_string().contains("7 bytes after the last facet are ignored"), "{:?}", padded.notices);
     assert_eq!(error("a.stl", binary(5)), "a.stl: byte 284: 5 facets declared, but the file ends after 4");
 }
 
 #[test]
-fn bad_files_are_told_with_line_or_byte() {
+fn stl_errors_contain_line_or_byte() {
     let text = ascii("a");
     for (from, to, expected) in [
-        ("vertex 0 0e0 0", "vertex 0 0", "a.stl:4: vertex \"0 0\": expected three numbers"),
+        ("vertex 0 0e0 0", "vertex 0 0", "a.stl:4: vertex \"0 0\"; expected three numbers"),
         ("vertex 0 0e0 0", "vertex 0 0 0 0", "a.stl:4: vertex: \"0\" after three numbers"),
         ("    vertex 0 0e0 0\n", "", "a.stl:6: expected vertex (a facet has three), found \"endloop\""),
     ] {
@@ -82,18 +78,18 @@ fn bad_files_are_told_with_line_or_byte() {
     bytes[84 + 50 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     let left = model("a.stl", bytes);
     assert_eq!(left.parts[0].mesh.triangles.len(), 3);
-    assert_eq!(texts(&left.notices), ["a.stl: faces with vertices that are not finite are left out: 1"]);
+    assert_eq!(texts(&left.notices), ["a.stl: 1 faces omitted: their vertices are not finite"]);
     let left = model("a.stl", text.replacen("vertex 0 0e0 0", "vertex 0 inf 0", 1));
     assert_eq!((left.parts[0].mesh.triangles.len(), left.notices.len()), (3, 1));
-    assert_eq!(error("a.stl", "solid a\nendsolid a\n"), "a.stl: no facets: nothing to see");
-    assert_eq!(error("a.stl", [0; 84]), "a.stl: no facets: nothing to see");
-    let short = "a.stl: neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
+    assert_eq!(error("a.stl", "solid a\nendsolid a\n"), "a.stl: no facets; there is nothing to render");
+    assert_eq!(error("a.stl", [0; 84]), "a.stl: no facets; there is nothing to render");
+    let short = "a.stl: neither \"solid\" nor the 84 bytes that precede the facets of a binary STL file";
     assert_eq!(error("a.stl", "hello"), short);
 }
 
-/// A file with one of these changes, and the codes of its notices with their line.
+/// A file with one of these changes, and the codes of its notices with their lines.
 #[test]
-fn text_with_odd_lines_is_read_with_a_notice() {
+fn stl_text_with_irregular_lines_is_read_with_a_notice() {
     use NoticeCode::{IgnoredKey, InvalidFile, TruncatedData};
     let whole = mesh("a.stl", ascii("a"));
     type Noticed = [(NoticeCode, &'static str)];
@@ -131,7 +127,7 @@ fn text_with_odd_lines_is_read_with_a_notice() {
 }
 
 #[test]
-fn text_with_a_missing_vertex_is_refused() {
+fn stl_text_with_a_missing_vertex_is_refused() {
     for text in
         [ascii("a").replacen("    vertex 0 0e0 0\n", "    vertx 0 0 0\n", 1), ascii("a").replacen("vertex", "", 3)]
     {
@@ -140,7 +136,7 @@ fn text_with_a_missing_vertex_is_refused() {
 }
 
 #[test]
-fn damage_is_never_silent_and_never_fatal() {
+fn damaged_stl_files_cause_an_error_or_a_notice() {
     truncations("a.stl", &binary(4), |_| false);
     truncations("a.stl", ascii("tetrahedron").as_bytes(), |_| false);
     mutations("a.stl", &binary(4), 20_000);
@@ -160,30 +156,30 @@ fn colored(header: &str, attributes: [u16; 4]) -> (Option<Vec<[f32; 3]>>, Vec<St
 }
 
 #[test]
-fn facets_have_the_colours_of_viscam_and_magics() {
+fn facet_colours_of_viscam_and_magics_are_read() {
     let (red, green, blue) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     // VisCAM: bit 15, red in the high bits; grey without it.
     let (colors, notices) = colored("viscam", [0xfc00, 0x83e0, 0x801f, 0]);
     assert_eq!(colors.unwrap(), [red, green, blue, [0.8; 3]]);
-    assert_eq!(notices, ["a.stl: facets without a colour are grey: 1"]);
-    // Magics: red in the low bits, and bit 15 for the colour of the whole.
+    assert_eq!(notices, ["a.stl: 1 facets without a colour are grey"]);
+    // Magics: red in the low bits, and bit 15 for the colour of the whole object.
     let header = "COLOR=\u{0}\u{7f}\u{0}\u{7f},MATERIAL=";
     let (colors, notices) = colored(header, [0x001f, 0x03e0, 0x7c00, 0x8000]);
     let whole = ((0x7f as f64 / 255.0 + 0.055) / 1.055).powf(2.4) as f32;
     let colors = colors.unwrap();
     assert_eq!(colors[..3], [red, green, blue]);
     assert!((colors[3][1] - whole).abs() < 1e-6 && colors[3][0] == 0.0, "{colors:?}");
-    assert_eq!(notices, ["a.stl: its transparency is dropped"]);
+    assert_eq!(notices, ["a.stl: its transparency is ignored"]);
     let (colors, _) = colored(header, [0; 4]);
     assert!(colors.unwrap().iter().all(|color| color[0] == 0.0 && color[1] > 0.2));
-    // Other bytes are no colours.
+    // Other bytes are not colours.
     let (colors, notices) = colored("other", [1, 0, 2, 0]);
     assert_eq!(colors, None);
-    assert_eq!(notices, ["a.stl: the bytes after a facet, which are no colours, are not used: 2"]);
+    assert_eq!(notices, ["a.stl: 2 facets are followed by bytes that are not colours and are ignored"]);
 }
 
 #[test]
-fn text_may_begin_with_comments() {
+fn stl_text_may_begin_with_comments() {
     let one = mesh("a.stl", ascii("a"));
     for head in ["# exported by hand\n\n", "; one\n// two\n", "\u{feff}#\r\n"] {
         assert_eq!(mesh("a.stl", head.to_owned() + &ascii("a")), one, "{head:?}");

@@ -8,7 +8,7 @@ use glam::DVec3;
 use raycam_formats::{Budget, FormatError, decode_model};
 use raycam_scene::{Mesh, MeshFile, Notice, NoticeCode, Texels, Texture};
 
-/// A new empty folder.
+/// Creates a new empty folder.
 pub fn folder() -> PathBuf {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -18,14 +18,14 @@ pub fn folder() -> PathBuf {
     folder
 }
 
-/// A file in a new folder.
+/// Creates a file in a new folder.
 pub fn file(name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
     let path = folder().join(name);
     fs::write(&path, bytes).unwrap();
     path
 }
 
-/// A file of `tests/data`.
+/// Reads a file of `tests/data`.
 pub fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
@@ -34,7 +34,7 @@ fn decode(name: &str, bytes: impl AsRef<[u8]>) -> Result<MeshFile, FormatError> 
     decode_model(bytes.as_ref().to_vec(), Path::new(name), &Budget::default())
 }
 
-/// The model in a file of these bytes.
+/// Model in a file of these bytes.
 pub fn model(name: &str, bytes: impl AsRef<[u8]>) -> MeshFile {
     decode(name, bytes).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -46,32 +46,32 @@ pub fn mesh(name: &str, bytes: impl AsRef<[u8]>) -> Mesh {
     model.parts.remove(0).mesh
 }
 
-/// The error of a file of these bytes, without its folder.
+/// Error of a file of these bytes, without its folder.
 pub fn error(name: &str, bytes: impl AsRef<[u8]>) -> String {
     decode(name, bytes).unwrap_err().to_string()
 }
 
-/// The message of an error, without the folder of the file.
+/// Message of an error, without the folder of the file.
 pub fn message(error: FormatError, path: &Path) -> String {
     error.to_string().replace(&format!("{}/", path.parent().unwrap().display()), "")
 }
 
-/// The surface area.
+/// Surface area.
 pub fn area(mesh: &Mesh) -> f64 {
     let corner = |i: u32| mesh.vertices[i as usize];
     let triangle = |&[a, b, c]: &[u32; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a));
     mesh.triangles.iter().map(|t| triangle(t).length() / 2.0).sum()
 }
 
-/// The vector area: zero where a surface is closed and turns one way.
+/// Vector area: zero if a surface is closed and consistently oriented.
 pub fn vector_area(mesh: &Mesh) -> DVec3 {
     let corner = |i: u32| mesh.vertices[i as usize];
     let triangle = |&[a, b, c]: &[u32; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a));
     mesh.triangles.iter().map(triangle).sum::<DVec3>() / 2.0
 }
 
-/// Every beginning of a file is an error, equal to the whole, or has a notice that data or faces are missing.
-/// `may_end` are the lengths at which a text without counts may end unnoticed.
+/// Asserts that every truncated file is an error, equals the complete file, or has a notice about missing data or
+/// faces. `may_end` contains the lengths at which a text without counts may end unnoticed.
 pub fn truncations(name: &str, bytes: &[u8], may_end: impl Fn(usize) -> bool) {
     let whole = decode(name, bytes).unwrap();
     for length in 0..bytes.len() {
@@ -83,7 +83,7 @@ pub fn truncations(name: &str, bytes: &[u8], may_end: impl Fn(usize) -> bool) {
     }
 }
 
-/// Damages single bytes in many ways; nothing may panic, and whatever is read must fit together.
+/// Damages single bytes in many ways; nothing may panic, and whatever is read must be consistent.
 pub fn mutations(name: &str, bytes: &[u8], count: usize) {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = |below: usize| {
@@ -109,7 +109,7 @@ pub fn mutations(name: &str, bytes: &[u8], count: usize) {
     }
 }
 
-/// The red, green and blue of an sRGB texture.
+/// Red, green and blue of an sRGB texture.
 pub fn rgb(texture: &Texture) -> Vec<[u8; 3]> {
     match &texture.image.texels {
         Texels::Srgb8(texels) => texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),

@@ -13,7 +13,7 @@ fn world(text: &str) -> Result<World, String> {
 }
 
 #[test]
-fn a_world_file_says_what_it_means() {
+fn world_file_is_read_as_documented() {
     let folder = folder();
     fs::write(folder.join("t.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n").unwrap();
     let image = png::encode([2, 1], 4, png::Samples::U8(&[255, 0, 0, 9, 0, 0, 255, 255])).unwrap();
@@ -50,7 +50,7 @@ irradiance = [3, 3, 3]
     assert_eq!(world.cameras[0].camera.size(), [640, 480]);
     assert_eq!(world.objects[1].world_from_mesh.translation.to_array(), [0.0, 0.0, 5.0]);
     assert_eq!(rgb(&world.textures[0]), [[255, 0, 0], [0, 0, 255]]);
-    // The alpha of an image that is named here counts, and no notice says otherwise.
+    // The alpha of an image specified here is used, and no notice says otherwise.
     let material = &world.materials[world.objects[1].materials[0]];
     assert_eq!((material.opacity, material.alpha), (1.0, Alpha::Blend));
     assert!(!world.notices.iter().any(|notice| notice.to_string().contains("alpha")), "{:?}", world.notices);
@@ -61,7 +61,7 @@ irradiance = [3, 3, 3]
 }
 
 #[test]
-fn errors_have_line_key_and_the_nearest_name() {
+fn world_file_errors_contain_line_key_and_nearest_name() {
     for (text, place, words) in [
         ("[[object]]\nbox = {}\n\n[[object]]\nbox = {}\ndifuse = 1\n", "room.toml:6: object[1].difuse: ", "diffuse"),
         ("\n\nupp = \"z\"\n", "room.toml:3: upp: ", "up"),
@@ -77,13 +77,13 @@ fn errors_have_line_key_and_the_nearest_name() {
 }
 
 #[test]
-fn errors_of_the_text_have_their_line() {
+fn toml_syntax_errors_contain_their_line() {
     for (text, expected) in [
         ("up = \"z\"\nup = \"y\"\n", "room.toml:2: "),
         ("a = [1,\n2\n", "room.toml:"),
         ("up = z\n", "room.toml:1: "),
-        ("up = 1979-05-27\n", "room.toml:1: a date; expected text in quotes"),
-        ("\nrender = { seed = 99999999999999999999 }\n", "room.toml:2: 99999999999999999999 is beyond 64 bits"),
+        ("up = 1979-05-27\n", "room.toml:1: a date; expected a string in quotes"),
+        ("\nrender = { seed = 99999999999999999999 }\n", "room.toml:2: 99999999999999999999 does not fit into 64 bits"),
     ] {
         let error = world(text).unwrap_err();
         assert!(error.starts_with(expected), "{text}: {error}");
@@ -104,7 +104,7 @@ fn deep_nesting_is_an_error() {
 }
 
 #[test]
-fn files_of_a_world_stay_in_its_folder() {
+fn files_of_a_world_must_be_in_its_folder() {
     for name in ["../a.obj", "/a.obj", "file:a.obj"] {
         let error = world(&format!("[[object]]\nmesh = \"{name}\"\n")).unwrap_err();
         assert!(error.contains(name) && error.contains("file name"), "{error}");
@@ -114,7 +114,7 @@ fn files_of_a_world_stay_in_its_folder() {
 }
 
 #[test]
-fn errors_of_a_named_file_say_who_names_it() {
+fn errors_of_referenced_files_name_the_reference() {
     let folder = folder();
     fs::write(folder.join("bad.obj"), "v 0 0 0\nv 1 0\n").unwrap();
     fs::write(folder.join("bad.png"), "no image").unwrap();
@@ -126,12 +126,12 @@ fn errors_of_a_named_file_say_who_names_it() {
         (object("mesh = \"bad.obj\""), "room.toml:5: object[1].mesh: ", "bad.obj:2: v has 2 numbers"),
         (object("name = \"a\"\nmesh = \"no.ply\""), "room.toml:6: object[1].mesh: ", "no.ply: No such file"),
         (object("mesh = \"good.obj\"\ntexture = \"bad.png\""), "room.toml:6: object[1].texture: ", "bad.png"),
-        (object("mesh = \"../good.obj\""), "room.toml:5: object[1].mesh: ", "leads out of the folder"),
+        (object("mesh = \"../good.obj\""), "room.toml:5: object[1].mesh: ", "is outside the folder"),
         (light("type = \"environment\"\nimage = \"bad.png\""), "room.toml:5: light[0].image: ", "bad.png"),
         (
             light("type = \"ies\"\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\nprofile = \"bad.ies\""),
             "room.toml:7: light[0].profile: ",
-            "bad.ies: no line TILT=",
+            "bad.ies: the line TILT= is missing",
         ),
     ] {
         let parsed = world_file::parse(&text, &folder, Path::new("room.toml"), &Budget::default());
@@ -141,7 +141,7 @@ fn errors_of_a_named_file_say_who_names_it() {
 }
 
 #[test]
-fn a_mesh_file_that_several_objects_name_is_read_once() {
+fn mesh_files_used_by_several_objects_are_read_once() {
     let folder = folder();
     let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl red\nf 1/1 2/1 3/1\n";
     fs::write(folder.join("t.obj"), obj).unwrap();
@@ -150,7 +150,7 @@ fn a_mesh_file_that_several_objects_name_is_read_once() {
     fs::write(folder.join("i.png"), &image).unwrap();
     let text = "[[object]]\nmesh = \"t.obj\"\n[[object]]\nmesh = \"t.obj\"\ncolor = [0, 1, 0]\n[[object]]\n\
         mesh = \"t.obj\"\nrefine = 1\n[[object]]\nmesh = \"t.obj\"\nlocation = [1, 0, 0]\n";
-    // Exactly the bytes of one reading.
+    // Exactly the bytes of a single read.
     let budget = Budget {
         bytes: (obj.len() + "newmtl red\nKd 1 0 0\nmap_Kd i.png\n".len() + image.len()) as u64,
         ..Budget::default()
@@ -173,13 +173,13 @@ fn a_mesh_file_that_several_objects_name_is_read_once() {
 }
 
 #[test]
-fn an_object_that_says_nothing_is_the_last_that_is_read() {
+fn reading_stops_at_the_first_empty_object() {
     let text = "[[object]]\nsphere = { radius = 1 }\n[[object]]\n[[object]]\nnonsense = 1\n";
     let error = world(text).unwrap_err();
     assert!(error.starts_with("room.toml:3: object[1]"), "{error}");
 }
 
-/// A text of so many objects, each with a table of its own, after `first` and with a light before `last` of them.
+/// A text with this number of objects, each with a table, after `first` and with a light before the `last` of them.
 fn long(objects: usize, first: &str, last: usize, light: &str) -> String {
     let mut text = first.to_owned();
     for i in 0..objects {
@@ -193,7 +193,7 @@ fn long(objects: usize, first: &str, last: usize, light: &str) -> String {
 }
 
 #[test]
-fn long_files_are_what_short_ones_are() {
+fn long_world_files_are_read_like_short_ones() {
     let count = 3000;
     let text = long(
         count,
@@ -208,7 +208,7 @@ fn long_files_are_what_short_ones_are() {
     for (i, object) in whole.objects.iter().enumerate() {
         assert_eq!(object.name, format!("tile {i}"));
     }
-    // Whatever stands where the text is taken apart.
+    // Whatever is at the position where the text is divided.
     let line = |error: String| error.split(' ').next().unwrap().to_owned();
     for i in [0, 1777, 2999] {
         let name = format!("\"tile {i}\"");
@@ -225,13 +225,13 @@ fn long_files_are_what_short_ones_are() {
         assert_eq!(found.objects.len(), count);
         assert_eq!(found.objects[i].name, format!("[[object]]\n{i}"));
     }
-    // Wherever it is taken apart, a header may be none.
+    // At the position where it is divided, a line may look like a header without being one.
     let quoted = text.replace("\"tile ", "\"\"\"\n[[object]]\ntile ");
     let quoted = quoted.replace("\"\nplane", "\"\"\"\nplane");
     let found = world(&quoted).unwrap();
     assert_eq!(found.objects.len(), count);
     assert_eq!(found.objects[1777].name, "[[object]]\ntile 1777");
-    // What one text may say only once.
+    // Keys that a text may contain only once.
     for twice in ["[render]\nsamples = 1\n", "[camera]\nsize = [4, 3]\nfov = 50\nlocation = [0, 0, 0]\nyaw = 0\n"] {
         let text = long(count, twice, 7, twice);
         let error = world(&text).unwrap_err();

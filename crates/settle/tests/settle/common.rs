@@ -1,4 +1,4 @@
-//! Worlds for several tests.
+//! Worlds shared by several tests.
 
 use glam::{DAffine3, DVec3};
 use raycam_scene::{Mesh, Object, World};
@@ -11,17 +11,17 @@ pub fn add(world: &mut World, name: &str, mesh: Mesh, place: DAffine3) -> usize 
     world.objects.len() - 1
 }
 
-/// A transform that moves.
+/// Transform that only translates.
 pub fn moved(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, y, z))
 }
 
-/// Objects that fall from where they are.
+/// Objects that fall from their poses in the world.
 pub fn request(moving: &[usize]) -> Request {
     Request { moving: moving.to_vec(), physics: Vec::new(), target: None, seed: 1, seconds: 5.0, gravity: 9.81 }
 }
 
-/// The mesh of a surface of revolution r(z), for z from 0 to 1, closed by a bottom below it.
+/// Mesh of a surface of revolution r(z), for z from 0 to 1, closed by a bottom below it.
 pub fn bowl(radius: f64, depth: f64, segments: u32) -> Mesh {
     let rings = 24;
     let mut mesh = Mesh::default();

@@ -1,4 +1,4 @@
-//! Objects that are thrown into a bin.
+//! Objects that are dropped into a bin.
 
 use glam::DAffine3;
 use raycam_scene::World;
@@ -40,7 +40,7 @@ fn into_bin(things: &[usize], sides: &[usize], seed: u64) -> Request {
 }
 
 #[test]
-fn pile_in_a_bin_rests_without_penetration() {
+fn piles_in_a_bin_rest_without_penetration() {
     let (world, sides, things) = bin(20);
     let settled = settle(&world, &into_bin(&things, &sides, 7), &|| false).unwrap();
     assert!(settled.report.penetration <= 2e-4, "{:?}", settled.report);
@@ -54,7 +54,7 @@ fn pile_in_a_bin_rests_without_penetration() {
 }
 
 #[test]
-fn equal_requests_have_equal_bytes() {
+fn equal_requests_give_equal_bytes() {
     let (world, sides, things) = bin(6);
     let poses = |seed| settle(&world, &into_bin(&things, &sides, seed), &|| false).unwrap().transforms;
     let first = poses(3);
@@ -67,8 +67,8 @@ fn equal_requests_have_equal_bytes() {
 }
 
 #[test]
-fn order_does_not_matter_to_objects_that_do_not_touch() {
-    // Two far tables would be two targets; on one large floor, three small objects do not meet.
+fn object_order_does_not_affect_objects_that_do_not_touch() {
+    // Two distant tables would be two targets; on one large floor, three small objects do not touch each other.
     let mut world = World::default();
     let floor = add(&mut world, "floor", primitive::box_([20.0, 20.0, 0.1]).unwrap(), moved(0.0, 0.0, -0.05));
     let things: Vec<usize> = (0..3)
@@ -88,9 +88,9 @@ fn order_does_not_matter_to_objects_that_do_not_touch() {
     }
 }
 
-/// Many seeds; `RAYCAM_PROOF` makes them 1,000.
+/// Many seeds; 1,000 with `RAYCAM_PROOF`.
 #[test]
-fn many_seeds_settle() {
+fn objects_settle_for_many_seeds() {
     let count = if std::env::var_os("RAYCAM_PROOF").is_some() { 1000 } else { 3 };
     let (world, sides, things) = bin(10);
     for seed in 0..count {

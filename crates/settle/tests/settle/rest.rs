@@ -1,4 +1,4 @@
-//! Objects that fall from where they are.
+//! Objects that fall from their poses in the world.
 
 use glam::DVec3;
 use raycam_scene::World;
@@ -8,7 +8,7 @@ use raycam_settle::{Physics, SettleError, overlaps, settle};
 use crate::common::{add, bowl, moved, request};
 
 #[test]
-fn tower_of_boxes_stands() {
+fn stacked_boxes_stay_upright() {
     let mut world = World::default();
     add(&mut world, "table", primitive::box_([1.0, 1.0, 0.02]).unwrap(), moved(0.0, 0.0, -0.01));
     let boxes: Vec<usize> = (0..5)
@@ -30,7 +30,7 @@ fn tower_of_boxes_stands() {
 }
 
 #[test]
-fn ball_in_a_bowl_lies_lowest() {
+fn balls_in_a_bowl_rest_at_the_lowest_point() {
     let mut world = World::default();
     add(&mut world, "bowl", bowl(0.2, 0.1, 48), moved(0.0, 0.0, 0.0));
     let ball = add(&mut world, "ball", primitive::sphere(0.02, 3).unwrap(), moved(0.12, 0.03, 0.12));
@@ -41,8 +41,8 @@ fn ball_in_a_bowl_lies_lowest() {
 }
 
 #[test]
-fn ring_over_a_peg_falls_over_it() {
-    // The hull of the ring would stay on top of the peg.
+fn rings_fall_over_a_peg() {
+    // The ring's hull would stay on top of the peg.
     let mut world = World::default();
     add(&mut world, "floor", primitive::plane([2.0; 2]).unwrap(), moved(0.0, 0.0, 0.0));
     add(&mut world, "peg", primitive::cylinder(0.01, 0.1, 32).unwrap(), moved(0.0, 0.0, 0.05));
@@ -53,7 +53,7 @@ fn ring_over_a_peg_falls_over_it() {
 }
 
 #[test]
-fn flat_object_is_refused() {
+fn flat_objects_are_refused() {
     let mut world = World::default();
     let sheet = add(&mut world, "sheet", primitive::plane([1.0; 2]).unwrap(), moved(0.0, 0.0, 1.0));
     let refused = settle(&world, &request(&[sheet]), &|| false).unwrap_err();
@@ -61,7 +61,7 @@ fn flat_object_is_refused() {
 }
 
 #[test]
-fn object_without_ground_is_refused() {
+fn objects_without_ground_are_refused() {
     let mut world = World::default();
     let ball = add(&mut world, "ball", primitive::sphere(0.02, 2).unwrap(), moved(0.0, 0.0, 1.0));
     let refused = settle(&world, &request(&[ball]), &|| false).unwrap_err();

@@ -1,4 +1,4 @@
-//! Requests of pictures as JSON.
+//! Requests for images as JSON.
 
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::NoticeCode;
@@ -6,7 +6,7 @@ use raycam_scene::render_options::RenderOptions;
 use raycam_web::request::settings;
 
 #[test]
-fn options_not_given_have_the_value_of_the_world_or_the_default() {
+fn missing_options_have_the_worlds_value_or_the_default() {
     let world = RenderOptions { seed: Some(7), samples: Some(3), time_limit: Some(2.0), ..RenderOptions::default() };
     let request = r#"{"samples": 5, "integrator": "path", "channels": ["depth"], "region": [1, 2, 3, 4]}"#;
     let (found, notices) = settings(request, &world).unwrap();

@@ -1,4 +1,4 @@
-"""Checks of what `RaycastingScene` is given: shapes and kinds of numbers, each error a `RuntimeError` as in Open3D."""
+"""Checks of the arguments of `RaycastingScene`: shapes and dtypes. Errors are `RuntimeError`s, as in Open3D."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class RaycastingError(SettingsError, RuntimeError):
 
 
 def array_of(name: str, values: Any) -> Array:
-    """An array of one, of a list, or of a tensor of Open3D."""
+    """Returns an array, list or tensor of Open3D as an array."""
     if not isinstance(values, np.ndarray) and callable(getattr(values, "numpy", None)):
         values = values.cpu().numpy() if hasattr(values, "cpu") else values.numpy()
     try:
@@ -29,7 +29,7 @@ def array_of(name: str, values: Any) -> Array:
 
 
 def last(name: str, values: Any, width: int) -> Array:
-    """Numbers [..., width]."""
+    """Returns numbers [..., width]."""
     array = array_of(name, values)
     if array.ndim == 0 or array.shape[-1] != width or array.dtype.kind not in "fiu":
         raise RaycastingError(
@@ -39,7 +39,7 @@ def last(name: str, values: Any, width: int) -> Array:
 
 
 def rows(name: str, values: Any, kinds: str) -> Array:
-    """Numbers [n, 3] of the given kinds of dtype ("fiu", or "iu" for whole ones); no rows may have any shape."""
+    """Returns numbers [n, 3] of the given dtype kinds ("fiu", or "iu" for integers); any shape if empty."""
     array = array_of(name, values)
     if array.size == 0 and array.ndim:
         return np.zeros((0, 3), dtype=array.dtype if array.dtype.kind in kinds else np.int64)
@@ -79,7 +79,7 @@ def thread_count(value: Any) -> int:
 
 
 def looking(given: dict[str, Any], width: int, height: int) -> tuple[Array, Array, Array]:
-    """The intrinsic matrix, the rotation and the place of a camera that looks at a point."""
+    """The intrinsic matrix, rotation and position of a camera that looks at a point."""
     center, eye, up = (
         last(name, given[name], 3).astype(np.float64).reshape(-1) for name in ("center", "eye", "up")
     )

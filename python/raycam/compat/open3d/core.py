@@ -1,4 +1,4 @@
-"""Tensors: NumPy arrays with the methods of Open3D's that scripts of rays and distances use."""
+"""Tensors: NumPy arrays with the methods of Open3D's tensors that scripts for rays and distances use."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
 
     @classmethod
     def empty(cls, shape: Any, dtype: Any = float32, device: Device | None = None) -> Tensor:
-        """A tensor of any numbers."""
+        """A tensor with uninitialised values."""
         return _as_tensor(np.empty(shape, dtype))
 
     @classmethod
@@ -195,7 +195,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
         return _as_tensor(np.ascontiguousarray(self).reshape(self.shape))
 
     def is_contiguous(self) -> Any:
-        """True if the numbers lie in memory row by row without gaps."""
+        """True if the numbers are stored row by row without gaps."""
         return self.flags.c_contiguous
 
     def to(self, *options: Any, **keys: Any) -> Tensor:
@@ -225,7 +225,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
         return (self[index] for index in range(len(self)))
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: Any = False) -> Any:
-        """Results of NumPy's functions are tensors, those of shape [] too."""
+        """Makes results of NumPy's functions tensors, also those of shape []."""
         return _as_tensor(array)
 
     def __getattr__(self, name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Open3D's older mesh, as far as rays and distances need it."""
+"""Open3D's legacy mesh, with the methods used for rays and distances."""
 
 from __future__ import annotations
 

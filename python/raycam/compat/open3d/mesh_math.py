@@ -1,4 +1,4 @@
-"""Normals, areas and movements of meshes given by arrays, as both of Open3D's mesh classes need them."""
+"""Normals, areas and transforms of meshes given as arrays, for both of Open3D's mesh classes."""
 
 from __future__ import annotations
 

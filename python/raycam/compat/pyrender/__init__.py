@@ -1,4 +1,4 @@
-"""pyrender's names over raycam: scenes, nodes, cameras, lights and `OffscreenRenderer`, on the CPU, without a display.
+"""Stand-in for pyrender: scenes, nodes, cameras, lights and `OffscreenRenderer`, on the CPU, without a display.
 
     from raycam.compat import pyrender
 

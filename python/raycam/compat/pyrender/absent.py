@@ -1,4 +1,4 @@
-"""Modules of pyrender that are not here, each with the way on."""
+"""Modules of pyrender that are not supported, each with an alternative."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ __all__ = ["ABSENT", "AbsentModule"]
 
 
 class AbsentModule(ModuleType):
-    """A module that can be imported, and whose names raise `ImportError` with the way on."""
+    """A module that can be imported, but whose names raise `ImportError` with an alternative."""
 
     def __init__(self, name: str, way: str) -> None:
         super().__init__(f"pyrender.{name}", f"Not here: {way}.")
         self._said = f"pyrender.{name} is not in raycam.compat.pyrender: {way}"
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `ImportError`; `AttributeError` for Python's own names, by which programs look through modules."""
+        """Raises `ImportError`, or `AttributeError` for Python's own names, which programs use to inspect modules."""
         if name.startswith("__") or name == "_said":
             raise AttributeError(f"{self.__name__} has no attribute {name!r}")
         raise ImportError(f"{name}: {self._said}")

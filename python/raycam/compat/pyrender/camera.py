@@ -1,4 +1,4 @@
-"""Cameras of pyrender: they look along -z, with y up."""
+"""Cameras of pyrender, which look along -z with y up."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Floats = npt.NDArray[Any]
 
 
 class Camera:
-    """A camera with near and far planes; surfaces beyond them are cut away. `zfar` may be None: no end."""
+    """A camera with near and far planes, which clip surfaces; `zfar` None means no far plane."""
 
     name = Converted(text)
     znear = Converted(number("znear", 0))
@@ -33,14 +33,14 @@ class Camera:
             raise ValueError(f"zfar is {far} and znear {near}: expected zfar > znear")
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Origins and directions [n, 3] in the camera of rays through places in the image, in pixels from its corner.
+        """Origins and directions [n, 3], in camera coordinates, of rays through positions (pixels from the corner).
 
         Directions have z = -1, so that t is depth.
         """
         raise NotImplementedError
 
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
-        """The matrix [4, 4] from camera to clip coordinates of OpenGL."""
+        """Returns the matrix [4, 4] from camera coordinates to OpenGL's clip coordinates."""
         size = (width or 1, height or 1)
         corners = np.array([[0.0, 0.0], [size[0], size[1]]])
         starts, ways = self.rays(corners[:, 0], corners[:, 1], size)
@@ -87,13 +87,13 @@ class PerspectiveCamera(Camera):
         self.yfov, self.aspectRatio = yfov, aspectRatio
 
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
-        """The matrix [4, 4] from camera to clip coordinates; raises `ValueError` without any aspect ratio."""
+        """Returns the matrix [4, 4] from camera to clip coordinates; raises `ValueError` without an aspect ratio."""
         if self.aspectRatio is None and (width is None or height is None):
             raise ValueError("aspectRatio is missing; set it, or pass the image's width and height")
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the image."""
+        """Returns rays through image positions; see `Camera.rays`."""
         width, height = size
         tangent = np.tan(self.yfov / 2)
         aspect = self.aspectRatio or width / height
@@ -132,7 +132,7 @@ class OrthographicCamera(Camera):
         return matrix
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the image."""
+        """Returns rays through image positions; see `Camera.rays`."""
         x = (2 * columns / size[0] - 1) * self.ymag * size[0] / size[1]
         y = (1 - 2 * rows / size[1]) * self.ymag
         starts = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -159,9 +159,9 @@ class IntrinsicsCamera(Camera):
         self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
 
     def get_projection_matrix(self, width: int, height: int) -> Floats:  # type: ignore[override]
-        """The matrix [4, 4] from camera to clip coordinates, for an image of this size in pixels."""
+        """Returns the matrix [4, 4] from camera to clip coordinates, for an image of this size in pixels."""
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the image."""
+        """Returns rays through image positions; see `Camera.rays`."""
         return _pinhole(columns, rows, (self.fx, self.fy), (self.cx, self.cy))

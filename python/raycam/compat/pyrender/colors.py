@@ -1,4 +1,4 @@
-"""Colours as pyrender understands them: whole numbers are of 255, floats are as they are."""
+"""Colours as in pyrender: integers are relative to 255, floats are used unchanged."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ CHANNELS = {"R": 1, "RG": 2, "GB": 2, "RGB": 3, "RGBA": 4}
 
 
 def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
-    """A colour of `length` channels, float32; one number is all channels, and missing ones are 1.
+    """Returns a colour with `length` channels, float32; one number sets all channels, and missing channels are 1.
 
-    A notice tells of whole numbers that look like parts of 1. Raises `ValueError` for more than one dimension.
+    Gives a notice for integers in 0 to 1, which look like fractions. Raises `ValueError` for more than one dimension.
     """
     array = np.asarray(value)
     whole = array.dtype.kind in "iu"
@@ -35,9 +35,9 @@ def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
 
 
 def format_color_array(value: Any, shape: tuple[int, int]) -> npt.NDArray[np.float32]:
-    """Colours [n, c] with `shape[1]` channels, float32; missing ones are 1. Raises `ValueError`.
+    """Returns colours [n, c] with `shape[1]` channels, float32; missing channels are 1.
 
-    One colour [3] or [4] is that of all `shape[0]` vertices.
+    One colour [3] or [4] applies to all `shape[0]` vertices. Raises `ValueError` for other shapes.
     """
     array = np.asarray(value)
     color = array.astype(np.float64) / (255.0 if array.dtype.kind in "iu" else 1.0)
@@ -50,11 +50,11 @@ def format_color_array(value: Any, shape: tuple[int, int]) -> npt.NDArray[np.flo
 
 
 def format_texture_source(texture: Any, target_channels: str = "RGB") -> npt.NDArray[np.uint8] | None:
-    """The image of a texture, uint8 [h, w] for "R", else [h, w, c]; None for None.
+    """Returns the image of a texture, uint8 [h, w] for "R", else [h, w, c]; None for None.
 
-    `texture` is a PIL image or an array [h, w] or [h, w, c], of floats up to 1 or of whole numbers up to 255.
-    `target_channels` are "R", "RG", "GB", "RGB" or "RGBA". Raises `ValueError` for others and `TypeError` for anything
-    that is no image.
+    `texture` is a PIL image or an array [h, w] or [h, w, c], of floats up to 1 or integers up to 255.
+    `target_channels` are "R", "RG", "GB", "RGB" or "RGBA". Raises `ValueError` for other channels, and `TypeError` if
+    `texture` is not an image.
     """
     if texture is None:
         return None

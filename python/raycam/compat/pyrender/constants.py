@@ -17,7 +17,7 @@ SHADOW_TEX_SZ, TEXT_PADDING = 2048, 20
 
 
 class RenderFlags:
-    """Flags of `OffscreenRenderer.render`, which are joined by `|`."""
+    """Flags of `OffscreenRenderer.render`, combined with `|`."""
 
     NONE = 0
     DEPTH_ONLY = 1
@@ -38,7 +38,7 @@ class RenderFlags:
 
 
 class BufFlags:
-    """The arrays that a primitive has, `Primitive.buf_flags`."""
+    """Flags of a primitive's arrays, for `Primitive.buf_flags`."""
 
     POSITION = 0
     NORMAL = 1
@@ -51,7 +51,7 @@ class BufFlags:
 
 
 class TexFlags:
-    """The textures that a material has, `Material.tex_flags`."""
+    """Flags of a material's textures, for `Material.tex_flags`."""
 
     NONE = 0
     NORMAL = 1
@@ -64,7 +64,7 @@ class TexFlags:
 
 
 class ProgramFlags:
-    """The kinds of pyrender's programs of shaders, of which there are none here."""
+    """The kinds of pyrender's shader programs, which are not used."""
 
     NONE = 0
     USE_MATERIAL = 1
@@ -73,7 +73,7 @@ class ProgramFlags:
 
 
 class TextAlign:
-    """Places of text, which is not rendered here."""
+    """Alignments of text, which is not rendered."""
 
     CENTER = 0
     CENTER_LEFT = 1

@@ -1,4 +1,4 @@
-"""Lights of pyrender: they shine along -z of their node."""
+"""Lights of pyrender, which emit along -z of their node."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["DirectionalLight", "Light", "PointLight", "SpotLight"]
 
 
 class Light:
-    """A light of a colour and an intensity."""
+    """A light with a colour and an intensity."""
 
     name = Converted(text)
     color = Converted(lambda value: _color(value))
@@ -26,16 +26,16 @@ class Light:
 
     @property
     def shadow_texture(self) -> None:
-        """None: shadows are cast by rays."""
+        """None, because shadows are computed with rays."""
         return None
 
 
 class DirectionalLight(Light):
-    """Light from far away; the intensity is its irradiance."""
+    """A directional light; its intensity is the irradiance."""
 
 
 class PointLight(Light):
-    """A point that shines to all sides and falls off by the square of the distance; `range` has no effect, as there."""
+    """A point light that falls off with the square of the distance; `range` has no effect, as in pyrender."""
 
     range = Converted(number("range", 0, above=True, optional=True))
 
@@ -51,7 +51,7 @@ class PointLight(Light):
 
 
 class SpotLight(PointLight):
-    """A point that shines into a cone, with the angles from its axis in radians."""
+    """A point light with a cone, whose angles from the axis are in radians."""
 
     innerConeAngle, outerConeAngle = Converted(float), Converted(float)
 
@@ -68,7 +68,7 @@ class SpotLight(PointLight):
         self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle
 
     def _check_values(self) -> None:
-        """Raises `ValueError` for angles out of order; called after each assignment."""
+        """Raises `ValueError` if the inner angle exceeds the outer one; called after each assignment."""
         inner, outer = self.__dict__.get("_innerConeAngle"), self.__dict__.get("_outerConeAngle")
         if inner is not None and outer is not None and not 0 <= inner <= outer <= np.pi / 2 + 1e-9:
             raise ValueError(f"cone angles {inner} and {outer}: expected 0 <= inner <= outer <= pi / 2")

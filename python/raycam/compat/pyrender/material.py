@@ -1,4 +1,4 @@
-"""Materials of pyrender: metal and roughness."""
+"""Materials of pyrender."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Material", "MetallicRoughnessMaterial", "SpecularGlossinessMaterial"
 
 
 class Material:
-    """The values that all materials have. `alphaCutoff` and `smooth` are kept and not shown, as there."""
+    """The values of all materials. `alphaCutoff` and `smooth` are stored without effect, as in pyrender."""
 
     name = Converted(text)
     normalTexture = Converted(lambda value: _texture(value, "RGB"))
@@ -47,7 +47,7 @@ class Material:
 
     @property
     def is_transparent(self) -> bool:
-        """True if what is behind may show."""
+        """True if surfaces behind may be visible."""
         return False
 
     @property
@@ -57,7 +57,7 @@ class Material:
 
     @property
     def tex_flags(self) -> int:
-        """The `TexFlags` of its textures."""
+        """The `TexFlags` of the material's textures."""
         return sum(1 << bit for bit, each in enumerate(self._each_texture()) if each is not None)
 
     def _each_texture(self) -> list[Any]:
@@ -66,10 +66,10 @@ class Material:
 
 
 class MetallicRoughnessMaterial(Material):
-    """The material of glTF 2.0, by its names.
+    """The material of glTF 2.0, with glTF's names.
 
-    Of a metallic-roughness texture that is an image, G is the roughness and B the metal; of a `Texture`, its first two
-    channels are, as in pyrender.
+    If the metallic-roughness texture is an image, G is the roughness and B the metalness; if it is a `Texture`, they
+    are its first two channels, as in pyrender.
     """
 
     baseColorFactor = Converted(lambda value: format_color_vector(1.0 if value is None else value, 4))
@@ -123,7 +123,7 @@ class MetallicRoughnessMaterial(Material):
 
 
 class SpecularGlossinessMaterial(Material):
-    """A material that pyrender names and does not shade either; making one raises `NotImplementedError`."""
+    """A material that pyrender defines but does not shade either; creating one raises `NotImplementedError`."""
 
     def __init__(self, *_arguments: Any, **_options: Any) -> None:
         raise NotImplementedError(
@@ -140,7 +140,7 @@ def _alpha_mode(value: Any) -> str:
 
 
 def _texture(value: Any, channels: str) -> Texture | None:
-    """A texture, also of a plain image, of which these channels are taken."""
+    """Returns a texture; for a plain image, with these channels."""
     if value is None or isinstance(value, Texture):
         return value
     return Texture(source=value, source_channels=channels)

@@ -1,4 +1,4 @@
-"""Meshes of pyrender: primitives that are placed together."""
+"""Meshes of pyrender: groups of primitives."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Mesh(Bounded):
         is_visible: bool = True,
         poses: npt.ArrayLike | None = None,
     ) -> Mesh:
-        """Points as squares of the renderer's `point_size` pixels, which face the camera if they have no normals."""
+        """Returns points as squares of the renderer's `point_size` pixels; without normals, they face the camera."""
         cloud = Primitive(points, normals=normals, color_0=colors, mode=GLTF.POINTS, poses=poses)
         return Mesh([cloud], is_visible=is_visible)
 
@@ -67,10 +67,10 @@ class Mesh(Bounded):
         wireframe: bool = False,
         smooth: bool = True,
     ) -> Mesh:
-        """Triangles of a `trimesh.Trimesh` or of several; with `wireframe` their edges.
+        """Returns the triangles of one or several `trimesh.Trimesh`, or their edges with `wireframe`.
 
-        A material that is given is copied, and takes the place of the colours of vertices and faces too. Raises
-        `TypeError` for anything else and `ValueError` for colours of faces with `smooth=True`.
+        A given material is copied, and replaces the colours of vertices and faces. Raises `TypeError` for other
+        objects, and `ValueError` for face colours with `smooth=True`.
         """
         meshes = list(mesh) if isinstance(mesh, list | tuple | set | np.ndarray) else [mesh]
         for one in meshes:
@@ -116,7 +116,7 @@ def _primitive(
 
 
 def _material_of(mesh: Any) -> Material:
-    """The material of a mesh of trimesh: grey, white under colours, or what comes near its own."""
+    """The material of a trimesh mesh: grey, white with vertex or face colours, or a conversion of its own."""
     if mesh.visual.kind == "texture" and mesh.visual.material is not None:
         return _converted(mesh.visual.material)
     colored = mesh.visual.kind in ("vertex", "face")
@@ -129,7 +129,7 @@ def _material_of(mesh: Any) -> Material:
 
 
 def _converted(given: Any) -> Material:
-    """The material of one of trimesh: a PBRMaterial with its values, a SimpleMaterial as metal of its colour."""
+    """The conversion of a trimesh material: a PBRMaterial with its values, a SimpleMaterial as metal of its colour."""
     if isinstance(given, Material):
         return copy.copy(given)
     if hasattr(given, "baseColorFactor") or hasattr(given, "metallicFactor"):

@@ -19,7 +19,7 @@ Floats = npt.NDArray[Any]
 
 
 def _kept(what: str, kind: type) -> Converted:
-    """An attribute for an object of one kind or None, which raises `TypeError` for others."""
+    """An attribute that accepts objects of one class or None, and raises `TypeError` for others."""
 
     def convert(value: Any) -> Any:
         if value is not None and not isinstance(value, kind):
@@ -70,7 +70,7 @@ class Node:
 
     @property
     def matrix(self) -> Any:
-        """A copy of parent_from_node [4, 4]; only the assignment of a whole matrix moves the node, as in pyrender."""
+        """A copy of parent_from_node [4, 4]; only assigning a whole matrix moves the node, as in pyrender."""
         return self._matrix.copy()
 
     @matrix.setter
@@ -84,7 +84,7 @@ class Node:
 
     @property
     def translation(self) -> Any:
-        """The place [3]; assigned elements move the node."""
+        """The translation [3]; assigned elements move the node."""
         return LiveArray(self._matrix[:3, 3], lambda value: setattr(self, "translation", value))
 
     @translation.setter
@@ -99,7 +99,7 @@ class Node:
 
     @property
     def rotation(self) -> Any:
-        """The unit quaternion x, y, z, w; assigned elements turn the node; `ValueError` if it is no unit."""
+        """The unit quaternion x, y, z, w; assigned elements turn the node; raises `ValueError` for another length."""
         turn = self._matrix[:3, :3] / np.array(self.scale)
         trace = np.trace(turn)
         # The largest component first, so that nothing small is divided by.
@@ -124,7 +124,7 @@ class Node:
 
     @property
     def scale(self) -> Any:
-        """The lengths [3] of the axes; assigned elements scale the node."""
+        """The scale [3] along the axes; assigned elements scale the node."""
         lengths = np.linalg.norm(self._matrix[:3, :3], axis=0)
         return LiveArray(lengths, lambda value: setattr(self, "scale", value))
 

@@ -1,4 +1,4 @@
-"""Primitives of pyrender: triangles or points with a material."""
+"""Primitives of pyrender: triangles, lines or points with a material."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = npt.NDArray[Any]
 
 
 class Bounded:
-    """Something with bounds, in its own coordinates."""
+    """Base class for objects with bounds in their own coordinates."""
 
     @property
     def bounds(self) -> Floats:
@@ -42,9 +42,9 @@ class Bounded:
 
 
 class Primitive(Bounded):
-    """Triangles, lines or points of one material, by a `mode` of `GLTF`, shown once or at each of `poses` [n, 4, 4].
+    """Triangles, lines or points with one material, by a `mode` of `GLTF`, shown once or at each of `poses` [n, 4, 4].
 
-    A material that is not given is white metal, as there; `Mesh.from_trimesh` has a grey one.
+    The default material is white metal, as in pyrender; `Mesh.from_trimesh` uses a grey one.
     """
 
     positions = Converted(lambda value: _positions(value))
@@ -80,7 +80,7 @@ class Primitive(Bounded):
         self.material, self.poses = material, poses
 
     def _of_vertices(self, name: str, value: Any, columns: int) -> Any:
-        """Values [n, columns] of the vertices, None for none; raises `ValueError`."""
+        """Vertex values [n, columns], or None; raises `ValueError` for other shapes."""
         if value is None:
             return None
         array = np.asarray(value, dtype=np.float64)
@@ -101,7 +101,7 @@ class Primitive(Bounded):
 
     @property
     def tangents(self) -> Any:
-        """The tangents [n, 4], or None; they have no effect, as there."""
+        """The tangents [n, 4], or None; they have no effect, as in pyrender."""
         return self._tangents
 
     @tangents.setter
@@ -136,11 +136,11 @@ class Primitive(Bounded):
         self._color_0 = None if value is None else format_color_array(value, (len(self.positions), 4))
 
     def delete(self) -> None:
-        """Does nothing: there is no memory of a graphics card to free."""
+        """Does nothing, because no graphics memory is used."""
 
     @property
     def faces(self) -> npt.NDArray[np.int64]:
-        """The corners [m, 3] of its triangles."""
+        """The vertex indices [m, 3] of the triangles."""
         order = np.arange(len(self.positions)) if self.indices is None else self.indices.reshape(-1)
         if self.mode == GLTF.TRIANGLE_FAN:
             first = np.full(max(0, len(order) - 2), order[0] if len(order) else 0)
@@ -154,7 +154,7 @@ class Primitive(Bounded):
 
     @property
     def segments(self) -> npt.NDArray[np.int64]:
-        """The ends [m, 2] of its lines; of triangles, the edges of each."""
+        """The vertex indices [m, 2] of the lines, or of the edges of triangles."""
         order = np.arange(len(self.positions)) if self.indices is None else self.indices.reshape(-1)
         if self.mode == GLTF.LINES:
             return np.asarray(order[: len(order) // 2 * 2].reshape(-1, 2))
@@ -165,23 +165,23 @@ class Primitive(Bounded):
 
     @property
     def has_faces(self) -> bool:
-        """True if it is made of triangles."""
+        """True if the primitive consists of triangles."""
         return self.mode in (GLTF.TRIANGLES, GLTF.TRIANGLE_STRIP, GLTF.TRIANGLE_FAN)
 
     @property
     def buf_flags(self) -> int:
-        """The `BufFlags` of the arrays of its vertices."""
+        """The `BufFlags` of the vertex arrays."""
         arrays = (self.normals, self.tangents, self.texcoord_0, self.texcoord_1, self.color_0)
         return sum(1 << bit for bit, each in enumerate(arrays) if each is not None)
 
     @property
     def places(self) -> Floats:
-        """The poses [n, 4, 4] at which it is shown."""
+        """The poses [n, 4, 4] at which the primitive is shown."""
         return np.eye(4)[np.newaxis] if self.poses is None else self.poses
 
     @property
     def bounds(self) -> Floats:
-        """The lower and upper corner [2, 3] around all its poses."""
+        """The lower and upper corner [2, 3] around all poses."""
         if len(self.positions) == 0:
             return np.zeros((2, 3))
         low, high = self.positions.min(axis=0), self.positions.max(axis=0)
@@ -193,14 +193,14 @@ class Primitive(Bounded):
 
     @property
     def is_transparent(self) -> bool:
-        """True if what is behind it may show."""
+        """True if surfaces behind it may be visible."""
         return bool(self.material.is_transparent) or (
             self.color_0 is not None and bool((self.color_0[:, 3] != 1).any())
         )
 
 
 def _positions(value: npt.ArrayLike) -> Floats:
-    """Positions [n, 3]; an empty list is a cloud without points."""
+    """Positions [n, 3]; an empty list means no points."""
     array = np.ascontiguousarray(value, dtype=np.float64)
     return array.reshape(0, 3) if array.size == 0 else array
 

@@ -24,8 +24,8 @@ Floats = npt.NDArray[Any]
 class Scene(Bounded):
     """A tree of nodes, a background and ambient light.
 
-    Colours of whole numbers are of 255, those of floats are as they are; the background has four channels, white by
-    default, and is shown without gamma.
+    Integer colours are relative to 255, float colours are used unchanged. The background has four channels, is white
+    by default, and is shown without gamma.
     """
 
     name = Converted(text)
@@ -70,9 +70,9 @@ class Scene(Bounded):
         parent_node: Node | None = None,
         parent_name: str | None = None,
     ) -> Node:
-        """Adds a mesh, light or camera under a node of its own, and returns the node.
+        """Adds a mesh, light or camera with a new node, and returns the node.
 
-        Raises `TypeError` for another object and `ValueError` for a parent that is not there or not the only one.
+        Raises `TypeError` for another object, and `ValueError` if the parent is missing or ambiguous.
         """
         kinds = {"mesh": Mesh, "light": Light, "camera": Camera}
         kind = next((kind for kind, of in kinds.items() if isinstance(obj, of)), None)
@@ -88,7 +88,7 @@ class Scene(Bounded):
         return node
 
     def add_node(self, node: Node, parent_node: Node | None = None) -> None:
-        """Adds a node with its children; raises `ValueError` for one that is there already."""
+        """Adds a node with its children; raises `ValueError` if the scene contains it already."""
         if node in self._parents:
             raise ValueError("the node is in the scene already")
         if parent_node is not None and parent_node not in self._parents:
@@ -107,7 +107,7 @@ class Scene(Bounded):
             self._attach(child, node)
 
     def remove_node(self, node: Node) -> None:
-        """Removes a node with its children; raises `ValueError` for one that is not there."""
+        """Removes a node with its children; raises `ValueError` if it is not in the scene."""
         self._check(node)
         parent = self._parents[node]
         if parent is not None:
@@ -135,12 +135,12 @@ class Scene(Bounded):
             raise ValueError(f"the node {getattr(node, 'name', node)!r} is not in the scene")
 
     def set_pose(self, node: Node, pose: npt.ArrayLike) -> None:
-        """Places a node relative to its parent, parent_from_node [4, 4]; raises `ValueError`."""
+        """Sets a node's pose parent_from_node [4, 4]; raises `ValueError` if it is not in the scene."""
         self._check(node)
         node.matrix = pose
 
     def get_pose(self, node: Node) -> Floats:
-        """world_from_node [4, 4]; raises `ValueError` for a node that is not there."""
+        """Returns world_from_node [4, 4]; raises `ValueError` if the node is not in the scene."""
         self._check(node)
         pose, above = node.matrix.copy(), self._parents[node]
         while above is not None:
@@ -150,7 +150,7 @@ class Scene(Bounded):
     def get_nodes(
         self, node: Node | None = None, name: str | None = None, obj: Any = None, obj_name: str | None = None
     ) -> set[Node]:
-        """The nodes that are this node, have this name, show this object or one of this name."""
+        """Returns the nodes that match a node, a name, an object or an object's name."""
 
         def fits(one: Node) -> bool:
             things = [thing for thing in (one.mesh, one.light, one.camera) if thing is not None]
@@ -198,7 +198,7 @@ class Scene(Bounded):
 
     @property
     def point_light_nodes(self) -> set[Node]:
-        """The nodes with a `PointLight` that is no `SpotLight`."""
+        """The nodes with a `PointLight` that is not a `SpotLight`."""
         return self._of("light", PointLight) - self.spot_light_nodes
 
     @property
@@ -233,7 +233,7 @@ class Scene(Bounded):
 
     @property
     def main_camera_node(self) -> Node | None:
-        """The node whose camera sees: the first that was added, or any once that is removed."""
+        """The node of the active camera: the first one added, or any other after its removal."""
         return self._main_camera
 
     @main_camera_node.setter
@@ -247,7 +247,7 @@ class Scene(Bounded):
 
     @property
     def bounds(self) -> Floats:
-        """The lower and upper corner [2, 3] of all meshes; zeros without any."""
+        """The lower and upper corner [2, 3] of all meshes; zeros without meshes."""
         corners = []
         for node in self.mesh_nodes:
             if node.mesh is not None:
@@ -266,7 +266,7 @@ class Scene(Bounded):
 
     @staticmethod
     def from_trimesh_scene(trimesh_scene: Any, bg_color: Any = None, ambient_light: Any = None) -> Scene:
-        """The meshes of a `trimesh.Scene` at their places."""
+        """Returns a scene with the meshes of a `trimesh.Scene` at their poses."""
         scene = Scene(bg_color=bg_color, ambient_light=ambient_light)
         meshes = {name: Mesh.from_trimesh(mesh) for name, mesh in trimesh_scene.geometry.items()}
         for node in trimesh_scene.graph.nodes_geometry:

@@ -17,7 +17,7 @@ Floats = npt.NDArray[Any]
 
 
 class Sampler:
-    """Filters and wrap modes, by their numbers in `GLTF`."""
+    """Filters and wrap modes, as constants of `GLTF`."""
 
     name = Converted(text)
 
@@ -37,7 +37,7 @@ class Sampler:
 class Texture:
     """An image as a texture: a PIL image or an array [h, w] or [h, w, c], its first row at v = 1.
 
-    `source_channels` are "R", "RG", "GB", "RGB" or "RGBA"; without them those that the image has.
+    `source_channels` are "R", "RG", "GB", "RGB" or "RGBA" (default: the channels of the image).
     """
 
     name = Converted(text)
@@ -73,7 +73,7 @@ class Texture:
         self._texels: Floats | None = None
 
     def is_transparent(self, cutoff: float = 1.0) -> bool:
-        """True if it has an alpha below `cutoff`, taken of 255 as pyrender takes it."""
+        """True if any alpha is below `cutoff` times 255, as in pyrender."""
         return (
             self.source_channels == "RGBA"
             and self.source is not None
@@ -84,7 +84,7 @@ class Texture:
         """Does nothing: there is no memory of a graphics card to free."""
 
     def texels(self) -> Floats:
-        """The texels [h, w, 4] in 0..1, as they are in the image; channels that it has not are 0, and alpha 1."""
+        """The texels [h, w, 4] in 0..1, as stored in the image; missing channels are 0, missing alpha is 1."""
         if self._texels is None:
             image = np.zeros((1, 1, 3)) if self.source is None else np.atleast_3d(self.source) / 255.0
             rest = np.zeros((*image.shape[:2], 4))

@@ -1,4 +1,4 @@
-"""Attributes whose values are converted when they are assigned, as those of pyrender are."""
+"""Attributes whose values are converted on assignment, as in pyrender."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ __all__ = ["Converted", "LiveArray", "number", "text", "truth"]
 
 
 class Converted:
-    """An attribute that holds what a function makes of the values that are assigned to it."""
+    """An attribute that stores assigned values after conversion by a function."""
 
     def __init__(self, convert: Callable[[Any], Any]) -> None:
         self._convert = convert
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Keeps the value under the name with an underscore."""
+        """Stores the value under the name with an underscore."""
         self._name = "_" + name
 
     def __get__(self, holder: Any, owner: type | None = None) -> Any:
-        """The value; of the class, the attribute itself."""
+        """Returns the value, or the attribute itself for the class."""
         return self if holder is None else getattr(holder, self._name)
 
     def __set__(self, holder: Any, value: Any) -> None:
@@ -41,22 +41,22 @@ class Converted:
 
 
 class LiveArray(np.ndarray[Any, Any]):
-    """An array whose elements can be assigned: `write` gets the whole changed array, and may raise `ValueError`."""
+    """An array whose elements can be assigned: `write` receives the whole changed array, and may raise `ValueError`."""
 
     _write: Callable[[npt.NDArray[Any]], None] | None
 
     def __new__(cls, values: npt.ArrayLike, write: Callable[[npt.NDArray[Any]], None]) -> LiveArray:
-        """A copy of values, float64."""
+        """Returns a float64 copy of the values."""
         array = np.array(values, dtype=np.float64).view(cls)
         array._write = write
         return array
 
     def __array_finalize__(self, whole: Any) -> None:
-        """Results of arithmetic are plain values."""
+        """Makes results of arithmetic plain values."""
         self._write = None
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        """Assigns elements, here and at the source; without effect if the source refuses them."""
+        """Assigns elements, here and at the source; has no effect if the source refuses them."""
         before = self[key].copy() if self._write is not None else None
         super().__setitem__(key, value)
         if self._write is None:
@@ -69,7 +69,7 @@ class LiveArray(np.ndarray[Any, Any]):
 
 
 def text(value: Any) -> str | None:
-    """The name of something, None for none."""
+    """The object's name, or None."""
     return None if value is None else str(value)
 
 
@@ -82,7 +82,7 @@ def number(
     optional: bool = False,
     default: float | None = None,
 ) -> Callable[[Any], float | None]:
-    """The conversion to a float from `low` (more than that if `above`) to `high`, which raises `ValueError`.
+    """Returns a conversion to a float from `low` (excluded if `above`) to `high`, which raises `ValueError` otherwise.
 
     None becomes the default if there is one, stays None if `optional`, and raises `TypeError` otherwise.
     """
@@ -104,7 +104,7 @@ def number(
 
 
 def truth(name: str) -> Callable[[Any], bool]:
-    """The conversion of True and False, which raises `TypeError` for anything else."""
+    """Returns a conversion that accepts True and False, and raises `TypeError` otherwise."""
 
     def convert(value: Any) -> bool:
         if not isinstance(value, bool):

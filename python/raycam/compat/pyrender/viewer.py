@@ -1,4 +1,4 @@
-"""The viewer of pyrender, which is raycam's own: the scene in the browser, in raycam's light."""
+"""The viewer of pyrender: the scene in raycam's live view in the browser."""
 
 from __future__ import annotations
 
@@ -63,11 +63,11 @@ PAUSE = 0.1
 
 
 class Viewer:
-    """A scene in the browser, by `raycam.view`: path traced, with raycam's navigation.
+    """Shows a scene in the browser with `raycam.view`: path traced, with raycam's navigation.
 
-    Waits until the page is closed, or shows what becomes of the scene while the program goes on with `run_in_thread`.
-    Lights of the viewer stay where the camera is at first. A `raycam.Notice` names the options without effect. A scene
-    without a camera is seen from above its side, as there.
+    Waits until the page is closed; with `run_in_thread`, the program continues and changes of the scene are shown.
+    The viewer's own lights stay at the first camera pose. A `raycam.Notice` lists the options without effect. A scene
+    without a camera is viewed obliquely from above, as in pyrender.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Viewer:
 
     @property
     def is_active(self) -> bool:
-        """True until it is closed."""
+        """True until the page is closed."""
         return self._active
 
     def close(self) -> None:
@@ -133,7 +133,7 @@ class Viewer:
         )
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `AttributeError`; for the handlers of pyrender's window with the way on."""
+        """Raises `AttributeError`; for the handlers of pyrender's window, with an alternative."""
         if name in HANDLERS:
             raise AttributeError(
                 f"Viewer.{name}: not supported, because raycam's viewer is a web page without window events; "
@@ -154,7 +154,7 @@ class Viewer:
         return PerspectiveCamera(yfov=np.pi / 3), pose
 
     def _own_lights(self, pose: Floats) -> list[tuple[Any, Floats]]:
-        """The lights that the flags ask for, and three suns for a scene that has none."""
+        """The lights selected by the flags; three suns for a scene without lights."""
         raymond, direct = (self.viewer_flags[f"use_{name}_lighting"] for name in ("raymond", "direct"))
         if not direct and (raymond or not self.scene.lights):
             nodes = self._create_raymond_lights()
@@ -165,13 +165,13 @@ class Viewer:
         return [(node.light, pose @ node.matrix) for node in nodes]
 
     def _world(self) -> raycam.World:
-        """The world of the scene as it is now, which is then what was seen last."""
+        """Returns the world of the current scene, and stores its state as the last one shown."""
         with self.render_lock:
             self._seen = _state(self.scene)
             return world_of(self.scene, self._lights)
 
     def _follow(self) -> None:
-        """Shows what becomes of the scene until it is closed."""
+        """Shows changes of the scene until the page is closed."""
         while self._active:
             time.sleep(PAUSE)
             with self.render_lock:
@@ -192,7 +192,7 @@ class Viewer:
         return nodes
 
     def _create_direct_light(self) -> Node:
-        """A sun of intensity 1 that shines along -z."""
+        """A sun of intensity 1 along -z."""
         return Node(light=DirectionalLight(color=np.ones(3), intensity=1.0), matrix=np.eye(4))
 
 
@@ -201,7 +201,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _state(scene: Scene) -> Any:
-    """A description of all that is seen, which differs where that does; arrays count by identity."""
+    """Returns a description of the visible scene, to detect changes; arrays are compared by identity."""
     things: list[Any] = [scene.ambient_light.tobytes()]
     for node in scene.nodes:
         things.append((id(node), scene.get_pose(node).tobytes()))

@@ -80,5 +80,5 @@ def body_of(plan: Plan, pose: list[int]) -> tuple[Floats, Floats]:
 
 
 def mount_of(camera: Camera, R: Floats, C: Floats) -> tuple[Floats, Floats]:
-    """The rotation body_from_camera, and the camera's place on the body."""
+    """The rotation body_from_camera, and the camera's position on the body."""
     return product(R, camera.R.T), product(R, camera.C - C)

@@ -76,7 +76,7 @@ def _mark(mark: Mark) -> str:
 
 
 def _top_view(place: Path) -> str:
-    """The places of the cameras and where they look, on the plane of x and y; nothing where the set has no poses."""
+    """The positions and directions of the cameras on the plane of x and y; empty for data sets without poses."""
     try:
         cameras = [camera for camera in load_cameras(place).values() if not camera.is_parallel]
     except (FormatError, SettingsError, ValueError):
@@ -85,7 +85,7 @@ def _top_view(place: Path) -> str:
 
 
 def _plan_of(cameras: list[Camera]) -> str:
-    """The cameras from above, each with the fan that it sees: where fans lie over one another, much is seen often."""
+    """The cameras from above, each with its field of view; overlapping fields are areas seen by many cameras."""
     places = np.array([camera.C[:2] for camera in cameras])
     low, high = places.min(axis=0), places.max(axis=0)
     reach = max(float((high - low).max()), 1e-9)

@@ -190,7 +190,7 @@ def _bop(place: Path) -> Iterator[LabelledPicture]:
 
 
 def _axes(K: Any, pose: dict[str, Any], diameter: float) -> tuple[tuple[str, Pair, Pair], ...]:
-    """The axes of an object, red, green and blue, half as long as it is; of objects before the camera."""
+    """The axes of an object in front of the camera (red, green, blue), half as long as the object."""
     ends = np.vstack([np.zeros(3), np.eye(3) * diameter / 2])
     seen = ends @ np.reshape(pose["cam_R_m2c"], (3, 3)).T + pose["cam_t_m2c"]
     if (seen[:, 2] <= 0).any():

@@ -1,4 +1,4 @@
-"""A ROS 2 bag in MCAP: camera_info, images, depth, instance ids, poses and the frame tree. Needs the package `mcap`.
+"""A ROS 2 bag in MCAP: camera_info, images, depth, instance ids, poses and the frame tree. Requires the package `mcap`.
 
 Sources: the MCAP specification (mcap.dev); ROS 2 `sensor_msgs`, `geometry_msgs` and `tf2_msgs`; REP-105 for the frames;
 OMG CDR, little endian, aligned as in XCDR1.

@@ -56,7 +56,7 @@ def split_names(plan: Plan) -> list[str]:
 
 
 def _at(rank: float, splits: Mapping[str, float]) -> str:
-    """The split at a place from 0 to 1, where they stand in a row, each as long as its share."""
+    """The split at a position from 0 to 1, where the splits form consecutive intervals of their fractions."""
     end = 0.0
     for name, share in splits.items():
         end += share

@@ -108,7 +108,7 @@ def joined(pieces: list[Points]) -> Points:
 def rectangle(points: Points, size: Points) -> Points:
     """Returns the corners [4, 2], in order, of the rectangle of minimum area around points.
 
-    One of its sides lies on the points' hull. Because loaders reject labels that extend beyond the image, the corners
+    One of its sides is on the points' hull. Because loaders reject labels that extend beyond the image, the corners
     are clipped to the image if all points then stay within one pixel of the rectangle; otherwise the upright
     rectangle is used.
     """

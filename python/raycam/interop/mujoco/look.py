@@ -25,6 +25,7 @@ __all__ = ["Light", "MujocoLook", "model_lights"]
 
 Single = npt.NDArray[np.float32]
 FIELDS = ("position", "shading_normal", "normal", "instance", "triangle", "uv", "distance")
+SHADOW_FIELDS = ("position", "normal", "instance", "triangle")
 NO_LIGHT = 0.3
 """The ambient light of models without any light (`mjr_render`)."""
 BIAS = 1e-4
@@ -101,14 +102,13 @@ class MujocoLook:
     def _colors(self, camera: Camera, pixels: Floats, lights: list[Light]) -> Single:
         """The colours [n, 3] seen at points of the image [n, 2]."""
         origins, directions = camera.rays(pixels)
-        directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         lights = [*lights, *self._headlight(camera)]
         colors = np.zeros((len(directions), 3), np.float32)
         hit = np.zeros(len(directions), bool)
         if self._surfaces.opaque:
             hits = self._cast(origins, directions, self._surfaces.opaque)
             hit = hits["instance"] >= 0
-            chosen = {name: value[hit] for name, value in hits.items()}
+            chosen = hits if hit.all() else {name: value[hit] for name, value in hits.items()}
             colors[hit] = self._light(chosen, directions[hit], lights, shadows=True)
             if self._surfaces.mirror is not None:
                 colors[hit] += self._reflection(chosen, directions[hit], lights)
@@ -192,7 +192,9 @@ class MujocoLook:
         for light in lights:
             one = self._one_light(light, hits, normal, view, color)
             if shadows and light.shadow:
-                shadowed += ~self._shadowed(light, hits)[:, None] * np.minimum(one, 1)
+                lit = np.flatnonzero(one.any(axis=1))
+                lit = lit[~self._shadowed(light, {name: hits[name][lit] for name in SHADOW_FIELDS})]
+                shadowed[lit] += np.minimum(one[lit], 1)
             else:
                 plain += one
         total = shadowed + np.minimum(plain, 1)
@@ -208,7 +210,7 @@ class MujocoLook:
         towards, fade = _towards(light, hits["position"])
         cosine = np.maximum(np.einsum("nc,nc->n", normal, towards), 0)
         half = towards + view
-        half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-12)
+        half /= np.maximum(_lengths(half), 1e-12)[:, None]
         aligned = np.maximum(np.einsum("nc,nc->n", normal, half), 0)
         instance = hits["instance"]
         gloss = self._surfaces.specular[instance] * np.power(aligned, self._surfaces.exponent[instance])
@@ -253,15 +255,20 @@ def _towards(light: Light, position: Floats) -> tuple[Single, Single]:
     if light.kind == DIRECTIONAL:
         towards = np.broadcast_to(-light.direction / np.linalg.norm(light.direction), position.shape)
         return towards.astype(np.float32), np.ones(len(position), np.float32)
-    towards = light.position - position
-    distance = np.linalg.norm(towards, axis=1)
-    towards = towards / np.maximum(distance, 1e-12)[:, None]
+    towards = (light.position - position).astype(np.float32)
+    distance = _lengths(towards)
+    towards /= np.maximum(distance, 1e-12)[:, None]
     constant, linear, quadratic = light.attenuation
     fade = 1 / np.maximum(constant + linear * distance + quadratic * distance**2, 1e-12)
-    along = -(towards @ (light.direction / np.linalg.norm(light.direction)))
+    along = -(towards @ (light.direction / np.linalg.norm(light.direction)).astype(np.float32))
     inside = along >= np.cos(np.radians(light.cutoff))
     cone = np.where(inside, np.power(np.maximum(along, 0), light.exponent), 0)
-    return towards.astype(np.float32), (fade * cone).astype(np.float32)
+    return towards, (fade * cone).astype(np.float32)
+
+
+def _lengths(vectors: Single) -> Single:
+    """The lengths [n] of vectors [n, 3]."""
+    return np.sqrt(np.einsum("nc,nc->n", vectors, vectors))
 
 
 def _edges(colors: Single) -> npt.NDArray[np.bool_]:

@@ -51,7 +51,7 @@ def load_lidar(
     .npy, .npz        table: directions [n, 3], or arrays "directions", "times", "rings", "origins"
     ================= ==========================================================================================
 
-    `device` names the device (`raycam lidars`), whose other numbers apply (default: by the number of lasers in the
+    `device` is a device name (`raycam lidars`), whose other settings apply (default: by the number of lasers in the
     file); `up` and `settings` as for `Lidar`. Raises `LidarError` with file, line and value for a malformed file or
     the calibration of another device, and `FileNotFoundError`.
     """

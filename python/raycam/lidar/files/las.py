@@ -43,9 +43,8 @@ def las_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
     kinds += [(f"+{name}", array.dtype.newbyteorder("<")) for name, array in extra.items()]
     records = np.zeros(count, kinds)
     records["xyz"] = np.round((position - offset) / SCALE)
-    records["intensity"] = (
-        arrays["intensity"].astype(np.uint16) * 257
-    )  # 8 bits over the whole range, as the standard asks
+    # The LAS standard requires that intensities use all 16 bits: 255 becomes 65535.
+    records["intensity"] = arrays["intensity"].astype(np.uint16) * 257
     number = np.minimum(arrays["return"] + 1, 15)
     total = np.minimum(arrays["returns"], 15)
     records["returns"] = number | (total << 4)

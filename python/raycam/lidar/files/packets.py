@@ -35,7 +35,7 @@ MICROSECONDS_PER_HOUR = 3_600_000_000
 
 @dataclass(frozen=True)
 class Firings:
-    """What packets need of a lidar: its name and mode of returns, and the times of its pulses."""
+    """The data that packets require: the lidar's name and return mode, and the times of its pulses."""
 
     device: str
     returns: str

@@ -1,4 +1,4 @@
-"""Help for readers of calibrations: numbers with file and line, and the device that a file belongs to."""
+"""Helpers for readers of calibrations: numbers with file and line, and the device of a file."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def finite(text: object, where: str) -> float:
 def base_description(
     path: Path, device: str | None, family: str, lasers: int, by_lasers: dict[int, str]
 ) -> dict[str, Any]:
-    """Returns the description of the device that a calibration of `lasers` lasers belongs to, without generic marks.
+    """Returns the device description for a calibration with `lasers` lasers, not marked as generic.
 
-    Raises `LidarError` if `device` has another family or another number of lasers, or if none has so many.
+    Raises `LidarError` if `device` has another family or number of lasers, or if no device has this number.
     """
     name = device or by_lasers.get(lasers)
     if name is None:

@@ -35,7 +35,7 @@ MAX_ARRAY_BYTES = MAX_ROWS * 24
 
 
 def read_table(path: Path, device: str | None) -> dict[str, Any]:
-    """Returns the description of a table of pulses; `device` supplies the other numbers, if given."""
+    """Returns the description of a table of pulses; `device` supplies the other settings, if given."""
     read = _read_arrays if path.suffix.lower() in (".npy", ".npz") else _read_text_table
     arrays = read(path)
     try:

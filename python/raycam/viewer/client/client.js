@@ -85,7 +85,7 @@ export class Client {
     if (message.type === "picture") this.showPicture(message);
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
-    if (message.type === "explained") showExplanation(/** @type {any} */ (message));
+    if (message.type === "explained") showExplanation(/** @type {any} */ (message), this.picture.layers.a);
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
     if (message.type === "file") saveFile(message.name, message.media, message.bytes);

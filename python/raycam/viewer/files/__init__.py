@@ -1,1 +1,1 @@
-"""Files of a live view: those that are dropped on it, and films that it gives."""
+"""Files of a live view: dropped files, snapshots and videos."""

@@ -1,4 +1,4 @@
-"""Films of a live view as the bytes of a video: a turn around the pivot, or the world's own movement."""
+"""Videos of a live view as bytes: a turn around the pivot, or the world's own motion."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ TELL = 0.5  # seconds between two reports
 def filmed(
     session: Session, seconds: float, degrees: float, tell: Callable[[int, int], None]
 ) -> tuple[str, str, bytes]:
-    """Returns ending, media type and bytes of the video: MP4 if PyAV is installed, else GIF. `tell(done, total)`
+    """Returns extension, media type and bytes of the video: MP4 if PyAV is installed, else GIF. `tell(done, total)`
     reports progress.
 
-    Of 0 degrees it begins at the world's time 0 and shows it moving, for its duration at most. Raises `SettingsError`
-    where nothing moves, `Cancelled` where the client has left or stops it.
+    For 0 degrees, it shows the world's motion from time 0, at most for its duration. Raises `SettingsError` if the
+    world does not move, and `Cancelled` if the client has left or stops it.
     """
     ending, media = (".mp4", "video/mp4") if has_av() else (".gif", "image/gif")
     view = session.view
@@ -84,7 +84,7 @@ def _turn(view: View, degrees: float, count: int) -> Shots:
 
 
 def _movement(view: View, fps: float) -> Shots:
-    """The images of the world as it moves."""
+    """The images of the world's motion."""
 
     def shot(i: int) -> tuple[World, Camera]:
         world, camera = view.moment(min(i / fps, view.seconds))

@@ -23,7 +23,7 @@ MEDIA = {
 
 
 def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of the image that rests. Raises `SettingsError` where none does yet."""
+    """Name, media type and bytes of the current still image. Raises `SettingsError` if there is none yet."""
     with session.lock:
         view, still = session.view, session.images.still
     title = view.opened.title
@@ -62,7 +62,7 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
 
 
 def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of a film that turns around the pivot; of 0 degrees, of the world's movement."""
+    """Name, media type and bytes of a video that turns around the pivot, or shows the world's motion for 0 degrees."""
 
     def report(done: int, total: int) -> None:
         session.connection.send({"type": "filming", "done": done, "total": total})
@@ -76,6 +76,6 @@ def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, by
 
 
 def _stem(title: str) -> str:
-    """A title as the name of a file."""
+    """A title converted to a file name."""
     kept = "".join(letter if letter.isalnum() or letter in "._-" else "_" for letter in title)
     return kept.lstrip("._-").rsplit(".", 1)[0][:60] or "raycam"

@@ -1,4 +1,4 @@
-"""Files that are dropped on the page: they are stored in a private folder and opened there.
+"""Files dropped on the page, which are stored in a private folder and opened there.
 
 A client sends names and bytes. A name is a relative path without "..", so that the file stays in the folder; the
 readers then open nothing outside of the folder. Archives (.zip) are unpacked within the same limits.
@@ -46,7 +46,7 @@ class Uploads:
     def add(self, name: str, size: int, offset: int, data: str) -> bool:
         """Adds a piece of a file; True if the file is complete. Files of other types are ignored.
 
-        Raises `SettingsError`, and then drops the file.
+        Raises `SettingsError` for invalid pieces, and then deletes the file.
         """
         name = check_name(name)
         if not name.lower().endswith(self._known):
@@ -125,7 +125,7 @@ class Uploads:
         return f"{folder}/{name}"
 
     def _without_folder(self, text: str) -> str:
-        """An error of a reader without the private folder's path, which means nothing to a client."""
+        """A reader's error without the private folder's path, which is meaningless for a client."""
         text = text.replace(f"{self._path()}/", "").replace(str(self._path()), "the dropped files")
         kept, is_outside, _ = text.partition("; to allow it")
         return f"{kept}; a dropped world can only use files dropped with it" if is_outside else kept

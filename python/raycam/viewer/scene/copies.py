@@ -20,7 +20,7 @@ FILES = {"opencv": ("camera.yaml", [""]), "colmap": ("colmap", ["cameras.txt", "
 
 
 def camera_text(camera: Camera, format: str) -> tuple[str, list[Notice]]:
-    """The text of a camera in a format, and notices. Raises `FormatError` where the format does not hold it."""
+    """The text of a camera in a format, and notices. Raises `FormatError` if the format does not support it."""
     path, names = FILES[format]
     made, notices = write_cameras([Record.of("camera", camera._core, None, None, None)], path, format)
     files = dict(made)
@@ -38,8 +38,8 @@ def render_command(file: Path | str, camera: Camera | str | None, options: Mappi
     """Returns shell commands that render `file` with a camera, given by name or written to a file first.
 
     `options` are those of `raycam render` by name; None is omitted, True is an option without a value. Without a
-    camera, `raycam render` frames the world. A file below the folder of this
-    process is named from there, where the view was begun.
+    camera, `raycam render` frames the world. A file below this process's
+    current folder gets a path relative to it.
     """
     if isinstance(file, Path):
         below = os.path.relpath(file) if file.drive == Path.cwd().drive else ".."
@@ -50,7 +50,7 @@ def render_command(file: Path | str, camera: Camera | str | None, options: Mappi
     given = {**options, "camera": name}
     words = ["raycam", "render", file, "-o", "picture.png"]
     for name, value in given.items():
-        # Written as one word where a value begins with a minus, which would be taken for an option.
+        # Joined to one word if a value begins with a minus, which would be read as an option.
         if isinstance(value, tuple):
             words += [f"--{name}", *map(str, value)]
         elif value is True:

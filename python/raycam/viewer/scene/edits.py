@@ -1,7 +1,7 @@
 """Edits of objects and lights in a view, with undo and redo.
 
-Each edit makes a world that shares what is built with the one before, so that undoing is going back to it. Worlds to
-go back to are copies, which hold none of the trees that pictures had built for them.
+Each edit creates a world that shares acceleration structures with the previous one, which undo restores. Worlds kept
+for undo are copies without their own acceleration structures.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ READ_ONLY = "this view is read-only, because it was started with edit=False"
 
 
 class Listener(Protocol):
-    """Somebody who shows the world."""
+    """A session that shows the world."""
 
     def rebase(self) -> None:
         """Shows the current world."""
 
 
 class Edits:
-    """The world that all sessions share, and the ones before and after it."""
+    """The world that all sessions share, and the worlds for undo and redo."""
 
     def __init__(self, world: World, *, allowed: bool = True) -> None:
         self.world = world
@@ -51,21 +51,21 @@ class Edits:
         self._stroke: object = None
 
     def listen(self, listener: Listener) -> None:
-        """Tells `listener` of each change, for as long as it lives."""
+        """Notifies `listener` of each change until it is garbage-collected."""
         self._listeners.add(listener)
 
     def forget(self, listener: Listener) -> None:
-        """Tells `listener` of no change any more."""
+        """Stops notifying `listener`."""
         self._listeners.discard(listener)
 
     def edit(self, kind: str, number: int, key: str, value: Any) -> None:
-        """Changes an object or a light. Raises `WorldError`; the world is then as before."""
+        """Changes an object or a light. Raises `WorldError`; the world is then unchanged."""
         if not self.allowed:
             raise SettingsError(READ_ONLY, code="read_only")
         self.replace(edited(self.world, kind, number, key, value))
 
     def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
-        """Places an object; places of the same stroke are one step of undo. Raises `WorldError`."""
+        """Sets an object's matrix; the changes of one drag are one step of undo. Raises `WorldError`."""
         if not self.allowed:
             raise SettingsError(READ_ONLY, code="read_only")
         if stroke != self._stroke:
@@ -96,7 +96,7 @@ class Edits:
         return count
 
     def undo(self) -> None:
-        """Goes back by one edit; raises `WorldError` at the first world."""
+        """Undoes one edit; raises `WorldError` at the first world."""
         if not self._before:
             raise WorldError("there is nothing to undo", code="nothing_to_undo")
         self._stroke = None
@@ -104,7 +104,7 @@ class Edits:
         self._show(self._before.pop())
 
     def redo(self) -> None:
-        """Takes back an `undo`; raises `WorldError` at the last world."""
+        """Redoes one edit; raises `WorldError` at the last world."""
         if not self._after:
             raise WorldError("there is nothing to redo", code="nothing_to_undo")
         self._stroke = None
@@ -117,7 +117,7 @@ class Edits:
             listener.rebase()
 
     def about(self) -> dict[str, Any]:
-        """Contents that can be edited, as the message `contents` has it: the first of them, and how many there are."""
+        """The editable contents for the message `contents`: the first objects and lights, and their numbers."""
         shown = list(zip(names_of_objects(self.world), visibilities(self.world), strict=True))
         lights = self.world.lights
         return {
@@ -136,11 +136,11 @@ def _light_name(number: int, light: dict[str, Any]) -> str:
 
 
 def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
-    """A copy of a world with an object or a light changed.
+    """Returns a copy of a world with a changed object or light.
 
     Of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `color` (text), `roughness` and
     `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a factor),
-    around the middle of its mesh. A change of roughness or metallic makes each material of the object principled; the
+    around the centre of its mesh. A change of roughness or metallic makes each material of the object principled; the
     materials keep their colours and textures. Of lights: `strength` (a factor). Raises `WorldError`, for example if an
     animation moves the object, and `SettingsError`.
     """
@@ -177,7 +177,7 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
 
 
 def material(world: World, number: int) -> dict[str, Any]:
-    """The first material of an object, as the client's fields have it; empty for an object without triangles."""
+    """The first material of an object for the client's fields; empty for an object without triangles."""
     found = json.loads(world._core.material(number, 0))
     if found is None:
         return {}
@@ -195,7 +195,7 @@ def material(world: World, number: int) -> dict[str, Any]:
 
 
 def is_animated(world: World, number: int) -> bool:
-    """True if a video or an animation places the object, so that another place has no effect."""
+    """True if a video or an animation moves the object, so that another pose has no effect."""
     if world.video is None and not world.animations:
         return False
     moved, step = world.copy(), np.eye(4)
@@ -222,7 +222,7 @@ def _within(key: str, value: Any, most: float) -> float:
 
 
 def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:
-    """The keys of a light that is brighter by a factor."""
+    """The keys that make a light brighter by a factor."""
     own = next(([name] for name in (*STRENGTH_KEYS, "scale") if name in light), [])
     own = own or [name for name in ("zenith", "horizon", "ground") if name in light]
     if not own:
@@ -237,7 +237,7 @@ def _factor(value: Any) -> float:
 
 
 def _placed(world: World, number: int, key: str, value: Any) -> Floats:
-    """The matrix of an object that is moved, turned or scaled."""
+    """The matrix of an object after it is moved, turned or scaled."""
     matrix = matrix_of_object(world, number)
     step = np.eye(4)
     if key == "move":

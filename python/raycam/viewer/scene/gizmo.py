@@ -1,7 +1,7 @@
 """The gizmo: handles on an object, drawn as lines over the image, and the changes of its matrix when they are
 dragged.
 
-Everything goes by rays through pixels, so that it holds for every lens.
+All computations use rays through pixels, so they apply to every lens.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ HANDLES = ("x", "y", "z", "all")
 COLORS = {**AXES, "all": "#ffffff"}
 LENGTH = 90.0  # pixels of an axis where the image has no distortion
 PIECES = 32
-LEAST, MOST = 0.01, 100.0  # factors of a drag
-EDGE_ON = 0.08  # cosine between view and axis below which a turn goes by the pointer's way
+LEAST, MOST = 0.01, 100.0  # limits of a drag's scale factor
+EDGE_ON = 0.08  # cosine between view and axis below which a rotation follows the pointer's path
 
 
 def middle_of(world: World, number: int) -> Floats:
-    """The middle of an object's bounds in its mesh's coordinates, [3]."""
+    """The centre [3] of an object's bounds in its mesh's coordinates."""
     corners = world.triangles(number).reshape(-1, 3)
     matrix = matrix_of_object(world, number)
     if not len(corners):
@@ -40,7 +40,7 @@ def middle_of(world: World, number: int) -> Floats:
 
 
 def handles(matrix: Floats, middle: Floats, camera: Camera, tool: str) -> list[dict[str, Any]]:
-    """Name, colour and lines in pixels of each handle, for an object of a matrix and the middle of its mesh."""
+    """Name, colour and lines (in pixels) of each handle, for an object's matrix and the centre of its mesh."""
     center = placed(matrix, middle)
     length = _length(camera, center)
     axes = axes_of(matrix, tool)
@@ -59,7 +59,7 @@ def handles(matrix: Floats, middle: Floats, camera: Camera, tool: str) -> list[d
 def dragged(
     matrix: Floats, middle: Floats, camera: Camera, tool: str, handle: str, begin: Floats, end: Floats
 ) -> Floats:
-    """The matrix [4, 4] after a drag of a handle from one place to another, in pixels from the left top corner."""
+    """The matrix [4, 4] after a drag of a handle between two positions, in pixels from the top left corner."""
     center = placed(matrix, middle)
     rays = [camera.rays(np.asarray(at) + camera.corner) for at in (begin, end)]
     if not all(np.isfinite(direction).all() for _, direction in rays):
@@ -87,7 +87,7 @@ def dragged(
 
 
 def placed(matrix: Floats, middle: Floats) -> Floats:
-    """The middle of an object in the world, [3]."""
+    """The centre [3] of an object in the world."""
     return np.asarray(matrix)[:3, :3] @ middle + np.asarray(matrix)[:3, 3]
 
 
@@ -111,7 +111,7 @@ def _arrow(center: Floats, axis: Floats, length: float) -> Floats:
 
 
 def _circle(center: Floats, axes: Floats, axis: Floats, radius: float) -> Floats:
-    """A circle [n, 3] around an axis, which is one of `axes`."""
+    """A circle [n, 3] around one of the `axes`."""
     first, second = (each for each in axes if abs(float(each @ axis)) < 0.5)
     turn = np.linspace(0, 2 * np.pi, PIECES + 1)[:, None]
     return np.asarray(center + radius * (np.cos(turn) * first + np.sin(turn) * second))
@@ -122,7 +122,7 @@ def _pixel(camera: Camera, point: Floats) -> Floats:
 
 
 def _along(ray: tuple[Floats, Floats], center: Floats, axis: Floats) -> float:
-    """The place on the axis that is nearest to a ray, in metres from `center`."""
+    """The position on the axis nearest to a ray, in metres from `center`."""
     origin, direction = ray
     cosine = float(axis @ direction)
     away = center - origin
@@ -133,7 +133,7 @@ def _along(ray: tuple[Floats, Floats], center: Floats, axis: Floats) -> float:
 
 
 def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camera: Camera) -> Floats:
-    """The way of an object that follows the pointer: along an axis, or in the plane of the image."""
+    """The displacement of an object that follows the pointer: along an axis, or parallel to the image plane."""
     if handle != "all":
         axis = np.eye(3)[HANDLES.index(handle)]
         first, second = (_along(ray, center, axis) for ray in rays)
@@ -154,7 +154,7 @@ def _on_plane(ray: tuple[Floats, Floats], center: Floats, normal: Floats) -> Flo
 def _angle(
     rays: list[tuple[Floats, Floats]], center: Floats, axis: Floats, begin: Floats, end: Floats
 ) -> float:
-    """The angle by which the pointer goes around an axis; by its way in pixels where the circle is seen edge-on."""
+    """The angle by which the pointer turns around an axis; from its path in pixels if the circle is seen edge-on."""
     spokes = [_on_plane(ray, center, axis) for ray in rays]
     if abs(float(rays[0][1] @ axis)) < EDGE_ON or spokes[0] is None or spokes[1] is None:
         way = np.asarray(end) - np.asarray(begin)

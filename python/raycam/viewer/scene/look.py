@@ -1,4 +1,4 @@
-"""The look of a view: the light, the ground and the background that a world is shown with."""
+"""The look of a view: light, ground and background of a world."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Light = Literal["own", "default", "studio", "sun", "sky"]
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """How a world is shown. Edits of the world keep its light and its ground."""
+    """The look of a world. Edits of the world keep its light and its ground."""
 
     stage: Camera
     """The camera that the studio's lights are arranged around."""
@@ -129,7 +129,7 @@ class Look:
         return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
 
     def notice(self) -> str | None:
-        """The sentence that explains a light that the file does not contain."""
+        """The sentence that explains a light that is not in the file."""
         return {
             "studio": "the model has no lights: it is shown in the studio, whose floor is not part of the ground truth",
             "default": "the world has no lights: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4",
@@ -143,7 +143,7 @@ class Look:
     def light_up(self, world: World, opened: World, camera: Camera, *, preview: bool = False) -> World:
         """Returns the world with the look's lights and ground, for `camera`.
 
-        The ground stays where it is under `opened`, the world before its edits, and is hidden from cameras below it.
+        The ground keeps its position under `opened`, the world before its edits, and is hidden from cameras below it.
         Ground truth belongs to `world`. Returns `world` itself if the look adds nothing. The lights of a `preview` need
         one sample per pixel, but only resemble the studio's.
         """

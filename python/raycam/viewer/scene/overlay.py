@@ -25,7 +25,7 @@ STEPS = 12
 """Pieces of an edge."""
 NARROW = 0.2
 """The cosine at the image's edge down to which a view ends in a plane."""
-FARTHEST = 1e5  # pixels beside the image where a line ends
+FARTHEST = 1e5  # pixels outside of the image at which lines are clipped
 
 
 def frusta(
@@ -39,7 +39,7 @@ def frusta(
         try:
             lines = polylines(_edges(camera, length), seen)
         except Error:
-            continue  # a camera whose rays nobody can draw
+            continue  # a camera whose rays cannot be drawn
         if lines:
             made.append({"name": name, "lines": lines})
     return made
@@ -48,8 +48,8 @@ def frusta(
 def grid(bounds: Floats, seen: Camera) -> list[dict[str, Any]]:
     """The axes of the world and a grid on the ground under `bounds` [2, 3], in pixels of the camera `seen`.
 
-    Its cells have sides of 1, 2 or 5 times a power of ten metres, which its name says. The axes begin at the world's
-    origin where that is near, else in the middle of the grid, and are one cell long.
+    Its cells have sides of 1, 2 or 5 times a power of ten metres, which its name contains. The axes start at the
+    world's origin if it is near, else at the centre of the grid, and are one cell long.
     """
     up = 2 if seen.up == "z" else 1
     first, second = (axis for axis in range(3) if axis != up)
@@ -98,9 +98,8 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
     )
     origins, directions = still.rays(around)
     cosines = directions @ still.forward
-    flat = (
-        np.isfinite(cosines).all() and cosines.min() > NARROW
-    )  # else a part of a sphere, as wide lenses see
+    # The view of a wide lens ends in a part of a sphere.
+    flat = np.isfinite(cosines).all() and cosines.min() > NARROW
     far = np.asarray(origins + (length / cosines[:, None] if flat else length) * directions)
     steps = np.linspace(0, 1, STEPS + 1)[:, None]
     to_corners = [origins[i] + steps * (far[i] - origins[i]) for i in range(0, 4 * STEPS, STEPS)]
@@ -108,7 +107,7 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
 
 
 def polylines(edges: list[Floats], seen: Camera) -> list[list[list[float]]]:
-    """Lines [n, 3] of the world in pixels from the image's left top corner, cut where the camera has no image."""
+    """Lines [n, 3] of the world in pixels from the image's top left corner, clipped where the camera has no image."""
     made: list[list[list[float]]] = []
     for edge in edges:
         pixels, in_front = seen.project(np.nan_to_num(edge, nan=np.inf))

@@ -1,4 +1,4 @@
-"""The chosen object of a session and its gizmo."""
+"""The selected object of a session and its gizmo."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OUTLINE_PIECES = 8
 
 
 class Selection:
-    """The object that a client has chosen, the tool on it, and the drag that is under way."""
+    """The object selected by a client, its tool, and the current drag."""
 
     def __init__(self, edits: Edits) -> None:
         self.number = 0
@@ -39,7 +39,7 @@ class Selection:
 
     @property
     def world(self) -> World:
-        """The world that is edited."""
+        """The edited world."""
         return self._edits.world
 
     def is_there(self) -> bool:
@@ -47,7 +47,7 @@ class Selection:
         return self.number < self.world._core.object_count
 
     def about(self) -> dict[str, Any]:
-        """Name and material of the object, as the message `selected` has them."""
+        """Name and material of the object for the message `selected`."""
         said = {"type": "selected", "number": self.number, "tool": self.tool, "material": {}}
         if self.is_there():
             said["name"] = names_of_objects(self.world)[self.number]
@@ -57,7 +57,7 @@ class Selection:
         return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:
-        """Returns the outline and the gizmo of the object at its place in `world`, as lines over an image of
+        """Returns the outline and the gizmo of the object in `world`, as lines over an image of
         `camera`.
         """
         if self.tool == "none" or not self.is_there():
@@ -94,7 +94,7 @@ class Selection:
         return [{"name": "", "color": OUTLINE_COLOR, "thin": True, "lines": lines}] if lines else []
 
     def drag(self, camera: Camera, message: Gizmo, session: str) -> None:
-        """Moves, turns or scales the object as a drag of a handle requires. Raises `WorldError`."""
+        """Moves, turns or scales the object by a drag of a handle. Raises `WorldError`."""
         if self.tool in ("none", "outline") or not self.is_there():
             return
         stroke = (session, message.stroke)
@@ -107,7 +107,7 @@ class Selection:
             self._edits.place_object(self.number, after, stroke)
 
     def _middle(self) -> Floats:
-        """The middle of the object in its mesh, which edits leave as it is."""
+        """The centre of the object in its mesh's coordinates, which edits do not change."""
         key = (self.number, self.world.counts["triangles"])
         if key not in self._middles:
             self._middles[key] = middle_of(self.world, self.number)

@@ -1,4 +1,4 @@
-"""The world of a view as a world file, which is saved next to the file from which it was opened."""
+"""The world of a view as a world file, which is saved next to its source file."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ MATERIAL = ("color", "type", "roughness", "metallic", "emission")
 
 
 def world_file(source: Path | None, opened: World, world: World, camera: Camera) -> str:
-    """The TOML of `world`, which was `opened` from the file `source` and changed since; it begins with `camera`.
+    """Returns `world`, which was `opened` from the file `source` and then edited, as TOML that starts with `camera`.
 
-    It names the files that `source` names, and loads from the same folder. Raises `WorldError` where it would not load
-    to the same world: for worlds of a script, and for changed objects of files with several objects.
+    The text refers to the same files as `source`, and loads from the same folder. Raises `WorldError` if it could not
+    restore the same world: for worlds from a script, and for changed objects of files with several objects.
     """
     if source is None:
         raise WorldError(
@@ -59,7 +59,7 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
 
 
 def _document(source: Path) -> dict[str, Any]:
-    """The tables of a world file; those that show a model of another format."""
+    """The tables of a world file; for another format, the tables that load the model."""
     if source.suffix.lower() == ".toml":
         try:
             return tomllib.loads(source.read_text(encoding="utf-8"))
@@ -73,7 +73,7 @@ def _document(source: Path) -> dict[str, Any]:
 
 
 class _Object(NamedTuple):
-    """All that an edit changes of an object."""
+    """The properties of an object that edits can change."""
 
     name: str
     visible: bool
@@ -116,7 +116,7 @@ def _entry(entry: dict[str, Any], before: _Object, after: _Object) -> dict[str, 
 
 
 def _check(document: dict[str, Any], source: Path, world: World, camera: Camera) -> None:
-    """Builds the world of the tables and compares it. Raises `WorldError` where it is another one."""
+    """Builds the world of the tables and compares it. Raises `WorldError` if it differs."""
     try:
         with collected():
             built = World.from_dict(document, folder=source.parent)
@@ -162,7 +162,7 @@ def _close(one: Any, other: Any) -> bool:
 
 
 def toml_text(document: dict[str, Any]) -> str:
-    """A dict of tables as TOML: scalars first, then a table or an array of tables for each key."""
+    """Returns a dict of tables as TOML: scalars first, then a table or an array of tables for each key."""
     plain = {key: value for key, value in document.items() if not _is_table(value)}
     parts = ["".join(f"{_key(key)} = {_value(value)}\n" for key, value in plain.items())]
     for key, value in document.items():
@@ -187,7 +187,7 @@ def _key(key: str) -> str:
 
 
 def _value(value: Any) -> str:
-    """A value as TOML, tables within it inline."""
+    """Returns a value as TOML, with inline tables."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""The connection of a session to its client: messages out, and how many images are on their way."""
+"""The connection of a session to its client: outgoing messages, and unacknowledged images."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class Connection:
         self._acknowledged = 0
 
     def open(self, send: Send) -> None:
-        """Sends messages by `send` from now on."""
+        """Starts sending messages with `send`."""
         self._send = send
         self._sent = self._acknowledged = 0
         self.wants_planes = False
 
     def close(self) -> None:
-        """Drops the client; messages go nowhere until `open`."""
+        """Drops the client; messages are discarded until `open`."""
         self._send = None
 
     @property
@@ -47,7 +47,7 @@ class Connection:
 
     @property
     def is_ready(self) -> bool:
-        """True if the client is visible and can take another image."""
+        """True if the client is visible and can receive another image."""
         return self.is_open and self._visible and self._sent - self._acknowledged < MAX_UNACKNOWLEDGED
 
     @property

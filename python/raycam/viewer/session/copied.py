@@ -1,4 +1,4 @@
-"""What `Copy` gives to the clipboard: the camera as text, or the command that renders the still image."""
+"""Texts for the client's `Copy` message: the camera, or the command that renders the still image."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["copied"]
 def copied(view: View, format: str, samples: int, notify: Callable[[str], None]) -> str:
     """The view's camera as text with all digits, or its `raycam render` command.
 
-    `notify` receives what the text does not contain. Raises `FormatError` if the format cannot hold the camera.
+    `notify` receives notices about omissions. Raises `FormatError` if the format does not support the camera.
     """
     if format == "command":
         return _command(view, samples, notify)

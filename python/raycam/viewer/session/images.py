@@ -1,4 +1,4 @@
-"""The images of a session: moving images at once, then a still image that gains samples."""
+"""The images of a session: images during motion, then a still image with more and more samples."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DEFAULT_SAMPLES = {"direct": 64, "path": 256}
 
 
 class Images:
-    """Which images of the current version were shown, and the refinement of the still image."""
+    """The shown images of the current version, and the refinement of the still image."""
 
     def __init__(self, samples: int | None = None, threads: int | None = None) -> None:
         self.threads = threads
@@ -38,7 +38,7 @@ class Images:
         self._shown: tuple[int, str] = (-1, "")
 
     def restart(self) -> None:
-        """Starts a new version, whose first image is a moving one."""
+        """Starts a new version, whose first image is a moving image."""
         self.version += 1
         self.cancel.cancel()
         self.cancel = Cancel()
@@ -71,7 +71,7 @@ class Images:
 
     @staticmethod
     def _channels(view: View) -> tuple[str, ...]:
-        """The channels of a still image; coverage and alpha of a world with a look are not those of its floor."""
+        """The channels of a still image; with a look, coverage and alpha exclude its floor."""
         if view.channel == "error":
             return SAMPLED
         return COLORS if view.shown is view.world else ("color",)

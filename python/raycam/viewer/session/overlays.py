@@ -22,7 +22,7 @@ CAMERA_LENGTH = 0.15
 
 @dataclass(frozen=True)
 class Overlays:
-    """Which lines are drawn: the world's cameras, its grid, and the rays of the explained pixel."""
+    """The drawn lines: the world's cameras, its grid, and the rays of the explained pixel."""
 
     cameras: bool = False
     grid: bool = False

@@ -5,7 +5,7 @@ from __future__ import annotations
 __all__ = ["Pace"]
 
 TARGET = 0.040  # seconds a moving image may take
-DIVISORS = (1, 2, 4)  # of the still image's sides
+DIVISORS = (1, 2, 4)  # fractions of the still image's sides
 SMOOTHING = 0.4  # the weight of the newest measurement
 
 
@@ -26,7 +26,7 @@ class Pace:
         return sizes[-1][0], sizes[-1][1]
 
     def measured(self, size: tuple[int, int], seconds: float) -> None:
-        """Takes note of what an image took."""
+        """Records the render time of an image."""
         new = seconds / (size[0] * size[1])
         old = self._seconds_per_pixel
         self._seconds_per_pixel = new if old is None else old + SMOOTHING * (new - old)

@@ -119,7 +119,7 @@ class Session:
                 self.send_camera()
 
     def greet(self) -> None:
-        """Sends everything that a client needs to know about the view."""
+        """Sends the complete view to the client."""
         self._outline = self.view.outline()
         self.connection.send(self.welcome())
         self.connection.send(self.view.opened.edits.about())
@@ -160,7 +160,7 @@ class Session:
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def send_camera(self) -> None:
-        """Sends the camera that the view has now."""
+        """Sends the current camera of the view."""
         self.connection.send(self.view.camera_message(self._last_move))
 
     def rebase(self) -> None:
@@ -171,7 +171,7 @@ class Session:
         self.connection.send(self.selection.about())
 
     def follow(self, other: Session) -> None:
-        """Shows what another session shows, in this client's own size."""
+        """Shows the view of another session, in this client's own size."""
         with self._changes:
             mine = self.view
             self.show(other.view.with_space(mine.space))
@@ -232,7 +232,7 @@ class Session:
                 np.array(message.pivot, float),
             )
         except Error:
-            self.send_camera()  # the client returns to the last pose that was valid
+            self.send_camera()  # the client returns to the last valid pose
             raise
         self.show(view)
 
@@ -375,7 +375,7 @@ class Session:
     # Lines over the image ---------------------------------------------------------------------------------
 
     def show_rays(self, rays: list[Line], world: World) -> None:
-        """Draws the rays of an explained pixel over the image, unless the view shows another world than `world` now."""
+        """Draws the rays of an explained pixel over the image, unless the view no longer shows `world`."""
         with self._changes:
             if self.view.world is not world:
                 return

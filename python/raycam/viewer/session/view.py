@@ -1,4 +1,4 @@
-"""What a client views: an immutable state, from which each message makes the next one."""
+"""The view of a client: an immutable state, from which each message creates the next one."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FIRST_SPACE = (640, 480)
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """The world that is open, and where its view starts."""
+    """The open world and its initial view."""
 
     edits: Edits
     """The world with its changes; several sessions may share it."""
@@ -58,7 +58,7 @@ class Opened:
 
     @property
     def fills_window(self) -> bool:
-        """True if the first camera frames the world, and so has the shape of the window."""
+        """True if the first camera frames the world and therefore has the shape of the window."""
         base = self.edits.world
         return self.camera is None and base.bounds is not None and bool(self.framing or not base.cameras)
 
@@ -88,7 +88,7 @@ class Opened:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Everything that a client shows. `View.start` creates one; the other methods return changed copies."""
+    """The complete state of a client's view. `View.start` creates one; the other methods return changed copies."""
 
     opened: Opened
     world: World
@@ -126,7 +126,7 @@ class View:
 
         `look` is by default the look that `raycam render` chooses.
 
-        Raises `SettingsError` for a value that the world does not have.
+        Raises `SettingsError` for a value that does not exist in the world.
         """
         base = opened.edits.world
         given = {name: value for name, value in (start or {}).items() if value is not None}
@@ -335,7 +335,7 @@ class View:
         return replace(self.with_camera(camera), pivot=self.bounds.mean(axis=0))
 
     def with_space(self, space: tuple[int, int]) -> View:
-        """The view in another space of the client's window."""
+        """The view for another size of the client's window."""
         view = replace(self, space=space)
         if self.shape == "own":
             return view
@@ -424,7 +424,7 @@ class View:
         return f"{number}\n\n{self.camera!r}"
 
     def camera_message(self, seq: int) -> dict[str, Any]:
-        """The message `camera`: all that the client needs to navigate. `seq` is the last move that it contains."""
+        """The message `camera` with all data for navigation. `seq` is the last move that it contains."""
         camera = self.still_camera
         (width, height), corner = camera.size, camera.corner
         x, y = corner + width / 2, corner + height / 2

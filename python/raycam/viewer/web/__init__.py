@@ -1,1 +1,1 @@
-"""Pages that render by themselves, by raycam compiled for WebAssembly."""
+"""Live pages, which render with raycam compiled for WebAssembly."""

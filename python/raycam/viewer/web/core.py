@@ -1,4 +1,4 @@
-"""raycam compiled for WebAssembly, as elements of a page. `make web` builds it, wheels have it."""
+"""raycam compiled for WebAssembly, as elements of a page. `make web` builds it; wheels contain it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def core_bytes() -> bytes:
 
 
 def packed(data: bytes) -> str:
-    """Raw deflate in base64, as the client unpacks it."""
+    """Raw deflate data in base64, which the client unpacks."""
     return _base64(deflated(data))
 
 

@@ -20,7 +20,7 @@ __all__ = ["assembled", "filled", "json_text", "still_image", "title_text"]
 def assembled(
     title: str, blocks: Iterable[str], scripts: str = "", workers: str = "", folder: str = ""
 ) -> str:
-    """The page of a folder of the client, with elements of data; its policy allows `scripts` and `workers` too."""
+    """The page of a client folder, with data elements; its policy also allows `scripts` and `workers`."""
     script, style = f"\n{bundle(f'{folder}main.js')}", f"\n{style_sheet(folder)}"
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}'{scripts}; style-src '{_hash(style)}'; "
@@ -46,7 +46,7 @@ def filled(parts: Mapping[str, str], page: str = "index.html") -> str:
 
 
 def title_text(title: str) -> str:
-    """A title as HTML; what of it is no text, as in names of files of other encodings, is "?"."""
+    """A title as HTML; characters that are not valid text, as in file names of other encodings, become "?"."""
     return html.escape(title.encode("utf-8", "replace").decode())
 
 
@@ -58,7 +58,7 @@ def still_image(frame: Frame, exposure: float | None, view: str | None, title: s
 
 
 def json_text(document: dict[str, Any]) -> str:
-    """JSON that cannot end the script element that holds it."""
+    """JSON that cannot end the script element around it."""
     return json.dumps(document, allow_nan=False).replace("<", "\\u003c")
 
 

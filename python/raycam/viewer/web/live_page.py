@@ -1,4 +1,4 @@
-"""Pages that render by themselves: the client, a world, and raycam compiled for WebAssembly, in one file."""
+"""Live pages: the client, a world, and raycam compiled for WebAssembly, in one file."""
 
 from __future__ import annotations
 
@@ -85,5 +85,5 @@ def playground_page(examples: Mapping[str, str]) -> str:
 
 
 def lecture_page() -> str:
-    """The HTML text of the lecture alive: a world that a student turns, its steps in numbers, and exercises."""
+    """The HTML text of the interactive lecture: a rotatable world, its steps in numbers, and exercises."""
     return assembled("Making Virtual Worlds", core_blocks(), SCRIPTS, WORKERS, "lecture/")

@@ -1,8 +1,8 @@
-//! A float64 ray on its way through float32 trees, and the error bounds of the latter.
+//! A float64 ray that traverses float32 trees, and the error bounds of float32.
 //!
-//! Every float32 quantity on the way (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by
-//! it, so that no float64 hit is missed. Hits are computed from [`ExactTriangles::corners`] alone. A ray that starts
-//! far away is first clipped, in float64, to the bounds of the scene: the error bound counts from there.
+//! Every float32 quantity (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by it, so that
+//! no float64 hit is missed. Hits are computed only from [`ExactTriangles::corners`]. A ray that starts far away is
+//! first clipped, in float64, to the bounds of the scene, where the error bound starts.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::NodeRef;
@@ -13,7 +13,7 @@ use crate::traverse::exact::triangle::{HitSoFar, ShearedRay};
 /// The relative error of a few float64 roundings.
 pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
 
-/// The t of a ray that needs no more hits.
+/// t of a ray that requires no more hits.
 pub const DONE: f64 = f64::NEG_INFINITY;
 
 /// A ray clipped to the bounds of the scene.
@@ -32,7 +32,7 @@ pub struct ClippedRay {
     pub t_min: f64,
     /// The error bound of the t of `best`.
     pub t_error: f64,
-    /// True if any hit will do: a ray with one is done.
+    /// True if any hit is sufficient; a ray with one is done.
     pub any_hit: bool,
     /// The closest hit so far, its `t` along `ray.direction`.
     pub best: ExactHit,
@@ -167,8 +167,8 @@ pub fn max_abs(point: [f32; 3]) -> f32 {
     point[0].abs().max(point[1].abs()).max(point[2].abs())
 }
 
-/// The error bound of float32 coordinates in the mesh, for rays within `distance` of the scene's origin: ray, matrix
-/// and vertices were rounded at the size they have in the scene or in the mesh.
+/// Error bound of float32 coordinates in the mesh, for rays within `distance` of the scene's origin: ray, matrix and
+/// vertices were rounded at their size in the scene or in the mesh.
 pub fn coordinate_error(scene: &Scene, instance_record: &InstanceRecord, distance: f32, drift: f64) -> f32 {
     instance_record.max_scale * (32.0 * MACHINE_EPSILON * (distance + scene.max_abs_coord) + drift as f32 * 2.0)
         + 8.0 * MACHINE_EPSILON * instance_record.bvh.max_abs_coord()

@@ -1,4 +1,4 @@
-//! All crossings of single rays within their range of t: float32 boxes find the candidates, exact signs of the moved
+//! All crossings of single rays within their range of t: float32 boxes find the candidates, exact signs of the shifted
 //! ray decide (see [`crate::exact::predicates::RayPredicates::moved_edge_sign`]).
 
 use crate::ray::{ExactHit, ExactRay, HitFilter};
@@ -10,14 +10,14 @@ use crate::traverse::exact::ray_state::{ExactRayState, RaySearch};
 use crate::traverse::exact::refine::refine_hits;
 use crate::traverse::single::interleaved::{RaySource, traverse_interleaved};
 
-/// Crossings beyond the wanted number that are kept before the farthest are dropped.
+/// Number of crossings beyond the requested number that are kept before the farthest are dropped.
 const SPARE_CROSSINGS: usize = 64;
 
-/// The answers of a search for crossings.
+/// Results of a search for crossings.
 pub enum Crossings<'a> {
     /// The number of crossings of each ray.
     Count(&'a mut [i32]),
-    /// The crossings that leave less those that enter.
+    /// The number of exits minus the number of entries.
     SignedCount(&'a mut [i32]),
     /// The first crossings of each ray, at most `limit`, by (t, instance, triangle); their numbers in `counts`.
     List { limit: usize, counts: &'a mut [u32], found: &'a mut Vec<ExactHit> },
@@ -45,7 +45,7 @@ pub fn crossings_batch<I: Isa>(
     }
 }
 
-/// The answer that is wanted of the crossings of a ray.
+/// Requested result for the crossings of a ray.
 #[derive(Clone, Copy, PartialEq)]
 enum Wanted {
     Count,
@@ -55,7 +55,7 @@ enum Wanted {
 
 /// The search for all crossings of one ray.
 struct CrossingSearch<'a> {
-    /// The ray; the `t` of its `best` is that up to which boxes are visited.
+    /// The ray; the `t` of its `best` is the t up to which boxes are visited.
     ray: ClippedRay,
     /// The valid t, along the ray's scaled direction.
     range: [f64; 2],
@@ -63,7 +63,7 @@ struct CrossingSearch<'a> {
     filter: Option<&'a dyn HitFilter>,
     wanted: Wanted,
     count: i32,
-    /// The crossings found, of a list.
+    /// The crossings found so far, if a list is requested.
     found: Vec<ExactHit>,
 }
 
@@ -135,14 +135,14 @@ fn first_hits(hits: &mut [ExactHit], limit: usize) -> &[ExactHit] {
     &hits[..limit.min(hits.len())]
 }
 
-/// Lists of crossings of the rays that are done.
+/// Lists of crossings of finished rays.
 struct Lists {
     /// For each ray, the range of its crossings.
     of_rays: Vec<std::ops::Range<usize>>,
     /// For each crossing, its ray.
     owners: Vec<usize>,
     hits: Vec<ExactHit>,
-    /// Lists to use again.
+    /// Lists to be reused.
     spare: Vec<Vec<ExactHit>>,
 }
 

@@ -1,4 +1,4 @@
-//! Triangles of a leaf that a float64 ray may hit or hits for sure, by their float32 vertices.
+//! Triangles of a leaf that a float64 ray may hit, or certainly hits, according to their float32 vertices.
 //!
 //! The shear adds at most the error along its axis, so a sheared corner is off by e = 2 `off`. An edge function x1 y2 -
 //! y1 x2 is then off by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and by less than that again for rounding, which `off`
@@ -57,15 +57,15 @@ fn candidate_half<I: Isa, const HALF: usize>(points: [I::F32x16; 2], leaf: &Leaf
     <I::F32x8 as Vector>::to_bitmask(<I::F32x8 as Vector>::or(low.le(least), greatest.le(high)))
 }
 
-/// Triangles that a ray crosses for sure.
+/// Triangles that a ray certainly crosses.
 pub struct SureCrossings {
     /// Bit i: the ray crosses triangle i between its ends, whatever the errors are.
     pub crossed: u32,
-    /// Bit i: it leaves through the back of triangle i, seen in the mesh.
+    /// Bit i: the ray leaves through the back of triangle i, as seen in the mesh.
     pub leaving: u32,
 }
 
-/// The triangles that a ray crosses for sure between 0 and `t_max`: edge functions and t exceed their errors.
+/// The triangles that a ray certainly crosses between 0 and `t_max`: edge functions and t exceed their errors.
 #[inline(always)]
 pub fn sure_crossings<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32, t_max: f32) -> SureCrossings {
     let (points, slack) = sheared::<I>(leaf, ray, off);
@@ -83,7 +83,7 @@ pub fn sure_crossings<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32, t_ma
     SureCrossings { crossed: crossed & ((1u32 << leaf.count) - 1), leaving }
 }
 
-/// Bit masks of the triangles of a half that are crossed for sure, and of those with positive edge functions.
+/// Bit masks of the triangles of a half that are certainly crossed, and of those with positive edge functions.
 #[inline(always)]
 fn sure_half<I: Isa, const HALF: usize>(
     (points, depths): ([I::F32x16; 2], I::F32x16),

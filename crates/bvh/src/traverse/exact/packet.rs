@@ -21,10 +21,10 @@ use crate::traverse::single::interleaved::{RaySource, traverse_interleaved};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// Rays within this many times the size of the scene start at their given origin, so that a common origin is kept.
+/// Rays within this multiple of the scene's size start at their given origin, so that a common origin is kept.
 const MAX_ORIGIN_DISTANCE: f64 = 8.0;
 
-/// Rays from which packets are tried: their memory is cleared for each batch.
+/// Minimum number of rays for packets, because their memory is cleared for each batch.
 const MIN_RAYS: usize = 8;
 
 /// Candidates per ray from which each triangle of a leaf is tested against all rays at once.
@@ -55,7 +55,7 @@ pub fn closest_exact_batch<I: Isa>(
     }
 }
 
-/// The closest hits of at most 64 rays. Bit i of the answer: ray i is left, to be traced alone.
+/// Closest hits of at most 64 rays. Bit i of the result: ray i must be traced individually.
 #[inline(always)]
 fn closest_exact_chunk<I: Isa>(
     scene: &Scene,
@@ -109,13 +109,12 @@ struct ExactQuery<'a> {
     /// The largest error of an origin, in scaled scene coordinates.
     origin_error: f64,
     distance: f32,
-    /// Bit i: ray i is left, to be traced alone through the whole scene.
+    /// Bit i: ray i must be traced individually through the whole scene.
     alone: u64,
 }
 
 impl PacketQuery for ExactQuery<'_> {
-    /// Boxes are padded by a fraction of the distance of the rays plus the size of the tree, therefore of that size at
-    /// least.
+    /// Boxes are padded by a fraction of the rays' distance plus the size of the tree, so at least by that size.
     #[inline(always)]
     fn make_packet<I: Isa>(&self, rays: &[Ray], record: Option<&InstanceRecord>, packet: &mut Packet) -> bool {
         let (bounds, pad) = match record {
@@ -214,8 +213,8 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
         let Self { ref mut query, mesh, instance, off, indices } = *self;
         mesh.prefetch_prim_id::<I>(leaf.first_prim);
         let mut candidates = packet.candidate_triangles_within::<I>(leaf, 4.0 * off);
-        // Large triangles are tested against all rays, since many hit each; small ones only against rays that may hit
-        // them.
+        // Large triangles are tested against all rays, because many rays hit each of them; small ones only against rays
+        // that may hit them.
         let large = candidates.count_ones() * TRANSPOSE_THRESHOLD <= active.count_ones();
         let (mut near, mut some) = ([0; PACKET_SIZE], 0);
         if !large {
@@ -230,7 +229,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
             }
         }
         let mut triangles = [(0, [[0.0; 3]; 3]); MAX_LEAF_TRIANGLES];
-        // Corners are scattered in memory: a short loop overlaps many loads.
+        // Corners are scattered in memory; a short loop overlaps many loads.
         let mut left = candidates;
         while left != 0 {
             let k = left.trailing_zeros();

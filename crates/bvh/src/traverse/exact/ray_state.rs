@@ -21,7 +21,8 @@ pub trait RaySearch {
     /// True if triangles of an instance are of interest.
     fn accepts_instance(&self, instance: u32) -> bool;
 
-    /// True if crossings that float32 is sure of need no float64: [`RaySearch::take_sure`] gets them.
+    /// True if crossings that float32 determines with certainty require no float64: [`RaySearch::take_sure`] receives
+    /// them.
     fn takes_sure(&self) -> bool;
 
     fn take_sure(&mut self, instance: u32, sure: SureCrossings);
@@ -60,7 +61,7 @@ pub struct ExactRayState<'a, S> {
     triangles: &'a dyn ExactTriangles,
     /// The index under which its hits are reported.
     pub ray_id: usize,
-    /// The search, once there is a ray.
+    /// The search, if there is a ray.
     pub search: Option<S>,
     stack: Stack,
 }

@@ -32,16 +32,16 @@ pub struct RaySoa64 {
     /// The largest absolute coordinate of the scaled origin.
     max_abs_origin: RayRow,
     origin_class: [u8; PACKET_SIZE],
-    /// The main axis that all rays share, if they do.
+    /// Main axis, if all rays share it.
     shared_major_axis: Option<usize>,
-    /// True if any hit will do: a ray with one is done.
+    /// True if any hit is sufficient; a ray with one is done.
     pub any_hit: bool,
     /// An origin, and the largest distance along an axis from it to any other.
     reference: [f64; 3],
     spread: f64,
 }
 
-/// The class of a ray by its origin. Rows hold the discriminants, for vectorised code.
+/// Class of a ray by its origin. Rows contain the discriminants, for vectorised code.
 #[repr(u8)]
 #[derive(Clone, Copy, PartialEq)]
 pub enum OriginClass {
@@ -343,7 +343,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn byte_masks_become_bit_masks() {
+    fn byte_masks_are_converted_to_bit_masks() {
         for mask in [0, 1, 0x80, u64::MAX, 0x0123_4567_89ab_cdef, 1 << 63, 0xa5a5_5a5a_0f0f_f00f] {
             let bytes = std::array::from_fn(|i| (mask >> i & 1) as u8);
             assert_eq!(bits(&bytes), mask);

@@ -1,4 +1,4 @@
-//! Hits off by one unit in the last place at most, several at once.
+//! Refinement of several hits at once to one unit in the last place.
 
 use crate::exact::predicates::RayPredicates;
 use crate::ray::{ExactHit, ExactRay, INVALID_ID};

@@ -93,7 +93,7 @@ pub fn trace_alone<I: Isa>(
     traverse_interleaved::<I, _>(scene, || ExactRayState::idle(triangles), &mut source);
 }
 
-/// Any hits that a filter accepts; or, where it does not accept the closest hits at hand, the closest that it does.
+/// Any hits that a filter accepts; if it does not accept the given closest hits, the closest ones that it accepts.
 #[inline(always)]
 pub fn filter_hits<I: Isa>(
     scene: &Scene,

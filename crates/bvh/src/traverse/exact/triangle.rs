@@ -1,5 +1,5 @@
-//! Float64 intersection of a ray and a closed triangle: edges and corners belong to it. Sheared edge functions with a
-//! bound of their error decide; where they do not, the exact signs of [`crate::exact::predicates`] do.
+//! Float64 intersection of a ray and a closed triangle: edges and corners belong to it. Sheared edge functions with an
+//! error bound decide; if they cannot, the exact signs of [`crate::exact::predicates`] decide.
 
 use crate::exact::predicates::RayPredicates;
 use crate::node::cross;
@@ -138,7 +138,7 @@ impl ShearedRay {
         same_sign(u, v, w, error).then_some(EdgeFunctions { values: [u, v, w], depths, error })
     }
 
-    /// The intersection of the line with a closed triangle; none edge on and with a triangle of no area.
+    /// Intersection of the line with a closed triangle; `None` if seen edge-on, and for a triangle without area.
     #[inline(always)]
     pub fn intersect(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
         let edges = self.edges(corners)?;
@@ -146,8 +146,7 @@ impl ShearedRay {
         (side != 0).then(|| self.intersect_plane(&edges, corners, side))
     }
 
-    /// The crossing of the line, moved by an infinitesimal vector, with a triangle: see
-    /// [`RayPredicates::crossing_side`].
+    /// Crossing of the line, shifted by an infinitesimal vector, with a triangle: see [`RayPredicates::crossing_side`].
     #[inline(always)]
     pub fn cross(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
         let edges = self.edges(corners)?;
@@ -215,7 +214,7 @@ impl ShearedRay {
     }
 
     /// True if an intersection lies in the range of t and precedes the closest hit so far, by (t, instance, triangle).
-    /// Both t are computed precisely if float64 is undecided; a hit depends on the ray and the triangle alone.
+    /// Both t are computed precisely if float64 is undecided; a hit depends only on the ray and the triangle.
     #[inline(always)]
     pub fn precedes(
         &self,
@@ -255,7 +254,7 @@ impl ShearedRay {
         t < other || t == other && triangle < (other_instance, other_triangle)
     }
 
-    /// True if a crossing lies in a range of t. At `t_min` = 0 the moved start decides.
+    /// True if a crossing is within a range of t. At `t_min` = 0 the shifted start decides.
     #[inline(always)]
     pub fn is_within(&self, found: &Intersection, corners: [[f64; 3]; 3], [t_min, t_max]: [f64; 2]) -> bool {
         let starts = if (found.t - t_min).abs() > found.t_error {

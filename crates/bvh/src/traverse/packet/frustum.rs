@@ -1,17 +1,17 @@
-//! The frustum of a packet: rays that start or end near one point, bounded by intervals (A. Reshetov, A. Soupikov and
-//! J. Hurley, "Multi-Level Ray Tracing Algorithm", 2005). One box test serves all rays.
+//! Frustum of a packet: rays that start or end near one point, bounded by intervals (A. Reshetov, A. Soupikov and J.
+//! Hurley, "Multi-Level Ray Tracing Algorithm", 2005). One box test applies to all rays.
 
 use crate::node::WideNode;
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 
-/// The interval bounds of all rays of a packet; t counts from the apex.
+/// Interval bounds of all rays of a packet; t is measured from the apex.
 #[derive(Clone, Copy)]
 pub struct Frustum {
     pub apex: [f32; 3],
     /// The least and the greatest reciprocal direction.
     pub reciprocal: [[f32; 2]; 3],
-    /// Padding of entry and exit in t, since rays start off the apex and are rounded.
+    /// Padding of entry and exit in t, because rays start off the apex and are rounded.
     pub t_near_pad: [f32; 3],
     pub t_far_pad: [f32; 3],
     pub near_rows: [usize; 3],
@@ -53,7 +53,7 @@ pub enum Apex {
 }
 
 impl Apex {
-    /// The end at which rays are closer together, judged by three of them.
+    /// The end at which rays are closer together, estimated from three of them.
     #[inline(always)]
     pub fn choose(rays: &[Ray]) -> Apex {
         let (mut starts, mut ends) = (0.0, 0.0);

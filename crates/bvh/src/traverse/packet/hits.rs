@@ -74,7 +74,7 @@ impl PacketHits {
         }
     }
 
-    /// Writes the hits of a full packet: four at a time, and without a branch, since misses are unpredictable.
+    /// Writes the hits of a full packet, four at a time and branch-free, because misses are unpredictable.
     #[inline(always)]
     pub fn scatter_hits<I: Isa>(&self, mesh: &Bvh, instance: u32, packet: &Packet, hits: &mut [Hit; PACKET_SIZE]) {
         let (mut t, mut instances) = ([0.0; PACKET_SIZE], [0.0; PACKET_SIZE]);
@@ -135,7 +135,7 @@ impl PacketHits {
     #[inline(never)]
     fn resolve_ties<I: Isa>(&self, mesh: &Bvh, prim: I::RayVec, group: usize, ties: u32) -> u32 {
         let mut prims = [0u32; 16];
-        // SAFETY: the array holds at least as many words, which as floats are only moved.
+        // SAFETY: the array contains at least this many words; as floats they are only moved.
         unsafe { prim.store(prims.as_mut_ptr().cast()) };
         (0..16)
             .filter(|lane| ties >> lane & 1 != 0)

@@ -16,7 +16,7 @@ const MIN_PACKET_RAYS: u32 = 5;
 /// The rays that leave a packet for single-ray traversal.
 pub struct SingleHandoff {
     pub single_mask: u64,
-    /// Rays that would leave at several nodes: they restart at the root of the subtree.
+    /// Rays that would leave at several nodes; they restart at the root of the subtree.
     restart_mask: u64,
     pub start_node: [NodeRef; PACKET_SIZE],
     /// Nodes and leaves visited by the packet.
@@ -100,7 +100,7 @@ fn sort_children_far_to_near<I: Isa>(mesh: &Bvh, node: &WideNode, packet: &Packe
         _ => greatest + reach,
     };
     let mut order = [0; 8];
-    // SAFETY: `entry` is one of the six rows; it and the arrays hold eight values, which as floats are only moved.
+    // SAFETY: `entry` is one of the six rows; it and the arrays contain eight values, which as floats are only moved.
     unsafe {
         let bounds = I::F32x8::load(node.bounds.get_unchecked(row).as_ptr());
         let away = bounds.sub(I::F32x8::splat(from)).abs();

@@ -2,10 +2,10 @@
 //!
 //! The rays share their signs and their main axis (the direction octant). Around an apex (the common origin, the common
 //! light, or the first origin) the t at which any ray may enter a box lies in an interval given by the extremes of
-//! their reciprocal directions. That frustum test serves 64 rays; its precision depends on their divergence.
+//! their reciprocal directions. One frustum test applies to 64 rays; its precision depends on their divergence.
 //!
-//! `soa`, `frustum` and `setup` make a packet; `traversal` and `incoherent` traverse a BLAS; `cull`, `triangle_edges`,
-//! `triangle` and `hits` test leaves.
+//! `soa`, `frustum` and `setup` create a packet; `traversal` and `incoherent` traverse a BLAS; `cull`,
+//! `triangle_edges`, `triangle` and `hits` test leaves.
 
 pub(crate) mod cull;
 pub(crate) mod frustum;
@@ -87,7 +87,7 @@ impl Packet {
         entered & active
     }
 
-    /// The origin that all rays share, if they do.
+    /// Origin of all rays, if they share one.
     #[inline(always)]
     pub fn common_origin(&self) -> Option<[f32; 3]> {
         let one = self.origin_range.iter().all(|[least, greatest]| least == greatest);

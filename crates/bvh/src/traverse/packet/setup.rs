@@ -34,8 +34,8 @@ struct LaneTotals<V: Vector> {
 }
 
 impl Packet {
-    /// Sets up at most 64 rays against a tree; false if they are not coherent, or if one of them is not finite or
-    /// parallel to an axis. Slabs get `pad` of the largest coordinate of ray and tree as additional padding.
+    /// Sets up at most 64 rays for a tree; false if they are not coherent, or if one of them is not finite or is
+    /// parallel to an axis. Slabs get additional padding of `pad` times the largest coordinate of ray and tree.
     #[inline(always)]
     pub fn setup<I: Isa>(&mut self, rays: &[Ray], bounds: &Aabb, pad: f32, apex: Apex) -> bool {
         let n = rays.len();
@@ -62,7 +62,7 @@ impl Packet {
                 Apex::Target => first.origin[axis] + first.direction[axis] * first.t_max,
             }),
         };
-        // Two instances: a common origin needs much less work.
+        // Two instances, because a common origin requires much less work.
         let coherent = match apex == Apex::Origin && have_common_origin::<I>(rays) {
             true => self.setup_lanes::<I, true>(&context),
             false => self.setup_lanes::<I, false>(&context),
@@ -191,7 +191,8 @@ impl Packet {
         }
     }
 
-    /// True if all rays have one main axis and one sign per axis, none is parallel to an axis, and all are in range.
+    /// True if all rays have the same main axis and the same sign per axis, none is parallel to an axis, and all are in
+    /// range.
     #[inline(always)]
     fn is_coherent(&self, context: &SetupContext, ranges: &[[f32; 2]; 3]) -> bool {
         let [x, y, z] = self.axes;
@@ -269,7 +270,7 @@ fn max_abs(point: &[f32; 3]) -> f32 {
     x.max(y).max(z)
 }
 
-/// Sixteen rays read as seven vectors: the lanes of each vector that belong to no origin.
+/// Sixteen rays read as seven vectors: the lanes of each vector that do not belong to an origin.
 const NON_ORIGIN_LANES: [u32; 7] = {
     let mut lanes = [0; 7];
     let mut i = 0;
@@ -280,7 +281,7 @@ const NON_ORIGIN_LANES: [u32; 7] = {
     lanes
 };
 
-/// True if all rays start at one point. Compares the rays as they lie in memory, without a transposition.
+/// True if all rays start at one point. Compares the rays as they are stored, without a transposition.
 #[inline(always)]
 fn have_common_origin<I: Isa>(rays: &[Ray; PACKET_SIZE]) -> bool {
     let first = rays[0].origin;

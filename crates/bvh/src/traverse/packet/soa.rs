@@ -22,7 +22,7 @@ pub fn store<I: Isa>(row: &mut [f32; PACKET_SIZE], group: usize, values: I::F32x
 /// The values of a group of [`Isa::RAY_LANES`] rays.
 #[inline(always)]
 pub fn load_rays<I: Isa>(row: &[f32; PACKET_SIZE], group: usize) -> I::RayVec {
-    // SAFETY: a group is taken modulo how many there are, which fill the row.
+    // SAFETY: a group is taken modulo the number of groups, which fill the row.
     unsafe { I::RayVec::load(row.as_ptr().add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES)))) }
 }
 
@@ -61,7 +61,7 @@ impl SlabPlanesSoa {
         plane.mul_add(self.reciprocal[axis][i], -self.offset[axis][i])
     }
 
-    /// The t at which each ray of a group crosses its own plane across an axis; groups as of [`load_rays`].
+    /// t at which each ray of a group crosses its own plane across an axis; groups as in [`load_rays`].
     #[inline(always)]
     pub fn t_at_lanes<I: Isa>(&self, axis: usize, group: usize, planes: I::RayVec) -> I::RayVec {
         let reciprocal = load_rays::<I>(&self.reciprocal[axis], group);

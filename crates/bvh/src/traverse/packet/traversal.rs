@@ -8,8 +8,8 @@ use crate::traverse::node_test::prefetch_block;
 use crate::traverse::packet::Packet;
 use crate::traverse::stack::PacketStack;
 
-/// Leaves that the frustum enters but no ray does, from which on nodes are tested against each ray too: the geometry is
-/// finer than the spacing of the rays.
+/// Number of leaves that the frustum but no ray enters after which nodes are tested against each ray too, because the
+/// geometry is finer than the spacing of the rays.
 const MAX_FALSE_LEAVES: u32 = 32;
 
 /// The work at a leaf.
@@ -37,7 +37,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(mesh: &Bvh, start: NodeRef, packe
                 left &= left - 1;
                 let child = node.children[lane];
                 if child.is_leaf() || false_leaves > MAX_FALSE_LEAVES {
-                    // Most leaves within the frustum are hit by no ray: they are not prefetched.
+                    // Most leaves within the frustum are hit by no ray, so they are not prefetched.
                     entered[lane] = packet.intersect_box::<I>(|row| node.bounds[row][lane], packet.active);
                     if entered[lane] == 0 {
                         false_leaves += 1;

@@ -3,8 +3,8 @@
 //!
 //! The ray is sheared to its main axis; the triangle is hit if its three edge functions do not differ in sign. Each is
 //! a difference of two rounded products, never fused. Two triangles that share an edge compute the same value with
-//! opposite sign, so no ray passes between them; where a value is 0, float64 decides exactly. Front and back faces are
-//! hit, and edges are inside.
+//! opposite sign, so no ray passes between them; if a value is 0, float64 decides exactly. Front and back faces are
+//! hit, and edges count as inside.
 //!
 //! The test has two stages: edge functions, of one ray and sixteen triangles
 //! ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and sixteen rays
@@ -28,13 +28,14 @@ pub struct LaneIntersections<V> {
     /// The triangles, as bits of floats.
     pub triangle: V,
     pub t: V,
-    /// Barycentric weights times `det`: a ray hits several triangles on its way to the closest, and divides once.
+    /// Barycentric weights times `det`: a ray hits several triangles before the closest one is known, and divides only
+    /// once.
     pub u: V,
     pub v: V,
     pub det: V,
 }
 
-/// Intersects the [`Isa::RAY_LANES`] rays of a group with one triangle each, those of [`PotentialHits`], at a t of
+/// Intersects the [`Isa::RAY_LANES`] rays of a group with one triangle each, from [`PotentialHits`], at a t of
 /// `0..=t_max`. With `ANY_HIT` only `hit` is valid.
 #[inline(always)]
 pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
@@ -46,7 +47,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     let mut hit = potential.hit_lanes::<I>(group);
     let zero = I::RayVec::splat(0.0);
     let start = I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES));
-    // SAFETY: a row of 64 words, and a group, as of `load_rays`, lies within; as floats they are only moved.
+    // SAFETY: a row of 64 words contains a group as in `load_rays`; as floats they are only moved.
     let triangle = unsafe { I::RayVec::load(potential.triangle.as_ptr().add(start).cast()) };
     let [kx, ky, kz] = packet.axes;
     let [px, py, pz] = gather_triangles::<I>(leaf, packet.axes, triangle);
@@ -137,16 +138,16 @@ fn resolve_zero_edges<I: Isa>(corners: [I::RayVec; 6], edges: &mut [I::RayVec; 3
     let mut edge_lanes = [[0.0; 16]; 3];
     let mut corner_lanes = [[0.0; 16]; 6];
     for (array, vector) in corner_lanes.iter_mut().zip(corners) {
-        // SAFETY: each array holds at least as many floats.
+        // SAFETY: each array contains at least this many floats.
         unsafe { vector.store(array.as_mut_ptr()) };
     }
     for (array, vector) in edge_lanes.iter_mut().zip(*edges) {
-        // SAFETY: each array holds at least as many floats.
+        // SAFETY: each array contains at least this many floats.
         unsafe { vector.store(array.as_mut_ptr()) };
     }
     let hit = edge_functions_f64_lanes(&corner_lanes, unsure, hit, &mut edge_lanes);
     for (array, vector) in edge_lanes.iter().zip(edges) {
-        // SAFETY: each array holds at least as many floats.
+        // SAFETY: each array contains at least this many floats.
         *vector = unsafe { I::RayVec::load(array.as_ptr()) };
     }
     hit
@@ -163,7 +164,7 @@ fn resolve_sliver_depths<I: Isa>(
     depth: I::RayVec,
 ) -> I::RayVec {
     let mut depths = [0.0; 16];
-    // SAFETY: the array holds at least as many floats.
+    // SAFETY: the array contains at least this many floats.
     unsafe { depth.store(depths.as_mut_ptr()) };
     sliver_depths(leaf, packet, start, potential, behind, &mut depths);
     // SAFETY: as above.
@@ -173,7 +174,7 @@ fn resolve_sliver_depths<I: Isa>(
 /// The corners of one triangle per lane along an axis, by the lanes of their vertices.
 #[inline(always)]
 fn gather_corners<I: Isa>(leaf: &LeafNode, axis: usize, [a, b, c]: &[I::RayVec; 3]) -> [I::RayVec; 3] {
-    // SAFETY: each row of `vertex` holds 16 floats.
+    // SAFETY: each row of `vertex` contains 16 floats.
     let row = unsafe { I::F32x16::load(leaf.vertices[axis].as_ptr()) };
     [I::gather_lanes(row, *a), I::gather_lanes(row, *b), I::gather_lanes(row, *c)]
 }

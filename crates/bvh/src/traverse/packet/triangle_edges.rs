@@ -8,7 +8,7 @@ use crate::traverse::packet::soa::{load, load_xyz, store, to_bitmask};
 use crate::traverse::triangle::edge::inside_mask;
 use crate::traverse::triangle::edge::{corner_lanes, indices, vertices_minus};
 
-/// At most this many rays are tested against all triangles of a leaf: culling would cost as much.
+/// Up to this many rays are tested against all triangles of a leaf, because culling would take as long.
 const ALL_TRIANGLES_THRESHOLD: u32 = 6;
 
 /// Triangles that pass the edge tests, one per ray at a time; most rays have one.

@@ -12,7 +12,7 @@ const SQUARE_ERROR: f32 = 16.0 * MACHINE_EPSILON;
 /// squared sine of the angle at the first corner it bounds that of the foot of the perpendicular.
 const TRIANGLE_ERROR: f32 = 32.0 * MACHINE_EPSILON;
 
-/// The largest coordinate of a point that bounds are computed for: beyond, squares overflow and everything is near.
+/// Maximum coordinate of a point for which bounds are computed; beyond, squares overflow and everything counts as near.
 const MAX_POINT: f32 = (1u64 << 50) as f32;
 
 /// The smallest squared length, for triangles of which the largest relative coordinate is 1 to 2.
@@ -20,7 +20,7 @@ const TINY: f32 = 1e-30;
 
 type Triple<V> = [V; 3];
 
-/// A point in the coordinates of a tree, and the distance up to which something is near.
+/// A point in the coordinates of a tree, and the distance up to which things count as near.
 #[derive(Clone, Copy)]
 pub struct Sphere {
     pub center: [f32; 3],
@@ -33,7 +33,7 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// The sphere around a point; everything is near to a point that is too far away.
+    /// Sphere around a point; everything counts as near to a point that is too far away.
     pub fn new(center: [f32; 3], error: f32, condition: f32) -> Sphere {
         let reach = center.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
         let is_known = reach <= MAX_POINT && error <= MAX_POINT;
@@ -61,7 +61,7 @@ pub fn box_distances<I: Isa>(node: &WideNode, sphere: &Sphere) -> I::F32x8 {
 /// The squared distances of the children's slabs across an axis.
 #[inline(always)]
 fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32x8 {
-    // SAFETY: each row of bounds holds 8 floats.
+    // SAFETY: each row of bounds contains 8 floats.
     let lower = unsafe { I::F32x8::load(node.bounds[2 * axis].as_ptr()) };
     // SAFETY: as above.
     let upper = unsafe { I::F32x8::load(node.bounds[2 * axis + 1].as_ptr()) };
@@ -70,17 +70,17 @@ fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32
     gap.mul(gap)
 }
 
-/// Bit i: triangle i of the leaf may be near. Unless a filter may refuse the nearest, none is that is surely farther
-/// than it.
+/// Bit i: triangle i of the leaf may be near. Triangles that are certainly farther than the nearest are excluded,
+/// unless a filter may reject the nearest.
 #[inline(always)]
 pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: bool) -> u32 {
-    // Without closures, whose code would lack the instruction set.
+    // Without closures, whose code would not use the instruction set.
     let [x, y, z] = sphere.center;
     let x = vertices_minus::<I>(leaf, 0, x);
     let y = vertices_minus::<I>(leaf, 1, y);
     let z = vertices_minus::<I>(leaf, 2, z);
     let reach = x.abs().max(y.abs()).max(z.abs()).reduce_max().max(f32::MIN_POSITIVE);
-    // A power of two that makes the largest coordinate 1 to 2: products neither over- nor underflow.
+    // A power of two that scales the largest coordinate to 1 to 2, so that products neither overflow nor underflow.
     let unit = f32::from_bits(reach.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE).recip();
     let (scale, reach) = (I::F32x16::splat(unit), reach * unit);
     let index = indices::<I>(leaf);
@@ -99,7 +99,7 @@ pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: b
     }
     let limit = error.add(I::F32x16::splat(radius));
     let limit = limit.mul(limit).add(I::F32x16::splat(f32::MIN_POSITIVE));
-    // A distance that is not a number is near.
+    // A NaN distance counts as near.
     let near = <I::F32x16 as Vector>::to_bitmask(squared.le(limit));
     let far = <I::F32x16 as Vector>::to_bitmask(limit.le(squared));
     (near | !far) & used

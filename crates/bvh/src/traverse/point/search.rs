@@ -55,7 +55,7 @@ pub fn closest_points_batch<I: Isa>(
             local,
             error: F64_ERROR * (reach + f64::from(scene.max_abs_coord)),
             best: ClosestPoint::MISS,
-            // A little more: the distance itself is compared at the end.
+            // Slightly larger, because the distance itself is compared at the end.
             squared_distance: max_distance * max_distance * (1.0 + 4.0 * f64::EPSILON),
         };
         if let Some((instance, triangle)) = hint
@@ -97,7 +97,7 @@ impl PointSearch<'_> {
         };
     }
 
-    /// The radius within which something is near, in coordinates `scale` times as large as those of the world.
+    /// Radius within which things count as near, in coordinates `scale` times as large as those of the world.
     #[inline(always)]
     fn radius(&self, scale: f64) -> f32 {
         let radius = (self.squared_distance.sqrt() * scale * (1.0 + 4.0 * f64::EPSILON)) as f32;
@@ -175,7 +175,7 @@ impl PointSearch<'_> {
 fn enter<I: Isa>(node: &WideNode, sphere: &Sphere, stack: &mut Stack) -> Option<NodeRef> {
     let distances = box_distances::<I>(node, sphere);
     let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
-    // No closure: it would not have the instruction set of its function.
+    // No closure, because it would not use the instruction set of its function.
     if into == 0 { None } else { Some(stack.push::<I>(node, distances, into)) }
 }
 

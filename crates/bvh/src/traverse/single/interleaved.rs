@@ -1,9 +1,9 @@
-//! Interleaved traversal of incoherent rays, in the manner of AMAC (O. Kocberber, B. Falsafi and B. Grot, "Asynchronous
+//! Interleaved traversal of incoherent rays, similar to AMAC (O. Kocberber, B. Falsafi and B. Grot, "Asynchronous
 //! Memory Access Chaining", VLDB 2015).
 //!
-//! One thread advances 24 rays round-robin, so that one ray's prefetch overlaps the others' work. Rays at nodes and
-//! rays at leaves are processed in separate loops, since the kind of a ray's next step is unpredictable. Ready rays are
-//! bit masks by next step; a queue in memory would add a store-to-load dependency per step.
+//! One thread advances 24 rays in turn, so that one ray's prefetch overlaps the others' work. Rays at nodes and rays at
+//! leaves are processed in separate loops, because the kind of a ray's next step is unpredictable. Ready rays are bit
+//! masks by next step; a queue in memory would add a store-to-load dependency per step.
 
 use crate::node::NodeRef;
 use crate::scene::Scene;
@@ -26,10 +26,10 @@ pub trait RayInFlight<'a> {
     /// Tests one node.
     fn step_node<I: Isa>(&mut self);
 
-    /// Tests one leaf; true if triangles are left for [`RayInFlight::step_triangles`].
+    /// Tests one leaf; true if triangles remain for [`RayInFlight::step_triangles`].
     fn step_leaf<I: Isa>(&mut self) -> bool;
 
-    /// Loads a triangle for [`RayInFlight::step_triangles`]: a loop of its own overlaps the loads of many rays.
+    /// Loads a triangle for [`RayInFlight::step_triangles`]; a separate loop overlaps the loads of many rays.
     #[inline(always)]
     fn load_triangle<I: Isa>(&mut self) {}
 
@@ -86,7 +86,7 @@ fn pop_lowest_bit(bits: &mut u32) -> u32 {
     i
 }
 
-/// Traces all rays of a source; `idle` makes a state without a ray, in place, since states are large.
+/// Traces all rays of a source; `idle` creates a state without a ray in place, because states are large.
 #[inline(always)]
 pub fn traverse_interleaved<'a, I: Isa, R: RayInFlight<'a>>(
     scene: &'a Scene,
@@ -109,7 +109,7 @@ pub fn traverse_interleaved<'a, I: Isa, R: RayInFlight<'a>>(
             let mut left = ready.nodes;
             while left != 0 {
                 let i = pop_lowest_bit(&mut left);
-                // SAFETY: states, no more of them, set the bits.
+                // SAFETY: only existing states set the bits.
                 let state = unsafe { states.get_unchecked_mut(i as usize) };
                 state.step_node::<I>();
                 ready.add(i, state);

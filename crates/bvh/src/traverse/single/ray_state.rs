@@ -45,8 +45,8 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     current_instance: u32,
     /// Only this instance is traversed.
     single_instance: bool,
-    /// `ray` has the given direction and is parallel to no axis: a translation of its origin suits other instances that
-    /// are only translated.
+    /// `ray` has the given direction and is not parallel to an axis, so a translation of its origin is sufficient for
+    /// other instances that are only translated.
     direction_reusable: bool,
     /// The scale of t along the TLAS ray, relative to the given ray.
     tlas_t_scale: f64,
@@ -56,7 +56,7 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     stack: Stack,
 }
 
-// An odd number of cache lines: the same fields of all states lie in different L1 sets.
+// An odd number of cache lines, so that the same fields of all states are in different L1 sets.
 const _: () = assert!(size_of::<RayState<false>>() / 64 % 2 == 1);
 
 impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
@@ -244,8 +244,8 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
         prefetch_block::<I>(self.blocks, self.node);
     }
 
-    /// Tests the edges of the triangles, branch-free, since candidates are unpredictable; without one, pops the next
-    /// node. Any hit is found in one step: most rays end too early for two steps to be faster.
+    /// Tests the edges of the triangles, branch-free because candidates are unpredictable; without a candidate, pops
+    /// the next node. Any hits are found in one step, because most rays end too early for two steps to be faster.
     #[inline(always)]
     fn step_leaf<I: Isa>(&mut self) -> bool {
         let leaf = leaf(self.blocks, self.node);

@@ -13,7 +13,7 @@ use crate::traverse::stream::octant_sort::{MAX_BLOCK, OctantSorter};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::root_cull::{RootCull, TRIAL_RAYS};
 
-/// Queued single rays from which they are traced.
+/// Number of queued single rays above which they are traced.
 pub const SINGLE_FLUSH_THRESHOLD: usize = 2048;
 
 /// Rays queued for single-ray traversal.
@@ -85,7 +85,7 @@ impl<'a> RayChunk<'a> {
         }
     }
 
-    /// Queues rays that have not hit anything yet: for the octant sort if the coherence is unknown, else as single
+    /// Queues rays that have not hit anything yet: for the octant sort if the coherence is unknown, otherwise as single
     /// rays.
     #[inline(always)]
     fn defer_incoherent(&mut self, mut lanes: u64, indices: RayIndices) {
@@ -135,7 +135,7 @@ impl<'a> RayChunk<'a> {
                 let within = |ray: &Ray| self.scene.is_within_reach(ray.origin);
                 let (bounds, reach) = (&self.scene.bounds, self.scene.max_abs_coord);
                 let pad = self.scene.relative_padding(rays.iter().all(within));
-                // Packets pad by the size of the bounds; that of the meshes may be larger.
+                // Packets pad by the size of the bounds; the bounds of the meshes may be larger.
                 (bounds, pad * (reach / bounds.max_abs_coord()).max(1.0))
             }
         };

@@ -1,7 +1,7 @@
-//! Octant sort: a counting sort of incoherent rays by direction class, whose packets start anywhere.
+//! Octant sort: a counting sort of incoherent rays by direction class; the packets may start anywhere.
 //!
-//! Every ray is tested against every box, and small groups continue as single rays. That pays near the root of a tree,
-//! and in all of a small one.
+//! Every ray is tested against every box, and small groups continue as single rays. This is faster near the root of a
+//! tree, and in all of a small tree.
 
 use crate::ray::Ray;
 use crate::scene::backoff::Backoff;
@@ -18,8 +18,8 @@ const FIRST_BLOCK: usize = 1024;
 /// Fewer rays of a class are traced as single rays.
 const MIN_PACKET_RAYS: usize = 16;
 
-/// Packet rays before the first verdict. Packets pay if they visit at most `MAX_VISITS_PER_RAY` nodes and leaves for
-/// each ray that they complete.
+/// Number of packet rays before the first evaluation. Packets are faster if they visit at most `MAX_VISITS_PER_RAY`
+/// nodes and leaves for each ray that they complete.
 const TRIAL_RAYS: usize = 4 * PACKET_SIZE;
 const MAX_VISITS_PER_RAY: usize = 1;
 
@@ -31,11 +31,12 @@ pub struct OctantSorter<'a> {
     cursor: usize,
     /// The rays of the current packet.
     packet: Vec<Ray>,
-    /// Rays of the block in packets, how often one of them became a single ray, and the nodes and leaves visited.
+    /// Rays of the block in packets, the number of times that one of them became a single ray, and the nodes and leaves
+    /// visited.
     packet_rays: usize,
     single_count: usize,
     visits: usize,
-    /// True if packets paid in the last trial.
+    /// True if packets were faster in the last trial.
     is_profitable: bool,
     backoff: &'a Backoff,
 }
@@ -147,7 +148,7 @@ mod tests {
     use super::*;
     use crate::simd::Portable;
 
-    /// Rays in all direction classes, of which each 50th is flat along an axis.
+    /// Rays in all direction classes, of which every 50th is flat along an axis.
     fn rays(count: usize) -> Vec<Ray> {
         let component = |i: usize, k: usize| match (i + k) % 50 {
             0 if k == 0 => 0.0,
@@ -158,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_are_traced_once_in_a_packet_or_alone() {
+    fn rays_are_traced_exactly_once_in_a_packet_or_singly() {
         let rays = rays(1500);
         let ray_ids: Vec<u32> = (0..1500).step_by(2).collect();
         let skip = Backoff::default();
@@ -207,7 +208,7 @@ mod tests {
         assert!(few < all / 2 && sorter.block_size() == FIRST_BLOCK, "{few}");
         assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), 0);
         assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), all);
-        // Nor in the next batch.
+        // The same applies to the next batch.
         packets(&mut sorter, MAX_VISITS_PER_RAY + 1);
         assert_eq!(packets(&mut OctantSorter::new(&skip), MAX_VISITS_PER_RAY), 0);
     }

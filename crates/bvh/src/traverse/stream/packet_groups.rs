@@ -15,7 +15,7 @@ const MIN_CHUNK_RAYS: usize = 5;
 /// Direction classes: 8 octants for each of 3 main axes, and a rest.
 pub const DIRECTION_CLASSES: usize = 32;
 
-/// The class of a ray that makes no packet: not finite, or parallel to an axis.
+/// Class of a ray that cannot be in a packet: not finite, or parallel to an axis.
 pub const UNGROUPED: u8 = DIRECTION_CLASSES as u8 - 1;
 
 /// The index in the chunk of the ray in each lane; `None` if every ray is in its own lane.
@@ -101,7 +101,7 @@ impl RayBatch {
     }
 }
 
-/// The groups of a chunk: first the whole; if that is not coherent, one per direction class.
+/// Groups of a chunk: first the whole chunk; if it is not coherent, one group per direction class.
 pub struct OctantGroups {
     direction_class: [u8; PACKET_SIZE],
     remaining: u64,
@@ -129,7 +129,7 @@ impl OctantGroups {
         self.is_whole = false;
     }
 
-    /// The lanes of the next group, and whether a packet of them may be faster.
+    /// Lanes of the next group, and true if a packet of them may be faster.
     #[inline(always)]
     pub fn next(&mut self) -> Option<(u64, bool)> {
         if self.remaining == 0 {
@@ -154,13 +154,13 @@ impl OctantGroups {
     }
 }
 
-/// The direction class as [`crate::traverse::packet::Packet::setup`] requires it. Branch-free, since directions are
+/// Direction class as required by [`crate::traverse::packet::Packet::setup`]. Branch-free, because directions are
 /// unpredictable.
 #[inline(always)]
 fn direction_class([x, y, z]: [f32; 3]) -> u8 {
     const MIN_DIRECTION_RATIO: u32 = (1.0 / MAX_RECIPROCAL).to_bits();
     const INFINITE: u32 = f32::INFINITY.to_bits();
-    // Bits of non-negative floats are ordered as the floats are.
+    // Bits of non-negative floats have the same order as the floats.
     let [dx, dy, dz] = [x.to_bits(), y.to_bits(), z.to_bits()];
     let [x, y, z] = [dx << 1 >> 1, dy << 1 >> 1, dz << 1 >> 1];
     let least = x.min(y).min(z);
@@ -189,7 +189,7 @@ pub fn direction_classes<I: Isa>(rays: &[Ray], numbers: &[u32], out: &mut [u8]) 
             ray.cast::<f32>().wrapping_add(3)
         });
         let mut lanes = [[0.0f32; LANES]; 3];
-        // SAFETY: behind the three floats of a ray's direction lies its t_max; the rows hold sixteen floats.
+        // SAFETY: the three floats of a ray's direction are followed by its t_max; the rows contain sixteen floats.
         unsafe {
             let columns = I::load_transposed(from);
             for (row, column) in lanes.iter_mut().zip(columns) {
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_are_grouped_once_with_similar_rays() {
+    fn rays_are_grouped_exactly_once_with_similar_rays() {
         let kinds = [[1.0, 0.5, 0.25], [1.0, -0.5, 0.25], [0.5, 1.0, 0.25]];
         let mut rays: Vec<Ray> = (0..PACKET_SIZE).map(|i| ray(kinds[i * i % 3])).collect();
         rays[5] = ray([1.0, 0.0, 0.25]);

@@ -67,8 +67,8 @@ impl<'a> RootCull<'a> {
         away
     }
 
-    /// Bit i: ray i may enter a child, is not finite, or is parallel to an axis. Slabs are padded at least as those of
-    /// packets.
+    /// Bit i: ray i may enter a child, is not finite, or is parallel to an axis. Slabs are padded at least as much as
+    /// those of packets.
     #[inline(always)]
     fn intersects_root<I: Isa>(&self, root: &WideNode, rays: [&Ray; 16]) -> u32 {
         let scene = self.scene;
@@ -153,7 +153,7 @@ mod tests {
     use crate::simd::Portable;
     use crate::{Bvh, Instance};
 
-    /// A wide floor and 400 small triangles above it; the mesh is instance so often, side by side.
+    /// A wide floor and 400 small triangles above it; the mesh has this many instances side by side.
     fn scene(copies: usize) -> Scene {
         let random = |i: usize, k: usize| ((i * 3 + k) as f32 * 12.9898).sin();
         let mut vertices = vec![[-9.0, -1.0, -9.0], [9.0, -1.0, -9.0], [0.0, -1.0, 9.0]];
@@ -216,18 +216,18 @@ mod tests {
                 for (i, ray) in some.iter().enumerate() {
                     let stays = staying >> i & 1 != 0;
                     assert!(stays || !enters(root, ray), "{ray:?}");
-                    // Not those that just miss a corner.
+                    // Except those that just miss a corner.
                     missing += usize::from(i % 2 == 0 && !enters(root, ray));
                     away += usize::from(i % 2 == 0 && !stays);
                 }
             }
-            // Hardly any other stays.
+            // Hardly any other ray remains.
             assert!(missing > 2000 && away > missing - missing / 20, "{away} of {missing}");
         }
     }
 
     #[test]
-    fn unusual_rays_are_not_culled() {
+    fn infinite_and_axis_parallel_rays_are_not_culled() {
         let scene = scene(1);
         let cull = RootCull::new(&scene);
         let away = Ray { origin: [0.0, 20.0, 0.0], direction: [1.0, 1.0, 2.0], t_max: 1.0 };

@@ -19,7 +19,7 @@ pub trait PacketQuery {
     /// A ray in instance coordinates, clipped at its closest hit.
     fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray;
 
-    /// The largest valid t of a ray, given that at the start of the TLAS traversal; negative if it is done.
+    /// Maximum valid t of a ray, given its value at the start of the TLAS traversal; negative if the ray is done.
     fn t_max(&self, index: usize, t_max: f32) -> f32;
 
     /// Traverses a subtree of an instance by a packet.

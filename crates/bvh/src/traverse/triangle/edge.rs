@@ -46,7 +46,7 @@ pub fn corner_lanes(leaf: &LeafNode, k: usize) -> [usize; 3] {
     leaf.packed_indices.map(|packed| usize::from(packed_index(packed, k)))
 }
 
-/// [`inside_mask`] in two halves, since sixteen triangles exceed the registers; many leaves have no more than eight.
+/// [`inside_mask`] in two halves, because sixteen triangles exceed the registers; many leaves have at most eight.
 #[inline(always)]
 fn inside_mask_by_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) -> u32 {
     let lower = inside_mask_half::<I, 0>(px, py, leaf);

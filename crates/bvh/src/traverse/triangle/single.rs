@@ -8,7 +8,7 @@ use crate::simd::{Isa, Vector};
 use crate::traverse::trav_ray::TravRay;
 use crate::traverse::triangle::edge::{corner_lanes, edge_functions_f64, indices, inside_mask, vertices_minus};
 
-/// The view of a ray that triangle tests need, of a single ray or of one in a packet.
+/// View of a ray that triangle tests require, for a single ray or a ray in a packet.
 pub trait RayView: Copy {
     /// See [`TravRay::axes`].
     fn axes(&self) -> [usize; 3];
@@ -61,7 +61,7 @@ pub fn shear_vertices<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> [I::F32x16;
     [px, py]
 }
 
-/// Bit i: the ray passes the edge test of triangle i, or so closely that [`intersect_triangle`] decides.
+/// Bit i: the ray passes the edge test of triangle i, or is so close that [`intersect_triangle`] decides.
 #[inline(always)]
 pub fn edge_test<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> u32 {
     let [px, py] = shear_vertices::<I>(leaf, ray);
@@ -82,7 +82,7 @@ pub fn intersect_triangle(leaf: &LeafNode, k: usize, ray: impl RayView, t_max: f
     intersect::<_, false>(leaf, k, ray, t_max)
 }
 
-/// A separate function keeps the common path small.
+/// A separate function, to keep the common path small.
 #[cold]
 #[inline(never)]
 fn intersect_sliver(leaf: &LeafNode, k: usize, ray: impl RayView, t_max: f32) -> Option<TriangleIntersection> {
@@ -122,7 +122,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
         return None;
     }
     if !SLIVER && leaf.is_sliver(k) && enter < 0.0 {
-        // Field by field: the struct would go through memory and stall on store forwarding.
+        // Field by field, because the struct would go through memory and stall on store forwarding.
         let TriangleIntersection { t, u, v } = intersect_sliver(leaf, k, ray, t_max)?;
         return Some(TriangleIntersection { t, u, v });
     }
@@ -136,7 +136,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
         [u, v, w] = edge_functions_f64([ax, ay, bx, by, cx, cy])?;
     }
     let det = u + v + w;
-    // One division, not one per weight: later hits are rejected without the others.
+    // One division for t before those of the weights, because later hits are rejected without them.
     let mut depth = (u * z[0] + v * z[1] + w * z[2]) / det;
     if SLIVER {
         depth = plane_depth_f64(leaf, k, ray, depth);
@@ -148,8 +148,8 @@ fn intersect<L: RayView, const SLIVER: bool>(
 /// The depth along the main axis at which the ray hits triangle `k` of the leaf, by the float64 plane of its corners;
 /// `depth` if there is no plane.
 ///
-/// The weighted sum of corners is off by as much as they are far, for a sliver. If its bounds contain the origin, the
-/// sign of that depth is unreliable.
+/// For a sliver, the error of the weighted sum is as large as the distance of its corners. If its bounds contain the
+/// origin, the sign of that depth is unreliable.
 pub fn plane_depth_f64(leaf: &LeafNode, k: usize, ray: impl RayView, depth: f32) -> f32 {
     let axes = ray.axes();
     let [a, b, c] = corner_lanes(leaf, k)

@@ -1,10 +1,12 @@
-//! Every ray against every triangle in float64, in Plücker coordinates: an independent judge of the kernels' answers.
+//! Every ray against every triangle in float64, in Plücker coordinates: an independent reference for the kernels'
+//! answers.
 //!
-//! A ray passes an edge on one side or the other by the sign of a volume, which has a length: how far from the edge.
-//! Float32 cannot tell hits within the *tie band*: on either side of an edge, [`BAND`] of the distance from the ray's
-//! origin to the triangle; on either side of its plane, as many times that as it is longer than wide, for t comes from
-//! the volumes and they from the width. An answer must be a triangle that is met within the band, and nothing that is
-//! met outside of it may be nearer. No other answer is right.
+//! The sign of a volume determines on which side a ray passes an edge; divided by a length, the volume is the distance
+//! from the edge. Float32 cannot distinguish hits within the *tie band*. On either side of an edge, the band is
+//! [`BAND`] times the distance from the ray's origin to the triangle. On either side of the triangle's plane, it is
+//! larger by the triangle's ratio of length to width, because t is computed from the volumes and they depend on the
+//! width. A correct answer is a triangle that is hit within the band, such that no triangle hit outside the band is
+//! nearer. No other answer is correct.
 #![allow(clippy::needless_range_loop)]
 
 use std::sync::Arc;
@@ -38,30 +40,30 @@ fn length(a: V3) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// A mesh as the judge sees it.
+/// A mesh in the form used by the reference.
 pub struct Brute {
     pub name: String,
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
-    /// Direction and moment of the three edges of each triangle, number by number.
+    /// Direction and moment of the three edges of each triangle, component by component.
     edges: [Vec<f64>; 18],
-    /// No vertex is farther from the origin.
+    /// Upper bound on the distance of vertices from the origin.
     reach: f64,
     longest_edge: f64,
 }
 
-/// One triangle that a ray meets, as far as the band allows.
+/// A triangle that a ray hits, within the band.
 #[derive(Clone, Copy, Debug)]
 pub struct Intersection {
     pub triangle: u32,
     pub t: f64,
-    /// By how much t may be off.
+    /// Possible error of t.
     pub slack: f64,
-    /// Outside the band: met for sure.
+    /// True if the hit is outside the band and therefore certain.
     pub sure: bool,
 }
 
-/// Triangles whose sides are told together, so that the compiler does so in vectors.
+/// Number of triangles whose sides are computed together, so that the compiler vectorises the loop.
 const ROW: usize = 16;
 
 impl Brute {
@@ -102,7 +104,7 @@ impl Brute {
         met.clear();
         let (d, m) = (ray.direction, cross(ray.origin, ray.direction));
         let speed = length(d);
-        // Whatever is this far outside of an edge is outside of the band too, and most is.
+        // Anything this far outside an edge is also outside the band; most triangles are.
         let far = length(ray.origin) + self.reach;
         let outside = -speed * far * (2.0 * band * self.longest_edge + 1e-14 * far);
         let n = self.triangle_count();
@@ -127,7 +129,7 @@ impl Brute {
         }
     }
 
-    /// The same for one triangle, by volumes that are as exact as the edge is short.
+    /// The same for one triangle, with volumes whose accuracy is proportional to the edge length.
     fn intersect_one(&self, ray: &ExactRay, k: usize, band: f64) -> Option<Intersection> {
         let p = self.triangles[k].map(|i| self.vertices[i as usize].map(f64::from));
         let away = p.map(|p| length(sub(p, ray.origin)));
@@ -156,7 +158,7 @@ impl Brute {
         Some(Intersection { triangle: k as u32, t, slack, sure })
     }
 
-    /// The fault of an answer, a triangle and its t or none; none if it is right.
+    /// Fault of an answer (a triangle and its t, or `None`); `None` if the answer is correct.
     pub fn fault(met: &[Intersection], answer: Option<(u32, f64)>) -> Option<String> {
         let mut sure = met.iter().filter(|met| met.sure);
         let Some((triangle, t)) = answer else {
@@ -201,11 +203,12 @@ impl Rng {
     }
 }
 
-/// The kinds of meshes, which take turns.
+/// Kinds of meshes, used in turn.
 pub const KINDS: [&str; 5] = ["soup", "grains", "needles", "grid", "heights"];
 
-/// A hundred meshes, no two alike: soups of large, small and very different triangles, needles, grids that rays meet in
-/// their corners, height fields, copies; of 1 to `most` triangles, small and large, around the origin and beside it.
+/// A hundred different meshes: random triangles of large, small and very different sizes, needles, grids whose corners
+/// rays hit, height fields, and copies. They have 1 to `most` triangles, are small or large, and are around the origin
+/// or next to it.
 pub fn meshes(most: usize) -> Vec<Brute> {
     let mut rng = Rng(7);
     (0..100).map(|number| mesh(number, most, &mut rng)).collect()
@@ -228,7 +231,7 @@ fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
             vertices.push(std::array::from_fn(|i| centre[i] + size * a[i]));
             vertices.push(std::array::from_fn(|i| centre[i] + size * (a[i] + thin * b[i])));
             triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
-            // Now and then the same triangle again.
+            // Occasionally the same triangle again.
             if rng.below(16) == 0 && k > 0 {
                 triangles[k as usize] = triangles[rng.below(k as usize)];
             }
@@ -252,8 +255,8 @@ fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
     Brute::new(format!("{number} ({kind})"), vertices, triangles)
 }
 
-/// A ray at a mesh: from around it, from afar, from a surface; at a triangle, at a corner, along an axis; of any
-/// length.
+/// A ray of any length towards a mesh: from around it, from far away, or from a surface; towards a triangle, towards a
+/// corner, or along an axis.
 fn aim(mesh: &Brute, rng: &mut Rng) -> Ray {
     let triangle = mesh.triangles[rng.below(mesh.triangles.len())];
     let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);
@@ -317,7 +320,7 @@ const BATCH: usize = 512;
 /// Rays per batch that are also traced in float64.
 const EXACT_BATCH: usize = BATCH / 8;
 
-/// Answers in float64 to the first rays of a batch, and to their origins as points.
+/// Float64 answers for the first rays of a batch, and for their origins as points.
 struct ExactAnswers {
     hits: [ExactHit; EXACT_BATCH],
     occluded: [bool; EXACT_BATCH],
@@ -341,7 +344,7 @@ impl ExactAnswers {
         found
     }
 
-    /// Faults of ray `i`; `met` are its triangles within the band of float64.
+    /// Faults of ray `i`; `met` contains its triangles within the float64 band.
     fn faults(&self, i: usize, mesh: &Brute, ray: &ExactRay, met: &[Intersection], tally: &mut Tally) -> Vec<String> {
         let hit = &self.hits[i];
         let answer = (hit.triangle != INVALID_ID).then_some((hit.triangle, hit.t));
@@ -368,8 +371,8 @@ impl ExactAnswers {
     }
 }
 
-/// Asks a scene of the mesh for `n` rays: nearest, any, and every eighth in float64 with its crossings and the point
-/// closest to its origin, judged by brute force.
+/// Queries a scene of the mesh with `n` rays: closest hits, any hits and, for every eighth ray in float64, its
+/// crossings and the point closest to its origin; all are compared with brute force.
 pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
     let mut rng = Rng(seed * 2 + 1);
     let mut tally = Tally::default();

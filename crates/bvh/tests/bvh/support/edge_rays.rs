@@ -1,4 +1,4 @@
-//! Rays aimed at the edges and vertices of closed meshes, none of which may pass through.
+//! Rays aimed at the edges and vertices of closed meshes; none may pass through.
 #![allow(dead_code)]
 
 use std::sync::Arc;
@@ -26,13 +26,13 @@ impl Rng {
     }
 }
 
-/// A closed mesh around `centre`, star-shaped as seen from there, and where it lies in the scene.
+/// A closed mesh around `centre`, star-shaped as seen from there, and its position in the scene.
 pub struct Closed {
     pub name: String,
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     centre: [f32; 3],
-    /// Within this much of the centre along each axis, everything sees the whole of the inside.
+    /// From positions within this distance of the centre along each axis, the whole inside is visible.
     room: f32,
     place: [[f32; 4]; 3],
 }
@@ -58,7 +58,7 @@ fn bumpy(
     for i in 1..n {
         for j in 0..m {
             let (a, b) = (std::f32::consts::PI * i as f32 / n as f32, std::f32::consts::TAU * j as f32 / m as f32);
-            // No steeper than the centre's surroundings can look over, also where the sectors meet.
+            // Not too steep for any position near the centre to see over, including where the sectors meet.
             let bump = 4.0 / m.max(80) as f32 * a.sin() * rng.unit();
             vertices.push(point(a, b, 1.0 + bump));
         }
@@ -76,10 +76,10 @@ fn bumpy(
     Closed { name: name.into(), vertices, triangles, centre, room: 0.1 * size * thin.min(1.0), place }
 }
 
-/// Embree's offset: a crack of its early versions was found there.
+/// Embree's offset, at which a crack of its early versions was found.
 const FAR: [f32; 3] = [148_376.0, 1234.0, -223_423.0];
 
-/// The meshes of the trial.
+/// Meshes of the trial.
 pub fn meshes() -> Vec<Closed> {
     let zero = [0.0; 3];
     let round = (40, 80);
@@ -115,7 +115,7 @@ fn jiggle(x: f32, rng: &mut Rng) -> f32 {
 }
 
 impl Closed {
-    /// Builds it.
+    /// Builds the mesh.
     pub fn scene(&self, isa: InstructionSet) -> Result<Scene, Box<dyn std::error::Error>> {
         let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles)?);
         let mut scene = Scene::build(vec![Instance { bvh, world_from_mesh: self.place }], [0.0; 3])?;
@@ -129,24 +129,24 @@ impl Closed {
         self.place.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
-    /// The corners of all triangles where they lie in the scene, in float32.
+    /// Corners of all triangles at their positions in the scene, in float32.
     pub fn placed_vertices(&self) -> Vec<[f32; 3]> {
         self.vertices.iter().map(|v| self.placed(*v)).collect()
     }
 
-    /// Three vertices a triangle.
+    /// Three vertices per triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// [`BATCH`] rays through points that are on vertices and edges or within 4 ulp of them, and whether they are to be
-    /// answered together. All must meet the mesh before their t_max: those from inside (half of the batches, each from
-    /// one point) have no way out, and those from outside end deep inside.
+    /// [`BATCH`] rays through points on vertices and edges or within 4 ulp of them, and true if they are to be traced
+    /// together. All must hit the mesh before their t_max: rays from inside (half of the batches, each from one point)
+    /// cannot leave the mesh, and rays from outside end deep inside.
     pub fn aim(&self, rays: &mut Vec<Ray>, rng: &mut Rng) -> Coherence {
         let inside = rng.below(2) == 0;
         rays.clear();
         let deep = self.placed(std::array::from_fn(|a| self.centre[a] + self.room * (2.0 * rng.unit() - 1.0)));
-        // How many times farther than the surface the outside ones start.
+        // Distance from which outside rays start, as a multiple of the surface's.
         let away = 10f32.powf(5.0 * rng.unit() - 2.0);
         for _ in 0..BATCH {
             let triangle = self.triangles[rng.below(self.triangles.len())];
@@ -167,7 +167,7 @@ impl Closed {
         [Coherence::Coherent, Coherence::Incoherent][rng.below(2)]
     }
 
-    /// Aims `n` rays at vertices and edges, from inside and from outside: none may get through, whatever it is asked.
+    /// Aims `n` rays at vertices and edges, from inside and from outside; none may pass through, in any query.
     pub fn trial(&self, scene: &Scene, n: usize, seed: u64) -> Tally {
         let mut rng = Rng(seed * 2 + 1);
         let mut tally = Tally::default();

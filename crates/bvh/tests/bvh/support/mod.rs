@@ -10,7 +10,7 @@ use raycam_bvh::{Bvh, ExactRay, ExactTriangles, Instance, InstructionSet, Ray, S
 
 pub const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
-/// A small generator of random numbers (xorshift64*).
+/// A small random number generator (xorshift64*).
 pub struct Rng(pub u64);
 
 impl Rng {
@@ -47,7 +47,7 @@ impl Mesh {
     }
 }
 
-/// Triangles of random size and place.
+/// Triangles of random size and position.
 pub fn soup(n: usize, size: f32, rng: &mut Rng) -> Mesh {
     let mut vertices = vec![];
     for _ in 0..n {
@@ -96,7 +96,7 @@ pub fn grid(n: usize) -> Mesh {
     Mesh { vertices, triangles }
 }
 
-/// Rays from around a box of `size`, most of them towards it.
+/// Rays from around a box of `size`, most of them towards the box.
 pub fn rays(n: usize, size: f32, rng: &mut Rng) -> Vec<Ray> {
     (0..n)
         .map(|i| {
@@ -151,7 +151,7 @@ impl World {
         Scene::build(instances.collect(), self.origin).unwrap()
     }
 
-    /// Brute force: the nearest t, instance and triangle, and the t of the next triangle in line.
+    /// Brute force: the nearest t, instance and triangle, and the t of the next nearest triangle.
     pub fn nearest(&self, ray: &ExactRay) -> (f64, u32, u32, f64) {
         let mut best = (f64::INFINITY, u32::MAX, u32::MAX, f64::INFINITY);
         for (i, (_, triangles, _)) in self.instances.iter().enumerate() {

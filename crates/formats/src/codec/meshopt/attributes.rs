@@ -1,17 +1,17 @@
-//! Mode 0: elements as differences from the element before, byte by byte.
+//! Mode 0: elements as byte-wise differences from the previous element.
 
 use crate::codec::meshopt::stream::Stream;
 
-/// Elements that share their differences' bit widths.
+/// Number of elements that share the bit widths of their differences.
 const GROUP_ELEMENTS: usize = 16;
 const MAX_BLOCK_ELEMENTS: usize = 256;
 
-/// The most elements of one block.
+/// Maximum number of elements in a block.
 pub(super) fn block_elements(stride: usize) -> usize {
     ((8192 / stride) & !(GROUP_ELEMENTS - 1)).min(MAX_BLOCK_ELEMENTS)
 }
 
-/// Coding of the differences of a channel of four bytes.
+/// Encoding of the differences of a four-byte channel.
 #[derive(Clone, Copy)]
 enum ChannelMode {
     /// Four bytes.
@@ -33,7 +33,7 @@ impl ChannelMode {
     }
 }
 
-/// `count` elements of `stride` bytes; the shape has been checked.
+/// Decodes `count` elements of `stride` bytes; the shape has been checked.
 pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     let tail_size = |header| match header {
         0xa0 => stride.max(32),
@@ -48,7 +48,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
             let modes: Result<_, _> = modes.iter().map(|&mode| ChannelMode::new(mode)).collect();
             (baseline, modes?)
         }
-        other => return Err(format!("header {other:#04x}, expected 0xa0 or 0xa1")),
+        other => return Err(format!("header {other:#04x}; expected 0xa0 or 0xa1")),
     };
     let mut last = baseline.to_vec();
     let mut out = Vec::new();
@@ -76,7 +76,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
     Ok(out)
 }
 
-/// The differences of one byte of the elements of a block. `control` is there from version 1 on.
+/// Decodes the differences of one byte of a block's elements. `control` is present from version 1 on.
 fn read_deltas(
     stream: &mut Stream<'_>,
     control: Option<u8>,
@@ -109,13 +109,13 @@ fn read_deltas(
     Ok(())
 }
 
-/// A group of differences of 1, 2 or 4 bits; where all of them are set, the difference follows as a byte.
+/// Decodes a group of differences of 1, 2 or 4 bits; if all bits are set, the difference follows as a byte.
 fn read_packed(stream: &mut Stream<'_>, width: usize, deltas: &mut [u8; GROUP_ELEMENTS]) -> Result<(), String> {
     let packed = stream.read_bytes(2 * width)?;
     let per_byte = 8 / width;
     let sentinel = (1 << width) - 1;
     for (i, delta) in deltas.iter_mut().enumerate() {
-        // Single bits begin with the lowest, wider ones with the highest.
+        // Single bits start with the lowest, wider ones with the highest.
         let place = match width {
             1 => i % 8,
             _ => 8 - width * (1 + i % per_byte),
@@ -128,7 +128,7 @@ fn read_packed(stream: &mut Stream<'_>, width: usize, deltas: &mut [u8; GROUP_EL
     Ok(())
 }
 
-/// Turns the differences of four bytes into the elements whose first such byte is `target[0]`.
+/// Converts the differences of four bytes to the elements whose first such byte is `target[0]`.
 fn add_deltas(
     mode: ChannelMode,
     deltas: &[[u8; MAX_BLOCK_ELEMENTS]; 4],

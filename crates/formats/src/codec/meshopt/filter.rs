@@ -1,11 +1,11 @@
-//! Filters of decoded attributes: lossy but short forms of unit vectors, rotations, floats and colours.
+//! Filters of decoded attributes: lossy but short representations of unit vectors, rotations, floats and colours.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// Transform of decoded attributes: glTF's `filter`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// `NONE`: nothing.
+    /// `NONE`: no transform.
     None,
     /// `OCTAHEDRAL`: unit vectors of four int8 or int16.
     Octahedral,
@@ -57,18 +57,19 @@ fn each<T: Copy, const N: usize>(
     let components = bytes.as_chunks_mut::<N>().0.as_chunks_mut::<4>().0;
     for (index, element) in components.iter_mut().enumerate() {
         let decoded = decode(element.map(&from));
-        let decoded = decoded.ok_or_else(|| format!("element {index} is none of its filter's"))?;
+        let decoded = decoded.ok_or_else(|| format!("element {index} is invalid for its filter"))?;
         *element = decoded.map(&to);
     }
     Ok(())
 }
 
-/// 1.0 as an integer of some number of bits: all of them set but the sign.
+/// 1.0 as a signed integer with this number of bits: all bits are set except the sign.
 fn is_one(value: i32) -> bool {
     value > 0 && (value + 1).count_ones() == 1
 }
 
-/// A unit vector from the octahedron (Cigolle et al., 2014), the largest component `one`; the fourth component as it is.
+/// Converts octahedral coordinates to a unit vector (Cigolle et al., 2014), with `one` as the largest component; the
+/// fourth component is unchanged.
 fn octahedral([x, y, one, rest]: [i32; 4], scale: f32) -> Option<[f32; 4]> {
     if !is_one(one) {
         return None;
@@ -84,7 +85,8 @@ fn octahedral([x, y, one, rest]: [i32; 4], scale: f32) -> Option<[f32; 4]> {
     Some([x, y, z, rest as f32])
 }
 
-/// A unit quaternion from its three smaller components; the lowest bits of the fourth say which one is missing.
+/// Reconstructs a unit quaternion from its three smaller components; the lowest bits of the fourth component select the
+/// missing one.
 fn quaternion(v: [i16; 4]) -> Option<[i16; 4]> {
     let one = v[3] | 3;
     if !is_one(one.into()) {
@@ -99,14 +101,14 @@ fn quaternion(v: [i16; 4]) -> Option<[i16; 4]> {
     Some(out)
 }
 
-/// 2^e m from an exponent of 8 and a mantissa of 24 bits, both signed; exact where float32 can say it.
+/// 2^e m from an exponent of 8 bits and a mantissa of 24 bits, both signed; exact if float32 can represent the result.
 fn exponential(value: i32) -> f32 {
     let (exponent, mantissa) = (i64::from(value >> 24), value << 8 >> 8);
     let power = f64::from_bits(((1023 + exponent) as u64) << 52);
     (power * f64::from(mantissa)) as f32
 }
 
-/// RGBA from YCoCg and an alpha whose highest set bit tells how many bits the components have.
+/// Converts YCoCg to RGBA; the highest set bit of alpha specifies the number of bits in the components.
 fn color(y: i32, [co, cg]: [i32; 2], a: i32, scale: f32) -> Option<[f32; 4]> {
     let bits = a.checked_ilog2()?;
     let most = (2 << bits) - 1;

@@ -1,4 +1,4 @@
-//! Modes 1 and 2: indices predicted from the triangles or indices before.
+//! Modes 1 and 2: indices predicted from previous triangles or indices.
 
 use crate::codec::meshopt::stream::Stream;
 
@@ -18,36 +18,36 @@ impl<T: Copy> RecentRing<T> {
         self.next = (self.next + 1) % 16;
     }
 
-    /// The entry that was pushed `age` pushes before the newest one.
+    /// Entry that was pushed `age` pushes before the newest one.
     fn get(&self, age: u8) -> Result<T, String> {
         let entry = self.entries[(self.next + 15 - usize::from(age & 15)) % 16];
-        entry.ok_or_else(|| "refers to a vertex or edge before its first one".into())
+        entry.ok_or_else(|| "an index refers to a vertex or edge before the first one".into())
     }
 }
 
 /// State of decoding triangles.
 struct Triangles<'a> {
     data: Stream<'a>,
-    /// The next vertex that no triangle has had.
+    /// Next vertex that no triangle has used.
     next: u32,
-    /// The last vertex that was written as a difference.
+    /// Last vertex that was encoded as a difference.
     last: u32,
     edges: RecentRing<[u32; 2]>,
     vertices: RecentRing<u32>,
 }
 
-/// How a free vertex is coded: 0 is the next new one, 15 a difference, others an age.
+/// Decodes a free vertex: 0 is the next new one, 15 a difference, other codes an age.
 const NEXT_VERTEX: u8 = 0;
 const EXPLICIT: u8 = 15;
 
-/// The indices of `count` triangles, of `stride` bytes each.
+/// Decodes the indices of `count` triangles, of `stride` bytes each.
 pub(super) fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     let (header, mut stream, table) = Stream::open(bytes, |_| 16)?;
     if header != 0xe1 {
-        return Err(format!("header {header:#04x}, expected 0xe1"));
+        return Err(format!("header {header:#04x}; expected 0xe1"));
     }
     if table[14..] != [0; 2] || table.iter().any(|b| b >> 4 == 15 || b & 15 == 15) {
-        return Err("an impossible table of codes in its tail".into());
+        return Err("invalid code table at the end of the meshopt stream".into());
     }
     let codes = stream.read_bytes(count)?;
     let mut state = Triangles { data: stream, next: 0, last: 0, edges: RecentRing::new(), vertices: RecentRing::new() };
@@ -128,11 +128,11 @@ impl Triangles<'_> {
     }
 }
 
-/// `count` indices of `stride` bytes each, as differences from one of two before.
+/// Decodes `count` indices of `stride` bytes each, as differences from one of two previous indices.
 pub(super) fn sequence(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     let (header, mut stream, _padding) = Stream::open(bytes, |_| 4)?;
     if header != 0xd1 {
-        return Err(format!("header {header:#04x}, expected 0xd1"));
+        return Err(format!("header {header:#04x}; expected 0xd1"));
     }
     let mut last = [0_u32; 2];
     let mut out = Vec::with_capacity(count * stride);

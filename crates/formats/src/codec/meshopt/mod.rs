@@ -1,6 +1,6 @@
 //! Buffer views compressed by meshoptimizer: `EXT_meshopt_compression` and `KHR_meshopt_compression`.
 //!
-//! The bitstreams and filters are those of the extensions' specifications, appendices A and B (Khronos Group, glTF
+//! The bitstreams and filters follow the extensions' specifications, appendices A and B (Khronos Group, glTF
 //! repository).
 
 mod attributes;
@@ -30,31 +30,31 @@ pub enum Mode {
 pub struct ViewHeader {
     /// `mode` and `filter`.
     pub mode: Mode,
-    /// `count`: elements, or indices.
+    /// `count`: number of elements, or of indices.
     pub count: usize,
-    /// `byteStride`: bytes of one element.
+    /// `byteStride`: bytes per element.
     pub stride: usize,
 }
 
-/// The `count * stride` bytes that a compressed view stands for. `path` names the file in errors.
+/// Decodes a compressed view to `count * stride` bytes. `path` names the file in errors.
 ///
-/// Both versions of the attribute stream are read, under either extension.
+/// Both versions of the attribute stream are supported under either extension.
 ///
 /// # Errors
-/// When the shape is none that the extension allows, the bytes are not a whole stream of that shape, an element is
-/// outside of what its filter defines, or the budget has fewer bytes left.
+/// An error if the extension does not allow the shape, if the bytes are not a complete stream of that shape, if an
+/// element is invalid for its filter, or if the remaining budget is too small.
 pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
     let fault = |message: String| FormatError::whole(path, format!("meshopt compression: {message}"));
     shape.check().map_err(fault)?;
     let ViewHeader { mode, count, stride } = shape;
-    // Before anything is allocated: the shortest stream of so many elements.
+    // Checked before any allocation: the minimum length of a stream with this number of elements.
     let least = match mode {
         Mode::Attributes(_) => count.div_ceil(attributes::block_elements(stride)) * (stride / 4),
         Mode::Triangles => count / 3,
         Mode::Indices => count,
     };
     if least > bytes.len() {
-        return Err(fault(format!("{} bytes, too few for {count} elements", bytes.len())));
+        return Err(fault(format!("{} bytes are too few for {count} elements", bytes.len())));
     }
     budget.take_bytes(path, (count as u64).saturating_mul(stride as u64))?;
     let decoded = match mode {
@@ -69,7 +69,7 @@ pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget)
 }
 
 impl ViewHeader {
-    /// The rules of the extension's JSON.
+    /// Rules of the extension's JSON.
     fn check(self) -> Result<(), String> {
         let (stride, count) = (self.stride, self.count);
         let (strides, fits) = match self.mode {
@@ -83,10 +83,10 @@ impl ViewHeader {
             Mode::Triangles | Mode::Indices => ("2 or 4 for indices", stride == 2 || stride == 4),
         };
         if !fits {
-            return Err(format!("byteStride {stride}, expected {strides}"));
+            return Err(format!("byteStride {stride}; expected {strides}"));
         }
         if self.mode == Mode::Triangles && count % 3 != 0 {
-            return Err(format!("count {count}, expected three for each triangle"));
+            return Err(format!("count {count}; expected a multiple of three"));
         }
         Ok(())
     }

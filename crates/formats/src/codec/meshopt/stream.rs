@@ -1,33 +1,33 @@
-//! Byte stream between the header and the tail of a compressed view. A stream does not tell its length: the tail is found
-//! from the end, and everything between must be used up.
+//! Byte stream between the header and the tail of a compressed view. A stream does not contain its length: the tail is
+//! located from the end, and all bytes before it must be consumed.
 
-/// The bytes that are not read yet.
+/// Bytes that have not been read.
 pub(crate) struct Stream<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> Stream<'a> {
-    /// The stream without its first byte, which is returned, and its tail of `tail` bytes, which is too.
+    /// Returns the stream without its first byte and its tail of `tail` bytes, together with both.
     pub(crate) fn open(bytes: &'a [u8], tail: impl Fn(u8) -> usize) -> Result<(u8, Self, &'a [u8]), String> {
-        let (&header, rest) = bytes.split_first().ok_or("no bytes")?;
+        let (&header, rest) = bytes.split_first().ok_or("the stream is empty")?;
         let start = rest.len().checked_sub(tail(header));
-        let (rest, tail) = rest.split_at(start.ok_or("ends before its tail")?);
+        let (rest, tail) = rest.split_at(start.ok_or("the stream ends before its tail")?);
         Ok((header, Self { rest }, tail))
     }
 
     pub(crate) fn read_bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (taken, rest) = self.rest.split_at_checked(count).ok_or("ends early")?;
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or("the stream is truncated")?;
         self.rest = rest;
         Ok(taken)
     }
 
     pub(crate) fn byte(&mut self) -> Result<u8, String> {
-        let (&byte, rest) = self.rest.split_first().ok_or("ends early")?;
+        let (&byte, rest) = self.rest.split_first().ok_or("the stream is truncated")?;
         self.rest = rest;
         Ok(byte)
     }
 
-    /// An unsigned integer in one to five bytes of seven bits, the lowest first (LEB128).
+    /// Unsigned integer in one to five bytes of seven bits, the lowest first (LEB128).
     pub(crate) fn varint(&mut self) -> Result<u32, String> {
         let mut value = 0;
         for shift in (0..35).step_by(7) {
@@ -37,13 +37,13 @@ impl<'a> Stream<'a> {
                 return Ok(value);
             }
         }
-        Err("an index of more than five bytes".into())
+        Err("an index has more than five bytes".into())
     }
 
     pub(crate) fn finish(self) -> Result<(), String> {
         match self.rest.len() {
             0 => Ok(()),
-            left => Err(format!("{left} bytes are left over before its tail")),
+            left => Err(format!("{left} unused bytes before the tail of the stream")),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
+//! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), which may be strided, sparse or normalised.
 
 use crate::error::Result;
 use crate::gltf::document::Document;
@@ -6,7 +6,7 @@ use crate::gltf::document::accessor_view::{AccessorView, Component};
 use crate::gltf::json::{Accessor, Sparse};
 use crate::io::ByteSource;
 
-/// Columns, rows, and so components of an element of this type.
+/// Columns and rows, and thus components, of an element of this type.
 fn shape(kind: &str) -> Option<(usize, usize)> {
     Some(match kind {
         "SCALAR" => (1, 1),
@@ -20,7 +20,7 @@ fn shape(kind: &str) -> Option<(usize, usize)> {
     })
 }
 
-/// The type of an accessor's elements, checked.
+/// Validated type of an accessor's elements.
 struct Layout {
     component: Component,
     arity: usize,
@@ -31,20 +31,20 @@ impl Layout {
     fn new(accessor: &Accessor) -> Result<Self, String> {
         let Some(component) = Component::from_code(accessor.component_type) else {
             return Err(format!(
-                ".componentType: {}, expected 5120, 5121, 5122, 5123, 5125 or 5126 (VALUE_NOT_IN_LIST)",
+                ".componentType: {}; expected 5120, 5121, 5122, 5123, 5125 or 5126 (VALUE_NOT_IN_LIST)",
                 accessor.component_type
             ));
         };
         let Some((columns, rows)) = shape(&accessor.kind) else {
             return Err(format!(
-                ".type: {:?}, expected SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4 (VALUE_NOT_IN_LIST)",
+                ".type: {:?}; expected SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4 (VALUE_NOT_IN_LIST)",
                 accessor.kind
             ));
         };
         let column = rows * component.size();
-        // Columns of matrices begin at multiples of four bytes (3.6.2.4).
+        // Columns of matrices start at multiples of four bytes (3.6.2.4).
         let size = if columns > 1 && column % 4 != 0 {
-            return Err(": a matrix of small integers: they are used nowhere".into());
+            return Err(": matrices of small integers are not supported, because no feature uses them".into());
         } else {
             columns * column
         };
@@ -53,7 +53,7 @@ impl Layout {
 }
 
 impl<'a> Document<'a> {
-    /// The elements of an accessor that is referred to from `from`.
+    /// Elements of an accessor that `from` refers to.
     pub(crate) fn elements(&'a self, index: usize, from: &str) -> Result<AccessorView<'a>> {
         let Some(accessor) = self.root.accessors.get(index) else {
             return Err(self.unresolved(from, index, self.root.accessors.len()));
@@ -64,7 +64,7 @@ impl<'a> Document<'a> {
         let size = layout.size;
         let count = accessor.count;
         if count == 0 {
-            return Err(fault(".count: 0, expected at least 1 (VALUE_NOT_IN_RANGE)".into()));
+            return Err(fault(".count: 0; expected at least 1 (VALUE_NOT_IN_RANGE)".into()));
         }
         let (mut bytes, mut stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
             None => {
@@ -82,7 +82,7 @@ impl<'a> Document<'a> {
         let count = count as usize;
         if let Some(sparse) = &accessor.sparse {
             self.charge(&place, count as u64, size as u64)?;
-            // Without gaps, so that overlapping strides cannot be written through.
+            // Stored without gaps, so that writing through overlapping strides is impossible.
             let mut dense = Vec::with_capacity(count * size);
             let copy = |_, bytes: &[u8]| {
                 bytes.chunks(stride).for_each(|element| dense.extend_from_slice(&element[..size]));
@@ -114,7 +114,7 @@ impl<'a> Document<'a> {
             .filter(|kind| matches!(kind, Component::U8 | Component::U16 | Component::U32));
         let Some(kind) = kind else {
             return Err(fault(format!(
-                "indices.componentType: {}, expected 5121, 5123 or 5125 (VALUE_NOT_IN_LIST)",
+                "indices.componentType: {}; expected 5121, 5123 or 5125 (VALUE_NOT_IN_LIST)",
                 indices.component_type
             )));
         };
@@ -138,7 +138,7 @@ impl<'a> Document<'a> {
             let target = integer(kind, &targets[i * kind.size()..]) as usize;
             let Some(element) = dense.get_mut(target * size..(target + 1) * size) else {
                 return Err(fault(format!(
-                    "indices: index {i} is {target} of {count} elements (ACCESSOR_SPARSE_INDEX_OOB)"
+                    "indices: index {i} is {target}, but there are {count} elements (ACCESSOR_SPARSE_INDEX_OOB)"
                 )));
             };
             element.copy_from_slice(value);
@@ -147,7 +147,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// glTF-Validator's code for numbers of the wrong format, by the key that names the accessor.
+/// glTF-Validator's code for numbers of the wrong format, by the key that refers to the accessor.
 fn wrong_format(from: &str) -> &'static str {
     match from.rsplit('.').next() {
         Some("indices") => "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT",
@@ -161,7 +161,7 @@ fn wrong_format(from: &str) -> &'static str {
 /// glTF-Validator's code for an attribute of the wrong format.
 pub(crate) const ATTRIBUTE_FORMAT: &str = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 
-/// The bytes of `count` elements in a view.
+/// Bytes of `count` elements in a view.
 fn element_bytes(
     bytes: ByteSource<'_>,
     offset: u64,
@@ -177,14 +177,14 @@ fn element_bytes(
         .unwrap_or(u64::MAX);
     if stride < size || needed > bytes.len() as u64 {
         return Err(format!(
-            ": {count} elements of {size} bytes, {stride} apart from {offset}, end beyond the {} bytes",
+            ": {count} elements of {size} bytes with stride {stride} from offset {offset} exceed the {} bytes",
             bytes.len()
         ));
     }
     Ok(bytes.part(offset as usize..needed as usize))
 }
 
-/// One unsigned integer; 0 where there are too few bytes, which lengths checked before rule out.
+/// Unsigned integer; 0 if there are too few bytes, which earlier length checks exclude.
 fn integer(component: Component, bytes: &[u8]) -> u32 {
     match (component, bytes) {
         (Component::U8, [a, ..]) => u32::from(*a),

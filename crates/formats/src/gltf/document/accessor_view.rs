@@ -8,10 +8,10 @@ use crate::error::{FormatError, Result};
 use crate::gltf::document::Document;
 use crate::io::{ByteSource, parallel};
 
-/// Elements that one thread decodes at a time.
+/// Number of elements that one thread decodes at a time.
 const BLOCK_ELEMENTS: usize = 1 << 15;
 
-/// The type of one number.
+/// Type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Component {
     I8,
@@ -35,7 +35,7 @@ impl Component {
         })
     }
 
-    /// The type of a Draco attribute; `None` for one that glTF does not have.
+    /// Type of a Draco attribute; `None` for a type that glTF does not have.
     pub(crate) fn from_draco(component: draco::ComponentType) -> Option<Self> {
         Some(match component {
             draco::ComponentType::I8 => Self::I8,
@@ -57,24 +57,24 @@ impl Component {
     }
 }
 
-/// The elements of an accessor.
+/// Elements of an accessor.
 pub(crate) struct AccessorView<'a> {
     pub(crate) document: &'a Document<'a>,
-    /// As errors name it: `accessors[3]`.
+    /// Name in errors, such as `accessors[3]`.
     pub(crate) place: String,
-    /// glTF-Validator's code for numbers of another format than expected.
+    /// glTF-Validator's code for an unexpected number format.
     pub(crate) wrong_format: &'static str,
     pub(crate) component: Component,
     pub(crate) arity: usize,
     pub(crate) normalized: bool,
     pub(crate) count: usize,
     pub(crate) stride: usize,
-    /// At least `(count - 1) * stride` and one element.
+    /// At least `(count - 1) * stride` plus one element.
     pub(crate) bytes: ByteSource<'a>,
 }
 
 impl AccessorView<'_> {
-    /// Only the elements from `first` on, `count` of them.
+    /// Returns only `count` elements from `first` on.
     pub(crate) fn slice(self, first: usize, count: usize) -> Self {
         if first == 0 && count == self.count {
             return self;
@@ -84,12 +84,12 @@ impl AccessorView<'_> {
         Self { bytes: self.bytes.part(start..end), count, ..self }
     }
 
-    /// All elements as floats, integers divided by their largest where they are normalised.
+    /// All elements as floats; normalised integers are divided by their maximum.
     pub(crate) fn floats<const N: usize>(&self) -> Result<Vec<[f32; N]>> {
         self.map_floats(|values| values)
     }
 
-    /// The results of `make` for the floats of every element.
+    /// Results of `make` for the floats of every element.
     pub(crate) fn map_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
@@ -98,14 +98,14 @@ impl AccessorView<'_> {
         if finite { Ok(made) } else { Err(self.non_finite_error::<N>()) }
     }
 
-    /// The same, and true if all floats are finite.
+    /// Same, and true if all floats are finite.
     pub(crate) fn map_any_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
     ) -> Result<(Vec<[T; N]>, bool)> {
         if self.arity != N {
             return Err(self.document.fault(format!(
-                "{}.type: {} components, expected {N} ({})",
+                "{}.type: {} components; expected {N} ({})",
                 self.place, self.arity, self.wrong_format
             )));
         }
@@ -131,14 +131,15 @@ impl AccessorView<'_> {
             Component::U16 if unit => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, make),
             Component::U16 => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), make),
             Component::U32 => {
-                let message = format!("{}.componentType: 5125 is for indices only ({})", self.place, self.wrong_format);
+                let message =
+                    format!("{}.componentType: 5125 is allowed only for indices ({})", self.place, self.wrong_format);
                 return Err(self.document.fault(message));
             }
         };
         made.map_err(|error| self.document.read_error(error))
     }
 
-    /// The error of the first element that is not finite.
+    /// Error for the first element that is not finite.
     fn non_finite_error<const N: usize>(&self) -> FormatError {
         let all = self.decode::<4, N, _, _>(f32::from_le_bytes, |values| values);
         let values = match all {
@@ -148,12 +149,12 @@ impl AccessorView<'_> {
         let finite = |value: &[f32; N]| value.iter().all(|v| v.is_finite());
         let i = values.iter().position(|value| !finite(value)).unwrap_or(0);
         self.document.fault(format!(
-            "{}: element {i} is {:?}: expected finite numbers (ACCESSOR_INVALID_FLOAT)",
+            "{}: element {i} is {:?}; expected finite numbers (ACCESSOR_INVALID_FLOAT)",
             self.place, values[i]
         ))
     }
 
-    /// The results of `make` for every element, whose numbers `read` decodes, and true.
+    /// Results of `make` for every element, whose numbers `read` decodes, and true.
     fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -162,7 +163,7 @@ impl AccessorView<'_> {
         self.decode_checked::<S, N, V, T>(read, |_| true, make)
     }
 
-    /// The same, and true if the bytes of all elements are `valid`. Runs on several threads.
+    /// Same, and true if the bytes of all elements are `valid`. Runs on several threads.
     fn decode_checked<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -214,7 +215,7 @@ impl AccessorView<'_> {
         Ok(made)
     }
 
-    /// Refuses elements that are not `expected` unsigned integers each.
+    /// Rejects elements that are not `expected` unsigned integers each.
     fn check_unsigned(&self, expected: usize) -> Result<()> {
         let kind = self.component;
         let unsigned = matches!(kind, Component::U8 | Component::U16 | Component::U32);
@@ -223,12 +224,12 @@ impl AccessorView<'_> {
         }
         let normalized = if self.normalized { ", normalised" } else { "" };
         Err(self.document.fault(format!(
-            "{}: {} of type {kind:?}{normalized}, expected {expected} unsigned integers, not normalised ({})",
+            "{}: {} of type {kind:?}{normalized}; expected {expected} unsigned integers, not normalised ({})",
             self.place, self.arity, self.wrong_format
         )))
     }
 
-    /// Single integers in order, `N` at a time, and how many are left over.
+    /// Single integers in order, `N` at a time, and the number of remaining ones.
     pub(crate) fn chunks<const N: usize>(mut self) -> Result<(Vec<[u32; N]>, usize)> {
         self.check_unsigned(1)?;
         let over = self.count % N;

@@ -1,4 +1,4 @@
-//! Buffers, their views and images: in the GLB file, in data URIs, in files of the same folder.
+//! Buffers, their views and images: in the GLB file, in data URIs, and in files of the same folder.
 
 use std::borrow::Cow;
 use std::io;
@@ -34,7 +34,7 @@ enum ViewStorage {
 }
 
 impl<'a> Resources<'a> {
-    /// Reads every buffer and decompresses the views that are compressed.
+    /// Reads every buffer and decompresses the compressed views.
     pub(crate) fn read(
         source: &'a InputFile,
         container: &Container,
@@ -47,7 +47,7 @@ impl<'a> Resources<'a> {
         for (i, buffer) in root.buffers.iter().enumerate() {
             let place = format!("buffers[{i}]");
             let fault = |message: String| FormatError::whole(&source.path, format!("{place}{message}"));
-            // Its place may be taken by compressed views.
+            // Compressed views may replace it.
             let mut views = root.buffer_views.iter();
             let unused = views.all(|view| view.buffer != i || is_compressed(view));
             let bytes = match (&buffer.uri, &container.binary) {
@@ -72,14 +72,14 @@ impl<'a> Resources<'a> {
                     continue;
                 }
                 (None, _) => {
-                    let message = ".uri: missing, and the file has no binary chunk for it \
-                                   (BUFFER_MISSING_GLB_DATA)";
+                    let message = ".uri: missing, and the file has no binary chunk for this buffer \
+                        (BUFFER_MISSING_GLB_DATA)";
                     return Err(fault(message.into()));
                 }
             };
             if (bytes.len() as u64) < buffer.byte_length {
                 return Err(fault(format!(
-                    ".byteLength: {} declared, but there are {} bytes (BUFFER_BYTE_LENGTH_MISMATCH)",
+                    ".byteLength: {} declared, but there are only {} bytes (BUFFER_BYTE_LENGTH_MISMATCH)",
                     buffer.byte_length,
                     bytes.len()
                 )));
@@ -104,13 +104,13 @@ impl<'a> Resources<'a> {
         allowance: &MemoryAllowance,
     ) -> Result<View> {
         let fault = |message: String| FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"));
-        // glTF 1.0 had 0 for elements without gaps.
+        // glTF 1.0 used 0 for elements without gaps.
         let stride = view.byte_stride.map(|stride| stride as usize);
         let stride = stride.filter(|&stride| stride > 0);
         if let Some(stride) = view.byte_stride.filter(|s| !(4..=252).contains(s) || s % 4 != 0) {
             let message = match stride {
-                0 => "0, read as none (VALUE_NOT_IN_RANGE)".into(),
-                _ => format!("{stride}, not a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
+                0 => "0 is read as no stride (VALUE_NOT_IN_RANGE)".into(),
+                _ => format!("{stride}; expected a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
             };
             diagnostics.note(NoticeCode::ReplacedValue, format!("bufferViews[{i}].byteStride"), message);
         }
@@ -137,7 +137,7 @@ impl<'a> Resources<'a> {
             )?;
             if (bytes.len() as u64) < view.byte_length {
                 return Err(fault(format!(
-                    ".byteLength: {}, but {} bytes were compressed",
+                    ".byteLength: {}, but the compressed data has {} bytes",
                     view.byte_length,
                     bytes.len()
                 )));
@@ -151,18 +151,21 @@ impl<'a> Resources<'a> {
 
     fn range(&self, buffer: usize, offset: u64, length: u64) -> Result<Range<usize>, String> {
         let Some(bytes) = self.buffers.get(buffer) else {
-            return Err(format!(".buffer: {buffer}, but there are {} (UNRESOLVED_REFERENCE)", self.buffers.len()));
+            return Err(format!(
+                ".buffer: {buffer}, but there are {} buffers (UNRESOLVED_REFERENCE)",
+                self.buffers.len()
+            ));
         };
         match offset.checked_add(length) {
             Some(end) if end <= bytes.len() as u64 => Ok(offset as usize..end as usize),
             _ => Err(format!(
-                ": {length} bytes from {offset}, but buffers[{buffer}] has {} (BUFFER_VIEW_TOO_LONG)",
+                ": {length} bytes from {offset}, but buffers[{buffer}] has {} bytes (BUFFER_VIEW_TOO_LONG)",
                 bytes.len()
             )),
         }
     }
 
-    /// The bytes of a view and its stride, or the reason why there are none.
+    /// Bytes of a view and its stride, or the reason why there are none.
     pub(crate) fn bytes(&self, view: usize) -> Result<(ByteSource<'_>, Option<usize>), String> {
         match self.views.get(view) {
             Some(View { bytes, stride }) => Ok((
@@ -172,18 +175,18 @@ impl<'a> Resources<'a> {
                 },
                 *stride,
             )),
-            None => Err(format!("{view}, but there are {} (UNRESOLVED_REFERENCE)", self.views.len())),
+            None => Err(format!("{view}, but there are {} buffer views (UNRESOLVED_REFERENCE)", self.views.len())),
         }
     }
 }
 
-/// True if the bytes of a view are decompressed from others.
+/// True if the bytes of a view are decompressed from other bytes.
 fn is_compressed(BufferView { extensions, .. }: &BufferView) -> bool {
     extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some()
 }
 
-/// True if every buffer holds nothing but accessors that are decoded from its bytes as they are: such a buffer need not
-/// be in memory.
+/// True if every buffer contains only accessors that are decoded directly from its bytes; such a buffer need not be in
+/// memory.
 fn buffers_hold_only_accessors(root: &Root) -> bool {
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     root.images.iter().all(|image| image.buffer_view.is_none())
@@ -192,7 +195,7 @@ fn buffers_hold_only_accessors(root: &Root) -> bool {
         && primitives.all(|primitive| primitive.extensions.draco.is_none())
 }
 
-/// The error of bytes that cannot be read.
+/// Error for bytes that cannot be read.
 pub(crate) fn read_error(path: &Path, source: io::Error) -> FormatError {
     FormatError::Io { path: path.into(), source }
 }
@@ -216,7 +219,7 @@ fn view_header(view: &MeshoptView) -> Result<ViewHeader, String> {
     Ok(ViewHeader { mode, count: whole("count", view.count)?, stride: whole("byteStride", view.byte_stride)? })
 }
 
-/// The bytes of a URI: its own data, or a file of the same folder.
+/// Bytes of a URI: its own data, or a file of the same folder.
 pub(crate) fn read_uri(
     source: &InputFile,
     uri: &str,
@@ -229,13 +232,13 @@ pub(crate) fn read_uri(
         let Some((head, data)) = data.split_once(',') else {
             return Err(fault("a data URI without a comma (INVALID_URI)".into()));
         };
-        // Both encodings never grow.
+        // Decoding never makes either encoding longer.
         assets.budget.take_bytes(&source.path, data.len() as u64)?;
         let bytes = match head.strip_suffix(";base64") {
             Some(_) => base64(&percent_decoded(data)),
             None => Some(percent_decoded(data).into_owned()),
         };
-        return bytes.ok_or_else(|| fault("not base64 (INVALID_URI)".into()));
+        return bytes.ok_or_else(|| fault("invalid base64 (INVALID_URI)".into()));
     }
     let name = percent_decoded(uri);
     let file = companion::companion_file(&source.path, &name, assets, notices);
@@ -247,7 +250,7 @@ pub(crate) fn read_uri(
     Ok(file.map_err(named)?.bytes)
 }
 
-/// RFC 3986, section 2.1. A percent sign without two digits stands for itself.
+/// RFC 3986, section 2.1. A percent sign without two digits is kept.
 pub(crate) fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
     if !text.contains('%') {
         return text.as_bytes().into();
@@ -307,7 +310,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_of_rfc_4648() {
+    fn base64_decodes_the_examples_of_rfc_4648() {
         for (text, bytes) in
             [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm8", "fo"), ("Zm9v", "foo"), ("Zm9vYmFy", "foobar")]
         {
@@ -319,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn percent_signs() {
+    fn percent_signs_are_decoded_in_uris() {
         for (text, bytes) in [("a%20b", "a b"), ("%2E%2e/", "../"), ("50%", "50%"), ("%4", "%4"), ("%zz", "%zz")] {
             assert_eq!(&*percent_decoded(text), bytes.as_bytes());
         }

@@ -22,11 +22,11 @@ const BIN: &[u8; 4] = b"BIN\0";
 /// Byte ranges of the parts of a file.
 pub(crate) struct Container {
     pub(crate) json: Range<usize>,
-    /// The buffer without a URI.
+    /// Buffer without a URI.
     pub(crate) binary: Option<Range<usize>>,
 }
 
-/// How many bytes of a GLB file are before the content of its binary chunk, where that is all the rest.
+/// Number of bytes of a GLB file before the content of its binary chunk, if that chunk extends to the end.
 pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
     let (mut start, mut chunk) = ([0; 20], [0; 8]);
     file.read_exact(&mut start).ok()?;
@@ -44,7 +44,7 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 }
 
 impl Container {
-    /// Recognised by the magic number.
+    /// True for a GLB file, by its magic number.
     pub(crate) fn open(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<Self> {
         let bytes = &source.bytes;
         if bytes.starts_with(MAGIC) {
@@ -52,7 +52,12 @@ impl Container {
             return Self::from_chunks(source, length, diagnostics);
         }
         let start = if bytes.starts_with(b"\xef\xbb\xbf") {
-            diagnostics.note(NoticeCode::InvalidFile, "the file", "begins with a byte order mark (INVALID_JSON)");
+            diagnostics.note(
+                NoticeCode::InvalidFile,
+                "the file",
+                "the JSON begins with a byte order mark \
+                (INVALID_JSON)",
+            );
             3
         } else {
             0
@@ -60,7 +65,7 @@ impl Container {
         Ok(Self { json: start..bytes.len(), binary: None })
     }
 
-    /// The chunks of a GLB file of `length` bytes.
+    /// Chunks of a GLB file of `length` bytes.
     fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self> {
         let InputFile { path, bytes, .. } = source;
         let fault = |at: usize, message: &str| Err(FormatError::byte(path, at, message));
@@ -76,7 +81,7 @@ impl Container {
             let end = start + size as usize;
             if end > length {
                 let message = format!(
-                    "a chunk of {size} bytes, but {} are left (GLB_UNEXPECTED_END_OF_CHUNK_DATA)",
+                    "a chunk declares {size} bytes, but {} are left (GLB_UNEXPECTED_END_OF_CHUNK_DATA)",
                     length.saturating_sub(start)
                 );
                 return truncated(at, &message);
@@ -86,10 +91,10 @@ impl Container {
                 (_, true) => return fault(at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)"),
                 (kind, false) if kind == BIN && binary.is_none() => binary = Some(start..end),
                 (kind, false) if kind == BIN || kind == JSON => {
-                    return fault(at, "a second chunk of its kind (GLB_DUPLICATE_CHUNK)");
+                    return fault(at, "a second chunk of the same type (GLB_DUPLICATE_CHUNK)");
                 }
                 _ => {
-                    let message = "chunks of unknown kinds are not used (GLB_UNKNOWN_CHUNK_TYPE)";
+                    let message = "chunks of unknown types are ignored (GLB_UNKNOWN_CHUNK_TYPE)";
                     diagnostics.note(NoticeCode::IgnoredElement, "the file", message);
                 }
             }
@@ -101,20 +106,20 @@ impl Container {
         }
     }
 
-    /// The document: text that is JSON, of a glTF version that is read.
+    /// Document: JSON text of a supported glTF version.
     pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
-            FormatError::byte(path, at, "not UTF-8 text (INVALID_JSON)")
+            FormatError::byte(path, at, "invalid UTF-8 (INVALID_JSON)")
         })?;
-        // Some programs fill the chunk with these instead of spaces.
+        // Some programs pad the chunk with these instead of spaces.
         let text = text.trim_end_matches('\0');
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        // Keeping track of the path costs time, which only errors are worth.
+        // Tracking the path takes time, so it is done only for errors.
         let root = match parse_objects::<Root>(text) {
             Ok(root) => root,
             Err(error) => {
-                // Other versions say everything else in other ways.
+                // Other versions use a different structure.
                 let root = serde_json::from_str::<AnyVersion>(text);
                 root.map_or(Ok(()), |root| {
                     let version = &root.asset.version;
@@ -125,25 +130,27 @@ impl Container {
             }
         };
         let Some(asset) = &root.asset else {
-            return Err(FormatError::whole(path, "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?"));
+            return Err(FormatError::whole(path, "asset: missing (UNDEFINED_PROPERTY); is this a glTF file?"));
         };
         check_version(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
-            let message =
-                format!("asset.minVersion {least:?}; glTF 2.0 is read (ASSET_MIN_VERSION_GREATER_THAN_VERSION)");
+            let message = format!(
+                "asset.minVersion {least:?} is not supported; expected glTF 2.0 \
+                    (ASSET_MIN_VERSION_GREATER_THAN_VERSION)"
+            );
             return Err(FormatError::unsupported(path, message));
         }
         Ok(root)
     }
 }
 
-/// The little-endian number at a byte, where the file has it.
+/// Little-endian number at a byte offset, if the file contains it.
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
     let word = bytes.get(at..at + 4)?.try_into().ok()?;
     Some(u32::from_le_bytes(word))
 }
 
-/// The length that the header of a GLB file declares, checked.
+/// Length declared by the header of a GLB file, after validation.
 fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize> {
     let InputFile { path, bytes, .. } = source;
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
@@ -151,7 +158,7 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
         return Err(FormatError::byte(path, bytes.len(), ErrorCode::TruncatedFile.message(message)));
     };
     if version != 2 {
-        let message = format!("GLB version {version} (GLB_INVALID_VERSION); version 2 is read");
+        let message = format!("GLB version {version} is not supported (GLB_INVALID_VERSION); expected version 2");
         return Err(FormatError::unsupported(path, message));
     }
     let length = length as usize;
@@ -161,13 +168,13 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
     }
     if length < source.len() {
         let extra = source.len() - length;
-        let message = format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
+        let message = format!("{extra} bytes after the declared end are ignored (GLB_LENGTH_MISMATCH)");
         diagnostics.note(NoticeCode::TrailingData, "the file", message);
     }
     Ok(length)
 }
 
-/// Keys that documents of every version have.
+/// Keys common to documents of every version.
 #[derive(Deserialize)]
 struct AnyVersion {
     asset: AnyAsset,
@@ -175,16 +182,19 @@ struct AnyVersion {
 
 #[derive(Deserialize)]
 struct AnyAsset {
-    /// Text in 2.0, a number in drafts of 1.0.
+    /// A string in 2.0, a number in drafts of 1.0.
     version: serde_json::Value,
 }
 
-/// Refuses other versions than 2.
+/// Rejects versions other than 2.
 fn check_version(version: &str, path: &Path) -> Result<()> {
     if version.split('.').next() == Some("2") {
         return Ok(());
     }
-    let message = format!("asset.version {version:?} (UNKNOWN_ASSET_MAJOR_VERSION); glTF 2.0 is read");
+    let message = format!(
+        "asset.version {version:?} is not supported (UNKNOWN_ASSET_MAJOR_VERSION); expected glTF \
+        2.0"
+    );
     Err(FormatError::unsupported(path, message))
 }
 
@@ -196,7 +206,7 @@ fn parse_objects<T: DeserializeOwned>(text: &str) -> serde_json::Result<T> {
     Ok(root)
 }
 
-/// The error with the place in the document.
+/// Error with its position in the document.
 fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError {
     let reader = &mut serde_json::Deserializer::from_str(text);
     let found: Result<Root, _> = serde_path_to_error::deserialize(ObjectsOnly(reader));

@@ -1,4 +1,4 @@
-//! Which extensions are read.
+//! Supported extensions.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::error::{FormatError, Result};
 use crate::gltf::json::Root;
 use crate::io::Diagnostics;
 
-/// Every extension that is read.
+/// All supported extensions.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -37,24 +37,27 @@ const SUPPORTED: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// Extensions that say nothing about the picture.
+/// Extensions that do not affect the image.
 const IGNORABLE: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
 
-/// Refuses a file that requires what is not read; says what is used and not read.
+/// Rejects a file that requires unsupported extensions, and adds a notice for unsupported ones that it uses.
 pub(crate) fn check(root: &Root, path: &Path, diagnostics: &mut Diagnostics) -> Result<()> {
     let known = |name: &String| SUPPORTED.contains(&&name[..]) || IGNORABLE.contains(&&name[..]);
     let unknown: Vec<&str> =
         root.extensions_required.iter().filter(|name| !known(name)).map(|name| &name[..]).collect();
     if !unknown.is_empty() {
         let message = format!(
-            "extensionsRequired: {} (UNSUPPORTED_EXTENSION); read are {}",
+            "extensionsRequired: {} is not supported (UNSUPPORTED_EXTENSION); supported: {}",
             unknown.join(", "),
             SUPPORTED.join(", ")
         );
         return Err(FormatError::unsupported(path, message));
     }
     for name in root.extensions_used.iter().filter(|name| !known(name)) {
-        let message = format!("{name} is not read, and not required (UNSUPPORTED_EXTENSION)");
+        let message = format!(
+            "extension {name} is not supported; it is ignored, because it is not required \
+            (UNSUPPORTED_EXTENSION)"
+        );
         diagnostics.note(NoticeCode::IgnoredFeature, "extensionsUsed", message);
     }
     Ok(())

@@ -1,12 +1,12 @@
-//! Memory that decoding may take, in proportion to the bytes that were read.
+//! Memory that decoding may use, in proportion to the bytes read.
 
 use std::cell::Cell;
 use std::path::Path;
 
 use crate::error::{FormatError, Result};
 
-/// Bytes that decoded geometry may take on top of [`BYTES_PER_INPUT_BYTE`] for each byte of the file; with the bytes that
-/// it is decoded from, they are 64 MiB.
+/// Bytes that decoded geometry may use in addition to [`BYTES_PER_INPUT_BYTE`] for each byte of the file; together with
+/// the bytes that it is decoded from, they are 64 MiB.
 const BASE_ALLOWANCE: u64 = 48 << 20;
 const BYTES_PER_INPUT_BYTE: u64 = 16;
 
@@ -29,7 +29,10 @@ impl MemoryAllowance {
     pub(crate) fn charge(&self, path: &Path, place: &str, count: u64, size: u64) -> Result<()> {
         let (bytes, left) = (count.saturating_mul(size), self.0.get());
         let Some(rest) = left.checked_sub(bytes) else {
-            let message = format!("{place}: {bytes} bytes to decode, {left} of which are left to so short a file");
+            let message = format!(
+                "{place}: decoding requires {bytes} bytes, but only {left} are left for a file of \
+                this size"
+            );
             return Err(FormatError::whole(path, message));
         };
         self.0.set(rest);

@@ -1,6 +1,6 @@
-//! The document: its container, JSON and bytes, and the accessors that read them. Knows nothing of worlds.
+//! The document: its container, JSON and bytes, and the accessors that read them. Independent of worlds.
 //!
-//! Errors and notices name the place in the document and, where it has one, the code of Khronos' glTF-Validator.
+//! Errors and notices contain the position in the document and, if there is one, the code of Khronos' glTF-Validator.
 
 pub(crate) mod accessor;
 pub(crate) mod accessor_view;
@@ -20,7 +20,7 @@ use crate::gltf::json::Root;
 use crate::gltf::json::lenient::Lenient;
 use crate::io::InputFile;
 
-/// A document and the bytes it refers to.
+/// Document and the bytes to which it refers.
 pub(crate) struct Document<'a> {
     pub(crate) path: &'a Path,
     pub(crate) source: &'a InputFile,
@@ -30,7 +30,7 @@ pub(crate) struct Document<'a> {
 }
 
 impl Document<'_> {
-    /// An error of this file; the message begins with the place in the document.
+    /// Error of this file; the message begins with the position in the document.
     pub(crate) fn fault(&self, message: impl Into<Message>) -> FormatError {
         FormatError::whole(self.path, message)
     }
@@ -40,23 +40,23 @@ impl Document<'_> {
         self.allowance.charge(self.path, place, count, size)
     }
 
-    /// The error of bytes that cannot be read any more.
+    /// Error for bytes that can no longer be read.
     pub(crate) fn read_error(&self, error: io::Error) -> FormatError {
         buffers::read_error(self.path, error)
     }
 
-    /// The error of an index that leads nowhere.
+    /// Error for an index that does not exist.
     pub(crate) fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
-        let message = format!("{place}: {index}, but there are {count} (UNRESOLVED_REFERENCE)");
+        let message = format!("{place}: {index}, but there are only {count} (UNRESOLVED_REFERENCE)");
         self.fault(ErrorCode::IndexOutOfRange.message(message))
     }
 
-    /// The item at an index that is written at `place`.
+    /// Item with an index that is written at `place`.
     pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T> {
         all.get(index).ok_or_else(|| self.unresolved(place, index, all.len()))
     }
 
-    /// The element at an index that is written at `place`; `part` is the name of the list.
+    /// Element with an index that is written at `place`; `part` is the name of the list.
     pub(crate) fn get_valid<'b, T>(
         &self,
         all: &'b [Lenient<T>],

@@ -1,4 +1,4 @@
-//! The JSON of glTF's extensions, materials apart.
+//! JSON of glTF's extensions, except materials.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use crate::gltf::json::lenient::Lenient;
 
-/// Indices of accessors by name, in the order of the names.
+/// Indices of accessors by name, sorted by name.
 pub(crate) type Attributes = BTreeMap<String, usize>;
 
 #[derive(Debug, Deserialize)]

@@ -1,15 +1,15 @@
-//! Elements of a document that are omitted, with a notice, if they are faulty.
+//! Elements of a document that are omitted, with a notice, if they are invalid.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
 
 use crate::gltf::json::objects_only::ObjectsOnly;
 
-/// An element whose fault costs only the element and not the whole document: a light, a camera, an animation.
+/// Element whose fault invalidates only the element instead of the whole document: a light, a camera, an animation.
 #[derive(Debug)]
 pub(crate) enum Lenient<T> {
     Valid(T),
-    /// The fault, in the JSON reader's words.
+    /// The fault, in the words of the JSON reader.
     Faulty(String),
 }
 

@@ -1,4 +1,4 @@
-//! The JSON of glTF's materials and of their extensions.
+//! JSON of glTF's materials and of their extensions.
 
 use serde::Deserialize;
 

@@ -1,7 +1,7 @@
-//! The JSON of glTF 2.0 as typed data. Unknown keys are passed over, as the specification demands (section 3.12 on
-//! extensions, 3.13 on extras); what is required is typed as required.
+//! JSON of glTF 2.0 as typed data. Unknown keys are ignored, as the specification requires (section 3.12 on extensions,
+//! 3.13 on extras); required keys have required types.
 
-/// Objects of glTF's JSON, whose fields have camel case there, or the name in front of them; any may be missing.
+/// Objects of glTF's JSON, whose fields are in camel case or have the given name; all fields are optional.
 macro_rules! json_objects {
     ($($(#[$about:meta])* struct $name:ident {
         $($(#[$note:meta])* $($key:literal)? $field:ident: $type:ty,)*
@@ -93,14 +93,14 @@ json_objects! {
 }
 
 impl Node {
-    /// The notice about a faulty transform that can be read all the same.
+    /// Notice about an invalid transform that can still be read.
     pub(crate) fn transform_warning(&self) -> Option<&'static str> {
         let parts = self.translation.is_some() || self.rotation.is_some() || self.scale.is_some();
         let square: f64 = (self.rotation).map_or(1.0, |xyzw| xyzw.iter().map(|v| v * v).sum());
         if self.matrix.is_some() && parts {
-            Some("a matrix, and translation, rotation or scale: the matrix counts (NODE_MATRIX_TRS)")
+            Some("both matrix and translation, rotation or scale; the matrix is used (NODE_MATRIX_TRS)")
         } else if (square.sqrt() - 1.0).abs() > 0.01 {
-            Some("the length of its rotation is not 1: it is made 1 (ROTATION_NON_UNIT)")
+            Some("the rotation was normalised to length 1 (ROTATION_NON_UNIT)")
         } else {
             None
         }
@@ -116,7 +116,7 @@ json_objects! {
 }
 
 impl NodeExtensions {
-    /// Accessors of the transforms of the instances of the node.
+    /// Accessors of the transforms of the node's instances.
     pub(crate) fn instances(&self) -> Option<&Attributes> {
         self.instancing.as_ref().map(|ext| &ext.attributes)
     }
@@ -176,7 +176,7 @@ pub(crate) struct Camera {
 pub(crate) struct Perspective {
     pub(crate) aspect_ratio: Option<f64>,
     pub(crate) yfov: f64,
-    /// Required, though a ray tracer does not cut anything off.
+    /// Required by glTF, although a ray tracer does not clip.
     #[serde(rename = "znear")]
     pub(crate) _near: f64,
 }

@@ -49,7 +49,7 @@ impl TextureInfo {
         transform.and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
     }
 
-    /// The transform of texture coordinates; the identity where the file has none.
+    /// Transform of texture coordinates; the identity if the file has none.
     pub(crate) fn uv_transform(&self) -> UvTransform {
         let transform = self.extensions.transform.as_ref();
         UvTransform {

@@ -1,4 +1,4 @@
-//! Sources of the attributes and indices of a primitive: accessors, or a Draco stream.
+//! Sources of a primitive's attributes and indices: accessors, or a Draco stream.
 
 use raycam_scene::NoticeCode;
 
@@ -10,10 +10,10 @@ use crate::gltf::document::accessor_view::{AccessorView, Component};
 use crate::gltf::json::{Draco, Primitive};
 use crate::io::{AssetRoot, ByteSource, Diagnostics, parallel};
 
-/// A primitive's attributes by name.
+/// Attributes of a primitive by name.
 pub(crate) struct AttributeSource<'a> {
     document: &'a Document<'a>,
-    /// As errors name the primitive.
+    /// Name of the primitive in errors.
     pub(crate) place: String,
     primitive: &'a Primitive,
     decoded: Option<(&'a Draco, draco::DecodedMesh)>,
@@ -30,11 +30,11 @@ impl<'a> AttributeSource<'a> {
         for name in primitive.attributes.keys() {
             let message = match name.rsplit_once('_') {
                 _ if matches!(&name[..], "POSITION" | "NORMAL" | "TANGENT" | "COLOR_0") => continue,
-                // The application's own.
+                // Application-specific attribute.
                 _ if name.starts_with('_') => continue,
-                Some(("COLOR", set)) if set.parse::<u32>().is_ok() => "not used: COLOR_0 is",
+                Some(("COLOR", set)) if set.parse::<u32>().is_ok() => "ignored: only COLOR_0 is used",
                 Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => continue,
-                _ => "not used: no attribute of glTF (MESH_PRIMITIVE_INVALID_ATTRIBUTE)",
+                _ => "ignored: unknown glTF attribute (MESH_PRIMITIVE_INVALID_ATTRIBUTE)",
             };
             diagnostics.note(NoticeCode::IgnoredFeature, format!("{place}.attributes.{name}"), message);
         }
@@ -58,7 +58,7 @@ impl<'a> AttributeSource<'a> {
         self.primitive.attributes.contains_key(name)
     }
 
-    /// The elements of an attribute, where it has it.
+    /// Elements of an attribute, if the primitive has it.
     pub(crate) fn elements(&'a self, name: &str) -> Result<Option<AccessorView<'a>>> {
         let Some(&index) = self.primitive.attributes.get(name) else { return Ok(None) };
         let place = format!("{}.attributes.{name}", self.place);
@@ -79,7 +79,7 @@ impl<'a> AttributeSource<'a> {
         let Some(component) = Component::from_draco(attribute.component) else {
             return Err(self
                 .document
-                .fault(format!("{place}: 32-bit signed integers in the Draco stream, which glTF does not have")));
+                .fault(format!("{place}: 32-bit signed integers in the Draco stream, which glTF does not support")));
         };
         Ok(Some(AccessorView {
             document: self.document,
@@ -94,8 +94,8 @@ impl<'a> AttributeSource<'a> {
         }))
     }
 
-    /// The vertices of the corners of the primitive, in order and `N` at a time, and the number of corners left over;
-    /// `count` is the number of vertices.
+    /// Vertices of the primitive's corners, in order and `N` at a time, and the number of remaining corners; `count` is
+    /// the number of vertices.
     pub(crate) fn corners<const N: usize>(&'a self, count: usize) -> Result<(Vec<[u32; N]>, usize)> {
         let document = self.document;
         if let Some((_, mesh)) = &self.decoded {
@@ -106,7 +106,7 @@ impl<'a> AttributeSource<'a> {
             let place = format!("{}.attributes", self.place);
             document.charge(&place, count as u64, 4)?;
             let count = u32::try_from(count)
-                .map_err(|_| document.fault(format!("{place}: {count} vertices, more than 32 bits count")))?;
+                .map_err(|_| document.fault(format!("{place}: {count} vertices, which exceeds 32-bit indices")))?;
             let each = N as u32;
             let group = |i: u32| std::array::from_fn(|j| i * each + j as u32);
             let groups = (0..count / each).map(group).collect();

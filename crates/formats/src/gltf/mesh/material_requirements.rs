@@ -1,4 +1,4 @@
-//! Vertex data that materials need.
+//! Vertex data required by materials.
 
 use raycam_scene::{Mesh, NoticeCode};
 
@@ -9,11 +9,11 @@ use crate::gltf::json::material::Material;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::io::Diagnostics;
 
-/// Vertex data that the materials of a primitive need, those of its variants included.
+/// Vertex data required by the materials of a primitive, including its variants.
 pub(crate) struct MaterialRequirements {
     /// Sets of texture coordinates.
     sets: Vec<usize>,
-    /// The set that tangents follow, where a material needs tangents.
+    /// Set for the tangents, if a material requires tangents.
     pub(crate) tangent_uvs: Option<usize>,
 }
 
@@ -34,11 +34,11 @@ impl MaterialRequirements {
         Ok(Self { sets, tangent_uvs })
     }
 
-    /// Notes each set of texture coordinates that the mesh lacks.
+    /// Adds a notice for each set of texture coordinates that the mesh lacks.
     pub(crate) fn check_uvs(&self, place: &str, mesh: &Mesh, diagnostics: &mut Diagnostics) {
         for set in self.sets.iter().filter(|&&set| mesh.uv_set(set).is_none()) {
             let message =
-                format!("its material uses TEXCOORD_{set}, which it lacks (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS)");
+                format!("the material uses TEXCOORD_{set}, which the mesh lacks (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS)");
             diagnostics.note(NoticeCode::MissingValue, place, message);
         }
     }
@@ -58,7 +58,7 @@ impl Material {
         own.into_iter().flatten()
     }
 
-    /// The set of texture coordinates of the first texture that needs tangents.
+    /// Set of texture coordinates of the first texture that requires tangents.
     fn tangent_uvs(&self) -> Option<usize> {
         let extensions = &self.extensions;
         if extensions.unlit.is_some() {

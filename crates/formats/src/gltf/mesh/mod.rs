@@ -1,6 +1,6 @@
 //! Primitives as meshes: attributes and indices from accessors or Draco streams, morph targets, joints, tangents.
 //!
-//! Uses the document; knows nothing of worlds.
+//! Uses the document; independent of worlds.
 
 pub(crate) mod attributes;
 pub(crate) mod material_requirements;

@@ -15,17 +15,17 @@ use crate::gltf::mesh::tangent;
 use crate::gltf::mesh::vertex_window::VertexWindow;
 use crate::io::{AssetRoot, Diagnostics, parallel};
 
-/// A primitive of triangles.
+/// Primitive of triangles.
 pub(crate) struct PrimitiveMesh {
     pub(crate) mesh: Mesh,
     pub(crate) material: Option<usize>,
     pub(crate) skin_morph: SkinMorph,
 }
 
-/// Reader of one primitive.
+/// Reader of a primitive.
 pub(crate) struct PrimitiveReader<'a> {
     pub(crate) document: &'a Document<'a>,
-    /// As errors name the primitive.
+    /// Name of the primitive in errors.
     pub(crate) place: &'a str,
     pub(crate) primitive: &'a Primitive,
     pub(crate) assets: &'a mut AssetRoot,
@@ -33,7 +33,7 @@ pub(crate) struct PrimitiveReader<'a> {
 }
 
 impl PrimitiveReader<'_> {
-    /// The mesh of the primitive; `None` where it has no triangles.
+    /// Mesh of the primitive; `None` if it has no triangles.
     pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>> {
         if !self.has_triangle_mode()? {
             return Ok(None);
@@ -44,7 +44,7 @@ impl PrimitiveReader<'_> {
             self.diagnostics.note(
                 NoticeCode::IgnoredElement,
                 self.place,
-                "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)",
+                "no POSITION; there is nothing to render (MESH_PRIMITIVE_NO_POSITION)",
             );
             return Ok(None);
         };
@@ -92,7 +92,7 @@ impl PrimitiveReader<'_> {
         Ok(Some(PrimitiveMesh { mesh, material: self.primitive.material, skin_morph }))
     }
 
-    /// True for lists, strips and fans of triangles; points and lines get a notice.
+    /// True for lists, strips and fans of triangles; points and lines cause a notice.
     fn has_triangle_mode(&mut self) -> Result<bool> {
         let what = match self.primitive.mode {
             0 => "points",
@@ -101,18 +101,19 @@ impl PrimitiveReader<'_> {
             mode => {
                 return Err(self
                     .document
-                    .fault(format!("{}.mode: {mode}, expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place)));
+                    .fault(format!("{}.mode: {mode}; expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place)));
             }
         };
         self.diagnostics.note(
             NoticeCode::IgnoredElement,
             self.place,
-            format!("{what} are not shown: only triangles have a surface"),
+            format!("{what} are not supported: only triangles have a surface"),
         );
         Ok(false)
     }
 
-    /// Notes positions without `min` and `max`. Bounds follow from the vertices, so that reading goes on.
+    /// Adds a notice about positions without `min` and `max`. Reading continues, because bounds are computed from the
+    /// vertices.
     fn note_missing_bounds(&mut self) {
         let index = self.primitive.attributes.get("POSITION");
         let accessor = index.and_then(|&index| {
@@ -131,7 +132,7 @@ impl PrimitiveReader<'_> {
         }
     }
 
-    /// The triangles of the primitive, whose attributes have `count` elements; `None` where it has none.
+    /// Triangles of the primitive, whose attributes have `count` elements; `None` if it has none.
     fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>> {
         let (triangles, over) = match self.primitive.mode {
             4 => source.corners::<3>(count)?,
@@ -143,11 +144,18 @@ impl PrimitiveReader<'_> {
             }
         };
         if triangles.is_empty() {
-            self.diagnostics.note(NoticeCode::DroppedGeometry, self.place, format!("{over} corners make no triangle"));
+            self.diagnostics.note(
+                NoticeCode::DroppedGeometry,
+                self.place,
+                format!(
+                    "{over} remaining corners do not \
+                form a triangle"
+                ),
+            );
             return Ok(None);
         }
         if over > 0 {
-            let message = "corners that make no triangle are left over (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
+            let message = "remaining corners do not form a triangle (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
             self.diagnostics.note(NoticeCode::DroppedGeometry, self.place, message);
         }
         Ok(Some(triangles))
@@ -158,7 +166,7 @@ impl PrimitiveReader<'_> {
         self.document.charge(&elements.place, elements.count as u64, 12)?;
         let widen = |v: [f32; 3]| v.map(f64::from);
         let (positions, finite) = elements.map_any_floats(widen)?;
-        // Optimised to a no-op: the same layout.
+        // Optimised to a no-op, because the layout is the same.
         Ok((positions.into_iter().map(DVec3::from_array).collect(), finite))
     }
 
@@ -201,7 +209,7 @@ impl PrimitiveReader<'_> {
         };
         if elements.component != Component::F32 && !elements.normalized {
             return Err(document.fault(format!(
-                "{place}.attributes.COLOR_0: integers that are not normalised \
+                "{place}.attributes.COLOR_0: integers must be normalised \
                  (MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT)"
             )));
         }
@@ -226,7 +234,7 @@ impl PrimitiveReader<'_> {
     }
 }
 
-/// The triangles of a strip (mode 5) or fan (3.7.2.1), with the winding order of the first.
+/// Triangles of a strip (mode 5) or fan (3.7.2.1), with the winding order of the first triangle.
 fn strip_or_fan_triangles(mode: u32, corners: &[u32]) -> Vec<[u32; 3]> {
     if mode == 6 {
         return match corners.split_first() {

@@ -18,7 +18,7 @@ pub(crate) struct SkinMorph {
 }
 
 impl VertexWindow<'_> {
-    /// The morph targets and joints of the vertices.
+    /// Morph targets and joints of the vertices.
     pub(crate) fn skin_morph(
         &self,
         place: &str,
@@ -37,7 +37,7 @@ impl VertexWindow<'_> {
             let joints = joints.integers::<4>()?;
             let weights = weights.floats::<4>()?;
             if weights.as_flattened().iter().any(|&weight| weight < 0.0) {
-                let message = format!("{place}.attributes.WEIGHTS_{set}: negative (ACCESSOR_WEIGHTS_NEGATIVE)");
+                let message = format!("{place}.attributes.WEIGHTS_{set}: negative weight (ACCESSOR_WEIGHTS_NEGATIVE)");
                 return Err(self.document.fault(message));
             }
             let narrow = |all: [u32; 4]| all.map(|joint| joint.min(u32::from(u16::MAX)) as u16);
@@ -62,7 +62,7 @@ impl VertexWindow<'_> {
                     let colors = elements.floats::<4>()?;
                     target.colors = Some(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
                 }
-                _ => diagnostics.note(NoticeCode::IgnoredAnimation, format!("{place}.{name}"), "is not morphed"),
+                _ => diagnostics.note(NoticeCode::IgnoredAnimation, format!("{place}.{name}"), "cannot be morphed"),
             }
         }
         Ok(target)
@@ -95,7 +95,7 @@ impl SkinMorph {
         }
     }
 
-    /// Repeats the data of split vertices: `sources` holds the source of each vertex.
+    /// Repeats the data of split vertices: `sources` contains the source of each vertex.
     pub(crate) fn resample(&mut self, sources: &[u32]) {
         for target in &mut self.targets {
             target.vertices.iter_mut().for_each(|all| resample(all, sources));
@@ -110,7 +110,7 @@ impl SkinMorph {
         }
     }
 
-    /// The concatenation of several primitives, each with its number of vertices; `None` where none is deformed.
+    /// Concatenates several primitives, each with its number of vertices; `None` if none is deformed.
     pub(crate) fn concat(parts: &[(usize, Self)]) -> Option<Self> {
         let targets = parts.iter().map(|(_, part)| part.targets.len()).max()?;
         let sets = parts.iter().map(|(_, part)| part.joints.len()).max()?;
@@ -137,7 +137,7 @@ impl SkinMorph {
     }
 }
 
-/// The concatenation of one array of all parts, zeros where a part has none; `None` where no part has any.
+/// Concatenates one array of all parts, with zeros for parts without it; `None` if no part has it.
 fn gather_or_zero<T: Copy + Default>(
     parts: &[(usize, SkinMorph)],
     of: impl Fn(&SkinMorph) -> Option<&Vec<T>>,

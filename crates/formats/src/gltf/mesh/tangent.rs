@@ -1,4 +1,4 @@
-//! Tangents where a file has none (glTF 2.0, section 3.7.2.1): MikkTSpace (Mikkelsen, "Simulation of Wrinkled Surfaces
+//! Tangents for files without them (glTF 2.0, section 3.7.2.1): MikkTSpace (Mikkelsen, "Simulation of Wrinkled Surfaces
 //! Revisited", 2008), by `bevy_mikktspace`.
 
 use std::collections::HashMap;
@@ -7,7 +7,7 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::Vec3;
 use raycam_scene::Mesh;
 
-/// A mesh whose corners get tangents.
+/// Mesh whose corners get tangents.
 struct Corners<'a> {
     mesh: &'a Mesh,
     uvs: &'a [[f32; 2]],
@@ -48,7 +48,7 @@ impl Geometry for Corners<'_> {
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        // MikkTSpace has v upwards, glTF downwards.
+        // In MikkTSpace v points upwards, in glTF downwards.
         let [u, v] = self.uvs[self.vertex(face, corner)];
         [u, -v]
     }
@@ -60,13 +60,13 @@ impl Geometry for Corners<'_> {
     }
 }
 
-/// Gives a mesh tangents along one of its sets of texture coordinates. Vertices whose corners have different ones are
-/// split; returned is which vertex each one was.
+/// Adds tangents along one of the mesh's sets of texture coordinates. Vertices whose corners have different tangents
+/// are split; returns the source vertex of each vertex.
 pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     let unchanged = || (0..mesh.vertices.len() as u32).collect();
     let Some(uvs) = mesh.uv_set(set) else { return unchanged() };
     let mut corners = Corners { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()], uvs, mesh };
-    // Its error has no variants yet; with one, the mesh keeps what it has.
+    // Its error type has no variants yet; if it gets one, the mesh is unchanged.
     if bevy_mikktspace::generate_tangents(&mut corners).is_err() {
         return unchanged();
     }
@@ -100,7 +100,7 @@ pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     sources
 }
 
-/// The value of each vertex that vertices were made of.
+/// Value of the source vertex of each vertex.
 pub(crate) fn resample<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
     let before = values.len();
     for &source in sources.iter().skip(before) {

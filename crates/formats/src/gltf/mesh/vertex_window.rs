@@ -1,11 +1,11 @@
-//! The range of an accessor's vertices that one primitive uses: many primitives may share one long accessor.
+//! Range of an accessor's vertices that one primitive uses: many primitives may share one long accessor.
 
 use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::AccessorView;
 use crate::gltf::mesh::attributes::AttributeSource;
 
-/// The vertices of a primitive's accessors that its triangles use.
+/// Vertices of a primitive's accessors that its triangles use.
 pub(crate) struct VertexWindow<'a> {
     pub(crate) document: &'a Document<'a>,
     pub(crate) source: &'a AttributeSource<'a>,
@@ -20,13 +20,13 @@ impl<'a> VertexWindow<'a> {
         elements.slice(self.first, self.length)
     }
 
-    /// The elements of an attribute that are used.
+    /// Used elements of an attribute.
     pub(crate) fn elements(&self, name: &str) -> Result<Option<AccessorView<'a>>> {
         let Some(elements) = self.source.elements(name)? else { return Ok(None) };
         self.checked(elements, &format!("attributes.{name}")).map(Some)
     }
 
-    /// The same elements of an accessor of its own, as morph targets have it.
+    /// The same elements of a separate accessor, as in morph targets.
     pub(crate) fn accessor(&self, index: usize, name: &str) -> Result<AccessorView<'a>> {
         let place = format!("{}.{name}", self.source.place);
         let elements = self.document.elements(index, &place)?;

@@ -1,4 +1,4 @@
-//! Animations, `KHR_animation_pointer` included.
+//! Animations, including `KHR_animation_pointer`.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::gltf::json;
 use crate::gltf::world::builder::Builder;
 
 impl Builder<'_, '_> {
-    /// All animations of the document, of nodes that are `nodes`.
+    /// All animations of the document; `nodes` are the document's nodes.
     pub(crate) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>> {
         let document = self.document;
         let mut animations = Vec::new();
@@ -31,7 +31,7 @@ impl Builder<'_, '_> {
         Ok(animations)
     }
 
-    /// The channels of the world that channel `index` of an animation becomes: one for each target.
+    /// Channels of the world for channel `index` of an animation: one per target.
     fn channel(
         &mut self,
         animation: &str,
@@ -56,7 +56,7 @@ impl Builder<'_, '_> {
         Ok(targets.into_iter().map(|target| Channel { target, sampler: sampler.clone() }).collect())
     }
 
-    /// The targets of a channel, all of the same kind; empty, with a notice, where raycam animates none of them.
+    /// Targets of a channel, all of the same kind; empty, with a notice, if raycam animates none of them.
     fn channel_targets(
         &mut self,
         place: &str,
@@ -78,7 +78,7 @@ impl Builder<'_, '_> {
                             self.diagnostics.note(
                                 NoticeCode::IgnoredAnimation,
                                 place,
-                                format!("{pointer} is not animated"),
+                                format!("{pointer} cannot be animated"),
                             );
                         }
                         let mut found = found.unwrap_or_default();
@@ -92,7 +92,7 @@ impl Builder<'_, '_> {
             }
             (path, _, Some(node)) => (node, path),
             (_, _, None) => {
-                self.diagnostics.note(NoticeCode::IgnoredAnimation, place, "a channel without a target moves nothing");
+                self.diagnostics.note(NoticeCode::IgnoredAnimation, place, "a channel without a target has no effect");
                 return Ok(Vec::new());
             }
         };
@@ -103,8 +103,8 @@ impl Builder<'_, '_> {
             "rotation" => AnimationTarget::Rotation(node),
             "scale" => AnimationTarget::Scale(node),
             "weights" if found.weights.is_empty() => {
-                let message = "a channel of weights of a node without morph targets \
-                               (ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS)";
+                let message = "a weights channel of a node without morph targets has no effect \
+                    (ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS)";
                 self.diagnostics.note(NoticeCode::IgnoredAnimation, place, message);
                 return Ok(Vec::new());
             }
@@ -114,7 +114,7 @@ impl Builder<'_, '_> {
                 self.diagnostics.note(
                     NoticeCode::IgnoredAnimation,
                     place,
-                    format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)"),
+                    format!("{path:?} of a node cannot be animated (VALUE_NOT_IN_LIST)"),
                 );
                 return Ok(Vec::new());
             }
@@ -156,7 +156,7 @@ impl Builder<'_, '_> {
             4 => output.floats::<4>()?.into_flattened(),
             _ => output.floats::<1>()?.into_flattened(),
         };
-        // As glTF-Validator calls what is wrong with them, if something is.
+        // glTF-Validator's names for possible faults.
         let code = if times.first().is_some_and(|first| *first < 0.0) {
             "ACCESSOR_ANIMATION_INPUT_NEGATIVE"
         } else if times.is_empty() || !times.is_sorted_by(|a, b| a < b) {

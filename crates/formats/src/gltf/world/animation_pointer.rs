@@ -1,4 +1,4 @@
-//! `KHR_animation_pointer`: targets of JSON pointers into the document.
+//! `KHR_animation_pointer`: targets given by JSON pointers into the document.
 
 use MaterialProperty as P;
 use TextureSlotKind as T;
@@ -11,7 +11,7 @@ use crate::gltf::json::material::Material;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
 
-/// Properties of a material, by their paths below it.
+/// Properties of a material, by their paths below the material.
 pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[
     ("pbrMetallicRoughness/baseColorFactor", P::BaseColor),
     ("pbrMetallicRoughness/metallicFactor", P::Metallic),
@@ -46,14 +46,14 @@ pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[
 
 type TextureFinder = fn(&Material) -> Option<&TextureInfo>;
 
-/// The texture of an extension.
+/// Texture of an extension.
 macro_rules! of {
     ($extension:ident, $texture:ident) => {
         |m| m.extensions.$extension.as_ref()?.$texture.as_ref()
     };
 }
 
-/// Textures of a material, by their paths below it.
+/// Textures of a material, by their paths below the material.
 pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
     ("pbrMetallicRoughness/baseColorTexture", T::BaseColor, |m| m.pbr_metallic_roughness.base_color_texture.as_ref()),
     ("pbrMetallicRoughness/metallicRoughnessTexture", T::MetallicRoughness, |m| {
@@ -102,27 +102,27 @@ pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
     ),
 ];
 
-/// The parts of a texture's transform, by their paths below the texture.
+/// Parts of a texture's transform, by their paths below the texture.
 pub(crate) const UV_PROPERTIES: &[(&str, UvProperty)] = &[
     ("/extensions/KHR_texture_transform/offset", UvProperty::Offset),
     ("/extensions/KHR_texture_transform/rotation", UvProperty::Rotation),
     ("/extensions/KHR_texture_transform/scale", UvProperty::Scale),
 ];
 
-/// Path of the lights of a document.
+/// Path of a document's lights.
 pub(crate) const LIGHT_PATH: &str = "/extensions/KHR_lights_punctual/lights/";
 
-/// The target of a camera's definition.
+/// Target of a camera's definition.
 pub(crate) type CameraTarget = fn(usize) -> AnimationTarget;
 
-/// Animated properties of a camera, by their paths below it.
+/// Animated properties of a camera, by their paths below the camera.
 pub(crate) const CAMERA_PROPERTIES: &[(&str, CameraTarget)] = &[
     ("perspective/yfov", AnimationTarget::FieldOfView),
     ("orthographic/xmag", |camera| AnimationTarget::Magnification(camera, 0)),
     ("orthographic/ymag", |camera| AnimationTarget::Magnification(camera, 1)),
 ];
 
-/// Properties of a light, by their paths below it.
+/// Properties of a light, by their paths below the light.
 pub(crate) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
     ("color", LightProperty::Color),
     ("intensity", LightProperty::Intensity),
@@ -130,14 +130,14 @@ pub(crate) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
     ("spot/outerConeAngle", LightProperty::OuterAngle),
 ];
 
-/// An index and the path after it.
+/// Index, and the path after it.
 fn split_index(rest: &str) -> Option<(usize, &str)> {
     let (number, rest) = rest.split_once('/')?;
     Some((number.parse().ok()?, rest))
 }
 
 impl Document<'_> {
-    /// The targets of a pointer to anything but a node; `None` where raycam does not animate it.
+    /// Targets of a pointer to anything except a node; `None` if raycam does not animate it.
     pub(crate) fn resolve_pointer(&self, pointer: &str) -> Option<Vec<AnimationTarget>> {
         let row = |found: bool, target| found.then(|| vec![target]);
         if let Some((mesh, "weights")) = pointer.strip_prefix("/meshes/").and_then(split_index) {
@@ -172,7 +172,7 @@ fn property(path: &str) -> Option<MaterialProperty> {
 }
 
 impl Builder<'_, '_> {
-    /// The materials that channels animate, in their state at rest.
+    /// Materials that channels animate, in their rest state.
     pub(crate) fn animated_materials(&self, targets: impl Iterator<Item = AnimationTarget>) -> Vec<AnimatedMaterial> {
         let mut moving: Vec<AnimatedMaterial> = Vec::new();
         for target in targets {

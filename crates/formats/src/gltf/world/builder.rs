@@ -1,4 +1,4 @@
-//! State of an import: the world under construction, and the meshes and textures of the document that are read already.
+//! State of an import: the world under construction, and the meshes and textures of the document that have been read.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::error::{FormatError, Result};
 use crate::gltf::document::Document;
 use crate::io::{AssetRoot, Diagnostics};
 
-/// A world under construction.
+/// World under construction.
 pub(crate) struct Builder<'a, 'b> {
     pub(crate) document: &'a Document<'a>,
     pub(crate) assets: &'b mut AssetRoot,
@@ -21,13 +21,13 @@ pub(crate) struct Builder<'a, 'b> {
 }
 
 impl Builder<'_, '_> {
-    /// The result for an element that the world can do without: a fault in the file becomes a notice, and the element is
-    /// omitted.
+    /// Returns the result for an element that the world does not require: if it is invalid, it is omitted with a
+    /// notice.
     pub(crate) fn or_omitted<T>(&mut self, place: &str, what: &str, result: Result<T>) -> Result<Option<T>> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(FormatError::Syntax { message, .. }) => {
-                self.diagnostics.note(NoticeCode::IgnoredElement, place, format!("{what} is omitted: {message}"));
+                self.diagnostics.note(NoticeCode::IgnoredElement, place, format!("{what} omitted: {message}"));
                 Ok(None)
             }
             Err(error) => Err(error),
@@ -41,21 +41,21 @@ pub(crate) struct ImportedMeshes {
     pub(crate) known: HashMap<usize, Option<ImportedMesh>>,
 }
 
-/// A mesh of the world and the materials of its slots.
+/// Mesh of the world and the materials of its slots.
 #[derive(Clone)]
 pub(crate) struct ImportedMesh {
     pub(crate) mesh: usize,
     pub(crate) materials: Vec<usize>,
-    /// The primitive of the document of each material slot's first use, for variants.
+    /// Primitive of the document for each material slot's first use, for variants.
     pub(crate) primitives: Vec<usize>,
-    /// Morph targets and skin, where the mesh has any.
+    /// Morph targets and skin, if the mesh has any.
     pub(crate) shape: Option<Arc<DeformableMesh>>,
 }
 
-/// Textures and images that have been read, by index in the document and by whether they are colours.
+/// Textures and images that have been read, by index in the document and by true for colours.
 #[derive(Default)]
 pub(crate) struct ImportedTextures {
     pub(crate) textures: HashMap<(usize, bool), usize>,
-    /// `None` for images that are left out.
+    /// `None` for omitted images.
     pub(crate) images: HashMap<(usize, bool), Option<Arc<Image>>>,
 }

@@ -1,4 +1,5 @@
-//! Cameras. Those of glTF look along -z with y up and have an aspect ratio; ours have pixels, as many as 640 x 480.
+//! Cameras. glTF's cameras look along -z with y up and have an aspect ratio; raycam's cameras have a size in pixels,
+//! chosen with as many pixels as 640 x 480.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
@@ -10,7 +11,7 @@ use crate::gltf::world::builder::Builder;
 
 /// Aspect ratio of a camera without one.
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
-/// Pixels of an image.
+/// Number of pixels in an image.
 const IMAGE_PIXELS: f64 = 640.0 * 480.0;
 
 enum Projection {
@@ -36,23 +37,19 @@ impl Builder<'_, '_> {
         let world_from_camera = match rigid(world_from_node) {
             Some((pose, false)) => pose,
             Some((pose, true)) => {
-                self.diagnostics.note(
-                    NoticeCode::RepairedPose,
-                    &place,
-                    "its node mirrors or shears it, which is left out of its pose",
-                );
+                self.diagnostics.note(NoticeCode::RepairedPose, &place, "mirroring and shear of its node are ignored");
                 pose
             }
             None => {
                 self.diagnostics.note(
                     NoticeCode::IgnoredElement,
                     &place,
-                    "its node flattens it: the camera is left out",
+                    "camera omitted: its node has zero scale along an axis",
                 );
                 return Ok(None);
             }
         };
-        // From its axes (right, up, back) to ours (right, down, forward).
+        // From glTF's axes (right, up, back) to raycam's (right, down, forward).
         let r = (world_from_camera.matrix3 * flip_yz()).transpose();
         let c = world_from_camera.translation;
         let pixel_center = PixelCenter::default();
@@ -73,18 +70,20 @@ impl Builder<'_, '_> {
         Ok(Some(self.world.add_camera(name, camera)))
     }
 
-    /// The projection of a camera, checked.
+    /// Validated projection of a camera.
     fn projection(&mut self, place: &str, json: &json::Camera) -> Result<Projection> {
         let fault = |message: &str| self.document.fault(format!("{place}{message}"));
         match (&json.kind[..], &json.perspective, &json.orthographic) {
             ("perspective", Some(perspective), _) => {
                 let aspect = perspective.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
                 if !(aspect.is_normal() && aspect > 0.0) {
-                    return Err(fault(".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)"));
+                    return Err(fault(
+                        ".perspective.aspectRatio: expected a number greater than 0 (VALUE_NOT_IN_RANGE)",
+                    ));
                 }
                 let yfov = perspective.yfov;
                 if !(yfov.is_finite() && yfov > 0.0) {
-                    return Err(fault(".perspective.yfov: expected more than 0 (VALUE_NOT_IN_RANGE)"));
+                    return Err(fault(".perspective.yfov: expected a number greater than 0 (VALUE_NOT_IN_RANGE)"));
                 }
                 let size = image_size(aspect);
                 Ok(Projection::Perspective { yfov, size })
@@ -95,8 +94,7 @@ impl Builder<'_, '_> {
                     return Err(fault(".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)"));
                 }
                 if x < 0.0 || y < 0.0 {
-                    let message = "a negative magnification is taken as positive \
-                                   (CAMERA_XMAG_YMAG_NEGATIVE)";
+                    let message = "a negative magnification is treated as positive (CAMERA_XMAG_YMAG_NEGATIVE)";
                     self.diagnostics.note(NoticeCode::ReplacedValue, place, message);
                 }
                 let half = [x.abs(), y.abs()];
@@ -104,25 +102,25 @@ impl Builder<'_, '_> {
                 Ok(Projection::Orthographic { half, size })
             }
             ("perspective" | "orthographic", ..) => {
-                Err(fault(": the object that its type names is missing (UNDEFINED_PROPERTY)"))
+                Err(fault(": the object required by its type is missing (UNDEFINED_PROPERTY)"))
             }
             _ => Err(fault(".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)")),
         }
     }
 }
 
-/// An image of this aspect ratio with the usual number of pixels.
+/// Image size with this aspect ratio and the usual number of pixels.
 pub(crate) fn image_size(aspect: f64) -> [u32; 2] {
     let width = (IMAGE_PIXELS * aspect).sqrt();
     [width, width / aspect].map(|side| side.round().clamp(1.0, 8192.0) as u32)
 }
 
-/// From the axes of glTF's cameras (right, up, back) to ours (right, down, forward), and the other way round.
+/// From the axes of glTF's cameras (right, up, back) to raycam's (right, down, forward), and vice versa.
 pub(crate) fn flip_yz() -> DMat3 {
     DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
 }
 
-/// The rotation and translation of a transform, and whether it has more than these and scale.
+/// Rotation and translation of a transform, and true if it contains more than these and scale.
 fn rigid(transform: DAffine3) -> Option<(DAffine3, bool)> {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis];
     let back = z.try_normalize()?;

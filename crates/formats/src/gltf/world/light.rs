@@ -1,7 +1,7 @@
 //! `KHR_lights_punctual`.
 //!
-//! Its lights are photometric, in candela and lux; ours are radiometric. One of theirs is one of ours, as one nit of an
-//! emissive material is one W/(m² sr): all by the same factor, which is an exposure.
+//! glTF's lights are photometric, in candela and lux; raycam's are radiometric. One glTF unit becomes one of raycam's,
+//! and one nit of an emissive material becomes one W/(m² sr): the same factor for all, which amounts to an exposure.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -42,14 +42,19 @@ impl Builder<'_, '_> {
             self.diagnostics.note(
                 NoticeCode::IgnoredFeature,
                 &place,
-                "range is a hint to cut light off, which is not followed",
+                "range is ignored: light is not cut off at a distance",
             );
         }
         let position = world_from_node.translation.to_array();
-        // Light leaves along -z; scale does not matter.
+        // Light is emitted along -z; scale does not matter.
         let direction = -world_from_node.matrix3.z_axis;
         let Some(direction) = direction.try_normalize() else {
-            self.diagnostics.note(NoticeCode::IgnoredElement, &place, "its node flattens it: the light is left out");
+            self.diagnostics.note(
+                NoticeCode::IgnoredElement,
+                &place,
+                "light omitted: its node has zero scale along \
+                an axis",
+            );
             return Ok(None);
         };
         let light = match &json.kind[..] {
@@ -68,7 +73,7 @@ impl Builder<'_, '_> {
             }
             kind => {
                 return Err(document.fault(format!(
-                    "{place}.type: {kind:?}, expected directional, point or spot (VALUE_NOT_IN_LIST)"
+                    "{place}.type: {kind:?}; expected directional, point or spot (VALUE_NOT_IN_LIST)"
                 )));
             }
         };
@@ -77,22 +82,22 @@ impl Builder<'_, '_> {
         Ok(Some(NodeLight { light: added, node, definition: index, base: light, color, intensity }))
     }
 
-    /// The inner and the outer angle of a spot in radians, clamped to 0 <= inner <= outer <= pi/2. Blender writes equal
-    /// angles, and pi/2 as a float32, which is slightly larger.
+    /// Inner and outer angle of a spot in radians, clamped to 0 <= inner <= outer <= pi/2. Blender writes equal angles,
+    /// and pi/2 as a float32, which is slightly larger.
     fn spot_angles(&mut self, place: &str, spot: Option<&Spot>) -> Result<(f64, f64)> {
         const ROUNDING: f64 = 1e-6;
         const CODE: &str = "KHR_LIGHTS_PUNCTUAL_LIGHT_SPOT_ANGLES";
         let (inner, outer) = spot.map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
         if outer.is_nan() || outer <= 0.0 {
-            let message = format!("{place}.spot.outerConeAngle: {outer}, expected more than 0 ({CODE})");
+            let message = format!("{place}.spot.outerConeAngle: {outer}; expected a number greater than 0 ({CODE})");
             return Err(self.document.fault(message));
         }
         let used_outer = outer.min(FRAC_PI_2);
         let used_inner = inner.clamp(0.0, used_outer);
         if (used_outer - outer).abs() > ROUNDING || (used_inner - inner).abs() > ROUNDING {
             let message = format!(
-                "angles {inner} and {outer}, expected 0 <= inner < outer <= pi/2: clamped to {used_inner} and \
-                 {used_outer} ({CODE})"
+                "angles {inner} and {outer} are clamped to {used_inner} and {used_outer}; expected 0 <= inner < outer \
+                 <= pi/2 ({CODE})"
             );
             self.diagnostics.note(NoticeCode::ClampedValue, format!("{place}.spot"), message);
         }

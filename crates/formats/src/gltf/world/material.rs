@@ -1,4 +1,4 @@
-//! Materials: metallic-roughness and the extensions that add to it.
+//! Materials: metallic-roughness and its extensions.
 
 use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, NoticeCode, Principled, TextureSlot, Textured};
 
@@ -8,12 +8,12 @@ use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
 use raycam_scene::ColorUse::{self, Color, Data};
 
-/// Any number that is not negative.
+/// Any non-negative number.
 pub(crate) const NON_NEGATIVE: [f64; 2] = [0.0, f32::MAX as f64];
 const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 
 impl Builder<'_, '_> {
-    /// All materials, with those of the document first and in its order; then the one of those that have none.
+    /// All materials: first those of the document in order, then the default material.
     pub(crate) fn materials(&mut self) -> Result<()> {
         let document = self.document;
         for (i, json) in document.root.materials.iter().enumerate() {
@@ -24,7 +24,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// The index in the world of a material of the document, or of glTF's own for those that have none.
+    /// Index in the world of a material of the document, or of glTF's default material.
     pub(crate) fn material_index(&mut self, place: &str, index: Option<usize>) -> Result<usize> {
         let document = self.document;
         let count = document.root.materials.len();
@@ -103,7 +103,7 @@ impl Builder<'_, '_> {
             },
             Some(mode) => {
                 return Err(self.document.fault(format!(
-                    "{place}.alphaMode: {mode:?}, expected OPAQUE, MASK or BLEND (VALUE_NOT_IN_LIST)"
+                    "{place}.alphaMode: {mode:?}; expected OPAQUE, MASK or BLEND (VALUE_NOT_IN_LIST)"
                 )));
             }
         })
@@ -113,7 +113,7 @@ impl Builder<'_, '_> {
         let at = |name: &str| format!("{place}.KHR_materials_{name}");
         if let Some(json) = &extensions.ior {
             let ior = json.ior.unwrap_or(1.5);
-            // 0 has a meaning of its own.
+            // 0 has a special meaning.
             let least = if ior == 0.0 { 0.0 } else { 1.0 };
             p.ior = self.number(&at("ior.ior"), ior, [least, NON_NEGATIVE[1]]);
         }
@@ -237,7 +237,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// A factor of the unit interval with its texture: `placeFactor` and `placeTexture`.
+    /// Factor in 0..=1 with its texture: `placeFactor` and `placeTexture`.
     fn textured_factor(
         &mut self,
         place: &str,
@@ -261,7 +261,7 @@ impl Builder<'_, '_> {
         self.numbers(place, [value], range)[0]
     }
 
-    /// Numbers of a range; others are clamped, and that is said.
+    /// Numbers of a range; others are clamped, with a notice.
     pub(crate) fn numbers<const N: usize>(&mut self, place: &str, values: [f64; N], [low, high]: [f64; 2]) -> [f32; N] {
         if values.iter().any(|v| !(low..=high).contains(v)) {
             let message = format!("{values:?} is clamped to the range {low} to {high} (VALUE_NOT_IN_RANGE)");

@@ -1,4 +1,4 @@
-//! ImportedMeshes: their primitives as one mesh with a material slot for each.
+//! Imported meshes: their primitives as one mesh with a material slot for each.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::gltf::mesh::skin_morph::SkinMorph;
 use crate::gltf::world::builder::{Builder, ImportedMesh};
 
 impl Builder<'_, '_> {
-    /// A mesh that `place` refers to; `None` where it has no triangles.
+    /// Mesh that `place` refers to; `None` if it has no triangles.
     pub(crate) fn mesh(&mut self, place: &str, index: usize) -> Result<Option<ImportedMesh>> {
         if let Some(known) = self.meshes.known.get(&index) {
             return Ok(known.clone());
@@ -59,18 +59,18 @@ impl Builder<'_, '_> {
     }
 }
 
-/// All parts, each a mesh and its material, as one mesh with the materials of its slots.
+/// Joins all parts, each a mesh and its material, into one mesh with the materials of its slots.
 fn merge_primitives(mut parts: Vec<(Mesh, usize)>) -> Result<Option<(Mesh, Vec<usize>)>, raycam_scene::SceneError> {
     if parts.len() < 2 {
         return Ok(parts.pop().map(|(mesh, material)| (mesh, vec![material])));
     }
-    // A slot for each primitive, even where materials are the same: variants may tell them apart.
+    // One slot per primitive, even if materials are equal, because variants may distinguish them.
     let materials: Vec<usize> = parts.iter().map(|(_, material)| *material).collect();
     let part =
         |(slot, (mesh, _)): (usize, (Mesh, usize))| MeshPart { name: String::new(), mesh, materials: vec![slot] };
     let model = MeshFile {
         parts: parts.into_iter().enumerate().map(part).collect(),
-        // Only their number counts.
+        // Only their number matters.
         materials: vec![Material::default(); materials.len()],
         ..MeshFile::default()
     };

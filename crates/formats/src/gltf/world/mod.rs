@@ -1,4 +1,4 @@
-//! From the document to a world: each file adds one kind of thing to the [`Builder`](builder::Builder).
+//! Conversion of the document to a world: each file adds one kind of part to the [`Builder`](builder::Builder).
 
 pub(crate) mod animation;
 pub(crate) mod animation_pointer;

@@ -1,4 +1,4 @@
-//! Nodes: the tree of transforms, and what hangs on it.
+//! Nodes: the tree of transforms, and the parts attached to it.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ struct NodeOrder {
 }
 
 impl Builder<'_, '_> {
-    /// Adds everything that the scene's nodes show, as it is before anything has moved.
+    /// Adds everything that the scene's nodes show, in its rest state.
     pub(crate) fn nodes(&mut self) -> Result<()> {
         let document = self.document;
         let nodes = &document.root.nodes;
@@ -105,7 +105,7 @@ impl Builder<'_, '_> {
             }));
         }
         if !visible && (node.mesh.is_some() || node.extensions.light.is_some()) {
-            self.diagnostics.note(NoticeCode::HiddenPart, &place, "hidden, as KHR_node_visibility says");
+            self.diagnostics.note(NoticeCode::HiddenPart, &place, "hidden by KHR_node_visibility");
         }
         if let Some(light) = node.extensions.light.as_ref().filter(|_| visible) {
             let place = format!("{place}.extensions.KHR_lights_punctual.light");
@@ -123,7 +123,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// The nodes of the scene to show: the default one, else the first, else all.
+    /// Nodes of the scene to show: the default scene, otherwise the first, otherwise all nodes.
     fn scene_roots(&mut self, tree: &NodeOrder) -> Result<Vec<usize>> {
         let document = self.document;
         let root = &document.root;
@@ -137,7 +137,7 @@ impl Builder<'_, '_> {
         let scene = document.get(&root.scenes, index, "scene")?;
         if root.scenes.len() > 1 {
             let message = format!(
-                "number {index} {:?} is shown, the one of {} that the file says is its default",
+                "scene {index} {:?} is shown (the default); the file contains {} scenes",
                 scene.name,
                 root.scenes.len()
             );
@@ -147,13 +147,18 @@ impl Builder<'_, '_> {
             let place = format!("scenes[{index}].nodes[{i}]");
             document.get(&root.nodes, node, &place)?;
             if tree.parents[node].is_some() {
-                self.diagnostics.note(NoticeCode::InvalidFile, place, "a node that has a parent (SCENE_NON_ROOT_NODE)");
+                self.diagnostics.note(
+                    NoticeCode::InvalidFile,
+                    place,
+                    "a scene refers to a node that has a parent \
+                    (SCENE_NON_ROOT_NODE)",
+                );
             }
         }
         Ok(scene.nodes.clone())
     }
 
-    /// The object of a node, or one for each of its instances.
+    /// Object of a node, or one for each of its instances.
     fn objects(
         &mut self,
         index: usize,
@@ -183,7 +188,7 @@ impl Builder<'_, '_> {
             if skin.is_some() {
                 world_from_mesh = DAffine3::IDENTITY;
             } else if flat && moving {
-                // It is made flat at the times at which it is.
+                // It is flattened at the times at which its transform is flat.
                 world_from_mesh.matrix3 = DMat3::IDENTITY;
             } else if flat {
                 let whole = self.world.meshes[mesh].clone();
@@ -196,13 +201,13 @@ impl Builder<'_, '_> {
                         world_from_mesh = DAffine3::IDENTITY;
                     }
                     None => {
-                        let message = "its transform makes it a line or a point: nothing to see";
+                        let message = "omitted: its transform reduces it to a line or a point";
                         self.diagnostics.note(NoticeCode::DroppedGeometry, place, message);
                         continue;
                     }
                 }
             }
-            // A deformed object has a mesh of its own: the first object takes the imported one.
+            // A deformed object requires its own mesh: the first object uses the imported one.
             if let Some(shape) = shape
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)
             {
@@ -230,7 +235,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// `KHR_materials_variants`: which materials an object has in which.
+    /// `KHR_materials_variants`: the materials of an object in each variant.
     fn apply_variants(&mut self, object: usize, node: &Node, imported: &ImportedMesh) -> Result<()> {
         let document = self.document;
         let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
@@ -252,7 +257,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// `EXT_mesh_gpu_instancing`; a node without it has one instance, in its own place.
+    /// `EXT_mesh_gpu_instancing`; a node without it has one instance at its own position.
     fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>> {
         let document = self.document;
         let Some(attributes) = node.extensions.instances() else { return Ok(vec![DAffine3::IDENTITY]) };
@@ -262,14 +267,17 @@ impl Builder<'_, '_> {
         for (name, &index) in attributes {
             let place = format!("{place}.{name}");
             if !matches!(&name[..], "TRANSLATION" | "ROTATION" | "SCALE") {
-                self.diagnostics.note(NoticeCode::IgnoredKey, place, "not used");
+                self.diagnostics.note(NoticeCode::IgnoredKey, place, "ignored");
                 continue;
             }
             let elements = document.elements(index, &place)?;
             if *count.get_or_insert(elements.count) != elements.count {
-                return Err(document.fault(format!("{place}: another number of elements than the others")));
+                return Err(document.fault(format!(
+                    "{place}: the number of elements differs from that of the other \
+                    attributes"
+                )));
             }
-            // An instance is an object of its own, which takes more than a vertex.
+            // An instance is a separate object, which takes more memory than a vertex.
             let amount = 16 * elements.count as u64;
             self.assets.budget.take_elements(document.path, amount)?;
             match &name[..] {
@@ -294,14 +302,14 @@ impl Builder<'_, '_> {
     }
 }
 
-/// The rotation of a quaternion that is not 0.
+/// Rotation of a quaternion that is not 0.
 fn normalize_quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
     let quaternion = DVec4::from_array(xyzw).try_normalize()?;
     Some(DQuat::from_vec4(quaternion))
 }
 
 impl Document<'_> {
-    /// The tree of nodes: each has at most one parent, and none is above itself.
+    /// Tree of nodes: each has at most one parent, and none is its own ancestor.
     fn node_order(&self) -> Result<NodeOrder> {
         let nodes = &self.root.nodes;
         let mut parents = vec![None; nodes.len()];
@@ -311,7 +319,7 @@ impl Document<'_> {
                 self.get(nodes, child, &place)?;
                 if let Some(other) = parents[child].replace(i) {
                     return Err(self.fault(format!(
-                        "{place}: node {child} is a child of nodes[{other}] too (NODE_PARENT_OVERRIDE)"
+                        "{place}: node {child} is also a child of nodes[{other}] (NODE_PARENT_OVERRIDE)"
                     )));
                 }
             }
@@ -326,7 +334,7 @@ impl Document<'_> {
             let mut reached = vec![false; nodes.len()];
             order.iter().for_each(|&i| reached[i] = true);
             let i = reached.iter().position(|reached| !reached).unwrap_or(0);
-            let message = format!("nodes[{i}]: above or below a node that is above itself (NODE_LOOP)");
+            let message = format!("nodes[{i}] belongs to a loop of nodes (NODE_LOOP)");
             return Err(self.fault(message));
         }
         Ok(NodeOrder { order, parents })
@@ -338,7 +346,7 @@ impl Document<'_> {
             let matrix = DMat4::from_cols_array(&matrix);
             if matrix.row(3) != DVec4::W || !matrix.is_finite() {
                 return fault(format!(
-                    "matrix: its last row is {}, expected 0 0 0 1 (NODE_MATRIX_NON_TRS)",
+                    "matrix: its last row is {}; expected 0 0 0 1 (NODE_MATRIX_NON_TRS)",
                     matrix.row(3)
                 ));
             }
@@ -348,15 +356,15 @@ impl Document<'_> {
         let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
         let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
         let Some(rotation) = normalize_quaternion(rotation) else {
-            return fault(format!("rotation: {rotation:?} (ROTATION_NON_UNIT)"));
+            return fault(format!("rotation: {rotation:?} has no direction (ROTATION_NON_UNIT)"));
         };
         if !(translation.is_finite() && scale.is_finite()) {
-            return fault("translation or scale: not finite".into());
+            return fault("translation or scale is not finite".into());
         }
         Ok(Transform::Trs { translation, rotation, scale })
     }
 
-    /// The weights of a node's morph targets: its own, its mesh's, or 0 for each.
+    /// Weights of a node's morph targets: its own, otherwise its mesh's, otherwise 0.
     fn weights(&self, node: &Node) -> Vec<f32> {
         let mesh = node.mesh.and_then(|mesh| self.root.meshes.get(mesh));
         let targets = mesh.into_iter().flat_map(|mesh| &mesh.primitives);

@@ -1,4 +1,4 @@
-//! Skins.
+//! Skins of deformable meshes.
 
 use glam::{DAffine3, DMat4};
 use raycam_scene::animation::Skin;
@@ -22,7 +22,7 @@ impl Builder<'_, '_> {
                 let elements = document.elements(index, &place)?;
                 if elements.count < json.joints.len() {
                     return Err(document.fault(format!(
-                        "{place}: {} matrices for {} joints (INVALID_IBM_ACCESSOR_COUNT)",
+                        "{place}: {} matrices for {} joints; expected equal numbers (INVALID_IBM_ACCESSOR_COUNT)",
                         elements.count,
                         json.joints.len()
                     )));

@@ -1,8 +1,8 @@
-//! `KHR_materials_pbrSpecularGlossiness`, archived and still found, as a principled material.
+//! `KHR_materials_pbrSpecularGlossiness`, archived but still in use, as a principled material.
 //!
-//! `KHR_materials_ior` has the conversion: a dielectric of infinite index (0) reflects exactly its specular colour at
-//! normal incidence, so that nothing has to be solved for, and textures stay as they are. Only roughness, one minus
-//! glossiness, becomes a texture of its own.
+//! `KHR_materials_ior` describes the conversion: a dielectric of infinite index (0) reflects exactly its specular
+//! colour at normal incidence, so that no equation has to be solved, and textures are unchanged. Only roughness, one
+//! minus glossiness, requires a new texture.
 
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// A texture of roughness from the glossiness in another's alpha.
+    /// Roughness texture from the glossiness in another texture's alpha.
     fn roughness(&mut self, slot: TextureSlot, factor: f32) -> Result<TextureSlot> {
         let Texture { image, sampler } = &*self.world.textures[slot.texture];
         let rough = |glossiness: f32| {

@@ -1,4 +1,4 @@
-//! ImportedTextures: which image, how it is looked up, and where on it. An index or a value that is wrong costs the image,
+//! Imported textures: the image, its lookup options, and its coordinates. An invalid index or value omits the image,
 //! never the model.
 
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use crate::io::companion;
 use raycam_scene::ColorUse;
 
 impl Builder<'_, '_> {
-    /// The texture slot of a reference at `place`.
+    /// Texture slot of a reference at `place`.
     pub(crate) fn slot(
         &mut self,
         place: &str,
@@ -30,7 +30,7 @@ impl Builder<'_, '_> {
         Ok(Some(TextureSlot { texture, uv_set: info.uv_set(), image_from_mesh: info.uv_transform().image_from_mesh() }))
     }
 
-    /// A texture for a use; `None` where it has no image.
+    /// Texture for a use; `None` if it has no image.
     fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>> {
         let document = self.document;
         let Some(texture) = self.item_or_notice(&document.root.textures, index, place) else {
@@ -42,12 +42,17 @@ impl Builder<'_, '_> {
         }
         let place = format!("textures[{index}]");
         let extensions = &texture.extensions;
-        // KTX2 and WebP are there for those who can read them; the image in `source` is for the others.
+        // KTX2 and WebP are alternatives for readers that support them; the image in `source` is for other readers.
         let better =
             [&extensions.basisu, &extensions.webp].into_iter().find_map(|extension| extension.as_ref()?.source);
         let sources: Vec<usize> = better.into_iter().chain(texture.source).collect();
         if sources.is_empty() {
-            self.diagnostics.note(NoticeCode::MissingValue, place, "no image: the material does without it");
+            self.diagnostics.note(
+                NoticeCode::MissingValue,
+                place,
+                "the texture has no image, so the material does \
+                not use it",
+            );
             return Ok(None);
         }
         let mut image = None;
@@ -68,17 +73,17 @@ impl Builder<'_, '_> {
         Ok(Some(added))
     }
 
-    /// The item at an index that is written at `place`; `None`, with a notice, where it leads nowhere.
+    /// Item with an index that is written at `place`; `None`, with a notice, if it does not exist.
     fn item_or_notice<'b, T>(&mut self, all: &'b [T], index: usize, place: &str) -> Option<&'b T> {
         let found = all.get(index);
         if found.is_none() {
-            let message = format!("{index}, but there are {} (UNRESOLVED_REFERENCE): left out", all.len());
+            let message = format!("{index}, but there are only {} (UNRESOLVED_REFERENCE); omitted", all.len());
             self.diagnostics.note(NoticeCode::IgnoredElement, place.to_owned(), message);
         }
         found
     }
 
-    /// The image of an index; `None`, with a notice, where it is missing, cut off or of an unknown kind.
+    /// Image with an index; `None`, with a notice, if it is missing, truncated or of an unknown format.
     fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>> {
         if self.item_or_notice(&self.document.root.images, index, place).is_none() {
             return Ok(None);
@@ -90,14 +95,14 @@ impl Builder<'_, '_> {
         let image = match self.decoded_image(index, color_use) {
             Ok(image) => Some(self.assets.store_texture(Arc::new(image))?),
             Err(error) if companion::can_be_left_out(&error) => {
-                // The path is said by all notices.
+                // All notices contain the path.
                 let text = error.to_string();
                 let text = text.strip_prefix(&format!("{}: ", self.document.path.display())).unwrap_or(&text);
                 let text = text.strip_prefix(&format!("images[{index}]: ")).unwrap_or(text);
                 self.diagnostics.note(
                     NoticeCode::UnreadableFile,
                     format!("images[{index}]"),
-                    format!("left out: {text}"),
+                    format!("omitted: {text}"),
                 );
                 None
             }
@@ -107,7 +112,7 @@ impl Builder<'_, '_> {
         Ok(image)
     }
 
-    /// The image of an index, from its file, its data URI or its view of a buffer.
+    /// Image with an index, from its file, its data URI or its buffer view.
     fn decoded_image(&mut self, index: usize, color_use: ColorUse) -> Result<Image> {
         let document = self.document;
         let image = &document.root.images[index];
@@ -146,11 +151,11 @@ impl Builder<'_, '_> {
         Ok(decoded)
     }
 
-    /// How an image is looked up. A value that is none of the list is said, and the usual one stands for it.
+    /// Lookup options of an image. A value that is not in the list causes a notice and is replaced by the default.
     fn texture_sampler(&mut self, place: &str, sampler: &Sampler) -> TextureSampler {
         use TexelFilter::{Linear, Nearest};
         let mut unknown = |name: &str, code: u32, usual: &str| {
-            let message = format!("{code} (VALUE_NOT_IN_LIST): taken as {usual}");
+            let message = format!("{code} (VALUE_NOT_IN_LIST); treated as {usual}");
             self.diagnostics.note(NoticeCode::ReplacedValue, format!("{place}.{name}"), message);
         };
         let mut wrap = |name, code| match code {

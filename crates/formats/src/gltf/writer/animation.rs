@@ -1,4 +1,4 @@
-//! Animations: channels of nodes, and `KHR_animation_pointer` for the rest.
+//! Animations: channels of nodes, and `KHR_animation_pointer` for other properties.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use crate::gltf::writer::binary::BufferTarget;
 use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
-    /// All animations of the tree that was written.
+    /// All animations of the written tree.
     pub(super) fn animations(&mut self, rig: &NodeTree) {
         for animation in &rig.animations {
             let (mut samplers, mut channels) = (Vec::new(), Vec::new());
@@ -28,7 +28,7 @@ impl Writer<'_> {
                 if targets.is_empty() {
                     self.note(
                         NoticeCode::IgnoredAnimation,
-                        format!("animation {:?}: a channel moves nothing that is there", animation.name),
+                        format!("animation {:?}: a channel refers to a part that is not written", animation.name),
                     );
                     continue;
                 }
@@ -44,7 +44,7 @@ impl Writer<'_> {
             if channels.is_empty() {
                 self.note(
                     NoticeCode::IgnoredAnimation,
-                    format!("animation {:?} is left out: nothing of it is there", animation.name),
+                    format!("animation {:?} omitted: none of its targets exist", animation.name),
                 );
                 continue;
             }
@@ -75,7 +75,7 @@ impl Writer<'_> {
         json!({ "input": input, "output": output, "interpolation": interpolation })
     }
 
-    /// The targets of a channel, of which lights and cameras may have several.
+    /// Targets of a channel; lights and cameras may have several.
     fn channel_targets(&mut self, target: AnimationTarget, rig: &NodeTree) -> Vec<Value> {
         let node = |node: usize, path: &str| vec![json!({ "node": node, "path": path })];
         let pointers = match target {
@@ -120,7 +120,7 @@ impl Writer<'_> {
     }
 }
 
-/// The path of a property below its material.
+/// Path of a property below its material.
 fn material_path(property: MaterialProperty) -> Option<String> {
     if let MaterialProperty::Uv(used, part) = property {
         let (texture, ..) = TEXTURES.iter().find(|(_, other, _)| *other == used)?;

@@ -1,4 +1,4 @@
-//! The binary chunk with its buffer views and accessors. Equal bytes are written once.
+//! Binary chunk with its buffer views and accessors. Equal bytes are written once.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -16,24 +16,24 @@ pub(super) enum BufferTarget {
 /// Start, length and index of a view.
 type ViewSpan = (usize, usize, usize);
 
-/// Everything in the chunk.
+/// Contents of the chunk.
 #[derive(Default)]
 pub(in crate::gltf) struct BinaryChunk {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
-    /// Views by what they hold. Accessors of different types may not share one (3.6.2.4).
+    /// Views by their contents. Accessors of different types must not share a view (3.6.2.4).
     known: HashMap<(u64, BufferTarget, String), Vec<ViewSpan>>,
     known_accessors: HashMap<String, usize>,
 }
 
 impl BinaryChunk {
-    /// A view of these bytes.
+    /// Returns a view of these bytes.
     pub(super) fn view(&mut self, data: &[u8], target: BufferTarget) -> usize {
         self.view_for(data, target, String::new())
     }
 
-    /// A view of these bytes, for accessors like this.
+    /// Returns a view of these bytes, for accessors of this type.
     fn view_for(&mut self, data: &[u8], target: BufferTarget, like: String) -> usize {
         let mut hasher = DefaultHasher::new();
         data.hash(&mut hasher);
@@ -56,7 +56,7 @@ impl BinaryChunk {
         self.views.len() - 1
     }
 
-    /// An accessor of float32 elements; positions and times have `bounds`.
+    /// Returns an accessor of float32 elements; positions and times have `bounds`.
     pub(super) fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: BufferTarget, bounds: bool) -> usize {
         let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         let mut more = Map::new();
@@ -72,15 +72,15 @@ impl BinaryChunk {
         self.accessor(&bytes, 5126, kind(N), values.len(), target, more)
     }
 
-    /// An accessor of four joints for each vertex.
+    /// Returns an accessor with four joints per vertex.
     pub(super) fn joints(&mut self, values: &[[u16; 4]]) -> usize {
         let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         let count = values.len();
         self.accessor(&bytes, 5123, "VEC4", count, BufferTarget::Vertices, Map::new())
     }
 
-    /// An accessor of indices into so many vertices, in 16 bits where these count them. The largest number of its type
-    /// is none of them (3.7.2.1).
+    /// Returns an accessor of indices into this number of vertices, in 16 bits if possible. The maximum of the type is
+    /// not a valid index (3.7.2.1).
     pub(super) fn indices(&mut self, values: &[u32], vertices: usize) -> usize {
         let (code, bytes): (_, Vec<u8>) = if vertices <= usize::from(u16::MAX) {
             let short = values.iter().flat_map(|&v| (v as u16).to_le_bytes());
@@ -112,7 +112,7 @@ impl BinaryChunk {
         })
     }
 
-    /// Views, accessors and bytes.
+    /// Returns views, accessors and bytes.
     pub(super) fn into_parts(self) -> (Vec<Value>, Vec<Value>, Vec<u8>) {
         (self.views, self.accessors, self.bytes)
     }

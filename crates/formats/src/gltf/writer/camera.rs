@@ -1,4 +1,4 @@
-//! Cameras: perspective and orthographic, with what glTF has no words for told.
+//! Cameras: perspective and orthographic, with notices for properties that glTF does not support.
 
 use glam::DAffine3;
 use raycam_scene::camera::{Center, NamedCamera, intrinsics_from_focal};
@@ -8,11 +8,11 @@ use serde_json::json;
 use crate::gltf::world::camera::{flip_yz, image_size};
 use crate::gltf::writer::document::Writer;
 
-/// Required by glTF; nothing is cut off here.
+/// Required by glTF; raycam does not clip.
 const ZNEAR: f64 = 0.01;
 
 impl Writer<'_> {
-    /// Adds a camera: its index, and where it is; `None` where glTF has no such camera.
+    /// Adds a camera; returns its index and pose. `None` if glTF does not support the camera.
     pub(super) fn camera(&mut self, named: &NamedCamera) -> Option<(usize, DAffine3)> {
         let (name, camera) = (&named.name, &named.camera);
         let (k, size) = (camera.k(), camera.size());
@@ -30,7 +30,7 @@ impl Writer<'_> {
         let plain = intrinsics_from_focal(y, size, camera.pixel_center());
         let shift = (k.z_axis - plain.z_axis).abs().max_element();
         if shift > 1e-6 * width.max(height) || k.y_axis.x.abs() > 1e-9 * x {
-            lost.push("a principal point off the middle, or skew".into());
+            lost.push("a principal point off the centre, or skew".into());
         }
         let (kind, lens) = match camera.center() {
             Center::Point => {
@@ -40,7 +40,7 @@ impl Writer<'_> {
             }
             Center::Plane => {
                 let (xmag, ymag) = (width / (2.0 * x), height / (2.0 * y));
-                // Whatever the world's size: nothing is cut off here.
+                // Independent of the world's size, because nothing is clipped.
                 let far = 1e6 * xmag.max(ymag);
                 let lens = json!({ "xmag": xmag, "ymag": ymag, "znear": 0.0, "zfar": far });
                 ("orthographic", lens)
@@ -48,14 +48,20 @@ impl Writer<'_> {
             Center::Infinity => {
                 self.note(
                     NoticeCode::NotWritten,
-                    format!("camera {name:?}: its centre lies at infinity: left out, glTF has no such thing"),
+                    format!("camera {name:?} omitted: its centre is at infinity, which glTF does not support"),
                 );
                 return None;
             }
         };
         if !lost.is_empty() {
             let lost = lost.join(", ");
-            self.note(NoticeCode::NotWritten, format!("camera {name:?}: {lost}: left out, glTF has no such thing"));
+            self.note(
+                NoticeCode::NotWritten,
+                format!(
+                    "camera {name:?}: {lost} cannot be represented in glTF and is \
+                omitted"
+                ),
+            );
         }
         let json = json!({ "name": name, "type": kind, kind: lens });
         let index = self.push("cameras", json);

@@ -1,4 +1,4 @@
-//! State of an export: the lists of the document, and the meshes and textures that are written already.
+//! State of an export: the document's lists, and the meshes and textures that have been written.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -8,39 +8,39 @@ use serde_json::{Map, Value, json};
 
 use crate::gltf::writer::binary::BinaryChunk;
 
-/// A document under construction.
+/// Document under construction.
 pub(crate) struct Writer<'a> {
     pub(crate) world: &'a World,
     pub(crate) binary: BinaryChunk,
-    /// The document's lists, by key.
+    /// Lists of the document, by key.
     pub(crate) lists: BTreeMap<&'static str, Vec<Value>>,
     pub(crate) lights: Vec<Value>,
     pub(crate) extensions: BTreeSet<&'static str>,
     pub(crate) meshes: WrittenMeshes,
     pub(crate) textures: WrittenTextures,
-    /// For each light: its definition in the node tree, and its index in the document. Cameras likewise.
+    /// For each light: its definition in the node tree, and its index in the document. The same for cameras.
     pub(crate) light_definition: Vec<(usize, usize)>,
     pub(crate) camera_definition: Vec<(usize, usize)>,
     pub(crate) notices: Vec<Notice>,
 }
 
-/// Meshes that are written.
+/// Meshes that have been written.
 #[derive(Default)]
 pub(crate) struct WrittenMeshes {
-    /// Primitives without materials, by mesh and by whether it bends.
+    /// Primitives without materials, by mesh and by true for deformed meshes.
     pub(crate) primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
     /// Meshes of the document by their JSON.
     pub(crate) meshes: HashMap<String, usize>,
 }
 
-/// Images, textures and samplers that are written.
+/// Images, textures and samplers that have been written.
 #[derive(Default)]
 pub(crate) struct WrittenTextures {
-    /// By image, and whether it is colour.
+    /// By image, and by true for colours.
     pub(crate) images: HashMap<(*const Image, bool), usize>,
     pub(crate) textures: HashMap<(usize, TextureSampler), usize>,
     pub(crate) samplers: HashMap<TextureSampler, usize>,
-    /// Images that were put together here: kept, so that no other takes their address.
+    /// Images that were composed here; they are kept so that no other image reuses their address.
     pub(crate) generated: Vec<Arc<Image>>,
 }
 
@@ -52,7 +52,7 @@ impl Writer<'_> {
         items.len() - 1
     }
 
-    /// Adds a notice, unless it is there already.
+    /// Adds a notice, unless it already exists.
     pub(crate) fn note(&mut self, code: NoticeCode, message: impl Into<String>) {
         let notice = Notice::new(code, message);
         if !self.notices.contains(&notice) {

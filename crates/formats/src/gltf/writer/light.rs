@@ -1,4 +1,4 @@
-//! Lights as `KHR_lights_punctual`: one W/sr is one candela there, one W/m² one lux, as the reader has it.
+//! Lights as `KHR_lights_punctual`: one W/sr becomes one candela, one W/m² one lux, as in the reader.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 
 use crate::gltf::writer::document::Writer;
 
-/// A light of the document: where, and its index.
+/// Light of the document: its pose and its index.
 pub(super) struct PlacedLight {
     pub(super) index: usize,
     pub(super) world_from_node: DAffine3,
 }
 
 impl Writer<'_> {
-    /// Adds a light; `None`, with a notice, where glTF has none of its kind.
+    /// Adds a light; `None`, with a notice, if glTF does not support its type.
     pub(super) fn light(&mut self, number: usize, light: &Light) -> Option<PlacedLight> {
         let spread = |power: Option<[f32; 3]>, intensity: Option<[f32; 3]>, over: f64| {
             let share = |v: f32| (f64::from(v) / over) as f32;
@@ -24,7 +24,7 @@ impl Writer<'_> {
         let (mut json, rgb, position, direction) = match light {
             Light::Sun { direction, irradiance, angular_diameter } => {
                 if *angular_diameter > 0.0 {
-                    let message = "its angular diameter is left out: glTF's suns are points";
+                    let message = "its angular diameter is omitted: glTF's directional lights have no size";
                     self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 }
                 let json = json!({ "type": "directional" });
@@ -32,7 +32,7 @@ impl Writer<'_> {
             }
             Light::Point { position, power, intensity, radius } => {
                 if *radius > 0.0 {
-                    let message = "its radius is left out: glTF's bulbs are points";
+                    let message = "its radius is omitted: glTF's point lights have no size";
                     self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 }
                 let rgb = spread(*power, *intensity, 4.0 * PI).unwrap_or_default();
@@ -44,7 +44,7 @@ impl Writer<'_> {
                 let whole = TAU * (1.0 - a + (a - b) / 3.0);
                 let rgb = spread(*power, *intensity, whole).unwrap_or_default();
                 let (inner, outer) = (inner.to_radians(), outer.to_radians());
-                // An edge without width is not allowed.
+                // glTF does not allow an edge of zero width.
                 let inner = if inner < outer { inner } else { outer * (1.0 - 1e-6) };
                 let spot = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
                 let json = json!({ "type": "spot", "spot": spot });
@@ -55,7 +55,7 @@ impl Writer<'_> {
                 let kind = kind.as_ref().and_then(Value::as_object);
                 let kind = kind.and_then(|object| object.keys().next().cloned());
                 let kind = kind.unwrap_or_default();
-                let message = format!("{kind} is left out: KHR_lights_punctual has no such light");
+                let message = format!("{kind} is omitted: KHR_lights_punctual does not support this type");
                 self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 return None;
             }
@@ -77,8 +77,8 @@ impl Writer<'_> {
     }
 }
 
-/// A colour whose largest part is at most 1, and what it is multiplied by, exactly: 1 where it may be, else the largest
-/// part, or the next power of two.
+/// Colour whose largest component is at most 1, and its exact factor: 1 if possible, otherwise the largest component or
+/// the next power of two.
 pub(super) fn color_and_strength(rgb: [f32; 3]) -> ([f32; 3], f32) {
     let largest = rgb.into_iter().fold(0.0, f32::max);
     if largest == 0.0 {

@@ -1,4 +1,4 @@
-//! Materials: metallic-roughness with the extensions that they need.
+//! Materials: metallic-roughness with the required extensions.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use raycam_scene::ColorUse::{self, Color, Data};
 type Object = Map<String, Value>;
 
 impl Writer<'_> {
-    /// The JSON of a material.
+    /// JSON of a material.
     pub(super) fn material(&mut self, material: &Material) -> Result<Value> {
         let mut json = Object::new();
         if !material.name.is_empty() {
@@ -47,7 +47,7 @@ impl Writer<'_> {
                 factor(&mut pbr, "roughnessFactor", principled.roughness.value, 1.0);
                 self.metallic_roughness(&mut pbr, &material.name, principled)?;
             }
-            // As the extension advises for those who do not know it.
+            // As the extension recommends for readers that do not support it.
             None => {
                 pbr.insert("metallicFactor".into(), json!(0));
                 pbr.insert("roughnessFactor".into(), json!(0.9));
@@ -85,7 +85,7 @@ impl Writer<'_> {
         Ok(json.into())
     }
 
-    /// Every extension with the values that differ from its defaults.
+    /// All extensions, with the values that differ from their defaults.
     fn extensions_of(&mut self, p: &Principled) -> Result<Vec<(&'static str, Object)>> {
         let mut all = Vec::new();
         let mut json = Object::new();
@@ -110,7 +110,7 @@ impl Writer<'_> {
             let distance = json!(shortest_f32(p.attenuation_distance));
             json.insert("attenuationDistance".into(), distance);
         }
-        // The extension of dispersion needs that of volume.
+        // The dispersion extension requires the volume extension.
         let volume = all.len();
         all.push(("KHR_materials_volume", json));
 
@@ -125,7 +125,7 @@ impl Writer<'_> {
         Ok(all)
     }
 
-    /// The extensions of layers on top of the base, and of the way that light is scattered.
+    /// Extensions of layers on top of the base, and of scattering.
     fn coating_extensions(&mut self, p: &Principled, all: &mut Vec<(&'static str, Object)>) -> Result<()> {
         let mut json = Object::new();
         self.textured(&mut json, "clearcoat", p.clearcoat, 0.0, Data)?;
@@ -175,7 +175,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// `keyFactor` and `keyTexture`.
+    /// Returns `keyFactor` and `keyTexture`.
     fn textured(
         &mut self,
         json: &mut Object,
@@ -197,7 +197,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// One texture for both: metalness in its blue, roughness in its green. Put together where they are two.
+    /// One texture for both, with metalness in blue and roughness in green. It is composed if they are two textures.
     fn metallic_roughness(&mut self, json: &mut Object, name: &str, principled: &Principled) -> Result<()> {
         const KEY: &str = "metallicRoughnessTexture";
         let (metallic, roughness) = (principled.metallic, principled.roughness);
@@ -205,15 +205,15 @@ impl Writer<'_> {
         let slot = match (m, r) {
             (None, None) => return Ok(()),
             (m, r) if m == r => return self.texture(json, KEY, m, Data),
-            // The other channel of the texture has no effect where its factor is 0.
+            // The other channel of the texture has no effect if its factor is 0.
             (Some(slot), None) if roughness.value == 0.0 => slot,
             (None, Some(slot)) if metallic.value == 0.0 => slot,
             (Some(slot), other) | (None, other @ Some(slot)) => {
                 let other = other.filter(|other| {
                     let same = other.uv_set == slot.uv_set && other.image_from_mesh == slot.image_from_mesh;
                     if !same {
-                        let message = "roughness and metalness are placed differently on the mesh: \
-                                       the texture of roughness is left out";
+                        let message = "roughness and metalness have different texture coordinates, so the roughness \
+                            texture is omitted";
                         self.note(NoticeCode::NotWritten, format!("material {name:?}: {message}"));
                     }
                     same
@@ -225,7 +225,7 @@ impl Writer<'_> {
         self.texture(json, KEY, Some(slot), Data)
     }
 
-    /// A texture with the green of one and the blue of another, 1 where one is missing.
+    /// Texture with the green channel of one image and the blue channel of another; 1 for a missing image.
     fn pack_metallic_roughness(
         &mut self,
         json: &mut Object,
@@ -258,14 +258,14 @@ impl Writer<'_> {
     }
 }
 
-/// A number that is not its default.
+/// Number, if it differs from its default.
 fn factor(json: &mut Object, key: &str, value: f32, default: f32) {
     if value != default {
         json.insert(key.into(), json!(shortest_f32(value)));
     }
 }
 
-/// A colour whose parts are not all its default.
+/// Colour, if any component differs from the default.
 fn color3(json: &mut Object, key: &str, value: [f32; 3], default: f32) {
     if value != [default; 3] {
         json.insert(key.into(), shortest_f32s(&value));

@@ -1,4 +1,4 @@
-//! Meshes: a primitive for each material slot, with what its vertices carry.
+//! Meshes: a primitive for each material slot, with its vertex attributes.
 
 use std::sync::Arc;
 
@@ -10,11 +10,11 @@ use serde_json::{Map, Value, json};
 use crate::gltf::writer::binary::BufferTarget::Vertices;
 use crate::gltf::writer::document::Writer;
 
-/// The materials that an object has in one of the variants, by slot: `KHR_materials_variants`.
+/// Materials of an object in one of the variants, by slot: `KHR_materials_variants`.
 pub(super) type SlotVariants = Vec<(usize, Vec<(usize, usize)>)>;
 
 impl Writer<'_> {
-    /// The index of a mesh with these materials.
+    /// Index of a mesh with these materials.
     pub(super) fn mesh(
         &mut self,
         mesh: &Arc<Mesh>,
@@ -77,7 +77,7 @@ impl Writer<'_> {
             return vec![(0, self.primitive(mesh, shape, corners, None, true))];
         };
         if !slots.is_sorted() {
-            let message = "triangles of several materials are numbered anew, material by material";
+            let message = "triangles are renumbered material by material";
             self.note(NoticeCode::Renamed, message);
         }
         let mut primitives = Vec::new();
@@ -94,7 +94,7 @@ impl Writer<'_> {
         primitives
     }
 
-    /// The triangles with these corners, `faces` of the mesh; `whole` where they are all there are.
+    /// Triangles with these corners, `faces` of the mesh; `whole` if they are all triangles.
     fn primitive(
         &mut self,
         mesh: &Mesh,
@@ -106,7 +106,7 @@ impl Writer<'_> {
         let normals = mesh.normals.as_ref();
         let normals = normals.filter(|all| corners.iter().any(|&i| all[i as usize] != [0.0; 3]));
         let flat = normals.is_some_and(|all| corners.iter().any(|&i| all[i as usize] == [0.0; 3]));
-        // Flat normals and colours of faces need vertices of their own.
+        // Flat normals and face colours require separate vertices.
         let apart = flat || mesh.face_colors.is_some();
         let (sources, indices) = match (apart, whole) {
             (true, _) => (corners.clone(), None),
@@ -145,7 +145,7 @@ impl Writer<'_> {
         json
     }
 
-    /// `TANGENT`, where the mesh has tangents and normals; true if it has.
+    /// Writes `TANGENT` if the mesh has tangents and normals; true if it does.
     fn tangents(
         &mut self,
         mesh: &Mesh,
@@ -168,7 +168,7 @@ impl Writer<'_> {
         true
     }
 
-    /// `JOINTS_n` and `WEIGHTS_n`.
+    /// Writes `JOINTS_n` and `WEIGHTS_n`.
     fn skin(&mut self, shape: &DeformableMesh, sources: &[u32], attributes: &mut Map<String, Value>) {
         for (set, (joints, weights)) in shape.joints.iter().enumerate() {
             let joints = gather(sources, |i| used(joints[i], weights[i]));
@@ -180,7 +180,7 @@ impl Writer<'_> {
         }
     }
 
-    /// `COLOR_0`, where there are colours of vertices or faces; whether there are.
+    /// Writes `COLOR_0` if there are vertex or face colours; true if there are.
     fn colors(
         &mut self,
         mesh: &Mesh,
@@ -199,7 +199,7 @@ impl Writer<'_> {
             .enumerate()
             .map(|(corner, &i)| {
                 let own = of_vertices.map_or([1.0; 3], |all| all[i as usize]);
-                // With colours of faces, vertices are corners.
+                // With face colours, vertices are corners.
                 let face = faces.map_or(corner / 3, |faces| faces.get(corner / 3).copied().unwrap_or(0));
                 let face = of_faces.map_or([1.0; 3], |all| all[face]);
                 std::array::from_fn(|i| own[i] * face[i])
@@ -222,7 +222,7 @@ impl Writer<'_> {
         let zero = vec![[0.0; 3]; if target.vertices.is_none() { sources.len() } else { 0 }];
         let moved = match &target.vertices {
             Some(all) => gather(sources, |i| all[i]),
-            // Something has to be there.
+            // glTF requires an attribute here.
             None => zero,
         };
         let index = self.binary.floats(&moved, Vertices, true);
@@ -246,7 +246,8 @@ impl Writer<'_> {
     }
 }
 
-/// Unit normals of the vertices; with `flat`, vertices are corners and zero normals are those of their faces.
+/// Unit normals of the vertices. With `flat`, vertices are corners, and zero normals are replaced by the faces'
+/// normals.
 fn shading_normals(all: &[[f32; 3]], sources: &[u32], positions: &[[f32; 3]], flat: bool) -> Vec<[f32; 3]> {
     let mut normals = gather(sources, |i| all[i]);
     if flat {
@@ -259,7 +260,7 @@ fn shading_normals(all: &[[f32; 3]], sources: &[u32], positions: &[[f32; 3]], fl
     normals.into_iter().map(|n| Vec3::from_array(n).normalize_or(Vec3::Z).to_array()).collect::<Vec<_>>()
 }
 
-/// The vertices that these corners use, in their order, and the corners among them.
+/// Vertices used by these corners, in order, and the corners as indices into them.
 fn compact(corners: &[u32], vertices: usize) -> (Vec<u32>, Option<Vec<u32>>) {
     let mut places = vec![u32::MAX; vertices];
     corners.iter().for_each(|&corner| places[corner as usize] = 0);
@@ -276,7 +277,7 @@ fn gather<T>(sources: &[u32], of: impl Fn(usize) -> T) -> Vec<T> {
     sources.iter().map(|&i| of(i as usize)).collect()
 }
 
-/// Joints that bend nothing are joint 0 (3.7.3.3).
+/// Joints without weight are joint 0 (3.7.3.3).
 fn used(joints: [u16; 4], weights: [f32; 4]) -> [u16; 4] {
     std::array::from_fn(|i| if weights[i] == 0.0 { 0 } else { joints[i] })
 }

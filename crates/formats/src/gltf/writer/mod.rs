@@ -1,5 +1,5 @@
-//! Worlds as GLB files (glTF 2.0, version 2.0.1): everything that glTF and its ratified extensions can say. What they
-//! cannot say becomes a notice.
+//! Worlds as GLB files (glTF 2.0, version 2.0.1): everything that glTF and its ratified extensions can represent.
+//! Everything else causes a notice.
 
 mod animation;
 mod binary;
@@ -23,13 +23,13 @@ use self::binary::BinaryChunk;
 use self::document::{Writer, WrittenMeshes, WrittenTextures};
 use crate::error::{FormatError, Result};
 
-/// A GLB file of a world, and what it does not say of it.
+/// Returns a GLB file of a world, with notices about everything that it cannot represent.
 ///
-/// Up is y in glTF: a z-up world is turned by a node above all others. Positions are float32 there; cameras have no
-/// number of pixels, no distortion and a principal point in the middle; lights are `KHR_lights_punctual`.
+/// Up is y in glTF: a z-up world is rotated by a root node above all others. Positions are float32; cameras have no
+/// size in pixels, no distortion and a centred principal point; lights are `KHR_lights_punctual`.
 ///
 /// # Errors
-/// [`FormatError::Encode`] where it would be longer than 4 GiB, which GLB cannot be.
+/// [`FormatError::Encode`] if the file would be longer than 4 GiB, the maximum of GLB.
 pub fn write(world: &World) -> Result<(Vec<u8>, Vec<Notice>)> {
     let mut writer = Writer {
         world,
@@ -54,7 +54,11 @@ pub fn write(world: &World) -> Result<(Vec<u8>, Vec<Notice>)> {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let up = json!({ "name": "y up", "rotation": [-half, 0.0, 0.0, half], "children": roots });
         roots = vec![writer.push("nodes", up)];
-        writer.note(NoticeCode::ConvertedUpAxis, "z is up, which glTF does not have: a node above all turns it to y");
+        writer.note(
+            NoticeCode::ConvertedUpAxis,
+            "up is z, which glTF does not support; a root node rotates the world \
+            to y up",
+        );
     }
     if let Some(rig) = &rig {
         writer.animations(rig);
@@ -63,32 +67,32 @@ pub fn write(world: &World) -> Result<(Vec<u8>, Vec<Notice>)> {
 }
 
 impl Writer<'_> {
-    /// Notes the parts of a world as a whole that glTF has no words for.
+    /// Adds notices about properties of the world that glTF cannot represent.
     fn note_unsupported(&mut self) {
         let world = self.world;
         if world.video.is_some() {
-            self.note(NoticeCode::NotWritten, "[video] is left out: glTF's animations move nodes, not by orbits");
+            self.note(NoticeCode::NotWritten, "[video] is omitted: glTF's animations move nodes and have no orbits");
         }
         if world.render != RenderOptions::default() {
-            self.note(NoticeCode::NotWritten, "[render] is left out: glTF does not say how to render");
+            self.note(NoticeCode::NotWritten, "[render] is omitted: glTF has no render settings");
         }
         if world.fog.is_some() {
             self.note(NoticeCode::NotWritten, "the fog is not written: glTF has no fog");
         }
         let hidden = world.objects.iter().filter(|object| !object.visible).count();
         if hidden > 0 {
-            self.note(NoticeCode::NotWritten, format!("{hidden} objects that are not visible are left out"));
+            self.note(NoticeCode::NotWritten, format!("{hidden} invisible objects are omitted"));
         }
         let catchers = world.objects.iter().filter(|object| object.shadow_catcher).count();
         if catchers > 0 {
-            self.note(NoticeCode::NotWritten, format!("{catchers} shadow catchers are surfaces like others there"));
+            self.note(NoticeCode::NotWritten, format!("{catchers} shadow catchers are written as ordinary surfaces"));
         }
         let backed = world.cameras.iter().filter(|named| named.camera.background().is_some()).count();
         if backed > 0 {
-            self.note(NoticeCode::NotWritten, format!("the backgrounds of {backed} cameras are left out"));
+            self.note(NoticeCode::NotWritten, format!("the backgrounds of {backed} cameras are omitted"));
         }
         if world.objects.iter().any(|object| object.category.is_some()) {
-            self.note(NoticeCode::NotWritten, "categories of objects are left out");
+            self.note(NoticeCode::NotWritten, "categories of objects are omitted");
         }
     }
 
@@ -137,13 +141,13 @@ fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
     }
     let total = 12 + chunks.iter().map(|(_, data)| 8 + data.len()).sum::<usize>();
     let length = u32::try_from(total)
-        .map_err(|_| FormatError::encode(format!("GLB: {total} bytes, and no file has more than 4 GiB")))?;
+        .map_err(|_| FormatError::encode(format!("GLB: the file would have {total} bytes; the maximum is 4 GiB")))?;
     let mut file = Vec::with_capacity(total);
     file.extend(b"glTF");
     file.extend(2_u32.to_le_bytes());
     file.extend(length.to_le_bytes());
     for (kind, data) in chunks {
-        // Fits: the whole does.
+        // Fits, because the whole file does.
         file.extend((data.len() as u32).to_le_bytes());
         file.extend(kind);
         file.extend(data);

@@ -1,4 +1,4 @@
-//! Nodes: what stands where. A world that moves keeps the tree it moves by; others are flat.
+//! Nodes: the placement of parts. An animated world keeps its node tree; other worlds are flat.
 
 use std::sync::Arc;
 
@@ -14,13 +14,13 @@ use crate::gltf::writer::transform;
 /// Nodes under construction.
 struct NodeList {
     nodes: Vec<Map<String, Value>>,
-    /// Further nodes, with their parents.
+    /// Additional nodes, with their parents.
     below: Vec<(usize, Map<String, Value>)>,
 }
 
 impl NodeList {
-    /// Attaches a leaf to a node. A node carries one leaf of each kind, told by `key`, and only at its own place; any other
-    /// leaf gets a node below.
+    /// Attaches a leaf to a node. A node carries at most one leaf of each kind, given by `key`, and only at its own
+    /// pose; any other leaf gets a child node.
     fn attach(&mut self, node: usize, key: &str, leaf: Map<String, Value>, place: DAffine3) {
         if place == DAffine3::IDENTITY && !self.nodes[node].contains_key(key) {
             self.nodes[node].extend(leaf);
@@ -33,7 +33,7 @@ impl NodeList {
 }
 
 impl Writer<'_> {
-    /// Adds everything there is, and returns the roots.
+    /// Adds all parts, and returns the roots.
     pub(super) fn nodes(&mut self, rig: Option<&NodeTree>) -> Vec<usize> {
         let world = self.world;
         let mut done =
@@ -66,8 +66,8 @@ impl Writer<'_> {
         roots
     }
 
-    /// The node tree, if the world is in its state at rest. Another moment of the animation is written without it, with
-    /// a notice.
+    /// Node tree, if the world is in its rest state. A world at another time is written without the animation, with a
+    /// notice.
     pub(super) fn rig(&mut self) -> Option<Arc<NodeTree>> {
         let rig = self.world.node_tree.clone()?;
         let rested = self.world.clone().at_rest().ok();
@@ -81,11 +81,11 @@ impl Writer<'_> {
         if rested.as_ref().is_some_and(same) {
             return Some(rig);
         }
-        self.note(NoticeCode::NotWritten, "a moment of an animation: written as it stands, without the animation");
+        self.note(NoticeCode::NotWritten, "the world is written at its current time, without the animation");
         None
     }
 
-    /// The nodes of the tree, at the same indices, with the objects, lights and cameras that they carry.
+    /// Nodes of the tree, with equal indices, and the objects, lights and cameras that they carry.
     fn tree(&mut self, rig: &NodeTree, done: &mut [Vec<bool>; 3], roots: &mut Vec<usize>) {
         let nodes = rig.nodes.iter().map(|node| self.node_keys(node)).collect();
         let mut nodes = NodeList { nodes, below: Vec::new() };
@@ -124,7 +124,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The transform and the visibility of a node.
+    /// Transform and visibility of a node.
     fn node_keys(&mut self, node: &Node) -> Map<String, Value> {
         let mut json = match &node.transform {
             Transform::Trs { translation, rotation, scale } => transform::parts(*translation, *rotation, *scale),
@@ -191,7 +191,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A node at a place, or two of them; the index of the upper one.
+    /// Returns one or two nodes with this placement; the index of the upper one.
     fn placed(&mut self, world_from_node: DAffine3, leaf: Value) -> usize {
         let mut below = leaf;
         let mut index = 0;
@@ -205,7 +205,7 @@ impl Writer<'_> {
         index
     }
 
-    /// The materials of an object in the variants, by slot.
+    /// Materials of an object in the variants, by slot.
     fn variants(&self, object: usize) -> SlotVariants {
         let mut found = SlotVariants::new();
         for (number, variant) in self.world.variants.iter().enumerate() {

@@ -1,18 +1,21 @@
-//! How surfaces reflect, in the terms of glTF.
+//! Reflection of surfaces in glTF's terms.
 
 use raycam_scene::{Material, MaterialModel, NoticeCode, Principled};
 
 use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
-    /// A material in glTF's terms: the principled one, and the base colour it has there. What only resembles the
-    /// original gets a notice. `None` is unlit.
+    /// Material in glTF's terms: the principled model, and its base colour. Approximations cause a notice. `None` is
+    /// unlit.
     pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
         if material.priority != 0 {
             self.note(
                 NoticeCode::NotWritten,
-                format!("material {name:?}: its priority among overlapping bodies: left out, glTF has no such thing"),
+                format!(
+                    "material {name:?}: its priority among overlapping bodies is omitted, which glTF cannot \
+                    represent"
+                ),
             );
         }
         match &material.model {
@@ -24,11 +27,10 @@ impl Writer<'_> {
                     self.note(
                         NoticeCode::ApproximatedValue,
                         format!(
-                            "material {name:?}: its Phong lobe of exponent {shininess} becomes roughness, which looks \
-                         alike only"
+                            "material {name:?}: its Phong lobe of exponent {shininess} is approximated by a roughness"
                         ),
                     );
-                    // As wide as the lobe: B. Walter et al., EGSR 2007, has alpha² = 2 / (n + 2) for Blinn-Phong.
+                    // As wide as the lobe: B. Walter et al., EGSR 2007, give alpha² = 2 / (n + 2) for Blinn-Phong.
                     let alpha = (2.0 / (shininess + 2.0)).sqrt();
                     principled.roughness = alpha.sqrt().into();
                     principled.specular = 1.0.into();
@@ -40,7 +42,10 @@ impl Writer<'_> {
             MaterialModel::Metal(metal) => {
                 self.note(
                     NoticeCode::ApproximatedValue,
-                    format!("material {name:?}: its index of refraction becomes its colour along the normal"),
+                    format!(
+                        "material {name:?}: its index of refraction is converted to its reflectance colour at \
+                        normal incidence"
+                    ),
                 );
                 let along = |i: usize| {
                     let (n, k) = (metal.ior[i], metal.extinction[i]);

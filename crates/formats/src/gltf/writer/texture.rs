@@ -1,4 +1,4 @@
-//! Textures: images as PNG in the binary chunk, samplers, and where materials take what from.
+//! Textures: images as PNG in the binary chunk, samplers, and the channels that materials use.
 
 use std::sync::Arc;
 
@@ -14,14 +14,14 @@ use crate::gltf::writer::number::shortest_f32;
 use raycam_scene::ColorUse;
 
 impl Writer<'_> {
-    /// A reference to a texture of the world.
+    /// Reference to a texture of the world.
     pub(super) fn texture_info(&mut self, slot: &TextureSlot, color_use: ColorUse) -> Result<Map<String, Value>> {
-        // A material's textures are there: the world has checked.
+        // A material's textures exist, because the world has been validated.
         let texture = self.world.textures[slot.texture].clone();
         self.image_info(&texture.image, texture.sampler, slot, color_use)
     }
 
-    /// A reference to an image, looked up as a slot says.
+    /// Reference to an image, with the lookup options of a slot.
     pub(super) fn image_info(
         &mut self,
         image: &Arc<Image>,
@@ -74,8 +74,8 @@ impl Writer<'_> {
         Ok(index)
     }
 
-    /// As a PNG: in sRGB where it is colour, linear where it is data. Eight bits stay what they are where they are of
-    /// that kind; everything else takes sixteen.
+    /// Encodes a PNG: in sRGB for colours, linear for data. Eight-bit values of the matching kind are unchanged; all
+    /// other values use sixteen bits.
     fn encoded(&mut self, image: &Image, color_use: ColorUse) -> Result<Vec<u8>> {
         let texels = image.texels.in_memory()?;
         match (&*texels, color_use) {
@@ -109,14 +109,14 @@ impl Writer<'_> {
         if outside {
             self.note(NoticeCode::ClampedValue, format!("image {name:?}: values outside 0 to 1 are clamped"));
         } else {
-            self.note(NoticeCode::ApproximatedValue, format!("image {name:?}: rounded to 16 bits a channel"));
+            self.note(NoticeCode::ApproximatedValue, format!("image {name:?}: rounded to 16 bits per channel"));
         }
         let opaque = texels.iter().all(|texel| texel[3] == u16::MAX);
         let (samples, channels) = pack_channels(&texels, opaque);
         png::encode(image.size, channels, Samples::U16(&samples))
     }
 
-    /// `KHR_texture_transform`, where a slot has one: translation * rotation * scale.
+    /// `KHR_texture_transform`, if a slot has one: translation * rotation * scale.
     fn transform(&mut self, slot: &TextureSlot) -> Option<Value> {
         let [[a, b, x], [c, d, y]] = slot.image_from_mesh.map(|row| row.map(f64::from));
         if slot.image_from_mesh == TextureSlot::plain(0).image_from_mesh {
@@ -129,11 +129,11 @@ impl Writer<'_> {
         }
         let rotation = if width > 0.0 { (-c).atan2(a) } else { (b * height.signum()).atan2(d * height.signum()) };
         if (a * b + c * d).abs() > 1e-5 * width * height.abs() {
-            let message = "a texture's coordinates are sheared, which glTF does not have: left out";
+            let message = "sheared texture coordinates are omitted, because glTF does not support shear";
             self.note(NoticeCode::NotWritten, message);
         }
         let mut rotation = rotation;
-        // A half turn is a mirror of both axes: the plainer of two ways to say it.
+        // A half turn mirrors both axes; the simpler of the two representations is used.
         if (rotation.abs() - std::f64::consts::PI).abs() < 1e-7 {
             (rotation, width, height) = (0.0, -width, -height);
         }
@@ -152,7 +152,7 @@ impl Writer<'_> {
     }
 }
 
-/// All channels, or all but alpha where it says nothing; and how many there are.
+/// All channels, or all except alpha if it is constantly 1; and their number.
 fn pack_channels<T: Copy>(texels: &[[T; 4]], opaque: bool) -> (Vec<T>, usize) {
     match opaque {
         true => (texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect(), 3),

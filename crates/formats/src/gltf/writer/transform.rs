@@ -1,9 +1,9 @@
-//! Transforms as nodes have them: translation * rotation * scale (3.5.3).
+//! Transforms of nodes: translation * rotation * scale (3.5.3).
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::{Map, Value, json};
 
-/// The keys of a node that is placed by parts, without those that say nothing.
+/// Keys of a node placed by translation, rotation and scale, without default values.
 pub(crate) fn parts(translation: DVec3, rotation: DQuat, scale: DVec3) -> Map<String, Value> {
     let mut keys = Map::new();
     let rotation = DQuat::from_array(rotation.to_array().map(round_noise));
@@ -20,15 +20,15 @@ pub(crate) fn parts(translation: DVec3, rotation: DQuat, scale: DVec3) -> Map<St
     keys
 }
 
-/// Without the last digits, which taking a matrix apart has spoilt.
+/// Rounded, because decomposing a matrix makes the last digits inaccurate.
 fn round_noise(value: f64) -> f64 {
     const DIGITS: f64 = 1e13;
     let rounded = (value * DIGITS).round() / DIGITS;
     if value.abs() < 100.0 { rounded + 0.0 } else { value }
 }
 
-/// The keys of nodes, the outermost first, that together place something by any invertible transform. One suffices
-/// unless the transform shears: then it is a rotation, a scale along turned axes, and a translation, M = U S Vᵀ.
+/// Keys of nodes, the outermost first, that together represent any invertible transform. One node is sufficient unless
+/// the transform shears; otherwise it is a rotation, a scale along rotated axes, and a translation, M = U S Vᵀ.
 pub(crate) fn nodes(transform: DAffine3) -> Vec<Map<String, Value>> {
     let m = transform.matrix3;
     let scale = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
@@ -48,7 +48,7 @@ pub(crate) fn nodes(transform: DAffine3) -> Vec<Map<String, Value>> {
     ]
 }
 
-/// The quaternion of a rotation; that of none has no rounding error.
+/// Quaternion of a rotation; exact for the identity.
 pub(crate) fn quaternion_of(rotation: DMat3) -> DQuat {
     if rotation == DMat3::IDENTITY {
         return DQuat::IDENTITY;
@@ -56,8 +56,8 @@ pub(crate) fn quaternion_of(rotation: DMat3) -> DQuat {
     DQuat::from_mat3(&rotation).normalize()
 }
 
-/// A rotation whose columns are the eigenvectors of a symmetric matrix, and their values: Jacobi's method (G. Golub and
-/// C. Van Loan, "Matrix Computations", 2013, section 8.5).
+/// Rotation whose columns are the eigenvectors of a symmetric matrix, and the eigenvalues: Jacobi's method (G. Golub
+/// and C. Van Loan, "Matrix Computations", 2013, section 8.5).
 fn eigenvectors(mut a: DMat3) -> (DMat3, DVec3) {
     let mut v = DMat3::IDENTITY;
     for _sweep in 0..32 {

@@ -1,5 +1,5 @@
-//! JPEG in: the decoder of `image`, after a look at whether all of the picture is there. That decoder fills up what is
-//! missing with grey and says nothing.
+//! Reading of JPEG by the decoder of `image`, after a check that the image is complete. That decoder silently fills
+//! missing parts with grey.
 //!
 //! Source: ITU-T T.81, annexes B (segments), F (sequential) and G (progressive).
 
@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 use crate::image::jpeg::scan::{FrameComponent, HuffmanTable, Scan, ScanKind};
 
-/// The most scans of one picture, as many as the decoder takes: each may visit all of it with a few bytes.
+/// Maximum number of scans in an image, as in the decoder: each scan may visit the whole image with only a few bytes.
 const MAX_SCANS: usize = 100;
 
 pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
@@ -26,30 +26,30 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
         Ok(())
     })?;
     if missing.scans {
-        file.notice(NoticeCode::TruncatedData, "its last scans are missing: coarser than it was made");
+        file.notice(NoticeCode::TruncatedData, "the last JPEG scans are missing, so the image has less detail");
     }
     if let Some(number) = missing.end_of {
         file.notice(
             NoticeCode::TruncatedData,
-            format!("scan {number} ends within its last blocks; what is missing there is made up"),
+            format!("JPEG scan {number} is truncated; the missing blocks are extrapolated"),
         );
     }
     Ok(image)
 }
 
-/// Missing data that a picture can be shown without.
+/// Missing data without which an image can still be shown.
 #[derive(Clone, Copy, Debug, Default)]
 struct MissingData {
-    /// The scans that would make it finer.
+    /// Scans that would add detail.
     scans: bool,
-    /// The end of the last blocks of this scan.
+    /// End of the last blocks of this scan.
     end_of: Option<usize>,
 }
 
-/// State after the segments that were read.
+/// State after the segments that have been read.
 #[derive(Default)]
 struct SegmentState {
-    /// How the picture is coded, 0, 1 or 2 (progressive), where this is known.
+    /// Coding process of the image, 0, 1 or 2 (progressive), if known.
     frame: Option<u8>,
     size: [usize; 2],
     components: Vec<FrameComponent>,
@@ -60,13 +60,13 @@ struct SegmentState {
     missing: MissingData,
 }
 
-/// Checks that the file has every scan of its picture; allocates no pixels.
+/// Checks that the file contains every scan of its image; allocates no pixels.
 fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
-    let cut = || "ends early: no end-of-image marker".to_owned();
+    let cut = || "truncated: the end-of-image marker is missing".to_owned();
     let mut found = SegmentState::default();
     let mut at = 2;
     loop {
-        // Bytes before a marker are skipped, as decoders do.
+        // Bytes before a marker are skipped, as in decoders.
         at += (bytes[at..].windows(2))
             .position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff))
             .ok_or_else(cut)?;
@@ -81,10 +81,10 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
         let length = usize::from(u16::from_be_bytes(*length));
         let segment = bytes.get(at + 2..at + length).ok_or_else(cut)?;
         at += length;
-        let short = || format!("ends early or is damaged: its segment {marker:#04x} is not as expected");
+        let short = || format!("truncated or damaged: invalid segment {marker:#04x}");
         match marker {
             0xc4 => found.huffman(segment).ok_or_else(short)?,
-            // A second picture in one file is another's.
+            // A second image in one file is separate.
             0xc0..=0xcf if !matches!(marker, 0xc8 | 0xcc) && found.components.is_empty() => {
                 found.frame(marker - 0xc0, segment).ok_or_else(short)?;
             }
@@ -105,7 +105,7 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
 }
 
 impl SegmentState {
-    /// A frame header. Other ways to code a picture are left to the decoder.
+    /// Frame header. Other coding processes are left to the decoder.
     fn frame(&mut self, kind: u8, segment: &[u8]) -> Option<()> {
         let (head, rest) = segment.split_first_chunk::<6>()?;
         let [_, high, low, wide, narrow, _] = *head;
@@ -135,15 +135,15 @@ impl SegmentState {
         Some(())
     }
 
-    /// A scan's header, then how many bytes of `data` it takes.
+    /// Header of a scan, and the number of bytes of `data` that the scan takes.
     fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<usize, String> {
         let number = self.scans;
-        // Frames of a film may leave out the tables that all of them have, which the decoder knows.
+        // Frames of a film may omit the standard tables, which the decoder knows.
         if self.tables.as_flattened().iter().all(Option::is_none) {
             self.frame = None;
         }
         let Some(frame) = self.frame else { return Ok(0) };
-        let odd = || format!("ends early or is damaged: scan {number} is not as expected");
+        let odd = || format!("truncated or damaged: invalid header of scan {number}");
         let (&count, rest) = segment.split_first().ok_or_else(odd)?;
         let (selectors, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or_else(odd)?;
         let [first, last, bits] = *rest.first_chunk().ok_or_else(odd)?;
@@ -163,23 +163,23 @@ impl SegmentState {
         }
         let scan = Scan { size: self.size, kind, interval: self.interval, tables: &self.tables };
         let (length, complete) = (scan.read(&mut self.components, &chosen, data))
-            .map_err(|place| format!("ends early or is damaged: scan {number} {place}"))?;
+            .map_err(|place| format!("truncated or damaged: scan {number} {place}"))?;
         if !complete {
             self.missing.end_of.get_or_insert(number);
         }
         Ok(length)
     }
 
-    /// The missing data, at the end of the file.
+    /// Missing data at the end of the file.
     fn finished(&self) -> Result<MissingData, String> {
         if self.frame.is_none() {
             return match self.scans {
-                0 => Err("ends before its picture".to_owned()),
+                0 => Err("the file ends before the image data".to_owned()),
                 _ => Ok(MissingData::default()),
             };
         }
         if let Some(missing) = self.components.iter().find(|c| c.bits[0].is_none()) {
-            return Err(format!("ends early: nothing of its component {}", missing.id));
+            return Err(format!("truncated: no data of component {}", missing.id));
         }
         let mut bits = self.components.iter().flat_map(|c| &c.bits);
         Ok(MissingData { scans: bits.any(|&bit| bit != Some(0)), ..self.missing })

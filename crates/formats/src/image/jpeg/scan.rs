@@ -1,17 +1,17 @@
-//! A scan of a JPEG, walked for its length: what each code is worth is passed over.
+//! Scan of a JPEG, parsed only for its length: the values of codes are skipped.
 //!
 //! Source: ITU-T T.81, A.2 (order of blocks), C (Huffman tables), F.2.2 and G.1.2 (codes of a block), E.2.4 (restarts).
 
-/// A component of the picture.
+/// Component of the image.
 pub(super) struct FrameComponent {
     pub id: u8,
-    /// How many blocks of it are in a unit of a scan of several, across and down.
+    /// Number of its blocks in a unit of a scan with several components, across and down.
     factors: [usize; 2],
     /// Indices of the tables of DC and AC in the scan.
     pub tables: [usize; 2],
-    /// The lowest bit that a scan has given of each coefficient; `None` where none has.
+    /// Lowest bit of each coefficient that a scan has contained; `None` if there was none.
     pub bits: [Option<u8>; 64],
-    /// Bit mask for each block of the coefficients that are known not to be zero: refining scans depend on them.
+    /// Bit mask per block of the coefficients that are known not to be zero, on which refining scans depend.
     nonzero: Vec<u64>,
 }
 
@@ -24,7 +24,7 @@ impl FrameComponent {
 /// Contents of a scan for each block.
 #[derive(Clone, Copy)]
 pub(super) enum ScanKind {
-    /// All of it.
+    /// The whole block.
     Sequential,
     /// Coefficient 0, or its next bit.
     Dc { high: u8, low: u8 },
@@ -33,7 +33,7 @@ pub(super) enum ScanKind {
 }
 
 impl ScanKind {
-    /// The kind of a progressive scan with these coefficients and bits.
+    /// Kind of a progressive scan with these coefficients and bits.
     pub(super) fn progressive([first, last]: [u8; 2], [high, low]: [u8; 2]) -> Option<Self> {
         let bits = low <= 13 && (high == 0 || high == low + 1);
         match (first, last) {
@@ -49,7 +49,7 @@ impl ScanKind {
     }
 }
 
-/// The codes of a Huffman table.
+/// Codes of a Huffman table.
 pub(super) struct HuffmanTable {
     /// For the next [`FAST_BITS`] bits: the length of the code and its value; length 0 for a longer code.
     lookup: Vec<[u8; 2]>,
@@ -60,11 +60,12 @@ pub(super) struct HuffmanTable {
 
 const FAST_BITS: u32 = 9;
 
-/// Some programs leave out the last bits, and readers make them up: of so many units, the last may be missing.
+/// Some programs omit the last bits, which readers reconstruct. With at least this many units, the last one may be
+/// missing.
 const MAX_MISSING_TAIL: usize = 64;
 
 impl HuffmanTable {
-    /// The table of these counts of codes by length, from one bit on, and of the values of the codes.
+    /// Table for these counts of codes by length, from one bit on, and the values of the codes.
     pub(super) fn new(counts: &[u8; 16], values: &[u8]) -> Option<Self> {
         let mut table =
             Self { lookup: vec![[0; 2]; 1 << FAST_BITS], lengths: [(0, 0, 0); 17], values: values.to_vec() };
@@ -89,17 +90,17 @@ impl HuffmanTable {
     }
 }
 
-/// The bits of a stretch of data between markers.
+/// Bits of the data between two markers.
 struct BitReader<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Bits that were read and not used, from the highest on.
+    /// Bits that have been read but not used, from the highest on.
     ahead: u64,
     count: u32,
 }
 
 impl BitReader<'_> {
-    /// Has at least 32 bits ahead where the data has so many.
+    /// Reads ahead to at least 32 bits if the data contains that many.
     fn fill(&mut self) {
         while self.count <= 56 {
             let Some(&byte) = self.bytes.get(self.at) else { return };
@@ -158,7 +159,7 @@ impl BitReader<'_> {
         None
     }
 
-    /// To the marker after the data. What is left before it is passed over.
+    /// Moves to the marker after the data; remaining bits are skipped.
     fn marker_after(&mut self) -> Option<u8> {
         (self.ahead, self.count) = (0, 0);
         let rest = self.bytes.get(self.at..)?;
@@ -168,18 +169,19 @@ impl BitReader<'_> {
     }
 }
 
-/// A scan.
+/// Scan of an image.
 pub(super) struct Scan<'a> {
-    /// Columns and rows of the picture.
+    /// Columns and rows of the image.
     pub size: [usize; 2],
     pub kind: ScanKind,
-    /// How many units there are between restarts, 0 for no restarts.
+    /// Number of units between restarts, 0 for no restarts.
     pub interval: usize,
     pub tables: &'a [[Option<HuffmanTable>; 4]; 2],
 }
 
 impl Scan<'_> {
-    /// How many bytes the scan takes, and whether its last unit is there; else what is wrong, after "scan 1".
+    /// Number of bytes in the scan, and true if its last unit is present; otherwise the fault, in words that follow
+    /// "scan 1".
     pub(super) fn read(
         &self,
         components: &mut [FrameComponent],
@@ -188,7 +190,7 @@ impl Scan<'_> {
     ) -> Result<(usize, bool), String> {
         let largest = |axis| components.iter().map(|c: &FrameComponent| c.factors[axis]).max();
         let largest = [0, 1].map(|axis| largest(axis).unwrap_or(1));
-        // Blocks of a component by itself, or units of several.
+        // Blocks of a single component, or units of several components.
         let blocks =
             |factor: [usize; 2]| [0, 1].map(|axis| (self.size[axis] * factor[axis]).div_ceil(8 * largest[axis]));
         let units = match chosen {
@@ -215,7 +217,7 @@ impl Scan<'_> {
             let mut run = 0;
             while unit < end {
                 let read = match self.kind {
-                    // Whole runs of blocks of which nothing is told.
+                    // Complete runs of blocks without data.
                     ScanKind::Ac { high: 0, .. } if run > 0 => {
                         let passed = (end - unit).min(run as usize);
                         run -= passed as u32;
@@ -232,23 +234,23 @@ impl Scan<'_> {
                 unit += 1;
             }
         }
-        bits.marker_after().ok_or("has no marker after it")?;
+        bits.marker_after().ok_or("is not followed by a marker")?;
         Ok((bits.at, complete))
     }
 
-    /// The message of a scan that stops at a unit, with the row of pixels.
+    /// Message about a scan that stops at a unit, with the row of pixels.
     fn stop_message(&self, unit: usize, units: [usize; 2]) -> String {
         let row = unit / units[0] * self.size[1] / units[1];
         format!("stops at row {row} of {}", self.size[1])
     }
 
-    /// Notes which bits the scan gives, of how many blocks.
+    /// Records which bits the scan contains, and of how many blocks.
     fn note(&self, component: &mut FrameComponent, blocks: usize) -> Result<(), String> {
         let (range, high, low) = match self.kind {
             ScanKind::Sequential => (0..64, 0, 0),
             ScanKind::Dc { high, low } => (0..1, high, low),
             ScanKind::Ac { first, last, high, low } => {
-                // Zeros of the system, which take no memory before they are written to.
+                // Zero pages of the system, which take no memory until they are written.
                 if component.nonzero.is_empty() {
                     component.nonzero = vec![0; blocks];
                 }
@@ -256,9 +258,9 @@ impl Scan<'_> {
             }
         };
         for bits in &mut component.bits[range] {
-            // Given for the first time, or one bit lower than before.
+            // Either the first bit, or one bit lower than before.
             if *bits != (high > 0).then_some(high) {
-                return Err("gives bits out of their order".to_owned());
+                return Err("contains bits in the wrong order".to_owned());
             }
             *bits = Some(low);
         }
@@ -304,7 +306,7 @@ impl Scan<'_> {
         Some(())
     }
 
-    /// A block's coefficients, or their next bit; `run` blocks from here on have no new ones.
+    /// Coefficients of a block, or their next bit; the next `run` blocks have no new ones.
     fn ac(&self, component: &mut FrameComponent, block: usize, run: &mut u32, bits: &mut BitReader<'_>) -> Option<()> {
         let ScanKind::Ac { first, last, high, .. } = self.kind else { return None };
         let table = self.tables[1][component.tables[1]].as_ref()?;
@@ -321,7 +323,7 @@ impl Scan<'_> {
             bits.skip(size.into())?;
             if refined {
                 (size < 2).then_some(())?;
-                // As many that are zero so far; each that is not has a bit.
+                // This many coefficients are still zero; each non-zero one has a bit.
                 while k <= last {
                     if *nonzero >> k & 1 == 1 {
                         bits.skip(1)?;

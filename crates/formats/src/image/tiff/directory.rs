@@ -1,12 +1,12 @@
-//! The tags of a TIFF file's first picture (Aldus, "TIFF Revision 6.0", 1992, section 2; BigTIFF, 2007).
+//! Tags of a TIFF file's first image (Aldus, "TIFF Revision 6.0", 1992, section 2; BigTIFF, 2007).
 
 use crate::error::Result;
 use crate::image::decoder::Decoder;
 
-/// Tags in a directory; real files have some dozens.
+/// Maximum number of tags in a directory; real files have some dozens.
 const MAX_ENTRIES: u64 = 4096;
 
-/// The tags of a picture. Values are read from the file on demand.
+/// Tags of an image. Values are read from the file on demand.
 pub(super) struct Directory<'a> {
     bytes: &'a [u8],
     pub(super) big_endian: bool,
@@ -21,7 +21,7 @@ struct Entry {
     at: usize,
 }
 
-/// Bytes of a value's element, by the type of the tag; 0 for unknown types.
+/// Bytes per element of a value, by the tag's type; 0 for unknown types.
 fn element_bytes(kind: u16) -> usize {
     match kind {
         1 | 2 | 6 | 7 => 1,
@@ -36,7 +36,7 @@ impl<'a> Directory<'a> {
     pub(super) fn read(file: &Decoder<'a>) -> Result<Self> {
         let bytes = file.bytes;
         let mut directory = Self { bytes, big_endian: bytes.starts_with(b"MM"), entries: Vec::new() };
-        let cut = || file.truncated("ends within its tags");
+        let cut = || file.truncated("the file ends within its tags");
         let big = bytes.get(2..4).is_some_and(|version| version.contains(&43));
         let number = |at: usize, size: usize| directory.number(at, size).ok_or_else(cut);
         let (start, width) = if big { (number(8, 8)?, 8) } else { (number(4, 4)?, 4) };
@@ -44,7 +44,7 @@ impl<'a> Directory<'a> {
         let count_bytes = if big { 8 } else { 2 };
         let count = number(start, count_bytes)?;
         if count > MAX_ENTRIES {
-            return Err(file.fault(format!("{count} tags, at most {MAX_ENTRIES} are read")));
+            return Err(file.fault(format!("{count} tags; the maximum is {MAX_ENTRIES}")));
         }
         let mut entries = Vec::new();
         for i in 0..count as usize {
@@ -58,11 +58,11 @@ impl<'a> Directory<'a> {
                 number(at + 4 + width, width)?
             };
             let end = length.and_then(|length| value.checked_add(length));
-            // Values of tags that are not used may be anywhere.
+            // Values of unused tags may be anywhere.
             if end.is_some_and(|end| end <= bytes.len() as u64) {
                 entries.push(Entry { tag, kind, count: count as usize, at: value as usize });
             } else if (256..=532).contains(&tag) && element_bytes(kind) > 0 {
-                return Err(file.truncated(format!("ends early: the value of tag {tag} is missing")));
+                return Err(file.truncated(format!("truncated: the value of tag {tag} is missing")));
             }
         }
         directory.entries = entries;
@@ -79,7 +79,7 @@ impl<'a> Directory<'a> {
         self.entries.iter().find(|entry| entry.tag == tag)
     }
 
-    /// The bytes of a value.
+    /// Bytes of a value.
     pub(super) fn bytes(&self, tag: u16) -> Option<&'a [u8]> {
         let entry = self.entry(tag)?;
         self.bytes.get(entry.at..entry.at + entry.count * element_bytes(entry.kind))

@@ -1,4 +1,4 @@
-//! The layout of a TIFF picture's samples: its tags, checked before anything is decoded.
+//! Layout of a TIFF image's samples: its tags, validated before anything is decoded.
 
 use raycam_scene::NoticeCode;
 
@@ -26,7 +26,7 @@ pub(super) enum Photometric {
 }
 
 impl Photometric {
-    /// The number of samples without alpha and spare channels.
+    /// Number of samples without alpha and spare channels.
     pub(super) fn colors(self) -> usize {
         match self {
             Self::WhiteIsZero | Self::BlackIsZero | Self::Palette => 1,
@@ -36,7 +36,7 @@ impl Photometric {
     }
 }
 
-/// The second of `ExtraSamples`' meanings for each channel after the colours.
+/// The second of `ExtraSamples`' meanings, for each channel after the colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Extra {
     Spare,
@@ -48,7 +48,7 @@ pub(super) const UNCOMPRESSED: u64 = 1;
 pub(super) const JPEG: u64 = 7;
 pub(super) const ZSTD: u64 = 50000;
 
-/// The layout of a picture.
+/// Layout of an image.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(super) size: [u32; 2],
@@ -59,27 +59,27 @@ pub(super) struct Layout {
     pub(super) extras: Vec<Extra>,
     pub(super) compression: u64,
     pub(super) predictor: u64,
-    /// True if the low bit of each byte comes first.
+    /// True if the lowest bit of each byte comes first.
     pub(super) reversed_bits: bool,
-    /// True if each channel has its own strips or tiles.
+    /// True if each channel has separate strips or tiles.
     pub(super) planar: bool,
-    /// Columns and rows of a tile, or the picture's columns and the rows of a strip.
+    /// Columns and rows of a tile, or the image's columns and the rows of a strip.
     pub(super) chunk: [u32; 2],
     pub(super) tiled: bool,
     pub(super) chroma: [u32; 2],
 }
 
 impl Layout {
-    /// Reads and checks the tags.
+    /// Reads and validates the tags.
     pub(super) fn read(file: &mut Decoder<'_>, tags: &Directory<'_>) -> Result<Self> {
         let side = |tag| tags.first(tag).and_then(|side| u32::try_from(side).ok());
         let (Some(columns), Some(rows)) = (side(256), side(257)) else {
-            return Err(file.fault("no ImageWidth and ImageLength"));
+            return Err(file.fault("ImageWidth and ImageLength are missing"));
         };
         let samples = tags.first(277).unwrap_or(1) as usize;
         let bits = tags.numbers(258).unwrap_or_else(|| vec![1]);
         let (Some(&first), true) = (bits.first(), bits.windows(2).all(|pair| pair[0] == pair[1])) else {
-            return Err(file.unsupported(format!("channels of {bits:?} bits, expected channels of one size")));
+            return Err(file.unsupported(format!("channels of {bits:?} bits; expected equal sizes")));
         };
         let tiled = tags.first(324).is_some();
         let chunk = if tiled {
@@ -92,7 +92,7 @@ impl Layout {
         let photometric = photometric(file, tags, samples)?;
         let colors = photometric.colors();
         if !(colors..=64).contains(&samples) || chunk.contains(&0) {
-            let message = format!("{samples} samples per pixel in chunks of {chunk:?}, expected {colors} to 64");
+            let message = format!("{samples} samples per pixel in chunks of {chunk:?}; expected {colors} to 64");
             return Err(file.fault(message));
         }
         let predicts = matches!(compression, 5 | 8 | 32946 | ZSTD);
@@ -104,7 +104,7 @@ impl Layout {
             photometric,
             extras: extras(tags, samples - colors),
             compression,
-            // As in libtiff, other compressions have no predictor.
+            // As in libtiff, a predictor is supported only for these compressions.
             predictor: tags.first(317).filter(|_| predicts).unwrap_or(1),
             reversed_bits: tags.first(266) == Some(2),
             planar: samples > 1 && tags.first(284) == Some(2),
@@ -137,20 +137,23 @@ impl Layout {
             _ => false,
         };
         if !fits {
-            return Err(file.unsupported(format!("predictor {predictor} of {format:?} samples of {bits} bits")));
+            return Err(file.unsupported(format!(
+                "predictor {predictor} of {format:?} samples of {bits} bits is not \
+                supported"
+            )));
         }
         if self.photometric == Photometric::Palette && (format != SampleFormat::Unsigned || bits > 16) {
-            return Err(file.fault(format!("a palette with {format:?} indices of {bits} bits")));
+            return Err(file.fault(format!("a palette with {format:?} indices of {bits} bits is not supported")));
         }
         if self.compression == JPEG && bits != 8 {
-            return Err(file.unsupported(format!("JPEG compression of {bits} bits, expected 8")));
+            return Err(file.unsupported(format!("JPEG compression of {bits} bits; expected 8")));
         }
         if self.compression == JPEG && ![1, 3, 4].contains(&self.interleaved()) {
-            let message = format!("JPEG compression of {} channels, expected 1, 3 or 4", self.interleaved());
+            let message = format!("JPEG compression of {} channels; expected 1, 3 or 4", self.interleaved());
             return Err(file.unsupported(message));
         }
         if self.photometric == Photometric::YCbCr && (bits != 8 || format != SampleFormat::Unsigned) {
-            return Err(file.unsupported(format!("YCbCr of {bits} bits, expected 8: convert it to RGB")));
+            return Err(file.unsupported(format!("YCbCr of {bits} bits; expected 8 (or convert the image to RGB)")));
         }
         let [across, down] = self.chroma;
         if self.chroma != [1, 1]
@@ -161,18 +164,21 @@ impl Layout {
                 || (self.tiled && !self.chunk[0].is_multiple_of(across))
                 || (self.chunk[1] < self.size[1] && !self.chunk[1].is_multiple_of(down)))
         {
-            return Err(file.unsupported(format!("YCbCr with chroma for {across} x {down} pixels: convert it to RGB")));
+            return Err(file.unsupported(format!(
+                "YCbCr with chroma for {across} x {down} pixels is not supported; \
+                convert the image to RGB"
+            )));
         }
         let area = u64::from(self.chunk[0]) * u64::from(self.chunk[1]);
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         if area > (4 * pixels).max(1 << 16) {
-            let message = format!("tiles of {} x {} pixels in a picture of {pixels}", self.chunk[0], self.chunk[1]);
+            let message = format!("tiles of {} x {} pixels in an image of {pixels}", self.chunk[0], self.chunk[1]);
             return Err(file.fault(message));
         }
         Ok(())
     }
 
-    /// Samples that follow each other in a row.
+    /// Consecutive samples of a row.
     pub(super) fn interleaved(&self) -> usize {
         if self.planar { 1 } else { self.samples }
     }
@@ -189,7 +195,8 @@ fn photometric(file: &mut Decoder<'_>, tags: &Directory<'_>, samples: usize) -> 
         None => {
             file.notice(
                 NoticeCode::AssumedConvention,
-                "its tag PhotometricInterpretation is missing: read as grey or RGB by the number of channels",
+                "the tag PhotometricInterpretation is missing; the image is read as grey or RGB, depending on the \
+                 number of channels",
             );
             if samples < 3 { Photometric::BlackIsZero } else { Photometric::Rgb }
         }
@@ -200,7 +207,10 @@ fn photometric(file: &mut Decoder<'_>, tags: &Directory<'_>, samples: usize) -> 
                 32844 | 32845 => "LogLuv",
                 _ => "an unknown colour space",
             };
-            return Err(file.unsupported(format!("{name} (PhotometricInterpretation {other}): convert it to RGB")));
+            return Err(file.unsupported(format!(
+                "{name} (PhotometricInterpretation {other}) is not supported; convert \
+                the image to RGB"
+            )));
         }
     })
 }
@@ -211,11 +221,11 @@ fn sample_format(file: &Decoder<'_>, tags: &Directory<'_>) -> Result<SampleForma
         (Some(1 | 4), true) => Ok(SampleFormat::Unsigned),
         (Some(2), true) => Ok(SampleFormat::Signed),
         (Some(3), true) => Ok(SampleFormat::Float),
-        _ => Err(file.unsupported(format!("SampleFormat {formats:?}, expected one of 1, 2, 3 and 4 for all channels"))),
+        _ => Err(file.unsupported(format!("SampleFormat {formats:?}; expected one of 1, 2, 3 and 4 for all channels"))),
     }
 }
 
-/// The meaning of each of the channels after the colours; without a tag, the first is alpha, as in Pillow.
+/// Meaning of each channel after the colours; without a tag, the first is alpha, as in Pillow.
 fn extras(tags: &Directory<'_>, count: usize) -> Vec<Extra> {
     let meanings = tags.numbers(338);
     let of = |i: usize| match &meanings {
@@ -254,7 +264,7 @@ fn check_compression(file: &Decoder<'_>, compression: u64) -> Result<()> {
         _ => "unknown",
     };
     Err(file.unsupported(format!(
-        "{name} compression ({compression}); supported: none, LZW, Deflate, PackBits, JPEG, CCITT group 4, Zstandard and \
-         WebP: save it with one of them"
+        "{name} compression ({compression}) is not supported; save the image with none, LZW, Deflate, PackBits, JPEG, \
+         CCITT group 4, Zstandard or WebP"
     )))
 }

@@ -1,5 +1,5 @@
-//! TIFF in: grey, palettes, RGB, CMYK and YCbCr, with alpha and spare channels. Of a file of several pictures, the first is
-//! read.
+//! Reading of TIFF: grey, palettes, RGB, CMYK and YCbCr, with alpha and spare channels. Only the first image of a file
+//! is read.
 //!
 //! Source: Aldus, "TIFF Revision 6.0", 1992.
 //!
@@ -19,7 +19,7 @@ use crate::image::decoder::{Decoder, grouped};
 use crate::image::tiff::directory::Directory;
 use crate::image::tiff::layout::{Extra, JPEG, Layout, Photometric, SampleFormat};
 
-/// True for both byte orders, and for the 64-bit form of the format.
+/// True for both byte orders, and for BigTIFF.
 pub(super) fn is_tiff(bytes: &[u8]) -> bool {
     [&b"II*\0"[..], b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|magic| bytes.starts_with(magic))
 }
@@ -44,7 +44,7 @@ pub(super) fn tiff(file: &mut Decoder<'_>) -> Result<Image> {
     if layout.format == SampleFormat::Signed {
         let negative = samples.iter().filter(|&&sample| sample < 0.0).count();
         if negative > 0 {
-            file.notice(NoticeCode::ClampedValue, format!("negative values are read as 0: {negative}"));
+            file.notice(NoticeCode::ClampedValue, format!("{negative} negative values are read as 0"));
             samples.iter_mut().for_each(|sample| *sample = sample.max(0.0));
         }
     }
@@ -71,12 +71,12 @@ pub(super) fn tiff(file: &mut Decoder<'_>) -> Result<Image> {
 /// Meaning of the samples of a pixel.
 struct Colors {
     photometric: Photometric,
-    /// Index of alpha, and whether the colours are multiplied by it.
+    /// Index of alpha, and true if the colours are premultiplied by it.
     alpha: Option<(usize, bool)>,
     palette: Vec<[f32; 3]>,
-    /// Luma's coefficients of red, green and blue.
+    /// Luma coefficients of red, green and blue.
     luma: [f32; 3],
-    /// Black and white of luma and both chromas, in 0..=255.
+    /// Black and white levels of luma and both chroma channels, in 0..=255.
     reference: [f32; 6],
 }
 
@@ -88,7 +88,7 @@ impl Colors {
         if spare > 0 {
             file.notice(
                 NoticeCode::IgnoredFeature,
-                format!("channels that are neither colours nor alpha are not used: {spare}"),
+                format!("{spare} channels that are neither colours nor alpha are ignored"),
             );
         }
         let mut palette = Vec::new();
@@ -96,9 +96,9 @@ impl Colors {
             let map = tags.numbers(320).unwrap_or_default();
             let count = 1 << layout.bits;
             if map.len() != 3 * count {
-                return Err(file.fault(format!("a palette of {} values, expected 3 x {count}", map.len())));
+                return Err(file.fault(format!("a palette of {} values; expected 3 x {count}", map.len())));
             }
-            // Some programs write eight bits.
+            // Some programs write eight-bit values.
             let eight = map.iter().all(|&value| value < 256);
             let color = |i: usize| [0, 1, 2].map(|c| (map[c * count + i] >> if eight { 0 } else { 8 }) as f32 / 255.0);
             palette = (0..count).map(color).collect();

@@ -1,7 +1,7 @@
-//! The samples of a TIFF picture: strips and tiles are decoded by the crate `tiff`.
+//! Samples of a TIFF image: strips and tiles are decoded by the crate `tiff`.
 //!
-//! That crate drops channels that it does not know before it undoes the predictor, reads uint32 as floats, and knows
-//! neither palettes, FillOrder 2, Zstandard in safe Rust nor subsampled chroma. So it gets a copy of the file whose tags
+//! That crate drops unknown channels before it undoes the predictor, reads uint32 as floats, and does not support
+//! palettes, FillOrder 2, Zstandard in safe Rust and subsampled chroma. It therefore gets a copy of the file whose tags
 //! describe plain channels, and the meaning of the channels is applied afterwards.
 
 use std::io::{Cursor, Read};
@@ -15,12 +15,12 @@ use crate::image::decoder::Decoder;
 use crate::image::tiff::directory::Directory;
 use crate::image::tiff::layout::{JPEG, Layout, SampleFormat, UNCOMPRESSED, ZSTD};
 
-/// The picture as the crate decodes it.
+/// Image as decoded by the crate.
 struct Presented {
     size: [u32; 2],
     chunk: [u32; 2],
     bits: usize,
-    /// Samples per pixel, planes included.
+    /// Samples per pixel, including planes.
     samples: usize,
     format: SampleFormat,
 }
@@ -47,7 +47,7 @@ impl Presented {
         }
     }
 
-    /// Bytes of the rows of a chunk, or of the whole picture.
+    /// Bytes of the rows of a chunk, or of the whole image.
     fn bytes(&self, [columns, rows]: [u32; 2], interleaved: usize) -> u64 {
         u64::from(rows) * (u64::from(columns) * (interleaved * self.bits) as u64).div_ceil(8)
     }
@@ -81,7 +81,7 @@ pub(super) fn read(file: &mut Decoder<'_>, tags: &Directory<'_>, layout: &Layout
     Ok(if layout.planar { interleave(&samples, layout.samples) } else { samples })
 }
 
-/// The picture in all chunks of a file, or of one of its planes.
+/// Image in all chunks of a file, or of one of its planes.
 fn decode_plane(
     file: &Decoder<'_>,
     tags: &Directory<'_>,
@@ -106,7 +106,7 @@ fn decode_plane(
     Ok(decoded)
 }
 
-/// The compressed bytes of each strip or tile, with FillOrder and Zstandard undone.
+/// Compressed bytes of each strip or tile, after undoing FillOrder and Zstandard.
 fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u64) -> Result<Vec<Vec<u8>>> {
     let (offset_tag, count_tag) = if layout.tiled { (324, 325) } else { (273, 279) };
     let offsets = tags.numbers(offset_tag).unwrap_or_default();
@@ -115,20 +115,20 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
     let expected = across * down * if layout.planar { layout.samples } else { 1 };
     let counts = match tags.numbers(count_tag) {
         Some(counts) => counts,
-        // Old programs leave them out where they follow from the size.
+        // Old programs omit them if they follow from the size.
         None if layout.compression == UNCOMPRESSED && offsets.len() == 1 => {
             vec![unpacked.min(file.bytes.len() as u64 - offsets[0].min(file.bytes.len() as u64))]
         }
-        None => return Err(file.fault("no byte counts of its strips")),
+        None => return Err(file.fault("the byte counts of its strips are missing")),
     };
     if offsets.len() != expected || counts.len() != expected {
-        let message = format!("{} strips or tiles, expected {expected}", offsets.len().min(counts.len()));
+        let message = format!("{} strips or tiles; expected {expected}", offsets.len().min(counts.len()));
         return Err(file.fault(message));
     }
     let mut total = 0_u64;
     let chunk = |(&start, &length): (&u64, &u64)| {
         let end = start.checked_add(length).filter(|&end| end <= file.bytes.len() as u64);
-        let Some(end) = end else { return Err(file.truncated("ends early: a strip or tile is missing")) };
+        let Some(end) = end else { return Err(file.truncated("truncated: a strip or tile is missing")) };
         total += length;
         if total > 4 * file.bytes.len() as u64 {
             return Err(file.fault("strips or tiles overlap"));
@@ -153,7 +153,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
     offsets.iter().zip(&counts).map(chunk).collect()
 }
 
-/// Refuses a JPEG strip or tile of another size, for which the decoder would allocate what it declares.
+/// Rejects a JPEG strip or tile of another size, because the decoder would allocate the declared size.
 fn check_jpeg(file: &Decoder<'_>, layout: &Layout, tables: &[u8], bytes: &[u8]) -> Result<()> {
     let fault = || file.fault("a JPEG strip or tile without a frame header");
     let mut at = 2;
@@ -176,14 +176,14 @@ fn check_jpeg(file: &Decoder<'_>, layout: &Layout, tables: &[u8], bytes: &[u8]) 
     if width != layout.chunk[0] || height > layout.chunk[1] || components != interleaved || tables.len() == 1 {
         let [columns, rows] = layout.chunk;
         return Err(file.fault(format!(
-            "a JPEG strip or tile of {width} x {height} pixels and {components} channels, expected {columns} x {rows} and \
-             {interleaved}"
+            "a JPEG strip or tile of {width} x {height} pixels and {components} channels; expected {columns} x {rows} \
+             and {interleaved}"
         )));
     }
     Ok(())
 }
 
-/// A BigTIFF file of plain channels, next to each other.
+/// A BigTIFF file of plain, adjacent channels.
 fn plain_file(tags: &Directory<'_>, layout: &Layout, presented: &Presented, chunks: &[Vec<u8>]) -> Vec<u8> {
     let big = tags.big_endian;
     let bytes = |number: u64, size: usize| {
@@ -282,7 +282,7 @@ fn raw_bytes(decoded: &DecodingResult) -> &[u8] {
     }
 }
 
-/// Samples that are packed into bytes, the high bit first; each row begins with a byte.
+/// Samples packed into bytes, the highest bit first; each row starts with a new byte.
 fn unpacked(layout: &Layout, decoded: &DecodingResult) -> Vec<f32> {
     let per_row = layout.size[0] as usize * layout.interleaved();
     let largest = ((1_u32 << layout.bits) - 1) as f32;
@@ -295,7 +295,7 @@ fn unpacked(layout: &Layout, decoded: &DecodingResult) -> Vec<f32> {
     rows.flat_map(|row| (0..per_row).map(move |i| sample(row, i))).collect()
 }
 
-/// YCbCr samples of every pixel, from blocks with one chroma sample each (TIFF 6.0, section 21).
+/// YCbCr samples of every pixel, from blocks with one sample per chroma channel (TIFF 6.0, section 21).
 fn full_chroma(layout: &Layout, decoded: &DecodingResult) -> Vec<f32> {
     let [across, down] = layout.chroma.map(|n| n as usize);
     let [columns, rows] = layout.size.map(|n| n as usize);
@@ -314,7 +314,7 @@ fn full_chroma(layout: &Layout, decoded: &DecodingResult) -> Vec<f32> {
     samples
 }
 
-/// The samples of planes pixel by pixel.
+/// Samples of planes, pixel by pixel.
 fn interleave(planes: &[f32], samples: usize) -> Vec<f32> {
     let pixels = planes.len() / samples;
     (0..pixels * samples).map(|i| planes[i % samples * pixels + i / samples]).collect()
@@ -323,7 +323,7 @@ fn interleave(planes: &[f32], samples: usize) -> Vec<f32> {
 fn decoder_error(file: &Decoder<'_>, error: TiffError) -> FormatError {
     match error {
         TiffError::UnsupportedError(error) => file.unsupported(error.to_string()),
-        TiffError::IoError(error) => file.truncated(format!("ends early: {error}")),
+        TiffError::IoError(error) => file.truncated(format!("truncated: {error}")),
         error => file.fault(error.to_string()),
     }
 }

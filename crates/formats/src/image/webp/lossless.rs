@@ -1,8 +1,8 @@
-//! A lossless WebP stream, walked for its length: colours are made only where later codes depend on them.
+//! Lossless WebP stream, parsed only for its length: colours are decoded only if later codes depend on them.
 //!
 //! Source: RFC 9649, 3.4 (header), 3.5 (transforms), 3.6 (prefix-coded data and codes).
 
-/// The least bits that a code's table in the decoder may take, and how much of that a stream is trusted with.
+/// Minimum number of bits of a code's table in the decoder, and how much of that a stream may use.
 const MIN_TABLE_BYTES: usize = 32 << 20;
 const TABLE_BYTES_PER_INPUT_BYTE: usize = 16;
 
@@ -14,21 +14,21 @@ pub(super) fn check_stream(bytes: &[u8]) -> Option<()> {
     LosslessValidator::new(&bytes[5..]).check_picture(size)
 }
 
-/// A prefix code: how many codes there are of each length, and their symbols in order. One symbol takes no bits.
+/// Prefix code: the number of codes of each length, and their symbols in order. A single symbol takes no bits.
 struct HuffmanCode {
     counts: [u16; 16],
     symbols: Vec<u16>,
 }
 
-/// The five codes of a part of a picture: green, lengths and cached colours; red; blue; alpha; distances.
+/// The five codes of a part of an image: green, lengths and cached colours; red; blue; alpha; distances.
 type CodeGroup = [HuffmanCode; 5];
 
-/// The codes of a picture, and which of them each of its blocks has.
+/// Codes of an image, and which of them each block uses.
 struct CodeGroups {
     groups: Vec<CodeGroup>,
-    /// Two to this power pixels on a side; a picture of one group has no blocks.
+    /// Base-2 logarithm of a block's side in pixels; an image with one group has no blocks.
     block_bits: u32,
-    /// By block, of so many blocks in a row.
+    /// By block, with this number of blocks per row.
     chosen: Vec<u16>,
     across: usize,
 }
@@ -39,7 +39,7 @@ pub(super) struct LosslessValidator<'a> {
     at: usize,
     ahead: u64,
     count: u32,
-    /// Bytes that tables of codes may still take in the decoder.
+    /// Bytes that code tables may still take in the decoder.
     tables: usize,
 }
 
@@ -66,13 +66,13 @@ impl<'a> LosslessValidator<'a> {
         Some(bits as usize)
     }
 
-    /// All of a picture of this size: transforms, then its own data.
+    /// The complete image of this size: transforms, then its own data.
     pub(super) fn check_picture(mut self, [columns, rows]: [usize; 2]) -> Option<()> {
         let mut across = columns;
         let mut seen = [false; 4];
         while self.read_bits(1)? == 1 {
             let kind = self.read_bits(2)?;
-            // Each at most once.
+            // Each transform at most once.
             if std::mem::replace(&mut seen[kind], true) {
                 return None;
             }
@@ -113,14 +113,14 @@ impl<'a> LosslessValidator<'a> {
         self.entropy_coded_pixels(size, &groups, cache, None)
     }
 
-    /// A small picture that belongs to a larger one.
+    /// Small image that belongs to a larger one.
     fn entropy_image(&mut self, size: [usize; 2], colors: Option<&mut Vec<u32>>) -> Option<()> {
         let cache = self.color_cache_bits()?;
         let groups = self.read_code_groups(1, cache, [0; 2], Vec::new())?;
         self.entropy_coded_pixels(size, &groups, cache, colors)
     }
 
-    /// How many bits the numbers of cached colours have, 0 without a cache.
+    /// Number of bits of the indices of cached colours, 0 without a cache.
     fn color_cache_bits(&mut self) -> Option<u32> {
         if self.read_bits(1)? == 0 {
             return Some(0);
@@ -150,7 +150,7 @@ impl<'a> LosslessValidator<'a> {
         Some(CodeGroups { groups, block_bits: bits as u32, chosen, across })
     }
 
-    /// A prefix code of so many symbols.
+    /// Prefix code with this number of symbols.
     fn read_code(&mut self, symbols: usize) -> Option<HuffmanCode> {
         if self.read_bits(1)? == 1 {
             let two = self.read_bits(1)? == 1;
@@ -218,7 +218,7 @@ impl<'a> LosslessValidator<'a> {
         None
     }
 
-    /// A length or a distance.
+    /// Length or distance.
     fn prefix_value(&mut self, symbol: usize) -> Option<usize> {
         if symbol < 4 {
             return Some(symbol + 1);
@@ -227,7 +227,7 @@ impl<'a> LosslessValidator<'a> {
         Some(((2 + (symbol & 1)) << bits) + self.read_bits(bits)? + 1)
     }
 
-    /// The data of a picture, whose colours go to `colors` where they are asked for.
+    /// Data of an image, whose colours are written to `colors` if requested.
     fn entropy_coded_pixels(
         &mut self,
         [columns, rows]: [usize; 2],
@@ -254,7 +254,7 @@ impl<'a> LosslessValidator<'a> {
                     let place = (y >> bits) * groups.across + (x >> bits);
                     group = groups.groups.get(usize::from(groups.chosen[place]))?;
                 }
-                // Nothing of these is written.
+                // None of these colours are written.
                 let flat = |code: &HuffmanCode| code.symbols.len() == 1;
                 if colors.is_none() && group[..4].iter().all(flat) && group[0].symbols[0] < 256 {
                     at = end;
@@ -297,7 +297,7 @@ impl<'a> LosslessValidator<'a> {
 }
 
 impl HuffmanCode {
-    /// The code of these lengths of symbols, 0 for symbols without a code.
+    /// Code for these symbol lengths; 0 for symbols without a code.
     fn new(lengths: &[u8]) -> Option<Self> {
         let mut counts = [0_u16; 16];
         for &length in lengths {
@@ -309,20 +309,20 @@ impl HuffmanCode {
             let of_length = (0_u16..).zip(lengths).filter(|(_, l)| **l == length);
             symbols.extend(of_length.map(|(symbol, _)| symbol));
         }
-        // All codes together are all that can be written.
+        // All codes together must cover every possible bit sequence.
         let sum: u32 = (1..16).map(|length| u32::from(counts[length]) << (15 - length)).sum();
         (symbols.len() == 1 || sum == 1 << 15).then_some(Self { counts, symbols })
     }
 }
 
-/// How many pixels before: of the nearest ones, by column and row; then as it is.
+/// Distance in pixels: for the nearest pixels from their column and row, otherwise the value itself.
 fn distance(code: usize, columns: usize) -> usize {
     let Some(&[right, up]) = DISTANCE_MAP.get(code - 1) else { return code - DISTANCE_MAP.len() };
     let pixels = isize::from(right) + isize::from(up) * columns as isize;
     pixels.max(1) as usize
 }
 
-/// Columns to the left and rows up of the nearest pixels, from the nearest on (RFC 9649, 3.6.2.2).
+/// Columns to the left and rows up of the nearest pixels, in order of distance (RFC 9649, 3.6.2.2).
 #[rustfmt::skip]
 const DISTANCE_MAP: [[i8; 2]; 120] = [
     [0, 1], [1, 0], [1, 1], [-1, 1], [0, 2], [2, 0], [1, 2], [-1, 2], [2, 1], [-2, 1], [2, 2], [-2, 2],

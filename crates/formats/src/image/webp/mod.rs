@@ -1,4 +1,4 @@
-//! WebP in: the decoder of `image`, after a look at whether all of the picture is there.
+//! Reading of WebP by the decoder of `image`, after a check that the image is complete.
 //!
 //! Source: RFC 9649, 2.5 to 2.7 (container), and RFC 6386, 9.1 and 9.5 (lengths in a lossy picture).
 
@@ -14,31 +14,31 @@ use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 use crate::image::webp::lossless::{LosslessValidator, check_stream};
 
 pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
-    // The length that the container tells (RIFF, a chunk of so many bytes after it).
+    // Length declared by the container (RIFF, and a chunk of this many bytes after it).
     if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
         let length = u64::from(u32::from_le_bytes(*length)) + 8;
         if (file.bytes.len() as u64) < length {
-            return Err(file.truncated(format!("ends early: {} bytes of {length}", file.bytes.len())));
+            return Err(file.truncated(format!("truncated: {} bytes of {length}", file.bytes.len())));
         }
     }
     let decoder = WebPDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     if decoder.has_animation() {
-        file.notice(NoticeCode::FirstOnly, "an animation, of which only the first picture is read");
+        file.notice(NoticeCode::FirstOnly, "animated WebP: only the first frame is used");
     }
     decode_checked(file, decoder, |file| {
-        let message = "its picture ends early or is damaged";
+        let message = "the image is truncated or damaged";
         check_complete(file.bytes.get(12..).unwrap_or_default()).ok_or_else(|| file.fault(message))
     })
 }
 
-/// `Some` if the first picture in these chunks is complete; of a lossy one only the lengths of the parts are checked.
+/// `Some` if the first image in these chunks is complete; for a lossy image, only the lengths of its parts are checked.
 /// Allocates nothing.
 fn check_complete(mut chunks: &[u8]) -> Option<()> {
     let mut alpha = None;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
         let length = u32::from_le_bytes(*head[4..].first_chunk()?) as usize;
-        // The last one may say more than there is: what matters is what is in it.
+        // The last chunk may declare more than there is; only its contents matter.
         let (chunk, rest) = rest.split_at(length.min(rest.len()));
         match &head[..4] {
             b"VP8L" => return check_stream(chunk),
@@ -47,7 +47,7 @@ fn check_complete(mut chunks: &[u8]) -> Option<()> {
                 return alpha.map_or(Some(()), |chunk| check_alpha(chunk, size));
             }
             b"ALPH" => alpha = Some(chunk),
-            // An animation's frame, and chunks in it.
+            // Frame of an animation, and chunks in it.
             b"ANMF" => return check_complete(chunk.get(16..)?),
             _ => {}
         }
@@ -56,7 +56,7 @@ fn check_complete(mut chunks: &[u8]) -> Option<()> {
     None
 }
 
-/// The size of a lossy picture whose parts are all there.
+/// Size of a lossy image whose parts are all present.
 fn lossy_size(chunk: &[u8]) -> Option<[usize; 2]> {
     let (head, rest) = chunk.split_first_chunk::<10>()?;
     let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));

@@ -6,7 +6,7 @@ use raycam_formats::{Budget, FormatError};
 
 use crate::support::data;
 
-/// Streams of Google's own encoder, each with what Google's own decoder makes of it.
+/// Streams of Google's encoder, compared with the results of Google's decoder.
 fn cases() -> Vec<(String, Vec<u8>, DecodedMesh)> {
     let file = fs::read(data("draco/draco.cases")).unwrap();
     let mut rest = &file[..];
@@ -53,7 +53,7 @@ fn read(bytes: &[u8]) -> Result<DecodedMesh, FormatError> {
 }
 
 #[test]
-fn streams_decode_as_in_google_s_library() {
+fn streams_decode_as_in_googles_library() {
     let cases = cases();
     assert_eq!(cases.len(), 9);
     for (name, stream, expected) in cases {
@@ -64,7 +64,7 @@ fn streams_decode_as_in_google_s_library() {
             if a.bytes == b.bytes {
                 continue;
             }
-            // Quantised values go through float32 arithmetic that C++ may contract.
+            // Quantised values are computed in float32, which C++ may contract to fused operations.
             let numbers = |attribute: &Attribute| -> Vec<f32> {
                 let words = attribute.bytes.as_chunks::<4>().0;
                 words.iter().map(|&w| f32::from_le_bytes(w)).collect()
@@ -80,18 +80,18 @@ fn streams_decode_as_in_google_s_library() {
 }
 
 #[test]
-fn what_is_not_a_draco_mesh_is_said() {
+fn invalid_draco_streams_are_reported() {
     for (bytes, expected) in [
-        (&b"DRAC"[..], "a.glb: Draco compression: does not begin with DRACO"),
-        (b"DRACO\x02\x02\x00\x01", "a.glb: Draco compression: not a mesh"),
-        (b"DRACO\x01\x03\x01", "a.glb: Draco compression of version 1.3, expected 2.2"),
+        (&b"DRAC"[..], "a.glb: Draco compression: the stream does not begin with DRACO"),
+        (b"DRACO\x02\x02\x00\x01", "a.glb: Draco compression: the stream is not a mesh"),
+        (b"DRACO\x01\x03\x01", "a.glb: Draco compression of version 1.3; expected 2.2"),
     ] {
         assert_eq!(read(bytes).unwrap_err().to_string(), expected);
     }
 }
 
 #[test]
-fn a_mesh_larger_than_the_budget_is_refused() {
+fn meshes_larger_than_the_budget_are_refused() {
     let (_, stream, decoded) = cases().pop().unwrap();
     let size: usize = decoded.attributes.iter().map(|a| a.bytes.len()).sum();
     let elements = decoded.count + 3 * decoded.triangles.len();
@@ -108,16 +108,16 @@ fn a_mesh_larger_than_the_budget_is_refused() {
     }
 }
 
-/// Found by fuzzing: with its faces, so many points were more than 64 bits count.
+/// Found by fuzzing: with its faces, this number of points exceeds 64 bits.
 #[test]
-fn more_points_than_can_be_counted_are_refused() {
+fn overflowing_point_counts_are_refused() {
     let error = read(include_bytes!("../../data/draco/points_overflow.drc")).unwrap_err();
     let error = error.to_string();
     assert!(error.contains("vertices and face corners"), "{error}");
 }
 
 #[test]
-fn damage_is_an_error_or_harmless() {
+fn damaged_streams_are_decoded_or_refused_without_a_panic() {
     for (name, stream, _) in cases().into_iter().filter(|(name, ..)| name != "large") {
         for length in 0..stream.len() {
             assert!(read(&stream[..length]).is_err(), "{name}: {length} bytes");

@@ -6,7 +6,7 @@ use raycam_formats::{Budget, FormatError};
 
 use crate::support::data;
 
-/// A stream of meshoptimizer's own encoder, and what its own decoder makes of it.
+/// A stream of meshoptimizer's encoder, and the result of its decoder.
 struct Case {
     name: String,
     shape: ViewHeader,
@@ -51,7 +51,7 @@ fn read(bytes: &[u8], shape: ViewHeader) -> Result<Vec<u8>, FormatError> {
     decode(bytes, shape, Path::new("a.glb"), &mut Budget::default())
 }
 
-/// How far apart two filtered views are, in units in the last place of their components.
+/// Difference between two filtered views, in units in the last place of their components.
 fn apart(shape: ViewHeader, a: &[u8], b: &[u8]) -> i32 {
     let components = |bytes: &[u8]| -> Vec<i32> {
         match (shape.mode, shape.stride) {
@@ -80,7 +80,7 @@ fn streams_decode_as_in_meshoptimizer() {
         if exact {
             assert_eq!(decoded, case.expected, "{}", case.name);
         } else {
-            // The specification leaves one unit in the last place to the arithmetic.
+            // The specification allows a difference of one unit in the last place.
             assert_eq!(decoded.len(), case.expected.len());
             let apart = apart(case.shape, &decoded, &case.expected);
             assert!(apart <= 1, "{}: {apart}", case.name);
@@ -89,8 +89,8 @@ fn streams_decode_as_in_meshoptimizer() {
 }
 
 #[test]
-fn the_example_of_the_specification() {
-    // Sixteen differences of four bits with two bytes after them, in the first byte of elements of four.
+fn example_of_the_specification_is_decoded() {
+    // Sixteen differences of four bits, followed by two bytes, in the first byte of four-byte elements.
     let packed = [0x17, 0x5f, 0xf0, 0xbc, 0x77, 0xa9, 0x21, 0x00, 0x34, 0xb5];
     let differences = [-1, -4, -3, 26, -91, 0, -6, 6, -4, -4, 5, -5, 1, -1, 0, 0_i32];
     let mut stream = vec![0xa0, 0b10];
@@ -108,8 +108,8 @@ fn the_example_of_the_specification() {
 }
 
 #[test]
-fn filters_are_the_formulas_of_the_specification() {
-    // One element as the baseline, with no differences.
+fn filters_match_the_formulas_of_the_specification() {
+    // One element as the baseline, without differences.
     let filtered = |filter, element: &[u8]| {
         let stride = element.len();
         let mut stream = vec![0xa0];
@@ -135,16 +135,16 @@ fn filters_are_the_formulas_of_the_specification() {
     // The identity: w, component 3, is the missing one.
     let identity = filtered(Filter::Quaternion, &words([0, 0, 0, 2047])).unwrap();
     assert_eq!(identity, words([0, 0, 0, 32767]));
-    // 2^-3 * -5, and the largest exponent there is.
+    // 2^-3 * -5, and the largest possible exponent.
     let float = (-3_i32 << 24 | -5 & 0xff_ffff).to_le_bytes();
     let decoded = filtered(Filter::Exponential, &float).unwrap();
     assert_eq!(decoded, (-0.625_f32).to_le_bytes());
     let float = (127_i32 << 24 | 1).to_le_bytes();
     let decoded = filtered(Filter::Exponential, &float).unwrap();
     assert_eq!(decoded, 2_f32.powi(127).to_le_bytes());
-    // White, opaque, of 8 bits.
+    // White, opaque, 8 bits.
     assert_eq!(filtered(Filter::Color, &[255, 0, 0, 255]).unwrap(), [255; 4]);
-    // What the specification leaves open is an error.
+    // Undefined cases of the specification are errors.
     for (filter, element) in [
         (Filter::Octahedral, vec![0, 0, 0, 0]),
         (Filter::Octahedral, words([0, 0, -1, 0])),
@@ -152,13 +152,13 @@ fn filters_are_the_formulas_of_the_specification() {
         (Filter::Color, vec![9, 0, 0, 0]),
     ] {
         let error = filtered(filter, &element).unwrap_err().to_string();
-        let expected = "a.glb: meshopt compression: element 0 is none of its filter's";
+        let expected = "a.glb: meshopt compression: element 0 is invalid for its filter";
         assert_eq!(error, expected);
     }
 }
 
 #[test]
-fn shapes_are_checked_before_anything_else() {
+fn shapes_are_validated_before_any_allocation() {
     let error = |mode, count, stride| {
         let shape = ViewHeader { mode, count, stride };
         read(&[0xa0; 40], shape).unwrap_err().to_string()
@@ -166,17 +166,17 @@ fn shapes_are_checked_before_anything_else() {
     let plain = Mode::Attributes(Filter::None);
     let prefix = "a.glb: meshopt compression: ";
     for (mode, count, stride, expected) in [
-        (plain, 1, 0, "byteStride 0, expected a multiple of 4 up to 256"),
-        (plain, 1, 6, "byteStride 6, expected a multiple of 4 up to 256"),
-        (plain, 1, 260, "byteStride 260, expected a multiple of 4 up to 256"),
-        (Mode::Attributes(Filter::Color), 1, 12, "byteStride 12, expected 4 or 8 with this filter"),
-        (Mode::Attributes(Filter::Quaternion), 1, 4, "byteStride 4, expected 8 with this filter"),
-        (Mode::Indices, 1, 8, "byteStride 8, expected 2 or 4 for indices"),
-        (Mode::Triangles, 4, 2, "count 4, expected three for each triangle"),
-        (plain, usize::MAX, 4, "40 bytes, too few for 18446744073709551615 elements"),
-        (Mode::Indices, 1 << 40, 4, "40 bytes, too few for 1099511627776 elements"),
-        (Mode::Indices, 9, 4, "header 0xa0, expected 0xd1"),
-        (Mode::Triangles, 9, 4, "header 0xa0, expected 0xe1"),
+        (plain, 1, 0, "byteStride 0; expected a multiple of 4 up to 256"),
+        (plain, 1, 6, "byteStride 6; expected a multiple of 4 up to 256"),
+        (plain, 1, 260, "byteStride 260; expected a multiple of 4 up to 256"),
+        (Mode::Attributes(Filter::Color), 1, 12, "byteStride 12; expected 4 or 8 with this filter"),
+        (Mode::Attributes(Filter::Quaternion), 1, 4, "byteStride 4; expected 8 with this filter"),
+        (Mode::Indices, 1, 8, "byteStride 8; expected 2 or 4 for indices"),
+        (Mode::Triangles, 4, 2, "count 4; expected a multiple of three"),
+        (plain, usize::MAX, 4, "40 bytes are too few for 18446744073709551615 elements"),
+        (Mode::Indices, 1 << 40, 4, "40 bytes are too few for 1099511627776 elements"),
+        (Mode::Indices, 9, 4, "header 0xa0; expected 0xd1"),
+        (Mode::Triangles, 9, 4, "header 0xa0; expected 0xe1"),
     ] {
         assert_eq!(error(mode, count, stride), format!("{prefix}{expected}"));
     }
@@ -192,7 +192,7 @@ fn shapes_are_checked_before_anything_else() {
 }
 
 #[test]
-fn damage_is_an_error_or_harmless() {
+fn damaged_streams_are_decoded_or_refused_without_a_panic() {
     for case in cases() {
         for length in 0..case.stream.len() {
             let cut = read(&case.stream[..length], case.shape);

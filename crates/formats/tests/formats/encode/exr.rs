@@ -13,7 +13,7 @@ fn layer<'a>(name: &'a str, components: usize, samples: LayerSamples<'a>) -> Lay
 }
 
 #[test]
-fn channels_have_the_names_that_other_programs_show() {
+fn exr_channels_have_the_names_that_viewers_expect() {
     let (floats, ids) = (LayerSamples::F32(&[]), LayerSamples::Id(&[]));
     for (name, components, samples, expected) in [
         ("color", 3, floats, "R G B"),
@@ -31,7 +31,7 @@ fn channels_have_the_names_that_other_programs_show() {
 }
 
 #[test]
-fn another_reader_finds_the_same_values_and_the_camera() {
+fn exr_files_round_trip_values_and_camera_through_another_reader() {
     let color: Vec<f32> = (0..18).map(|i| i as f32 / 7.0).collect();
     let depth = [1.0, f32::INFINITY, 1e-30, 3.4e38, f32::NAN, -0.0];
     let ids = [0, -1, 16_777_217, i32::MAX, i32::MIN, 5];
@@ -81,7 +81,7 @@ fn another_reader_finds_the_same_values_and_the_camera() {
 }
 
 #[test]
-fn large_pictures_come_back_whole() {
+fn large_images_round_trip_through_exr() {
     let (columns, rows) = (257, 131);
     let ids: Vec<i32> = (0..columns * rows).map(|i| i * 7919 % 1000 - 1).collect();
     let file =
@@ -93,15 +93,20 @@ fn large_pictures_come_back_whole() {
 }
 
 #[test]
-fn layers_that_do_not_fit_are_refused() {
+fn layers_with_the_wrong_size_are_refused() {
     let six = LayerSamples::F32(&[0.0; 6]);
     for (size, layers, notes, expected) in [
-        ([3, 2], vec![layer("depth", 2, six)], None, "has 6 values, expected 3 x 2 x 2"),
+        ([3, 2], vec![layer("depth", 2, six)], None, "has 6 values; expected 3 x 2 x 2"),
         ([3, 0], vec![layer("depth", 1, LayerSamples::F32(&[]))], None, "1 layers of 3 x 0 pixels"),
         ([3, 2], vec![], None, "0 layers"),
         ([3, 2], vec![layer("depth", 1, six), layer("depth", 1, six)], None, "two channels are named depth.Z"),
         ([3, 2], vec![layer("d\u{e9}", 1, six)], None, "expected printable ASCII"),
-        ([3, 2], vec![layer("depth", 1, six)], Some(("raycam.version", "0")), "the header has raycam.version twice"),
+        (
+            [3, 2],
+            vec![layer("depth", 1, six)],
+            Some(("raycam.version", "0")),
+            "the header contains raycam.version twice",
+        ),
         ([3, 2], vec![layer("depth", 1, six)], Some(("", "0")), "expected printable ASCII"),
         ([u32::MAX, u32::MAX], vec![layer("depth", 4, six)], None, "has 6 values"),
     ] {

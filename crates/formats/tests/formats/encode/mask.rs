@@ -5,14 +5,14 @@ fn mask(rows: &[&str]) -> (Vec<bool>, usize, usize) {
     (pixels.collect(), rows[0].len(), rows.len())
 }
 
-/// Even-odd filling at the pixels' centres.
+/// Even-odd filling at pixel centres.
 fn fill(polygons: &[Vec<[u32; 2]>], width: usize, height: usize) -> Vec<u32> {
     let mut count = vec![0; width * height];
     for corners in polygons {
         for y in 0..height {
             for x in 0..width {
                 let next = corners.iter().cycle().skip(1);
-                // Edges that a ray from the centre to the left crosses.
+                // Edges crossed by a ray from the centre to the left.
                 let crossed = corners.iter().zip(next).filter(|(a, b)| {
                     let (low, high) = (a[1].min(b[1]) as usize, a[1].max(b[1]) as usize);
                     a[0] == b[0] && (low..high).contains(&y) && a[0] as usize <= x
@@ -25,7 +25,7 @@ fn fill(polygons: &[Vec<[u32; 2]>], width: usize, height: usize) -> Vec<u32> {
 }
 
 #[test]
-fn runs_go_down_the_columns() {
+fn run_lengths_go_down_the_columns() {
     // Runs 0: none, 1: 2, 0: 4, 1: 1, 0: 2 as five-bit characters from '0'; the last two as differences.
     let (pixels, width, height) = mask(&["#..", "#..", "..#"]);
     assert_eq!(coco_rle(&pixels, width, height), "026O");
@@ -34,18 +34,18 @@ fn runs_go_down_the_columns() {
 }
 
 #[test]
-fn outlines_run_along_pixel_edges() {
+fn outlines_follow_pixel_edges() {
     let (pixels, width, height) = mask(&["....", ".##.", ".#..", "...."]);
     let expected = [[3, 1], [3, 2], [2, 2], [2, 3], [1, 3], [1, 1]];
     assert_eq!(polygons(&pixels, width, height), [expected]);
-    // What touches at a corner is apart.
+    // Regions that touch only at a corner are separate.
     let (pixels, width, height) = mask(&["#.", ".#"]);
     assert_eq!(polygons(&pixels, width, height).len(), 2);
     assert!(polygons(&[false; 4], 2, 2).is_empty());
 }
 
 #[test]
-fn polygons_fill_their_mask_once_whatever_its_holes() {
+fn outline_polygons_fill_the_mask_exactly_including_holes() {
     let mut state = 7u64;
     let mut random = |n: u64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

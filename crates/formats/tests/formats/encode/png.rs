@@ -3,7 +3,7 @@ use std::io::Cursor;
 use raycam_formats::encode::png::{Samples, encode};
 
 #[test]
-fn another_reader_finds_the_same_samples_marked_as_srgb() {
+fn png_files_round_trip_samples_and_are_marked_as_srgb() {
     let kinds = [
         (1, png::ColorType::Grayscale),
         (2, png::ColorType::GrayscaleAlpha),
@@ -28,7 +28,7 @@ fn another_reader_finds_the_same_samples_marked_as_srgb() {
 }
 
 #[test]
-fn samples_that_do_not_fit_are_refused() {
+fn samples_of_the_wrong_number_are_refused() {
     for (size, channels, count) in [([5, 3], 3, 44), ([5, 3], 5, 75), ([0, 3], 3, 0), ([1 << 31, 1 << 31], 4, 0)] {
         let error = encode(size, channels, Samples::U8(&vec![0; count])).unwrap_err();
         assert!(error.to_string().starts_with("PNG: "), "{error}");

@@ -5,7 +5,7 @@ use ::image::codecs::bmp::BmpDecoder;
 use crate::image::damage_is_found_before;
 
 #[test]
-fn damage_is_found_before_the_picture_is_kept() {
-    let message = "ends early, or has runs that lead out of the picture";
+fn damaged_bmp_is_refused_before_pixels_are_stored() {
+    let message = "truncated, or with runs beyond the image";
     damage_is_found_before(".bmp", message, |bytes| Ok(Box::new(BmpDecoder::new(Cursor::new(bytes))?)));
 }

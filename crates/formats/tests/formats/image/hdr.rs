@@ -8,13 +8,13 @@ use raycam_scene::{NoticeCode, Texels};
 use crate::image::damage_is_found_before;
 
 #[test]
-fn damage_is_found_before_the_picture_is_kept() {
-    let message = "ends early, or has runs longer than a line";
+fn damaged_hdr_is_refused_before_pixels_are_stored() {
+    let message = "truncated, or with runs longer than a line";
     damage_is_found_before(".hdr", message, |bytes| Ok(Box::new(HdrDecoder::new(bytes)?)));
 }
 
 #[test]
-fn a_picture_comes_back_within_its_precision() {
+fn hdr_images_round_trip_within_their_precision() {
     let rgb: Vec<f32> = (0..37 * 9 * 3).map(|i| (i as f32 * 0.7).sin().abs() * 10_f32.powi(i % 7 - 3)).collect();
     let file = hdr::encode([37, 9], &rgb).unwrap();
     let mut budget = Budget::default();
@@ -34,17 +34,17 @@ fn a_picture_comes_back_within_its_precision() {
 }
 
 #[test]
-fn what_the_format_cannot_say_is_refused() {
+fn values_that_hdr_cannot_store_are_refused() {
     let error = |size, rgb: &[f32]| hdr::encode(size, rgb).unwrap_err().to_string();
-    let expected = "HDR: 3 values, expected 2 x 1 x 3 and more than 0";
+    let expected = "HDR: 3 values; expected 2 x 1 x 3 and more than 0";
     assert_eq!(error([2, 1], &[0.0; 3]), expected);
     for value in [-1.0, f32::NAN, f32::INFINITY] {
-        let expected = format!("HDR: a value of {value}, expected 0 or more and finite");
+        let expected = format!("HDR: a value of {value}; expected a finite number >= 0");
         assert_eq!(error([1, 1], &[1.0, value, 1.0]), expected);
     }
 }
 
-/// A file of these scanlines, each of plain texels (no runs), with a resolution string.
+/// File of these scanlines, each with plain texels (no runs), with a resolution string.
 fn scanlines(resolution: &str, lines: &[Vec<[u8; 4]>]) -> Vec<u8> {
     let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{resolution}\n");
     let texels = lines.iter().flatten().flatten();
@@ -52,11 +52,12 @@ fn scanlines(resolution: &str, lines: &[Vec<[u8; 4]>]) -> Vec<u8> {
 }
 
 #[test]
-fn all_eight_orientations_are_the_same_picture() {
-    // A texel says where it is: red its column, green its row, both plus 3; an exponent of 136 is a factor of 1.
+fn all_eight_orientations_give_the_same_image() {
+    // Each texel encodes its position: red is its column, green its row, both plus 3; an exponent of 136 is a factor of
+    // 1.
     let (columns, rows) = (5_u8, 3_u8);
     let texel = |x: u8, y: u8| [x + 3, y + 3, 77, 136];
-    // In which order a file has them is written out from the specification's text, and not from the reader.
+    // The order of the file is derived from the text of the specification instead of the reader.
     let rightwards: Vec<u8> = (0..columns).collect();
     let leftwards: Vec<u8> = rightwards.iter().rev().copied().collect();
     let downwards: Vec<u8> = (0..rows).collect();
@@ -102,7 +103,7 @@ fn all_eight_orientations_are_the_same_picture() {
 }
 
 #[test]
-fn a_resolution_string_that_is_none_is_refused() {
+fn invalid_resolution_strings_are_refused() {
     for resolution in ["+Y 3 +Y 5", "-X 5 +X 3", "3 5", "-Y 3 -X", "+Z 3 +X 5", "+Y -3 +X 5"] {
         let file = scanlines(resolution, &[vec![[1, 2, 3, 136]; 15]]);
         let mut budget = Budget::default();
@@ -138,7 +139,7 @@ fn values_are_divided_by_every_exposure() {
 }
 
 #[test]
-fn what_the_header_asks_for_in_vain_is_said() {
+fn unsupported_header_values_are_reported() {
     let notices = |line: &str| {
         let header = format!("#?RADIANCE\n{line}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n");
         let file = [header.as_bytes(), &[128, 64, 32, 131]].concat();

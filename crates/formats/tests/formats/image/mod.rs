@@ -16,13 +16,13 @@ use raycam_scene::{Image, Notice, NoticeCode, Texels};
 
 use crate::support::data;
 
-/// A small image of every kind, and what others make of it: for PNG what was written, for JPEG, WebP, BMP and TGA
-/// Pillow, for KTX2 Basis Universal, for EXR OpenEXR, for HDR OpenCV.
+/// A small image of every format, and its reference: for PNG the written values, for JPEG, WebP, BMP and TGA Pillow,
+/// for KTX2 Basis Universal, for EXR OpenEXR, for HDR OpenCV.
 pub struct Case {
     pub name: String,
     pub file: Vec<u8>,
     size: [u32; 2],
-    /// Eight or sixteen bits a channel, or floats.
+    /// Eight or sixteen bits per channel, or floats.
     kind: String,
     expected: Vec<f32>,
 }
@@ -63,8 +63,8 @@ pub fn read(name: &str, bytes: &[u8], color_use: ColorUse) -> Result<(Image, Vec
     Ok((image, notices))
 }
 
-/// Beginnings of the files of a kind, and copies with a flipped bit, whose header its decoder takes: they are read where
-/// the decoder reads them, and else refused with `message`, before the decoder begins on the picture.
+/// Truncated files of a format, and copies with a flipped bit whose header the decoder accepts: they are read if the
+/// decoder reads them, and otherwise refused with `message` before the decoder starts on the pixels.
 pub fn damage_is_found_before(
     extension: &str,
     message: &str,
@@ -94,7 +94,7 @@ pub fn damage_is_found_before(
             match (found, expected) {
                 (Ok(_), Ok(_)) => good += 1,
                 (Err(error), Err(_)) if error.ends_with(message) => bad += 1,
-                // What is found before its picture is looked at.
+                // Faults that are detected before the pixels are examined.
                 (Err(error), Err(late)) if !error.contains(&late.to_string()) => {}
                 (Err(error), Ok(_)) if !error.ends_with(message) => {}
                 (found, _) => panic!("{name}: {:?} {damaged:02x?}", found.map(|_| ())),
@@ -104,7 +104,7 @@ pub fn damage_is_found_before(
     assert!(good > 100 && bad > 100, "{good} {bad}");
 }
 
-/// A decoder behind a pointer.
+/// Decoder behind a pointer.
 struct Decoder<'a>(Box<dyn ::image::ImageDecoder + 'a>);
 
 impl ::image::ImageDecoder for Decoder<'_> {
@@ -135,7 +135,7 @@ fn values(texels: &Texels) -> Vec<f32> {
 }
 
 #[test]
-fn images_are_what_others_read() {
+fn decoded_images_match_other_readers() {
     let cases = cases();
     assert!(cases.len() > 80, "{}", cases.len());
     for case in cases {
@@ -154,14 +154,14 @@ fn images_are_what_others_read() {
             "420.jpg" | "422.jpg" | "progressive.jpg" | "restart.jpg" => 6.0,
             name if name.ends_with(".jpg") => 3.0,
             name if name.starts_with("lossy") => 4.0,
-            // Five bits for eight: Pillow rounds up where the nearest is below.
+            // From five bits to eight: Pillow rounds up where the nearest value is below.
             "five.tga" | "565.bmp" => 1.0,
             _ => 0.0,
         };
         let found = values(&image.texels);
         let mut expected = case.expected;
         if case.name.ends_with(".exr") {
-            // Colours in EXR files are multiplied by alpha.
+            // Colours in EXR files are premultiplied by alpha.
             for texel in expected.as_chunks_mut::<4>().0 {
                 let alpha = texel[3];
                 texel[..3].iter_mut().filter(|_| alpha > 0.0).for_each(|color| *color /= alpha);
@@ -178,14 +178,14 @@ fn images_are_what_others_read() {
 }
 
 #[test]
-fn colours_are_srgb_and_data_is_linear() {
+fn colours_are_read_as_srgb_and_data_as_linear() {
     for case in cases() {
         let (color, _) = read(&case.name, &case.file, ColorUse::Color).unwrap();
         let (data, _) = read(&case.name, &case.file, ColorUse::Data).unwrap();
         match (&color.texels, &data.texels) {
             (Texels::Srgb8(a), Texels::Linear8(b)) => assert_eq!(a, b, "{}", case.name),
             (Texels::Float(a), Texels::Float(b)) => assert_eq!(a, b, "{}", case.name),
-            // KTX2 has no sRGB of sixteen bits.
+            // KTX2 has no 16-bit sRGB format.
             (Texels::Linear16(a), Texels::Linear16(b)) if case.name.ends_with("ktx2") => {
                 assert_eq!(a, b, "{}", case.name);
             }
@@ -202,7 +202,7 @@ fn colours_are_srgb_and_data_is_linear() {
 }
 
 #[test]
-fn what_is_not_applied_is_said() {
+fn ignored_colour_metadata_is_reported() {
     let notices = |name: &str, change: &dyn Fn(&mut Vec<u8>), color_use| {
         let mut file = cases().into_iter().find(|case| case.name == name).unwrap().file;
         change(&mut file);
@@ -211,7 +211,7 @@ fn what_is_not_applied_is_said() {
     let linear = notices("uastclinear.ktx2", &|_| {}, ColorUse::Color);
     assert_eq!(linear.iter().map(|notice| notice.code).collect::<Vec<_>>(), [NoticeCode::IgnoredKey]);
     assert!(notices("uastc.ktx2", &|_| {}, ColorUse::Color).is_empty());
-    // The last texel of the last line's channel before the last becomes an infinity.
+    // The last texel of the last line's next-to-last channel becomes an infinity.
     let infinite = |file: &mut Vec<u8>| {
         let at = file.len() - 2 * 21 - 2;
         file[at..at + 2].copy_from_slice(&0x7c00_u16.to_le_bytes());
@@ -221,12 +221,12 @@ fn what_is_not_applied_is_said() {
 }
 
 #[test]
-fn more_pixels_than_a_file_can_hold_are_refused() {
-    // A flat file of a few bytes that declares 16384 x 8000 pixels.
+fn pixel_counts_too_large_for_the_file_are_refused() {
+    // A uniform file of a few bytes that declares 16384 x 8000 pixels.
     let mut bomb = b"#?RADIANCE\n\n-Y 8000 +X 16384\n".to_vec();
     bomb.extend([2, 2, 64, 0, 255, 255]);
     let error = read("a.hdr", &bomb, ColorUse::Color).unwrap_err().to_string();
-    let expected = "a.hdr: 16384 x 8000 pixels in 35 bytes: more than so short a file is trusted with";
+    let expected = "a.hdr: 16384 x 8000 pixels in 35 bytes, which is too much for a file of this size";
     assert!(error.starts_with(expected), "{error}");
     for case in cases() {
         let pixels = u64::from(case.size[0]) * u64::from(case.size[1]);
@@ -239,7 +239,7 @@ fn more_pixels_than_a_file_can_hold_are_refused() {
 }
 
 #[test]
-fn flat_pictures_may_be_short() {
+fn uniform_images_may_have_short_files() {
     const SIDE: u32 = 6000;
     // All of one colour: no code takes a bit.
     let mut webp =
@@ -262,19 +262,19 @@ fn flat_pictures_may_be_short() {
         assert_eq!(texels.len(), (SIDE * SIDE) as usize);
         assert!(texels.iter().all(|&texel| texel == color), "{name}");
     }
-    // Cut within its data, this is no picture at all.
+    // Truncated within its data, this is not an image at all.
     let error = read("a.png", &png[..png.len() - 40], ColorUse::Data).unwrap_err();
     assert!(error.to_string().starts_with("a.png: "), "{error}");
-    // Of other kinds no file of this size is so short.
+    // Files of other formats cannot be this short for this size.
     let mut jpeg = b"\xff\xd8\xff\xc0\0\x0b\x08____\x01\x01\x11\0".to_vec();
     jpeg[7..11].copy_from_slice(&(SIDE << 16 | SIDE).to_be_bytes());
     jpeg.extend(b"\xff\xda\0\x08\x01\x01\0\0\x3f\0\xff\xd9");
     let error = read("a.jpg", &jpeg, ColorUse::Data).unwrap_err();
-    assert!(error.to_string().contains("more than so short a file"), "{error}");
+    assert!(error.to_string().contains("too much for a file of this size"), "{error}");
 }
 
 #[test]
-fn a_frame_of_a_gif_larger_than_its_picture_is_within_the_budget() {
+fn gif_frames_larger_than_the_image_are_charged_to_the_budget() {
     let gif = |side: u16| {
         let frame = [&[0; 4][..], &side.to_le_bytes(), &side.to_le_bytes()].concat();
         [b"GIF89a\x01\0\x01\0\0\0\0,", &frame[..], b"\x80\0\0\0\xff\0\0\x02\x02L\x01\0;"].concat()
@@ -285,20 +285,20 @@ fn a_frame_of_a_gif_larger_than_its_picture_is_within_the_budget() {
 }
 
 #[test]
-fn other_kinds_are_named() {
+fn unsupported_image_formats_are_named() {
     let error = read("a.dds", b"DDS |", ColorUse::Color).unwrap_err();
-    let expected = "a.dds: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA; it is \
+    let expected = "a.dds: unknown image format; supported: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA; the file is \
          a DDS image: convert it to PNG";
     assert_eq!(error.to_string(), expected);
     let mut cube = cases().into_iter().find(|case| case.name == "uastc.ktx2").unwrap().file;
     cube[36] = 6;
     let error = read("a.ktx2", &cube, ColorUse::Color).unwrap_err().to_string();
-    let expected = "a.ktx2: a KTX2 texture of depth 0, 0 layers and 6 faces, expected one picture";
+    let expected = "a.ktx2: a KTX2 texture of depth 0, 0 layers and 6 faces; expected a single image";
     assert_eq!(error, expected);
 }
 
 #[test]
-fn an_image_that_ends_early_is_an_error() {
+fn truncated_images_are_errors() {
     for case in cases() {
         let whole = read(&case.name, &case.file, ColorUse::Data).unwrap().0;
         for length in 0..case.file.len() {
@@ -310,7 +310,7 @@ fn an_image_that_ends_early_is_an_error() {
 }
 
 #[test]
-fn damage_is_an_error_or_harmless() {
+fn damaged_images_are_decoded_or_refused_without_a_panic() {
     for case in cases() {
         for at in 0..case.file.len() {
             let mut damaged = case.file.clone();

@@ -9,7 +9,8 @@ use crate::support::folder;
 
 const SIDE: usize = 64;
 
-/// A triangle whose material has this line, beside `heights.png` of heights as a function of place, both in 0..=1.
+/// A triangle whose material has this line, in a folder with `heights.png`; heights are a function of position, both in
+/// 0..=1.
 fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> MeshFile {
     let folder = folder();
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n";
@@ -23,7 +24,7 @@ fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> MeshFile {
     read_model(&folder.join("a.obj"), &Budget::default()).unwrap()
 }
 
-/// The normals of its normal map, row by row.
+/// Normals of its normal map, row by row.
 fn normals(model: &MeshFile) -> Vec<[f32; 3]> {
     let map = model.materials[0].normal_map.unwrap();
     let texels = &model.textures[map.texture.texture].image.texels;
@@ -41,8 +42,8 @@ fn assert_near(found: [f32; 3], expected: [f32; 3], at: usize) {
 }
 
 #[test]
-fn normals_lean_against_the_slope() {
-    // Waves of a whole period in each direction: the derivative of a sine is a cosine.
+fn normals_are_tilted_against_the_slope() {
+    // Waves with a whole period in each direction: the derivative of a sine is a cosine.
     let step = TAU / SIDE as f32;
     let slope = |i: usize| 0.4 * step.sin() * (step * (i as f32 + 0.5)).cos();
     let across = model("map_Bump -bm 0.5 heights.png", |x, _| 0.5 + 0.4 * (TAU * x).sin());
@@ -58,20 +59,20 @@ fn normals_lean_against_the_slope() {
 }
 
 #[test]
-fn at_the_edges_what_is_beside_them_counts() {
+fn normals_at_the_edges_use_the_neighbours_of_the_wrap_mode() {
     let ramp = |x: f32, _: f32| x;
     let step = 1.0 / SIDE as f32;
     let clamped = normals(&model("bump -clamp on heights.png", ramp));
     assert_near(clamped[0], [-0.5 * step, 0.0, 1.0], 0);
     assert_near(clamped[1], [-step, 0.0, 1.0], 1);
-    // Repeated, the other end is beside it.
+    // If repeated, the opposite edge is adjacent.
     let repeated = normals(&model("bump heights.png", ramp));
     assert_near(repeated[0], [-0.5 * (2.0 * step - 1.0), 0.0, 1.0], 0);
 }
 
 #[test]
-fn one_image_can_be_heights_and_something_else() {
+fn one_image_can_be_a_height_map_and_a_colour_texture() {
     let both = model("map_Pr heights.png\nmap_Bump heights.png", |x, _| x);
     assert_eq!(both.textures.len(), 2);
-    assert!(both.notices.iter().any(|n| n.to_string().contains("a map of heights")));
+    assert!(both.notices.iter().any(|n| n.to_string().contains("a height map")));
 }

@@ -13,17 +13,17 @@ fn read(name: &str, bytes: impl AsRef<[u8]>) -> (Texture, Vec<Notice>) {
 }
 
 #[test]
-fn texels_are_what_the_file_stores() {
+fn texels_have_the_values_stored_in_the_file() {
     let pixels: Vec<u8> = (0..3 * 2 * 3).map(|i| (i * 13) as u8).collect();
     let (texture, notices) = read("a.png", encode([3, 2], 3, Samples::U8(&pixels)).unwrap());
     assert_eq!((texture.image.size, rgb(&texture).as_flattened()), ([3, 2], &pixels[..]));
     assert!(notices.is_empty(), "{notices:?}");
-    // By content, whatever the name says.
+    // Recognised by content, whatever the extension.
     assert_eq!(rgb(&read("a.jpg", encode([3, 2], 3, Samples::U8(&pixels)).unwrap()).0), rgb(&texture));
 }
 
 #[test]
-fn grey_grows_and_16_bits_stay() {
+fn grey_is_expanded_and_16_bits_are_kept() {
     let (texture, _) = read("a.png", encode([2, 1], 1, Samples::U8(&[7, 200])).unwrap());
     assert_eq!(rgb(&texture), [[7; 3], [200; 3]]);
     let deep = [0, 32896, 65535];
@@ -34,14 +34,14 @@ fn grey_grows_and_16_bits_stay() {
 }
 
 #[test]
-fn what_is_dropped_is_said() {
+fn ignored_image_properties_cause_notices() {
     let (texture, notices) = read("a.png", encode([1, 1], 4, Samples::U8(&[9, 8, 7, 6])).unwrap());
     assert_eq!(rgb(&texture), [[9, 8, 7]]);
     assert_eq!(notices[0].code, NoticeCode::UnusedAlpha);
     assert!(notices[0].to_string().contains("a.png"), "{notices:?}");
     let (_, notices) = read("a.png", encode([1, 1], 2, Samples::U8(&[9, 255])).unwrap());
     assert!(notices.is_empty(), "{notices:?}");
-    // A gAMA chunk of 1.0 in the place of the sRGB one.
+    // A gAMA chunk of 1.0 in place of the sRGB chunk.
     let png = encode([1, 1], 1, Samples::U8(&[9])).unwrap();
     let with = |chunk: &[u8]| {
         let mut file = png[..33].to_vec();
@@ -55,8 +55,8 @@ fn what_is_dropped_is_said() {
     let linear = with(b"gAMA\0\x01\x86\xa0");
     let (texture, notices) = read("a.png", linear);
     assert_eq!(rgb(&texture), [[9; 3]]);
-    assert!(notices[0].to_string().contains("its gamma of 1 is not applied"), "{notices:?}");
-    // The white and the primaries of Adobe RGB, and those of sRGB.
+    assert!(notices[0].to_string().contains("PNG gamma chunk (1) is ignored"), "{notices:?}");
+    // White point and primaries of Adobe RGB, and those of sRGB.
     for (green, count) in [([21000_u32, 71000], 1), ([30000, 60000], 0)] {
         let points = [[31270, 32900], [64000, 33000], green, [15000, 6000]];
         let numbers = points.into_iter().flatten().flat_map(u32::to_be_bytes);
@@ -68,8 +68,8 @@ fn what_is_dropped_is_said() {
 }
 
 #[test]
-fn too_many_pixels_are_refused_before_they_are_decoded() {
-    // 65535 x 65535 pixels declared in a file of a few bytes.
+fn too_many_pixels_are_refused_before_decoding() {
+    // A file of a few bytes that declares 65535 x 65535 pixels.
     let png = encode([1, 1], 1, Samples::U8(&[0])).unwrap();
     let mut bomb = png.clone();
     bomb[16..24].copy_from_slice(&[0, 0, 255, 255, 0, 0, 255, 255]);
@@ -80,7 +80,10 @@ fn too_many_pixels_are_refused_before_they_are_decoded() {
     assert!(matches!(error, FormatError::Budget { amount: 4_294_836_225, .. }), "{error}");
     let path = file("a.png", encode([4, 4], 1, Samples::U8(&[0; 16])).unwrap());
     let error = read_texture(&path, &Budget { pixels: 15, ..Budget::default() }).unwrap_err();
-    assert_eq!(message(error, &path), "a.png: 16 pixels, but the budget has 15 left; raise it if you trust the file");
+    assert_eq!(
+        message(error, &path),
+        "a.png: 16 pixels exceed the remaining budget of 15; raise the budget if you trust the file"
+    );
 }
 
 fn crc32(bytes: &[u8]) -> u32 {
@@ -90,7 +93,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn broken_images_are_errors() {
+fn damaged_images_are_errors() {
     for kind in ["png", "jpeg"] {
         for entry in fs::read_dir(data(kind)).unwrap() {
             let path = entry.unwrap().path();
@@ -105,13 +108,13 @@ fn broken_images_are_errors() {
     let path = file("a.png", "DDS |");
     assert_eq!(
         message(read_texture(&path, &Budget::default()).unwrap_err(), &path),
-        "a.png: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA; it is \
+        "a.png: unknown image format; supported: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA; the file is \
          a DDS image: convert it to PNG"
     );
 }
 
 #[test]
-fn an_image_that_ends_early_is_an_error() {
+fn truncated_png_files_are_errors() {
     let pixels: Vec<u8> = (0..3 * 64).map(|i| (i * 37) as u8).collect();
     let png = encode([8, 8], 3, Samples::U8(&pixels)).unwrap();
     let decode = |bytes: &[u8]| decode_texture(bytes.to_vec(), Path::new("a.img"), &Budget::default());
@@ -139,6 +142,6 @@ fn devices_and_pipes_are_not_read() {
     let pipe = folder().join("a.png");
     if Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
         let error = read_texture(&pipe, &Budget::default()).unwrap_err();
-        assert!(error.to_string().ends_with("a device, pipe or socket, expected a regular file"), "{error}");
+        assert!(error.to_string().ends_with("a device, pipe or socket; expected a regular file"), "{error}");
     }
 }

@@ -8,7 +8,7 @@ use crate::support::folder;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// A folder `world` with a mesh, and a mesh beside it.
+/// A folder `world` with a mesh, and a mesh next to the folder.
 fn setting() -> std::path::PathBuf {
     let around = folder();
     let root = around.join("world");
@@ -20,7 +20,7 @@ fn setting() -> std::path::PathBuf {
 }
 
 #[test]
-fn files_inside_are_read() {
+fn files_inside_the_folder_are_read() {
     let root = setting();
     let mut files = AssetRoot::new(&root, &Budget::default());
     for name in ["a.obj", "./a.obj", "parts/b.obj", "parts/../a.obj", "with space%20.obj"] {
@@ -31,7 +31,7 @@ fn files_inside_are_read() {
 }
 
 #[test]
-fn nothing_outside_is_opened() {
+fn files_outside_the_folder_are_not_opened() {
     let root = setting();
     let absolute = root.with_file_name("secret.obj").display().to_string();
     let mut files = AssetRoot::new(&root, &Budget::default());
@@ -64,7 +64,7 @@ fn nothing_outside_is_opened() {
 
 #[cfg(unix)]
 #[test]
-fn links_lead_nowhere_else() {
+fn links_to_files_outside_are_not_followed() {
     let root = setting();
     std::os::unix::fs::symlink("../secret.obj", root.join("link.obj")).unwrap();
     std::os::unix::fs::symlink("..", root.join("up")).unwrap();
@@ -73,23 +73,23 @@ fn links_lead_nowhere_else() {
     let mut files = AssetRoot::new(&root, &Budget::default());
     for name in ["link.obj", "up/secret.obj", "zero.obj"] {
         let error = files.mesh(name).unwrap_err().to_string();
-        assert!(error.contains("it leads out of the folder"), "{error}");
+        assert!(error.contains("it is outside the folder"), "{error}");
     }
     let error = files.mesh("link.obj").unwrap_err().to_string();
     let real = root.canonicalize().unwrap();
     let around = real.parent().unwrap();
-    let expected = format!("a symbolic link to {}: it leads", around.join("secret.obj").display());
+    let expected = format!("a symbolic link to {}: it is outside", around.join("secret.obj").display());
     assert!(error.contains(&expected) && error.contains(&format!("load with folder={around:?}")), "{error}");
     files.mesh("inside.obj").unwrap();
     files.mesh(&root.join("a.obj").display().to_string()).unwrap();
-    // The folder itself, and what the user asks for, may be links.
+    // The folder itself, and the file that the user requests, may be links.
     std::os::unix::fs::symlink(&root, root.with_file_name("alias")).unwrap();
     AssetRoot::new(&root.with_file_name("alias"), &Budget::default()).mesh("a.obj").unwrap();
     load(&root.join("link.obj"), &Budget::default()).unwrap();
 }
 
 #[test]
-fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
+fn files_named_by_the_program_may_be_anywhere_but_their_references_may_not() {
     let root = setting();
     let around = root.parent().unwrap();
     let mut files = AssetRoot::trusted(&root, &Budget::default());
@@ -100,7 +100,7 @@ fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
     for name in ["", "nowhere.obj", "../nowhere.obj", "http://a.obj", "a.obj\0"] {
         files.mesh(name).unwrap_err();
     }
-    // Its materials: beside it, but not in another folder.
+    // Its materials: next to it, but not in another folder.
     fs::write(around.join("green.mtl"), "newmtl g\nKd 0 1 0\n").unwrap();
     let red = format!("mtllib world/../green.mtl\nusemtl g\n{TRIANGLE}");
     fs::write(around.join("green.obj"), red).unwrap();
@@ -111,11 +111,11 @@ fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
     fs::write(around.join("other/out.obj"), out).unwrap();
     let model = files.mesh("../other/out.obj").unwrap();
     let said = &model.notices[0].message;
-    assert!(said.contains("it leads out of the folder"), "{said}");
+    assert!(said.contains("it is outside the folder"), "{said}");
 }
 
 #[test]
-fn a_program_has_one_budget_for_all_that_it_names() {
+fn one_budget_covers_all_files_that_a_program_names() {
     let root = setting();
     let bytes = 5 * TRIANGLE.len() as u64 / 2;
     let small = Budget { bytes, ..Budget::default() };
@@ -127,20 +127,20 @@ fn a_program_has_one_budget_for_all_that_it_names() {
 }
 
 #[test]
-fn names_in_a_mesh_start_from_its_own_folder() {
+fn names_in_a_mesh_start_from_the_meshs_folder() {
     let root = setting();
     fs::write(root.join("parts/b.obj"), format!("mtllib ../m/b.mtl\nusemtl b\n{TRIANGLE}")).unwrap();
     fs::create_dir(root.join("m")).unwrap();
     fs::write(root.join("m/b.mtl"), "newmtl b\nKd 1 0 0\n").unwrap();
     let model = AssetRoot::new(&root, &Budget::default()).mesh("parts/b.obj").unwrap();
     assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
-    // Asked for by itself, its own folder is the outermost.
+    // If requested directly, its own folder is the outermost.
     let world = load(&root.join("parts/b.obj"), &Budget::default()).unwrap();
-    assert!(world.notices[0].to_string().contains("it leads out of the folder"), "{:?}", world.notices);
+    assert!(world.notices[0].to_string().contains("it is outside the folder"), "{:?}", world.notices);
 }
 
 #[test]
-fn the_current_folder_is_a_folder() {
+fn an_empty_path_is_the_current_folder() {
     for root in ["", "."] {
         let mut files = AssetRoot::new(Path::new(root), &Budget::default());
         let model = files.mesh("tests/data/concave_polygon.obj").unwrap();

@@ -9,7 +9,7 @@ v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n";
 
 #[test]
-fn a_cube_of_squares_is_closed() {
+fn cube_of_squares_is_a_closed_mesh() {
     let mesh = mesh("cube.obj", CUBE);
     assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (8, 12));
     assert_eq!((area(&mesh), vector_area(&mesh).length()), (6.0, 0.0));
@@ -17,14 +17,14 @@ fn a_cube_of_squares_is_closed() {
 }
 
 #[test]
-fn coordinates_are_the_nearest_float64() {
+fn obj_coordinates_are_the_nearest_float64() {
     let mesh = mesh("a.obj", "v 0.1 -1e-7 123456789.1234567\nv +.5 5. 0\nv 1 0 0 1.0\nf 1 2 3\n");
     assert_eq!(mesh.vertices[0].to_array(), [0.1, -1e-7, 123456789.1234567]);
     assert_eq!(mesh.vertices[1].to_array(), [0.5, 5.0, 0.0]);
 }
 
 #[test]
-fn corners_have_every_form_of_index() {
+fn every_form_of_corner_index_is_read() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 2\n";
     for face in ["1/1/1 2/2/1 3/3/1", "-3/-3/-1 -2/-2/-1 -1/-1/-1", "1/-3/1 2/2/-1 -1/3/1 # end"] {
         let mesh = mesh("a.obj", format!("{text}f {face}\n"));
@@ -47,7 +47,7 @@ fn faces_may_come_before_their_vertices() {
 }
 
 #[test]
-fn a_vertex_is_repeated_only_at_a_seam() {
+fn vertices_are_repeated_only_at_seams() {
     let mesh = mesh(
         "a.obj",
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt .5 .5\n\
@@ -60,7 +60,7 @@ fn a_vertex_is_repeated_only_at_a_seam() {
 }
 
 #[test]
-fn many_seams_at_one_vertex_stay_fast_and_right() {
+fn many_seams_at_one_vertex_are_read_fast_and_correctly() {
     let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
     (0..20_000).for_each(|i| text += &format!("vt {i} 0\n"));
     (1..=20_000).for_each(|i| text += &format!("f 1/{i} 2/{i} 3/{i}\nf 1/{i} 2/{i} 3/{i}\n"));
@@ -74,18 +74,18 @@ fn many_seams_at_one_vertex_stay_fast_and_right() {
 }
 
 #[test]
-fn a_concave_polygon_keeps_its_shape() {
+fn concave_polygons_keep_their_shape() {
     let model = read_model(&data("concave_polygon.obj"), &Budget::default()).unwrap();
     let mesh = &model.parts[0].mesh;
     assert_eq!(mesh.triangles.len(), 64);
-    // Without overlap the area of the triangles is the length of the vector area.
+    // Without overlap, the triangles' total area is the length of the vector area.
     assert!((area(mesh) - vector_area(mesh).length()).abs() < 1e-12, "{}", area(mesh));
     assert_eq!(model.materials[0].name, "test");
     assert_eq!(model.materials[0].color, [0.141176, 0.184314, 0.411765]);
 }
 
 #[test]
-fn parts_are_made_by_o_and_slots_by_usemtl() {
+fn o_starts_a_part_and_usemtl_a_material_slot() {
     let model = model(
         "a.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 5 5\nv 5 6 5\no first part\ng x\nusemtl red\nf 1 2 3\nusemtl blue\n\
@@ -96,14 +96,14 @@ fn parts_are_made_by_o_and_slots_by_usemtl() {
     assert_eq!(model.materials.iter().map(|m| &m.name[..]).collect::<Vec<_>>(), ["red", "blue"]);
     assert_eq!(model.parts[0].mesh.material_slots.as_deref(), Some(&[0, 1][..]));
     assert_eq!((&model.parts[0].materials[..], &model.parts[1].materials[..]), (&[0, 1][..], &[1][..]));
-    // Each part has its own vertices alone.
+    // Each part contains only its own vertices.
     assert_eq!(model.parts[0].mesh.vertices.len(), 3);
     assert_eq!(model.parts[1].mesh.vertices[0].to_array(), [5.0; 3]);
     assert!(model.notices.iter().any(|n| n.to_string().contains("red, blue")), "{:?}", model.notices);
 }
 
 #[test]
-fn vertex_colours_are_srgb() {
+fn vertex_colours_are_read_as_srgb() {
     let mesh = mesh("a.obj", "v 0 0 0 1 0.5 0\nv 1 0 0 0 0 0 1\nv 0 1 0\nf 1 2 3\n");
     let colors = mesh.vertex_colors.unwrap();
     assert!((colors[0][1] - 0.214041).abs() < 1e-5);
@@ -114,7 +114,7 @@ fn vertex_colours_are_srgb() {
 }
 
 #[test]
-fn corners_without_a_normal_are_flat_beside_those_with() {
+fn corners_without_a_normal_are_flat_next_to_corners_with_one() {
     let mesh =
         mesh("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1 2 3\nf 1//2 2//1 3//1\n");
     let normals = mesh.normals.unwrap();
@@ -125,7 +125,7 @@ fn corners_without_a_normal_are_flat_beside_those_with() {
 }
 
 #[test]
-fn lines_may_go_on_and_end_as_on_every_system() {
+fn continued_lines_and_all_line_ends_are_read() {
     let text = "# a comment that ends in \\\nv 0 0 0\nv 1 0 \\\n 0\nv 0 1 0\nf 1 \\\n2 \\\n  3\n";
     for ends in ["\n", "\r\n", "\r"] {
         assert_eq!(mesh("a.obj", text.replace('\n', ends)).triangles, [[0, 1, 2]]);
@@ -135,21 +135,22 @@ fn lines_may_go_on_and_end_as_on_every_system() {
 }
 
 #[test]
-fn what_is_not_used_is_named_once() {
+fn ignored_statements_are_listed_once() {
     let model = read_model(&data("testmixed.obj"), &Budget::default()).unwrap();
     assert_eq!(model.parts[0].mesh.triangles.len(), 12);
     assert!(
-        model.notices[0].to_string().contains("not used: l (lines) (line 15), p (points) (line 23)"),
+        model.notices[0].to_string().contains("ignored: l (lines) (line 15), p (points) (line 23)"),
         "{:?}",
         model.notices
     );
     let skipped = model_notices("curv2 1 2\ncurv2 3 4\n");
-    assert_eq!(skipped, "a.obj: not used: curv2 (line 5)");
+    assert_eq!(skipped, "a.obj: ignored: curv2 (line 5)");
 }
 
 #[test]
-fn smoothing_groups_give_normals() {
-    // Three sides of a cube at a corner; the first two in one group, the third alone, then one without a group.
+fn smoothing_groups_create_normals() {
+    // Three sides of a cube at a corner: the first two in one group, the third in a second group, and a fourth face
+    // without a group.
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 -1\nv 1 1 -1\nv 0 1 -1\n\
         s 1\nf 1 2 3 4\nf 2 5 6 3\ns 2\nf 4 3 6 7\ns off\nf 3 2 1\n";
     let mesh = mesh("a.obj", text);
@@ -163,7 +164,7 @@ fn smoothing_groups_give_normals() {
         found
     };
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // Flat alone, its group alone, and between the two of one group.
+    // The face without a group and the third are flat; normals between the two in one group are averaged.
     assert_eq!(at([1.0, 1.0, -1.0]), [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
     assert_eq!(at([0.0, 0.0, 0.0]), [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]);
     let corner = at([1.0, 1.0, 0.0]);
@@ -172,17 +173,17 @@ fn smoothing_groups_give_normals() {
     for (found, expected) in corner.iter().flatten().zip(expected.as_flattened()) {
         assert!((found - expected).abs() < 1e-6, "{corner:?}");
     }
-    // Without any group nothing is smooth, and the file's own normals come first.
+    // Without any group nothing is smooth; the file's own normals have priority.
     let bare = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     assert_eq!(self::mesh("a.obj", format!("{bare}f 1 2 3\n")).normals, None);
     let given = self::mesh("a.obj", format!("{bare}vn 1 0 0\ns 1\nf 1//1 2//1 3//1\n"));
     assert_eq!(given.normals.unwrap(), [[1.0, 0.0, 0.0]; 3]);
     let odd = model("a.obj", format!("{bare}s round\nf 1 2 3\ns 1.5\nf 1 2 3\n")).notices;
-    assert_eq!(texts(&odd), ["a.obj:4, 6: s \"round\" is taken as off, expected a smoothing group or off"]);
+    assert_eq!(texts(&odd), ["a.obj:4, 6: s \"round\" is treated as off; expected a smoothing group or off"]);
 }
 
 #[test]
-fn groups_make_parts_where_nothing_else_does() {
+fn groups_become_parts_if_there_are_no_objects() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ng left arm\nf 1 2 4\ng body\nf 1 3 4\n\
         g left arm\nf 2 3 4\n";
     let names = |text: &str| -> Vec<(String, usize)> {
@@ -205,25 +206,27 @@ fn model_notices(extra: &str) -> String {
 }
 
 #[test]
-fn faces_of_one_or_two_corners_are_skipped() {
-    // Counted backwards, so that those of a skipped face must not move the others.
+fn faces_with_one_or_two_corners_are_skipped() {
+    // Indices count backwards, so that those of a skipped face must not shift the others.
     let thin = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\n";
     let read = model("a.obj", format!("{thin}f -4\nf -4 -3 -2\nf -2/-1 -1/-1\nf\nf 2 4 -2\n"));
     assert_eq!(read.parts[0].mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
     assert_eq!(read.parts[0].mesh.uvs, None);
     assert_eq!(
         read.notices[0].message.rsplit('/').next().unwrap(),
-        "a.obj: faces of fewer than 3 corners are skipped: 3, the first in line 6"
+        "a.obj: 3 faces with fewer than 3 corners are skipped, the first in line 6"
     );
-    // A face in each of many stretches of the file, which are read apart.
+    // One face in each of many pieces of the file, which are read separately.
     let row = "f 1 2 3\nf 1 2\n# 0123456789 0123456789 0123456789 0123456789\n";
     let long = model("a.obj", format!("{thin}{}", row.repeat(40_000)));
     assert_eq!(long.parts[0].mesh.triangles.len(), 40_000);
-    assert!(long.notices[0].to_string().ends_with("skipped: 40000, the first in line 7"));
+    assert!(
+        long.notices[0].to_string().ends_with("40000 faces with fewer than 3 corners are skipped, the first in line 7")
+    );
 }
 
 #[test]
-fn indices_of_attributes_that_the_file_does_not_have_are_told_and_not_used() {
+fn indices_of_missing_attributes_are_reported_and_ignored() {
     let four = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
     let plain = model("a.obj", format!("{four}s 1\nf 1 2 3\nf 3 2 4\n"));
     let read = model("a.obj", format!("{four}s 1\nf 1/1/1 2/2/2 3/3/3\nf 3/3/3 2/2/2 4/9/9\n"));
@@ -231,11 +234,11 @@ fn indices_of_attributes_that_the_file_does_not_have_are_told_and_not_used() {
     assert_eq!(
         texts(&read.notices),
         [
-            "a.obj:7: f: texture coordinate 9, but the file has no texture coordinates; it is shown without them",
-            "a.obj:7: f: normal 9, but the file has no normals; it is shown without them",
+            "a.obj:7: f: texture coordinate 9, but the file has no texture coordinates; the model is shown without them",
+            "a.obj:7: f: normal 9, but the file has no normals; the model is shown without them",
         ]
     );
-    // What it has stays: normals without texture coordinates.
+    // Existing attributes are kept: normals without texture coordinates.
     let normals = format!("{four}vn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n");
     let read = model("a.obj", normals);
     assert_eq!(read.parts[0].mesh.normals, Some(vec![[0.0, 0.0, 1.0]; 4]));
@@ -244,40 +247,41 @@ fn indices_of_attributes_that_the_file_does_not_have_are_told_and_not_used() {
 }
 
 #[test]
-fn bad_files_are_told_with_line_and_index() {
+fn obj_errors_contain_line_and_index() {
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (text, expected) in [
         ("f 1 2 4\n", "a.obj:4: f: vertex 4, but the file has 3 vertices"),
         ("f 1 2 99999999999999999999\n", "a.obj:4: f: \"99999999999999999999\" is not an index"),
         ("f 1 2 5000000000\n", "a.obj:4: f: vertex 5000000000, but the file has 3 vertices"),
-        ("f 1 2 -4\n", "a.obj:4: f: vertex -4, but only 3 came before"),
-        ("f 0 1 2\n", "a.obj:4: f: vertex 0, but indices start at 1"),
+        ("f 1 2 -4\n", "a.obj:4: f: vertex -4, but there are only 3 before it"),
+        ("f 0 1 2\n", "a.obj:4: f: vertex index 0; expected indices from 1"),
         ("f 1/2 2/1 3/1\nvt 0 0\n", "a.obj:4: f: texture coordinate 2, but the file has 1 texture coordinates"),
         ("f 1//2 2//1 3//1\nvn 0 0 1\n", "a.obj:4: f: normal 2, but the file has 1 normals"),
-        ("f 1 2\n", "a.obj: no faces (f), only 3 vertices: nothing to see"),
+        ("f 1 2\n", "a.obj: no faces (f), only 3 vertices; there is nothing to render"),
         ("f 1 9\n", "a.obj:4: f: vertex 9, but the file has 3 vertices"),
-        ("f 1 -9\n", "a.obj:4: f: vertex -9, but only 3 came before"),
+        ("f 1 -9\n", "a.obj:4: f: vertex -9, but there are only 3 before it"),
         ("f 1 2 3/1/1/1\n", "a.obj:4: f: corner \"3/1/1/1\" has more than 3 indices"),
         ("f 1 2 x\n", "a.obj:4: f: \"x\" is not an index"),
         ("f /1 /1 /1\nvt 0 0\n", "a.obj:4: f: corner \"/1\" has no vertex"),
-        ("v 1,5 0 0\n", "a.obj:4: v: \"1,5\" is not a number: it has a decimal comma, expected a point"),
-        ("v nan 0 0\nf 1 2 4\n", "a.obj: all faces have vertices that are not finite: nothing to see"),
-        ("v 1 2\n", "a.obj:4: v has 2 numbers, expected 3, or 6 with a colour"),
-        ("vt\n", "a.obj:4: vt has 0 numbers, expected 1"),
-        ("vn 1 2\n", "a.obj:4: vn has 2 numbers, expected 3"),
-        ("", "a.obj: no faces (f), only 3 vertices: nothing to see"),
+        ("v 1,5 0 0\n", "a.obj:4: v: \"1,5\" is not a number; use a decimal point instead of a comma"),
+        ("v nan 0 0\nf 1 2 4\n", "a.obj: all faces have vertices that are not finite; there is nothing to render"),
+        ("v 1 2\n", "a.obj:4: v has 2 numbers; expected 3, or 6 with a colour"),
+        ("vt\n", "a.obj:4: vt has 0 numbers; expected 1"),
+        ("vn 1 2\n", "a.obj:4: vn has 2 numbers; expected 3"),
+        ("", "a.obj: no faces (f), only 3 vertices; there is nothing to render"),
     ] {
         assert_eq!(error("a.obj", format!("{three}{text}")), expected, "{text:?}");
     }
     let path = data("malformed.obj");
     let error = message(read_model(&path, &Budget::default()).unwrap_err(), &path);
-    assert!(error.starts_with("malformed.obj:28: f: vertex 0"), "{error}");
+    assert!(error.starts_with("malformed.obj:28: f: vertex index 0"), "{error}");
 }
 
 #[test]
-fn damage_is_never_silent_and_never_fatal() {
+fn damaged_obj_files_cause_an_error_or_a_notice() {
     let text = format!("{CUBE}o two\nvt 0 0\nvt 1 0\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1 4/2/1 5/1/1\n");
-    // A text without counts may end after any statement that is whole by itself; faces of fewer than three corners are told as such.
+    // A text without counts may end after any complete statement; faces with fewer than three corners are reported as
+    // such.
     truncations("a.obj", text.as_bytes(), |length| {
         let last = text[..length].rsplit('\n').next().unwrap();
         last.is_empty() || !last.starts_with("f ") || last.split_whitespace().count() > 3
@@ -293,17 +297,17 @@ fn damage_is_never_silent_and_never_fatal() {
 }
 
 #[test]
-fn faces_on_vertices_that_are_not_finite_are_left_out() {
+fn faces_with_infinite_vertices_are_omitted() {
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for odd in ["nan 0 0", "0 1e999 0", "0 0 -1.#IND"] {
         // Not used by any face, and used by a triangle and a square.
         let unused = model("a.obj", format!("{three}v {odd}\nf 1 2 3\n"));
         assert_eq!(area(&unused.parts[0].mesh), 0.5);
-        let expected = "a.obj: vertices that are not finite, and that no face uses: 1";
+        let expected = "a.obj: 1 unused vertices are not finite";
         assert_eq!(texts(&unused.notices), [expected]);
         let used = model("a.obj", format!("{three}v {odd}\nv 1 1 0\nf 1 2 3\nf 1 2 4\nf 1 2 4 5\nf 2 5 3\n"));
         assert_eq!(area(&used.parts[0].mesh), 1.0, "{odd}");
-        assert_eq!(texts(&used.notices), ["a.obj: faces with vertices that are not finite are left out: 2"]);
+        assert_eq!(texts(&used.notices), ["a.obj: 2 faces omitted: their vertices are not finite"]);
     }
 }
 
@@ -316,12 +320,12 @@ fn attributes_that_are_not_finite_are_ignored() {
     assert_eq!(mesh.uvs.as_deref(), Some(&[[0.0, 1.0], [0.0, 1.0], [0.5, 0.5]][..]));
     assert_eq!(mesh.normals.as_deref(), Some(&[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]][..]));
     let [uvs, normals] = &texts(&model.notices)[..] else { panic!("{:?}", model.notices) };
-    assert!(uvs.starts_with("a.obj:4, 5: vt NaN 0 is not finite: taken as 0 0"), "{uvs}");
+    assert!(uvs.starts_with("a.obj:4, 5: vt NaN 0 is not finite; treated as 0 0"), "{uvs}");
     assert!(normals.starts_with("a.obj:7: vn with numbers that are not finite"), "{normals}");
 }
 
 #[test]
-fn vertex_colours_of_other_scales_are_read_or_clamped() {
+fn vertex_colours_of_other_ranges_are_read_or_clamped() {
     let colors = |rows: [&str; 3]| {
         let [a, b, c] = rows;
         let model = model("a.obj", format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3\n"));
@@ -332,22 +336,22 @@ fn vertex_colours_of_other_scales_are_read_or_clamped() {
     for (a, b) in unit.0.as_flattened().iter().zip(bytes.0.as_flattened()) {
         assert!((a - b).abs() < 1e-6, "{a} {b}");
     }
-    assert!(unit.1.is_empty() && bytes.1.contains("taken as 0 to 255"), "{} {}", unit.1, bytes.1);
+    assert!(unit.1.is_empty() && bytes.1.contains("treated as 0 to 255"), "{} {}", unit.1, bytes.1);
     let nearly = colors(["1.0000001 0 0", "-0.001 1 0", "0 0 1"]);
     assert_eq!(nearly.0, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     assert!(nearly.1.contains(":1: a vertex colour outside 0 to 1; clamped"), "{}", nearly.1);
-    // ZBrush's, in hexadecimal after a mask.
+    // ZBrush's colours, in hexadecimal after a mask.
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let painted = model("a.obj", format!("{three}#MRGB ffff0000ff00ff00\n#MRGB ff0000ff\nf 1 2 3\n"));
     let primary = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     assert_eq!(painted.parts[0].mesh.vertex_colors.as_deref(), Some(&primary[..]));
     assert!(painted.notices.is_empty(), "{:?}", painted.notices);
     let short = model("a.obj", format!("{three}#MRGB ffff0000\nf 1 2 3\n"));
-    assert_eq!(texts(&short.notices), ["a.obj: 1 colours in #MRGB comments for 3 vertices are not used"]);
+    assert_eq!(texts(&short.notices), ["a.obj: 1 colours in #MRGB comments for 3 vertices are ignored"]);
 }
 
 #[test]
-fn one_of_two_sources_of_colour_is_used() {
+fn only_one_of_two_sources_of_colour_is_used() {
     let folder = crate::support::folder();
     let path = folder.join("a.obj");
     let png = raycam_formats::encode::png::encode([1, 1], 3, raycam_formats::encode::png::Samples::U8(&[9; 3]));
@@ -361,16 +365,16 @@ fn one_of_two_sources_of_colour_is_used() {
     let told = |model: &raycam_scene::MeshFile, words: &str| {
         model.notices.iter().any(|notice| notice.to_string().contains(words))
     };
-    // Vertex colours before Kd, and Kd where there are none.
+    // Vertex colours have priority over Kd; Kd is used for parts without them.
     let kd = read("o a\nusemtl kd\nf 1 2 3\no b\nusemtl kd\nf 4 5 6\n");
-    assert!(told(&kd, "vertex colours are used in the place of Kd and Ks: 1 materials"), "{:?}", kd.notices);
+    assert!(told(&kd, "vertex colours replace Kd and Ks of 1 materials"), "{:?}", kd.notices);
     let color = |part: usize| kd.materials[kd.parts[part].materials[0]].color;
     assert_eq!((color(0), color(1)), ([1.0; 3], [0.5, 0.25, 0.0]));
     assert_eq!(kd.parts[0].mesh.vertex_colors.as_deref(), Some(&[[1.0, 0.0, 0.0]; 3][..]));
     assert_eq!(kd.parts[1].mesh.vertex_colors, None);
-    // An image before vertex colours, also where a vertex belongs to both.
+    // An image has priority over vertex colours, also if a vertex belongs to both.
     let map = read("usemtl map\nf 1 2 3\n");
-    assert!(told(&map, "vertex colours are not used where an image is: 1 faces"), "{:?}", map.notices);
+    assert!(told(&map, "1 faces have an image, so their vertex colours are ignored"), "{:?}", map.notices);
     assert_eq!(map.parts[0].mesh.vertex_colors, None);
     let both = read("usemtl map\nf 1 2 3\nusemtl kd\nf 3 2 1\n");
     let mesh = &both.parts[0].mesh;

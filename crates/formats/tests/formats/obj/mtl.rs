@@ -42,7 +42,7 @@ fn notices(mtl: &str) -> String {
 }
 
 #[test]
-fn colours_and_shininess_are_read() {
+fn mtl_colours_and_shininess_are_read() {
     let model = model("newmtl m 1\nKd 0.5 0.25 0.125 # wood\nKs 0.1\nNs 40\nillum 2\nd 1\nTr 0\nKe 0 0 0\n").unwrap();
     assert!(model.notices.is_empty(), "{:?}", model.notices);
     let material = &model.materials[0];
@@ -52,7 +52,7 @@ fn colours_and_shininess_are_read() {
 }
 
 #[test]
-fn what_programs_write_and_do_not_mean_is_taken_as_meant() {
+fn common_exporter_mistakes_in_mtl_are_corrected() {
     let model = model("newmtl m 1\nNi 0\nTr 1\nmap_Kd -colorspace sRGB wood.png\n").unwrap();
     assert_eq!(model.materials[0].opacity, 1.0);
     assert!(model.materials[0].texture.is_some());
@@ -60,13 +60,13 @@ fn what_programs_write_and_do_not_mean_is_taken_as_meant() {
         panic!("{:?}", model.notices);
     };
     assert_eq!(notice.code, NoticeCode::AssumedConvention, "{notice}");
-    assert!(notice.to_string().contains(":3: Tr is 1"), "{notice}");
+    assert!(notice.to_string().contains(":3: Tr 1"), "{notice}");
     let found = notices("newmtl m 1\nmap_Kd -colorspace linear wood.png\n");
-    assert!(found.contains("\"-colorspace linear\" is not applied"), "{found}");
+    assert!(found.contains("\"-colorspace linear\" is ignored"), "{found}");
 }
 
 #[test]
-fn physically_based_keys_make_a_principled_material() {
+fn physically_based_keys_give_a_principled_material() {
     let model = model(
         "newmtl m 1\nKd 0.5 0.25 0.125\nPr 0.3\nPm 0.75\nPs 0.1\nPc 0.5\nPcr 0.2\naniso 0.4\nanisor 0.25\n\
          Ke 2 1 0\nNi 1.4\nmap_Kd -s 2 3 -o 0.5 0.25 wood.png\nnorm -bm 0.5 -x.png\nmap_Pr wood.png\nd 0.75\n",
@@ -95,7 +95,7 @@ fn physically_based_keys_make_a_principled_material() {
     material.validate().unwrap();
     let image = |texture: usize| &model.textures[texture].image;
     let color = material.texture.unwrap();
-    // In the file (u, v) goes to (2 u + 0.5, 3 v + 0.25), with v from the bottom: (0.25, 0.75) to (1, 1.0).
+    // In the file (u, v) is mapped to (2 u + 0.5, 3 v + 0.25), with v from the bottom: (0.25, 0.75) to (1, 1.0).
     assert_eq!(color.coordinates([0.25, 0.75]), [1.0, 0.0]);
     assert!(matches!(image(color.texture).texels, Texels::Srgb8(_)));
     let normal = material.normal_map.unwrap();
@@ -106,30 +106,32 @@ fn physically_based_keys_make_a_principled_material() {
 }
 
 #[test]
-fn refracting_materials_are_glass() {
+fn refracting_materials_become_glass() {
     let model = model("newmtl m 1\nKd 0 0 0\nTf 0.9 1 0.9\nNi 1.6\nNs 998\nillum 7\nd 0.1\n").unwrap();
     let material = &model.materials[0];
     let MaterialModel::Principled(principled) = &material.model else {
         panic!("{:?}", material.model);
     };
     assert_eq!((principled.transmission.value, principled.ior), (1.0, 1.6));
-    // alpha^2 = 2 / 1000, and roughness is alpha's root.
+    // alpha^2 = 2 / 1000, and roughness is the square root of alpha.
     assert!((principled.roughness.value - 0.002_f32.powf(0.25)).abs() < 1e-6);
     assert_eq!((material.color, material.alpha), ([0.9, 1.0, 0.9], Alpha::Opaque));
 }
 
 #[test]
-fn no_more_light_comes_back_than_falls_in() {
+fn reflectance_above_one_is_reduced() {
     let model = model("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\n").unwrap();
     let MaterialModel::Phong { specular, .. } = model.materials[0].model else { panic!() };
     assert_eq!(specular, [0.25, 0.5, 0.5]);
-    assert!(model.notices[0].to_string().contains("my materials.mtl:1: material \"m 1\" reflects more than all light"));
+    assert!(
+        model.notices[0].to_string().contains("my materials.mtl:1: material \"m 1\" reflects more light than arrives")
+    );
     // Illumination model 1 has no highlights.
     assert_eq!(notices("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\nillum 1\n"), "");
 }
 
 #[test]
-fn textures_are_found_by_names_of_every_kind() {
+fn texture_names_in_every_notation_are_found() {
     for map in [
         "wood.png",
         "textures/my wood.png",
@@ -149,7 +151,7 @@ fn textures_are_found_by_names_of_every_kind() {
     assert_eq!(model.textures[0].sampler.wrap, [Wrap::Clamp; 2]);
 }
 
-/// The first texture, its material being cut out by it.
+/// First texture; its material uses the texture's alpha as a cutout.
 fn cut_out(maps: &str) -> Texels {
     let model = model(&format!("newmtl m 1\nKd 1 0.5 1\n{maps}\n")).unwrap();
     let material = &model.materials[0];
@@ -161,8 +163,9 @@ fn cut_out(maps: &str) -> Texels {
 }
 
 #[test]
-fn opacity_has_an_image_of_its_own() {
-    // How light a texel is, whichever comes first; as 9 of 255 is at both texels of the colours.
+fn opacity_maps_are_merged_into_the_colour_texture() {
+    // The opacity is the luminance of a texel, in either order of the maps; it is 9 of 255 at both texels of the colour
+    // image.
     let grey = Texels::Srgb8(vec![[255, 0, 0, 9], [0, 255, 0, 9]]);
     for maps in [
         "map_Kd wood.png\nmap_d grey.png",
@@ -171,35 +174,35 @@ fn opacity_has_an_image_of_its_own() {
     ] {
         assert_eq!(cut_out(maps), grey, "{maps}");
     }
-    // An image that is both has its own alpha.
+    // If one image is used for both, its own alpha is used.
     let both = Texels::Srgb8(vec![[255, 0, 0, 255], [0, 255, 0, 255]]);
     assert_eq!(cut_out("map_Kd wood.png\nmap_d wood.png"), both);
-    // Its alpha, where it has any; without colours they are white.
+    // Its alpha, if it has any; without a colour image, colours are white.
     let white = [[255, 255, 255, 255], [255, 255, 255, 51]];
     assert_eq!(cut_out("map_d clear.png"), Texels::Srgb8(white.into()));
-    // How light colours are: Rec. 709's shares of red and green.
+    // Luminance of the colours: Rec. 709's weights of red and green.
     let shares = [[255, 255, 255, 54], [255, 255, 255, 182]];
     assert_eq!(cut_out("map_d wood.png"), Texels::Srgb8(shares.into()));
-    // A colour of one texel under an opacity of two.
+    // A colour image of one texel with an opacity image of two.
     let nine = (65535.0 * linear_from_srgb(9.0 / 255.0)).round() as u16;
     let spread = [[nine, nine, nine, 65535], [nine, nine, nine, 13107]];
     let found = cut_out("map_Kd grey.png\nmap_d clear.png");
     assert_eq!(found, Texels::Linear16(spread.into()));
-    // Laid on as both say, and not in the place of the same colours without it.
+    // The options of both maps are applied, and the result does not replace the colour image without opacity.
     let clamped = model("newmtl m 1\nmap_Kd -clamp on wood.png\nmap_d -clamp on grey.png\n").unwrap();
     assert_eq!(clamped.textures[0].sampler.wrap, [Wrap::Clamp; 2]);
     let glowing = model("newmtl m 1\nmap_Kd wood.png\nmap_d grey.png\nmap_Ke wood.png\n").unwrap();
     let glow = glowing.materials[0].emission.texture.unwrap();
     let glow = &glowing.textures[glow.texture].image.texels;
     assert_eq!(glow, &Texels::Srgb8(vec![[255, 0, 0, 255], [0, 255, 0, 255]]));
-    // One that is not there leaves the colours as they are.
+    // If the opacity image is missing, the colours are unchanged.
     let model = model("newmtl m 1\nmap_Kd wood.png\nmap_d no.png\n").unwrap();
     assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]]);
     assert!(model.notices[0].to_string().contains("no.png: No such file"));
 }
 
 #[test]
-fn images_that_are_made_are_paid_for() {
+fn merged_images_are_charged_to_the_budget() {
     for (maps, needed) in [("map_Kd wood.png\nmap_d clear.png", 6), ("bump grey.png", 2)] {
         for (pixels, fits) in [(needed, true), (needed - 1, false)] {
             let budget = Budget { pixels, ..Budget::default() };
@@ -210,36 +213,37 @@ fn images_that_are_made_are_paid_for() {
 }
 
 #[test]
-fn what_is_not_applied_is_said() {
+fn ignored_mtl_statements_cause_notices() {
     let text = notices(
         "newmtl m 1\nTf 1 1 1\nNi 1.45\nmap_refl sky.png\nKd spectral file.rfl\nmap_Kd -mm 0.5 1 wood.png\n\
          d -halo 0.5\nmap_d -s 2 grey.png\n",
     );
-    assert!(text.contains("map_Kd option \"-mm 0.5 1\" is not applied"), "{text}");
-    let expected = "not used: map_refl (line 4), Kd spectral file.rfl (line 5), d -halo 0.5 (line 7)";
+    assert!(text.contains("map_Kd: option \"-mm 0.5 1\" is ignored"), "{text}");
+    let expected = "ignored: map_refl (line 4), Kd spectral file.rfl (line 5), d -halo 0.5 (line 7)";
     assert!(text.contains(expected), "{text}");
-    assert!(text.contains("mtl:8: map_d is not used: it is laid on otherwise than map_Kd"), "{text}");
-    assert!(notices("newmtl m 1\nmap_Kd wood.png\nmap_d -clamp on grey.png\n").contains(":3: map_d is not used"));
+    assert!(text.contains("mtl:8: map_d is ignored, because its options differ from map_Kd's"), "{text}");
+    assert!(notices("newmtl m 1\nmap_Kd wood.png\nmap_d -clamp on grey.png\n").contains(":3: map_d is ignored"));
     assert!(
-        notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is \"-1.96\", expected a number from 0 to 1000000: clamped")
+        notices("newmtl m 1\nNs -1.96\n")
+            .contains(":2: Ns is \"-1.96\", expected a number from 0 to 1000000; it is clamped")
     );
-    assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a map of heights: made"));
+    assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a height map and is converted"));
     assert!(notices("newmtl m 1\nmap_Kd\n").contains(":2: map_Kd without a file name"));
-    assert!(notices("newmtl other\nKd 1 0 0\n").contains("materials without a definition are plain: m 1"));
+    assert!(notices("newmtl other\nKd 1 0 0\n").contains("materials without a definition get a default material: m 1"));
 }
 
 #[test]
-fn missing_and_forbidden_files_are_left_out_with_a_notice() {
+fn missing_and_forbidden_files_are_omitted_with_a_notice() {
     let outside = folder().join("secret.png");
     fs::write(&outside, "x").unwrap();
     for (map, expected) in [
         ("no.png", "no.png: No such file"),
         ("textures", "textures: Is a directory"),
-        ("../secret.png", "file name \"../secret.png\": it leads out of the folder"),
-        ("/etc/passwd", "file name \"/etc/passwd\": it leads out of the folder"),
+        ("../secret.png", "file name \"../secret.png\": it is outside the folder"),
+        ("/etc/passwd", "file name \"/etc/passwd\": it is outside the folder"),
         ("file:///etc/passwd", "expected a path relative"),
         ("C:\\gone.png", "expected a path relative"),
-        ("a.obj", "not an image that is known"),
+        ("a.obj", "unknown image format"),
     ] {
         let model = model(&format!("newmtl m 1\nKd 0.5 0.5 0.5\nmap_Kd {map}\n")).unwrap();
         assert!(model.notices[0].to_string().contains(expected), "{map}: {:?}", model.notices);
@@ -249,7 +253,7 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
     fs::write(&path, "mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
     let world = load(&path, &Budget::default()).unwrap();
     assert!(
-        world.notices[0].to_string().contains("left out") && world.notices[0].to_string().contains("no.mtl"),
+        world.notices[0].to_string().contains("omitted") && world.notices[0].to_string().contains("no.mtl"),
         "{:?}",
         world.notices
     );
@@ -257,24 +261,24 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
 }
 
 #[test]
-fn odd_values_are_clamped_or_ignored_with_a_notice_for_each_kind() {
-    // Statement, colour, the same of Ks, and what is done.
+fn invalid_mtl_values_are_clamped_or_ignored_with_one_notice_per_kind() {
+    // Statement, colour, the same for Ks, and the consequence.
     for (text, color, done) in [
         ("Kd 1.2 0.5 0", [1.0, 0.5, 0.0], "clamped"),
         ("Kd 1 2 3", [1.0; 3], "clamped"),
         ("Kd -0.1 0 1e9", [0.0, 0.0, 1.0], "clamped"),
-        ("Kd 255 255 255", [1.0; 3], "taken as 0 to 255"),
-        ("Kd 51 0 255", [0.2, 0.0, 1.0], "taken as 0 to 255"),
+        ("Kd 255 255 255", [1.0; 3], "treated as 0 to 255"),
+        ("Kd 51 0 255", [0.2, 0.0, 1.0], "treated as 0 to 255"),
         ("Kd 1 1", [0.8; 3], "ignored"),
         ("Kd nan 0 0", [0.8; 3], "ignored"),
         ("Kd -1.#IND 0 0", [0.8; 3], "ignored"),
-        ("Kd 0.1 0.2 0.3 1", [0.1, 0.2, 0.3], "the fourth is ignored"),
+        ("Kd 0.1 0.2 0.3 1", [0.1, 0.2, 0.3], "used without the fourth number"),
     ] {
         let model = model(&format!("newmtl m 1\n{text}\n{text}\n")).unwrap();
         assert_eq!(model.materials[0].color, color, "{text}");
         let [notice] = &model.notices[..] else { panic!("{:?}", model.notices) };
         let value = text.strip_prefix("Kd ").unwrap();
-        let expected = format!("mtl:2, 3: Kd is {value:?}, expected 1 or 3 numbers from 0 to 1: {done}");
+        let expected = format!("mtl:2, 3: Kd is {value:?}, expected 1 or 3 numbers from 0 to 1; it is {done}");
         assert!(notice.to_string().ends_with(&expected), "{notice:?}");
     }
     let phong = |text: &str| match model(&format!("newmtl m 1\nKd 0 0 0\n{text}\n")).unwrap().materials[0].model {
@@ -286,18 +290,18 @@ fn odd_values_are_clamped_or_ignored_with_a_notice_for_each_kind() {
     assert_eq!(phong("Ks 0.5\nillum 99"), ([0.5; 3], 32.0));
     assert_eq!(phong("Ns 1e9"), ([0.0; 3], 1e6));
     assert_eq!(phong("Ns many"), ([0.0; 3], 32.0));
-    // Nearly opaque is opaque, and no index of refraction is 25.
+    // Almost opaque counts as opaque, and 25 is not an index of refraction.
     let opaque = model("newmtl m 1\nd 1.000001\n").unwrap();
     assert_eq!((opaque.materials[0].opacity, opaque.materials[0].alpha), (1.0, Alpha::Opaque));
     let glass = model("newmtl m 1\nillum 7\nNi 25\n").unwrap();
     let MaterialModel::Principled(principled) = &glass.materials[0].model else { panic!() };
     assert_eq!(principled.ior, 1.5);
-    // The name of the file is taken for the factor, and then there is no file.
+    // The file name is read as the factor, so the file name is missing.
     assert!(notices("newmtl m 1\nmap_Kd -s wood.png\n").contains("map_Kd without a file name"));
 }
 
 #[test]
-fn libraries_may_be_utf_16() {
+fn utf_16_libraries_are_read() {
     let text = "newmtl m 1\nKd 0 1 0\n";
     let folder = folder();
     let path = folder.join("a.obj");
@@ -311,7 +315,8 @@ fn libraries_may_be_utf_16() {
     }
 }
 
-/// A triangle in each of these materials, beside a library `a.mtl` of this text; without notices, or with these words.
+/// A triangle in each of these materials, with a library `a.mtl` of this text in the same folder; expects no notices,
+/// or notices with these words.
 fn named(head: &str, names: &[&[u8]], mtl: &[u8]) -> MeshFile {
     let folder = folder();
     let path = folder.join("a.obj");
@@ -325,8 +330,8 @@ fn named(head: &str, names: &[&[u8]], mtl: &[u8]) -> MeshFile {
 }
 
 #[test]
-fn names_are_bytes_in_any_encoding() {
-    // Red and blue in GBK, which are both replaced by the same signs in UTF-8.
+fn material_names_may_have_any_encoding() {
+    // Red and blue in GBK, which become the same replacement characters in UTF-8.
     let (red, blue) = (b"\xba\xec", b"\xc0\xb6");
     let mtl = [b"newmtl ", &red[..], b"\nKd 1 0 0\nnewmtl ", blue, b"\nKd 0 0 1\n"].concat();
     let uses = [red, blue].map(|name| [&b"usemtl "[..], name].concat());
@@ -335,7 +340,7 @@ fn names_are_bytes_in_any_encoding() {
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
     assert_eq!(model.parts[0].mesh.material_slots.as_deref(), Some(&[0, 1][..]));
     assert!(model.notices.is_empty(), "{:?}", model.notices);
-    // Files of such names.
+    // Files with such names.
     #[cfg(unix)]
     {
         use std::os::unix::ffi::OsStrExt;
@@ -354,20 +359,20 @@ fn names_are_bytes_in_any_encoding() {
 }
 
 #[test]
-fn materials_are_found_though_names_are_not_as_they_should() {
+fn materials_are_found_under_slightly_different_names() {
     let red = b"newmtl Red\nKd 1 0 0\n";
     let two = b"newmtl Red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n";
     let (plain, scarlet) = ([0.8; 3], [1.0, 0.0, 0.0]);
     for (head, name, mtl, color, said) in [
         ("mtllib a.mtl\n", "g x", &red[..], scarlet, "no usemtl; the only material of its library, \"Red\", is used"),
-        ("mtllib a.mtl\n", "g x", two, plain, "no usemtl: none of the 2 materials of its library is used"),
+        ("mtllib a.mtl\n", "g x", two, plain, "no usemtl, so none of the 2 materials of its library is used"),
         ("", "usemtl Red", two, scarlet, "no mtllib;"),
-        ("mtllib gone.mtl\n", "usemtl Red", two, scarlet, "its mtllib is not there;"),
-        ("mtllib a.mtl\n", "usemtl red", two, scarlet, "definitions have names in other case: red"),
-        ("mtllib A.MTL\n", "usemtl Red", two, scarlet, "the same name in other case"),
+        ("mtllib gone.mtl\n", "usemtl Red", two, scarlet, "its mtllib is missing;"),
+        ("mtllib a.mtl\n", "usemtl red", two, scarlet, "definitions differ in upper and lower case: red"),
+        ("mtllib A.MTL\n", "usemtl Red", two, scarlet, "the same name with different upper and lower case"),
         ("mtllib a.mtl # of it\n", "usemtl Red # dark", two, scarlet, ""),
         ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red # again\nKd 1 0 0\n", plain, ""),
-        ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red\nKd 1 0 0\n", scarlet, "is defined again"),
+        ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red\nKd 1 0 0\n", scarlet, "is defined more than once"),
     ] {
         let model = named(head, &[name.as_bytes()], mtl);
         assert_eq!(model.materials[0].color, color, "{head}{name}");
@@ -385,16 +390,16 @@ fn materials_are_found_though_names_are_not_as_they_should() {
 }
 
 #[test]
-fn images_are_searched_inside_the_root_in_a_stated_order() {
+fn images_are_searched_inside_the_root_in_the_documented_order() {
     for (map, found, how) in [
-        ("WOOD.PNG", "wood.png", "the same name in other case"),
-        ("Textures/MY wood.png", "textures/my wood.png", "the same name in other case"),
-        ("C:\\me\\textures\\my wood.png", "textures/my wood.png", "found from the folder of the file"),
-        ("C:\\me\\maps\\wood.png", "wood.png", "found from the folder of the file"),
-        ("/home/me/wood.png", "wood.png", "found from the folder of the file"),
-        ("../materials/textures/Wood.png", "wood.png", "in other case"),
-        ("http://example.com/wood.png", "wood.png", "found from the folder of the file"),
-        ("my wood.png", "textures/my wood.png", "found in a folder for images"),
+        ("WOOD.PNG", "wood.png", "the same name with different upper and lower case"),
+        ("Textures/MY wood.png", "textures/my wood.png", "the same name with different upper and lower case"),
+        ("C:\\me\\textures\\my wood.png", "textures/my wood.png", "found relative to the folder of the file"),
+        ("C:\\me\\maps\\wood.png", "wood.png", "found relative to the folder of the file"),
+        ("/home/me/wood.png", "wood.png", "found relative to the folder of the file"),
+        ("../materials/textures/Wood.png", "wood.png", "with different upper and lower case"),
+        ("http://example.com/wood.png", "wood.png", "found relative to the folder of the file"),
+        ("my wood.png", "textures/my wood.png", "found in a usual folder for images"),
         ("wood.png # oak", "", ""),
     ] {
         let model = model(&format!("newmtl m 1\nmap_Kd {map}\n")).unwrap();
@@ -405,7 +410,7 @@ fn images_are_searched_inside_the_root_in_a_stated_order() {
 }
 
 #[test]
-fn images_that_cannot_be_decoded_are_left_out() {
+fn undecodable_images_are_omitted() {
     let png = raycam_formats::encode::png::encode([8, 8], 1, raycam_formats::encode::png::Samples::U8(&[9; 64]));
     let png = png.unwrap();
     let folder = folder();
@@ -413,11 +418,11 @@ fn images_that_cannot_be_decoded_are_left_out() {
     fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
     fs::write(folder.join("a.mtl"), "newmtl m\nKd 0 0 1\nmap_Kd a.png\nmap_d a.png\n").unwrap();
     for (bytes, said) in [
-        (&png[..png.len() / 2], "left out"),
+        (&png[..png.len() / 2], "omitted"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n", "git lfs pull"),
         (b"<!DOCTYPE html><html></html>", "HTML page"),
         (b"", "empty"),
-        (b"DDS |", "not an image that is known"),
+        (b"DDS |", "unknown image format"),
     ] {
         fs::write(folder.join("a.png"), bytes).unwrap();
         let model = read_model(&path, &Budget::default()).unwrap();
@@ -428,7 +433,7 @@ fn images_that_cannot_be_decoded_are_left_out() {
 }
 
 #[test]
-fn tiles_of_an_image_are_named() {
+fn tiled_images_are_reported() {
     let png =
         raycam_formats::encode::png::encode([1, 1], 3, raycam_formats::encode::png::Samples::U8(&[9; 3])).unwrap();
     let folder = folder();
@@ -442,10 +447,10 @@ fn tiles_of_an_image_are_named() {
     fs::write(folder.join("a_1001.png"), &png).unwrap();
     assert_eq!(read("a_<UDIM>.png"), (1, String::new()), "the only tile is the image");
     assert_eq!(read("a_1001.png"), (1, String::new()));
-    assert!(read("b.<UDIM>.png").1.contains("no tile (UDIM) from 1001 to 1099 is there"));
+    assert!(read("b.<UDIM>.png").1.contains("no tile (UDIM) from 1001 to 1099 exists"));
     fs::write(folder.join("a_1012.png"), &png).unwrap();
     let (count, said) = read("a_<UDIM>.png");
-    assert!(count == 0 && said.contains("the tiles (UDIM) 1001, 1012 are not read: bake them"), "{said}");
+    assert!(count == 0 && said.contains("the tiles (UDIM) 1001, 1012 are not supported; bake them"), "{said}");
     let (count, said) = read("a_1001.png");
-    assert!(count == 1 && said.contains("its other tiles (UDIM) are not read: 1012"), "{said}");
+    assert!(count == 1 && said.contains("its other tiles (UDIM) are ignored: 1012"), "{said}");
 }

@@ -1,1 +1,1 @@
-"""Pictures of pyrender's scenes: exact rays of raycam, shaded as pyrender's default program does."""
+"""Images of pyrender's scenes: exact rays of raycam, shaded like pyrender's default shader."""

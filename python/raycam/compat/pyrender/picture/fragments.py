@@ -1,4 +1,4 @@
-"""Points and lines in pictures: the pixels that they cover, and where on them each pixel is."""
+"""Points and lines in images: the pixels that they cover, and each pixel's position on them."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ BLUE = (0.0, 0.0, 1.0, 1.0)
 
 @dataclass
 class Fragments:
-    """Pixels [n] at which points or lines of a primitive are in front of all else.
+    """Pixels [n] at which points or lines of a primitive are the nearest surfaces.
 
-    Each lies between two vertices, `ends` [n, 2], the second of which counts by `share` [n]. `color` is that of all of
-    them, where it is not that of the material.
+    Each is between two vertices, `ends` [n, 2]; `share` [n] is the weight of the second. `color` is a common colour
+    that replaces the material's.
     """
 
     node: Node
@@ -45,14 +45,14 @@ class Fragments:
     color: tuple[float, float, float, float] | None = None
 
     def between(self, values: Floats) -> Floats:
-        """Values of vertices [v, ...] at the pixels [n, ...]."""
+        """Vertex values [v, ...], interpolated at the pixels [n, ...]."""
         share = self.share[:, np.newaxis]
         return np.asarray(values[self.ends[:, 0]] * (1 - share) + values[self.ends[:, 1]] * share)
 
 
 @dataclass
 class _Screen:
-    """A camera at its pose, the flags and the depth of the image, 0 where nothing is; lines write theirs."""
+    """A camera at its pose, the flags, and the image's depth (0 for the background), into which lines write."""
 
     camera: Camera
     pose: Floats
@@ -71,12 +71,12 @@ class _Screen:
         return np.stack([x, y], axis=1), clip[:, 3], -seen[:, 2]
 
     def reaches(self, depth: Floats) -> npt.NDArray[np.bool_]:
-        """True for depths between the planes of the camera."""
+        """True for depths between the camera's planes."""
         far = np.inf if self.camera.zfar is None else self.camera.zfar
         return np.asarray((depth >= self.camera.znear) & (depth <= far))
 
     def visible(self, pixels: Whole, near: Floats) -> Whole:
-        """The places of the nearest of each pixel (row, column) that is in front, whose depth is written."""
+        """Returns the index of each pixel's (row, column) nearest candidate if it is visible; writes its depth."""
         height, width = self.depth.shape
         inside = ((pixels >= 0) & (pixels < [height, width])).all(axis=1) & self.reaches(near)
         which = np.flatnonzero(inside)
@@ -92,7 +92,7 @@ class _Screen:
 
 
 def by_edges(primitive: Primitive, flags: int) -> bool:
-    """True if the edges of the triangles are shown in place of their faces."""
+    """True if the edges of the triangles are shown instead of their faces."""
     if not primitive.has_faces or flags & (RenderFlags.DEPTH_ONLY | RenderFlags.SEG | RenderFlags.ALL_SOLID):
         return False
     wired = bool(primitive.material.wireframe) != bool(flags & RenderFlags.FLIP_WIREFRAME)
@@ -107,7 +107,7 @@ def fragments_of(
     point_size: float,
     shown: set[Node] | None,
 ) -> list[Fragments]:
-    """The pixels of all points and lines of a scene; writes their depth."""
+    """Returns the pixels of all points and lines of a scene; writes their depth."""
     screen = _Screen(*eye, flags, depth)
     found: list[Fragments] = []
     for node in scene._parents:
@@ -155,7 +155,7 @@ def _lines(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> 
 
 
 def _front(corners: Floats, screen: _Screen, *, mirrored: bool) -> npt.NDArray[np.bool_]:
-    """True for triangles [m, 3, 3] that show their front to the camera; a mirroring pose reverses the winding."""
+    """True for triangles [m, 3, 3] whose front faces the camera; a mirroring pose reverses the winding."""
     wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     starts, ways = screen.camera.rays(np.array([0.0, 1.0]), np.array([0.0, 1.0]), (1, 1))
     parallel = np.ptp(starts) > 0
@@ -165,7 +165,7 @@ def _front(corners: Floats, screen: _Screen, *, mirrored: bool) -> npt.NDArray[n
 
 
 def _normals(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> list[Fragments]:
-    """The lines of the normals that the flags ask for."""
+    """The lines of the normals requested by the flags."""
     found = []
     world = primitive.positions @ place[:3, :3].T + place[:3, 3]
     length = NORMALS * primitive.scale
@@ -188,7 +188,7 @@ def _normals(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -
 
 
 def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Floats]:
-    """Pixels [n, 2], the segment [n] of each, the share of its second end and the place in the world [n, 3].
+    """Pixels [n, 2], the segment [n] of each, the weight of its second end, and the world position [n, 3].
 
     Lines are one pixel wide.
     """
@@ -196,7 +196,7 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
     flat = segments.reshape(-1, 3)
     _, _, near = screen.project(flat)
     near = near.reshape(-1, 2)
-    # Cut at the near plane, so that both ends project.
+    # Clipped at the near plane, so that both ends can be projected.
     least = max(float(screen.camera.znear), 1e-9)
     with np.errstate(divide="ignore", invalid="ignore"):
         cut = np.clip((least - near[:, 0]) / (near[:, 1] - near[:, 0]), 0, 1)
@@ -207,7 +207,7 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
     ways = segments[:, 1] - segments[:, 0]
     first, last = (segments[:, 0] + side[:, np.newaxis] * ways for side in (low, high))
     (at0, w0, near0), (at1, w1, near1) = screen.project(first), screen.project(last)
-    # Cut at the border of the image, so that a line has no more steps than it.
+    # Clipped at the image border, so that a line has no more steps than pixels.
     enter, leave = np.zeros(len(at0)), np.ones(len(at0))
     for axis, size in ((0, width), (1, height)):
         step = at1[:, axis] - at0[:, axis]
@@ -241,5 +241,5 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
 
 
 def _pixels(at: Floats) -> Whole:
-    """Rows and columns [n, 2] of the pixels around places [n, 2] in the image; between two rows, the upper one."""
+    """Rows and columns [n, 2] of the pixels that contain image positions [n, 2]; between two rows, the upper one."""
     return np.stack([np.ceil(at[:, 1]) - 1, np.floor(at[:, 0])], axis=1).astype(np.int64)

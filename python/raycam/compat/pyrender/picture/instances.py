@@ -1,4 +1,4 @@
-"""The world of a scene: a raycam world that follows a scene of pyrender by changes alone."""
+"""A raycam world that follows a scene of pyrender through incremental changes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Floats = npt.NDArray[Any]
 
 @dataclass(eq=False)
 class Instance:
-    """A primitive at one of its places, an object of the world."""
+    """A primitive at one of its poses, which is an object of the world."""
 
     node: Node
     primitive: Primitive
@@ -34,7 +34,7 @@ class Instance:
     name: str
 
     def key(self) -> tuple[int, int, int]:
-        """Node, primitive and corners, which stay the same while it moves."""
+        """Node, primitive and vertices, which do not change when the instance moves."""
         return (id(self.node), id(self.primitive), id(self.primitive.positions))
 
 
@@ -47,9 +47,9 @@ class SceneWorld:
         self._number = 0
 
     def follow(self, scene: Scene, shown: set[Node] | None, flags: int = RenderFlags.NONE) -> None:
-        """Changes the world to what the scene is now; `shown` limits what is visible to some nodes.
+        """Updates the world to the current scene; `shown` limits the visible nodes.
 
-        What `flags` or its material shows by its edges has no faces in the world.
+        Primitives shown as wireframes, by `flags` or material, have no faces in the world.
         """
         wanted: dict[tuple[int, int, int, int], tuple[Node, Primitive, Floats, bool]] = {}
         for node in scene._parents:
@@ -99,7 +99,7 @@ class SceneWorld:
     def _add(
         self, node: Node, primitive: Primitive, place: Floats, visible: bool, first: dict[int, str]
     ) -> None:
-        """Adds an object; `first` has the name of each primitive's first one, whose mesh the others share."""
+        """Adds an object; `first` contains the name of each primitive's first object, whose mesh the others share."""
         self._number += 1
         name = f"instance {self._number}"
         like = first.setdefault(id(primitive), name)

@@ -1,4 +1,4 @@
-"""Offscreen rendering of pyrender's scenes: exact rays of raycam, shaded as pyrender's default program does."""
+"""Offscreen rendering of pyrender's scenes: exact rays of raycam, shaded like pyrender's default shader."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PATTERN = ((-0.125, 0.375), (0.375, 0.125), (-0.375, -0.125), (0.125, -0.375))
 
 @dataclass
 class Hits:
-    """The first surfaces of rays: instance -1, depth inf for none."""
+    """The first surfaces of rays; instance -1 and depth +inf for a miss."""
 
     instance: Whole
     triangle: Whole
@@ -54,14 +54,14 @@ class OffscreenRenderer:
 
     @property
     def _renderer(self) -> Any:
-        """Raises `AttributeError`: programs replace its shaders to render normals, which are a channel here."""
+        """Raises `AttributeError`: programs replace its shaders to render normals, for which raycam has a channel."""
         raise AttributeError(
             "OffscreenRenderer has no _renderer and no shaders; for normals, use the channel normal: "
             'raycam.render(world, camera, channels="normal"), where world, camera and size are those of the scene'
         )
 
     def delete(self) -> None:
-        """Forgets the last scene; may be called any number of times."""
+        """Releases the last scene; may be called any number of times."""
         self._scene, self._shown = None, SceneWorld()
 
     def render(
@@ -69,8 +69,8 @@ class OffscreenRenderer:
     ) -> Any:
         """Returns the image, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 for the background.
 
-        With `DEPTH_ONLY` the depth alone. With `SEG` each node of `seg_node_map` in its colour, and nothing else.
-        Raises `ValueError` for a scene without a camera.
+        With `DEPTH_ONLY`, only the depth is returned. With `SEG`, the image shows only the nodes of `seg_node_map`, in
+        their colours. Raises `ValueError` for a scene without a camera.
         """
         eye = scene.main_camera_node
         if eye is None or eye.camera is None:
@@ -106,7 +106,7 @@ class OffscreenRenderer:
         return (picture if flags & RenderFlags.RGBA else np.ascontiguousarray(picture[..., :3])), depth
 
     def _lit(self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]) -> npt.NDArray[np.uint8]:
-        """The image [h, w, 4] by the shading that the package names."""
+        """The image [h, w, 4] with the shading selected by the package."""
         shading = sys.modules[__package__.rpartition(".")[0]].shading
         if shading not in ("pyrender", "raycam"):
             raise ValueError(f'shading is {shading!r}: expected "pyrender" or "raycam"')
@@ -134,7 +134,7 @@ class OffscreenRenderer:
 
 
 class Renderer(OffscreenRenderer):
-    """The class below `OffscreenRenderer` in pyrender, which is the same here."""
+    """In pyrender the class behind `OffscreenRenderer`; here the same class."""
 
     def render_text(self, *_arguments: Any, **_options: Any) -> None:
         """Raises `NotImplementedError`."""
@@ -156,19 +156,19 @@ class Renderer(OffscreenRenderer):
 
 
 class _View:
-    """Rays of a camera into the world of a scene."""
+    """The rays of a camera in a scene's world."""
 
     def __init__(self, shown: SceneWorld, pose: Floats, camera: Camera, flags: int) -> None:
         self.shown, self.pose, self.camera, self.flags = shown, pose, camera, flags
 
     def rays(self, x: Floats, y: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Origins and directions in the world, whose t is depth."""
+        """Origins and directions in the world, scaled so that t is the depth."""
         starts, ways = self.camera.rays(x, y, size)
         turn = self.pose[:3, :3]
         return starts @ turn.T + self.pose[:3, 3], ways @ turn.T
 
     def first(self, x: Floats, y: Floats, size: tuple[int, int], after: Floats | None = None) -> Hits:
-        """The first surfaces that are drawn, between the planes and beyond the depths `after`."""
+        """The first drawn surfaces between the camera's planes and beyond the depths `after`."""
         origins, directions = self.rays(x, y, size)
         far = np.inf if self.camera.zfar is None else self.camera.zfar
         near = np.full(len(x), self.camera.znear) if after is None else np.nextafter(after, np.inf)
@@ -204,7 +204,7 @@ class _View:
 
     @cached_property
     def _mirrored(self) -> npt.NDArray[np.bool_]:
-        """True for the instances whose pose mirrors them."""
+        """True for instances with a mirroring pose."""
         places = np.array([one.place[:3, :3] for one in self.shown.instances]).reshape(-1, 3, 3)
         return np.asarray(np.linalg.det(places) < 0)
 
@@ -225,7 +225,7 @@ class _View:
     def colors(
         self, scene: Scene, lights: list[PlacedLight], hits: Hits, x: Floats, y: Floats, size: tuple[int, int]
     ) -> Floats:
-        """The colours [n, 4] of 255 of pixels, with what is seen through surfaces that blend."""
+        """The colours [n, 4] of pixels (0 to 255), including surfaces behind transparent ones."""
         color = np.zeros((len(x), 4))
         through = np.ones(len(x))
         left = np.arange(len(x))
@@ -240,7 +240,7 @@ class _View:
             shaded, blends = self._shaded(scene, lights, hits, x[left], y[left], size)
             alpha = np.where(blends, shaded[:, 3], 1.0)
             color[left, :3] += (through[left] * alpha)[:, np.newaxis] * shaded[:, :3]
-            # As OpenGL blends it, alpha counts twice.
+            # Alpha counts twice, as in OpenGL's blending.
             color[left, 3] += through[left] * np.where(blends, alpha**2, shaded[:, 3])
             through[left] *= 1 - alpha
             more = through[left] > 0
@@ -253,7 +253,7 @@ class _View:
     def _shaded(
         self, scene: Scene, lights: list[PlacedLight], hits: Hits, x: Floats, y: Floats, size: tuple[int, int]
     ) -> tuple[Floats, npt.NDArray[np.bool_]]:
-        """The colours [n, 4] of surfaces, and True for those that blend."""
+        """The colours [n, 4] of surfaces, and True for transparent ones."""
         origins, directions = self.rays(x, y, size)
         positions = origins + hits.depth[:, np.newaxis] * directions
         colors, blends = np.empty((len(x), 4)), np.zeros(len(x), bool)
@@ -272,7 +272,7 @@ class _View:
     def fragment_colors(
         self, scene: Scene, lights: list[PlacedLight], fragments: Fragments
     ) -> npt.NDArray[np.uint8]:
-        """The colours [n, 4] of 255 of pixels of points and lines."""
+        """The colours [n, 4] of pixels of points and lines (0 to 255)."""
         if fragments.color is not None:
             colors = np.tile(fragments.color, (len(fragments.rows), 1))
         else:
@@ -288,9 +288,9 @@ class _View:
         weighted: Callable[[Floats], Floats],
         corners: Whole | None,
     ) -> Floats:
-        """The colours [n, 4] at positions of a primitive, whose values of vertices `weighted` makes those there.
+        """The colours [n, 4] at positions of a primitive; `weighted` interpolates vertex values there.
 
-        `corners` [n, 3] are those of the triangle of each, by which normal textures are turned.
+        `corners` [n, 3] are the vertices of each position's triangle, which orient normal textures.
         """
         primitive, turn = one.primitive, one.place[:3, :3]
         tint = np.ones((len(positions), 4)) if primitive.color_0 is None else weighted(primitive.color_0)
@@ -318,7 +318,7 @@ class _View:
         return np.concatenate([rgb, alpha[:, np.newaxis]], axis=1)
 
     def _shadow(self) -> Shadow | None:
-        """The shadow test of the lights that the flags name; None for no shadows."""
+        """The shadow test for the lights that the flags select; None for no shadows."""
         flags = self.flags
         if not flags & RenderFlags.SHADOWS_ALL:
             return None
@@ -351,7 +351,7 @@ def _select(hits: Hits, which: npt.NDArray[np.bool_]) -> Hits:
 
 
 def _edges(hits: Hits, shape: tuple[int, int]) -> npt.NDArray[np.bool_]:
-    """True [n] for pixels beside one of another instance, or of a surface that is turned."""
+    """Edge mask [n]: pixels whose neighbour shows another instance or a surface turned by more than a limit."""
     instance, normal = hits.instance.reshape(shape), hits.normal.reshape(*shape, 3)
     edges = np.zeros(shape, bool)
     for axis in (0, 1):
@@ -379,12 +379,12 @@ def _placed_lights(scene: Scene) -> list[PlacedLight]:
 
 
 def _seg_color(color: Any) -> npt.NDArray[np.uint8]:
-    """Three bytes; one number is all three."""
+    """Returns three bytes; one number sets all three."""
     return np.asarray(np.clip(np.broadcast_to(np.asarray(color), 3), 0, 255), dtype=np.uint8)
 
 
 def _by_instance(instance: npt.NDArray[Any]) -> Iterator[tuple[int, npt.NDArray[np.intp]]]:
-    """Yields each number in an array and its places, in time that does not grow with the count of numbers."""
+    """Yields each number in an array and its indices, in time independent of the count of different numbers."""
     if len(instance) == 0:
         return
     order = np.argsort(instance, kind="stable")

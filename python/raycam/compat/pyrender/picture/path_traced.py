@@ -1,4 +1,4 @@
-"""Pictures of pyrender's scenes in raycam's own light: path traced, with shadows, reflections and bounces."""
+"""Images of pyrender's scenes, path traced by raycam with shadows, reflections and indirect light."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ WRAPS = {GLTF.CLAMP_TO_EDGE: "clamp", GLTF.MIRRORED_REPEAT: "mirror", GLTF.REPEA
 def path_traced_picture(
     scene: Scene, camera: Camera, pose: Floats, size: tuple[int, int]
 ) -> npt.NDArray[np.uint8]:
-    """The image [h, w, 4] in sRGB before the scene's background, by the integrator "path" with 64 samples.
+    """The image [h, w, 4] in sRGB over the scene's background, by the integrator "path" with 64 samples.
 
-    The ambient light is an even sky. Raises `NotImplementedError` for parallel rays.
+    The ambient light is a uniform sky. Raises `NotImplementedError` for parallel rays.
     """
     world = world_of(scene)
     frame = raycam.render(
@@ -53,7 +53,7 @@ def path_traced_picture(
 
 
 def world_of(scene: Scene, lights: Sequence[tuple[Light, Floats]] = ()) -> raycam.World:
-    """The world of a scene, y up, with further lights at their poses; the ambient light is an even sky."""
+    """The world of a scene, y up, with further lights at their poses; the ambient light is a uniform sky."""
     world = raycam.World("y")
     for node in scene.mesh_nodes:
         if node.mesh is None or not node.mesh.is_visible:
@@ -139,7 +139,7 @@ def _add_light(world: raycam.World, light: Light, pose: Floats) -> None:
 
 
 def pinhole_camera(camera: Camera, pose: Floats, size: tuple[int, int]) -> raycam.Camera:
-    """The camera without its planes; its matrix K is found from the rays of two corners."""
+    """The camera without its planes; its matrix K is computed from the rays of two image corners."""
     width, height = size
     starts, ways = camera.rays(np.array([0.0, width]), np.array([0.0, height]), size)
     if np.ptp(starts) > 0:

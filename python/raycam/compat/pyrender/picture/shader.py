@@ -1,6 +1,6 @@
-"""Shading of pyrender's default program, pixel by pixel in NumPy: Lambert and GGX, by its formulas and constants.
+"""Shading of pyrender's default shader, pixel by pixel in NumPy: Lambert and GGX with its formulas and constants.
 
-A normal that faces away is not turned. Radiance is neither clipped nor mapped before the gamma of 1 / 2.2.
+Normals that face away are not flipped. Radiance is neither clipped nor tone-mapped before the gamma of 1 / 2.2.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ F0, LEAST = 0.04, 0.001
 
 @dataclass
 class PlacedLight:
-    """A light, where it is and the way it shines, in the world."""
+    """A light with its position and direction in the world."""
 
     light: Light
     position: Floats
@@ -37,7 +37,7 @@ class PlacedLight:
 
 @dataclass
 class Surfaces:
-    """Points [m] of one material: what is there, and from where it is seen."""
+    """Points [m] of one material: the surface values and the viewing directions."""
 
     position: Floats
     normal: Floats
@@ -55,7 +55,7 @@ def surface_values(
 ) -> dict[str, Floats]:
     """The values of a material at points: `base` [m, 4], `metallic`, `roughness`, `occlusion` [m], `emissive` [m, 3].
 
-    Texels of colours are sRGB; `flat` shows them as they are. The factor of what shines counts twice, as there.
+    Texels of colours are sRGB; `flat` uses them unchanged. The emissive factor counts twice, as in pyrender.
     """
     base = np.tile(material.baseColorFactor.astype(np.float64), (count, 1))
     metallic = np.full(count, material.metallicFactor)
@@ -85,7 +85,7 @@ def surface_values(
 
 
 def bent(normal: Floats, tangent: Floats, texels: Floats) -> Floats:
-    """Normals [m, 3] bent by texels of a normal texture, in the frame of the way [m, 3] in which u grows."""
+    """Normals [m, 3] modified by texels of a normal texture; the tangents [m, 3] point along increasing u."""
     across = _unit(tangent - normal * (normal * tangent).sum(axis=1, keepdims=True))
     local = 2 * texels[:, :3] - 1
     frame = np.stack([across, _unit(np.cross(normal, across)), normal], axis=1)
@@ -97,7 +97,7 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def shade(at: Surfaces, lights: list[PlacedLight], ambient: Floats, shadow: Shadow | None) -> Floats:
-    """The colours [m, 3] of points in the lights, with gamma."""
+    """The colours [m, 3] of lit points, with gamma."""
     rgb = at.base[:, :3]
     f0 = F0 * (1 - at.metallic[:, np.newaxis]) + rgb * at.metallic[:, np.newaxis]
     diffuse = rgb * ((1 - F0) * (1 - at.metallic))[:, np.newaxis] / np.pi

@@ -356,7 +356,7 @@ export class Session {
       const { text, ray, found } = explanationOf({ K: [...camera.K], lensRay, size, offset, column: u, row: v, names: this.about.objects, ...triangles });
       const rayAt = (/** @type {number} */ x, /** @type {number} */ y) => [...camera.ray(x, y)];
       const figure = pixelFigureOf({ rayAt, size, offset, up: this.up, isFlat: lensRay.model === "pinhole", ray, found, ...triangles });
-      this.say({ type: "explained", column: u, row: v, text, svg: "", figure });
+      this.say({ type: "explained", column: u, row: v, text, figure });
     } catch (error) {
       this.say({ type: "notice", text: /** @type {Error} */ (error).message });
     }

@@ -1,13 +1,13 @@
 // The page of an explanation: its figures, which the lecture and the live view draw with the same modules, and its text.
 
 import { byId } from "../dom.js";
-import { showPixelFigure } from "../figure/pixel.js";
+import { showFigure } from "../figure/explained.js";
 
 /** Draws the figures as soon as the picture is decoded. */
 async function openExplanation() {
   const picture = byId("picture", HTMLImageElement);
   await picture.decode().catch(() => undefined);
-  showPixelFigure(byId("figures", HTMLElement), JSON.parse(byId("figure", HTMLElement).textContent || ""), picture);
+  showFigure(byId("figures", HTMLElement), JSON.parse(byId("figure", HTMLElement).textContent || ""), picture);
 }
 
 openExplanation();

@@ -15,6 +15,7 @@ import { drawArrow, drawDot, drawLine } from "./shapes.js";
  * @property {number} distance of the drawn image plane
  * @property {number[][]} corners of the drawn image plane: top left, top right, bottom right, bottom left
  * @property {CanvasImageSource | null} [picture] on the image plane
+ * @property {number[]} [region] column, row, columns and rows of the part that the picture shows
  */
 /**
  * @typedef {object} Content
@@ -153,6 +154,7 @@ export class OutsideView {
     const { corners } = rig;
     const seen = corners.map((corner) => this.see(corner));
     const [[a, b, , d], { ctx }, [columns, rows]] = [seen, pen, rig.size];
+    const [left, top, width, height] = rig.region || [0, 0, columns, rows];
     parts.push({
       near: mean(seen.map((each) => each[2])),
       paint: () => {
@@ -160,7 +162,7 @@ export class OutsideView {
           ctx.save();
           ctx.transform((b[0] - a[0]) / columns, (b[1] - a[1]) / columns, (d[0] - a[0]) / rows, (d[1] - a[1]) / rows, a[0], a[1]);
           ctx.globalAlpha = 0.94;
-          ctx.drawImage(rig.picture, 0, 0, columns, rows);
+          ctx.drawImage(rig.picture, left, top, width, height);
           ctx.restore();
         }
         drawLine(pen, seen, { color: "K", width: pen.lit("K") ? 4 : 1.5, close: true });

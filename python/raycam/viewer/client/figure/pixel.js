@@ -2,26 +2,47 @@
 
 import { triangleSteps } from "../core/steps.js";
 import { cross, dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
-import { element } from "../dom.js";
-import { Board } from "./board.js";
 import { drawCrossings, fitted, planeCoordinates } from "./crossings.js";
 import { OutsideView } from "./outside.js";
+import { outsidePanel } from "./panels.js";
 
 /**
- * @typedef {object} PixelFigure
+ * @typedef {object} FigureCamera
  * @property {number[]} up the world's
  * @property {number[]} size columns and rows of the picture
  * @property {number[]} C start of the ray
- * @property {number[]} r
  * @property {number[]} v the principal axis, a unit vector
  * @property {number[][]} rays start and direction, six numbers, of the picture's corners: top left, top right, bottom right, bottom left
  * @property {boolean} isFlat true if straight lines stay straight in the picture
+ * @property {number[]} [region] column, row, columns and rows of the picture's part that is shown; all of it if missing
+ */
+/**
+ * @typedef {object} PixelSteps
+ * @property {number[]} r
  * @property {number[] | null} triangle nine numbers
  * @property {ArrayLike<number>} corners of the triangles around the hit, nine numbers each
  * @property {number[][]} colors sRGB of each
  */
+/** @typedef {FigureCamera & PixelSteps} PixelFigure */
 
 const LONGEST = 4, PLANE_SHARE = 0.28, MIN_COSINE = 0.15;
+
+/** The camera as figures draw it, at `eye` with its image plane at a distance; null if its corners lie too far aside. @param {FigureCamera} camera @param {CanvasImageSource | null} picture @param {number[]} eye @param {number} distance */
+export function rigOf({ C, v, size, rays, isFlat, region }, picture, eye, distance) {
+  const place = (/** @type {number[]} */ start, /** @type {number[]} */ way) => plusTimes(plusTimes(eye, 1, minus(start, C)), distance / dot(way, v), way);
+  if (!rays.every((ray) => dot(ray.slice(3), v) > MIN_COSINE * lengthOf(ray.slice(3)))) return null;
+  return { C: eye, v, size, distance, corners: rays.map((ray) => place(ray.slice(0, 3), ray.slice(3))), picture: isFlat ? picture : null, region };
+}
+
+/** A view at a right angle to a direction, a little from above, that contains points. @param {number[]} along @param {number[]} up @param {number[][]} points */
+export function viewBeside(along, up, points) {
+  const side = cross(along, up);
+  const p = up[0] ? [0, 1, 0] : [1, 0, 0];
+  const azimuth = (Math.atan2(dot(side, cross(up, p)), dot(side, p)) * 180) / Math.PI;
+  const center = points[0].map((_, i) => (Math.min(...points.map((at) => at[i])) + Math.max(...points.map((at) => at[i]))) / 2);
+  const radius = 1.1 * Math.max(...points.map((at) => lengthOf(minus(at, center)))) || 1;
+  return new OutsideView({ azimuth, elevation: 22, center, radius, up });
+}
 
 /** The drawn part of the ray's length: beside a small triangle it is shorter. @param {PixelFigure} figure @param {import("../core/steps.js").Candidate | null} found */
 function shareOf({ C }, found) {
@@ -35,20 +56,17 @@ export function stepsOfFigure({ triangle, C, r, v }) {
 
 /** The view and the content of the figure from outside. @param {PixelFigure} figure @param {CanvasImageSource | null} picture */
 export function outsideOf(figure, picture) {
-  const { C, r, v, up, size, rays, corners, colors } = figure;
+  const { C, r, v, up, corners, colors } = figure;
   const found = stepsOfFigure(figure);
   const end = found && Number.isFinite(found.t) ? found.f : plusTimes(C, 6 / lengthOf(r), r);
   const share = shareOf(figure, found);
   const eye = plusTimes(end, share, minus(C, end));
   const length = lengthOf(minus(end, eye)) || 1;
   const distance = PLANE_SHARE * length;
-  const place = (/** @type {number[]} */ start, /** @type {number[]} */ way) => plusTimes(plusTimes(eye, 1, minus(start, C)), distance / dot(way, v), way);
-  const ways = rays.map((ray) => ray.slice(3));
-  const isDrawn = ways.every((way) => dot(way, v) > MIN_COSINE * lengthOf(way));
-  const rig = isDrawn ? { C: eye, v, size, distance, corners: rays.map((ray) => place(ray.slice(0, 3), ray.slice(3))), picture: figure.isFlat ? picture : null } : null;
+  const rig = rigOf(figure, picture, eye, distance);
   const strokes = [{ from: eye, to: end, color: "r", symbol: "r", text: "r", arrow: !found, width: 2.5 }];
   const spots = [{ at: eye, color: "C", symbol: "C", text: "C" }];
-  if (isDrawn) spots.push({ at: place(C, r), color: "x", symbol: "x", text: "x" });
+  if (rig) spots.push({ at: plusTimes(eye, distance / dot(r, v), r), color: "x", symbol: "x", text: "x" });
   if (found) {
     const toward = (Math.sign(-found.below) || 1) / (lengthOf(found.n) || 1);
     const longest = Math.max(...found.edges.map(lengthOf));
@@ -56,52 +74,22 @@ export function outsideOf(figure, picture) {
     found.corners.forEach((at, k) => spots.push({ at, color: "a", symbol: "abc"[k], text: "abc"[k] }));
     spots.push({ at: end, color: "t", symbol: "f(t)", text: "f(t)" });
   }
-  const along = minus(end, eye);
-  const side = cross(along, up);
-  const p = up[0] ? [0, 1, 0] : [1, 0, 0];
-  const azimuth = (Math.atan2(dot(side, cross(up, p)), dot(side, p)) * 180) / Math.PI;
-  const shown = [eye, end, ...(found ? found.corners : [])];
-  const center = eye.map((_, i) => (Math.min(...shown.map((at) => at[i])) + Math.max(...shown.map((at) => at[i]))) / 2);
-  const radius = 1.1 * Math.max(...shown.map((at) => lengthOf(minus(at, center)))) || 1;
-  const view = new OutsideView({ azimuth, elevation: 22, center, radius, up });
+  const view = viewBeside(minus(end, eye), up, [eye, end, ...(found ? found.corners : [])]);
   const patches = found ? [{ corners: found.corners, color: "inside", line: "edge" }] : [];
   return { view, share, content: { corners, colors, faded: 0.5, rig, strokes, spots, patches } };
 }
 
-/**
- * Fills an element with the figures of a pixel.
- * @param {HTMLElement} host
- * @param {PixelFigure} figure
- * @param {CanvasImageSource | null} picture
- */
-export function showPixelFigure(host, figure, picture) {
-  /** @type {Board[]} */
-  const boards = [];
-  const marks = {
-    highlight: "",
-    point: (/** @type {string} */ symbol) => {
-      if (symbol !== marks.highlight) marks.highlight = symbol;
-      marks.redraw();
-    },
-    redraw: () => requestAnimationFrame(() => boards.forEach((board) => board.paint())),
-  };
-  const add = (/** @type {string} */ title, /** @type {import("./board.js").Drawing} */ drawing) => {
-    const canvas = document.createElement("canvas");
-    host.append(element("p", title, { class: "figure-title" }), canvas);
-    boards.push(new Board(canvas, drawing, marks));
-  };
-  host.replaceChildren();
+/** The figures of a pixel. @param {PixelFigure} figure @param {CanvasImageSource | null} picture @returns {import("./panels.js").Panel[]} */
+export function pixelPanels(figure, picture) {
   const { view, share, content } = outsideOf(figure, picture);
-  add(`From outside${share < 1 ? "; the ray is drawn shorter, directions are true" : ""}`, {
-    ratio: 0.6, label: "The camera, the ray and the triangle. Drag to turn the view; the arrow keys turn it too.",
-    draw: (pen) => view.draw(pen, content), grab: () => true, drag: (at, from) => view.orbit(at, from), nudge: ([x, y]) => view.orbit([8 * x, 8 * y], [0, 0]),
-  });
+  const panels = [outsidePanel(`From outside${share < 1 ? "; the ray is drawn shorter, directions are true" : ""}`, "The camera, the ray and the triangle.", view, content)];
   const found = stepsOfFigure(figure);
   if (found && Number.isFinite(found.t)) {
     const flat = planeCoordinates(found);
     const { corners, f, g } = found;
     const crossings = `${found.crossings} ${found.crossings === 1 ? "crossing" : "crossings"}`;
-    add(`In the triangle's plane: ${crossings}, ${found.inside ? "inside" : "outside"}`, {
+    panels.push({
+      title: `In the triangle's plane: ${crossings}, ${found.inside ? "inside" : "outside"}`,
       ratio: 0.6, label: `The triangle in its plane, and the walk from f(t) to g: ${crossings}`,
       draw: (pen) => {
         const fit = fitted([...corners, f, g].map(flat), pen);
@@ -109,6 +97,5 @@ export function showPixelFigure(host, figure, picture) {
       },
     });
   }
-  new ResizeObserver(marks.redraw).observe(host);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", marks.redraw);
+  return panels;
 }

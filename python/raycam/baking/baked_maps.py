@@ -1,0 +1,139 @@
+"""The result of baking, and its files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arguments import Bools, Floats, real
+from ..errors import SettingsError
+from ..io.atomic_files import write
+from ..one_line import one_line
+from ..world import World
+from .settings import ID_MAPS
+
+__all__ = ["BakedMaps"]
+
+MAX_PNG_ID = 65534
+"""Largest id that a PNG file of 16 bits can contain; 0 is no surface."""
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class BakedMaps(Mapping[str, npt.NDArray[Any]]):
+    """The result of `bake`: an object's maps by name, and the covered texels.
+
+    Maps are arrays [h, w] or [h, w, 3]; with `to="vertices"`, they are [v] or [v, 3].
+    """
+
+    maps: dict[str, npt.NDArray[Any]] = field(repr=False)
+    """The arrays by name."""
+    covered: Bools = field(repr=False)
+    """True [h, w] for texels whose centre is inside a face, False in gutters; True [v] for vertices."""
+    overlapping: int
+    """The number of texels that are inside several faces."""
+    missed: Bools = field(repr=False)
+    """True [h, w] or [v] for places without a surface of the source, which have the object's own values."""
+    vertices: Floats | None = field(default=None, repr=False)
+    """Positions of the vertices [v, 3] in the world, metres; None for textures."""
+    faces: npt.NDArray[np.int32] | None = field(default=None, repr=False)
+    """Vertices of the faces [f, 3]; None for textures."""
+    up: Literal["z", "y"] = field(default="z", repr=False)
+    """The world's upward axis, "z" or "y"."""
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """The map of this name."""
+        return self.maps[name]
+
+    def __iter__(self) -> Any:
+        """Iterates over the names."""
+        return iter(self.maps)
+
+    def __len__(self) -> int:
+        """The number of maps."""
+        return len(self.maps)
+
+    def to_world(self, name: str, low: float = 0.0, high: float = 1.0) -> World:
+        """Returns a world with the object, unlit, in vertex colours of a map: black for `low`, 1 for `high`.
+
+        Requires maps of vertices. Raises `SettingsError` for maps of textures, an unknown map, and values outside
+        `low` to `high`.
+        """
+        if self.vertices is None or self.faces is None:
+            raise SettingsError(
+                'these maps are textures; vertex colours require to="vertices" (--to vertices)',
+                code="missing_value",
+            )
+        if name not in self.maps:
+            raise SettingsError(
+                f"map {name!r} is missing; options: {', '.join(self.maps)}", code="unknown_name"
+            )
+        low, high = real("low", low, what="a number"), real("high", high, what="a number")
+        values = self.maps[name].astype(np.float64)
+        smallest, largest = float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
+        if not low < high or smallest < low or largest > high:
+            raise SettingsError(
+                f"map {name!r} has values from {smallest:.6g} to {largest:.6g}, and colours are from {low:g} to "
+                f"{high:g}; use a wider range of low and high",
+                code="out_of_range",
+            )
+        shares = (values - low) / (high - low)
+        colors = np.repeat(shares[:, None], 3, axis=1) if shares.ndim == 1 else shares
+        made = World(self.up)
+        made.add_mesh(self.vertices, self.faces, vertex_colors=colors, material={"type": "unlit"})
+        return made
+
+    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Writes each map into a folder; returns the paths.
+
+        Textures of `ao` and `tangent_normal` are PNG files with 16 bits; ids are PNG files with 16 bits that contain
+        id + 1, and 0 without a surface, or EXR files with int32 values for ids above 65,534; others are EXR files with
+        float32 values. Maps of vertices are glTF files, NAME.glb, in vertex colours: of the map's range, if its values
+        are outside 0..1.
+        """
+        target = Path(folder)
+        target.mkdir(parents=True, exist_ok=True)
+        made = []
+        for name in self.maps:
+            path = target / f"{name}{self.ending(name)}"
+            self.save_map(name, path)
+            made.append(path)
+        return made
+
+    def ending(self, name: str) -> str:
+        """The ending of a map's file: ".png", ".exr" or ".glb"."""
+        if self.vertices is not None:
+            return ".glb"
+        is_id = name in ID_MAPS and self.maps[name].max(initial=-1) <= MAX_PNG_ID
+        return ".png" if is_id or name in ("ao", "tangent_normal") else ".exr"
+
+    def save_map(self, name: str, path: str | os.PathLike[str]) -> None:
+        """Writes one map to a file with the ending that `save` uses; raises `SettingsError` for another ending."""
+        ending = self.ending(name)
+        if Path(path).suffix.lower() != ending:
+            raise SettingsError(
+                f"map {name!r} is a {ending} file, got {os.fspath(path)!r}", code="unknown_format"
+            )
+        if self.vertices is not None:
+            values = self.maps[name]
+            low, high = min(0.0, float(values.min())), max(1.0, float(values.max()))
+            self.to_world(name, low, high).to_gltf(path)
+            return
+        write(Path(path), bytes(self._encoded(name, ending)))
+
+    def _encoded(self, name: str, ending: str) -> bytes:
+        """The bytes of a map's image."""
+        values = self.maps[name]
+        if ending == ".png":
+            if name in ID_MAPS:
+                return bytes(_core.encode_png((values + 1).astype(np.uint16)))
+            shares = (values + 1) / 2 if name == "tangent_normal" else values
+            return bytes(_core.encode_png(np.rint(np.clip(shares, 0, 1) * 65535).astype(np.uint16)))
+        return bytes(_core.encode_exr([(name, np.ascontiguousarray(values))], False, None, []))

@@ -1,0 +1,48 @@
+"""Arguments of `bake`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .surface_points import MATERIAL_MAPS
+
+__all__ = ["ID_MAPS", "MAPS", "SCALARS", "BakeSettings"]
+
+ID_MAPS = ("instance", "material", "triangle")
+"""Maps of ids."""
+MAPS = (
+    *(
+        "position",
+        "normal",
+        "shading_normal",
+        "tangent_normal",
+        "ao",
+        "bent_normal",
+        "thickness",
+        "curvature",
+    ),
+    *MATERIAL_MAPS,
+    *ID_MAPS,
+)
+"""The maps that `bake` supports."""
+SCALARS = ("ao", "thickness", "curvature", *ID_MAPS)
+"""Maps with one value for each texel."""
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """Checked arguments of `bake`."""
+
+    number: int
+    """The object's id."""
+    maps: list[str]
+    samples: int
+    reach: float
+    """Length of occlusion rays, metres."""
+    cone: float
+    """Opening angle of the rays of `thickness`, radians."""
+    cage: float
+    """Distance within which a source is searched for, metres."""
+    green_down: bool
+    """True if green of `tangent_normal` points down the image."""
+    threads: int | None

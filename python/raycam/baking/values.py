@@ -1,0 +1,176 @@
+"""Values of maps at points of an object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Bools, Floats
+from ..world import World
+from ..world.face_geometry import face_normals
+from ..world.object_mesh import ObjectMesh
+from .curvature import corner_curvatures
+from .hemisphere import hemisphere_directions
+from .settings import BakeSettings
+from .surface_points import SurfacePoints, material_numbers, transfer
+from .tangents import corner_tangents, tangent_space_normals
+
+__all__ = ["BakedObject", "FacePoints", "unit_vectors"]
+
+RELATIVE_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+"""Rounding error of a surface point relative to its largest coordinate; rays start at this distance."""
+
+
+@dataclass(frozen=True, eq=False)
+class FacePoints:
+    """Points [n] of a mesh."""
+
+    face: npt.NDArray[np.int32]
+    """Faces [n]."""
+    weights: Floats
+    """Weights of the faces' corners [n, 3]."""
+    key: npt.NDArray[np.int64]
+    """Numbers that select the random numbers of a point [n]."""
+
+
+class BakedObject:
+    """An object of a world, and a detailed source or None, whose maps are computed."""
+
+    def __init__(
+        self,
+        world: World,
+        mesh: ObjectMesh,
+        uvs: npt.NDArray[np.float32] | None,
+        source: World | None,
+        settings: BakeSettings,
+    ) -> None:
+        self.world, self.mesh, self.source, self.settings = world, mesh, source, settings
+        self.tangents: Floats | None = None
+        self._curvatures: dict[int, Floats] = {}
+        if "tangent_normal" in settings.maps:
+            assert uvs is not None
+            matrix = world.objects[settings.number].matrix
+            inverse = np.linalg.inv(matrix)
+            local = mesh.corners @ inverse[:3, :3].T + inverse[:3, 3]
+            normals = _corner_normals(mesh, matrix[:3, :3])
+            self.tangents = corner_tangents(local, normals, uvs.astype(np.float64))
+
+    def values(self, at: FacePoints) -> tuple[dict[str, npt.NDArray[Any]], Bools]:
+        """The values of points by map, and True [n] for those that missed the source."""
+        settings = self.settings
+        own = self._own_points(at)
+        points = own
+        if self.source is not None:
+            points = transfer(own, self.source, settings.cage, settings.threads)
+        values: dict[str, npt.NDArray[Any]] = {
+            "position": points.position,
+            "normal": points.normal,
+            "shading_normal": points.shading_normal,
+            "triangle": at.face,
+            "instance": np.full(len(at.face), settings.number),
+            **points.materials,
+        }
+        if "material" in settings.maps:
+            values["material"] = material_numbers(own, settings.threads)
+        if "curvature" in settings.maps:
+            values["curvature"] = self._curvature(points)
+        if self.tangents is not None:
+            values["tangent_normal"] = self._tangent_normals(at, own, points)
+        values |= _occlusion(points, at.key, settings)
+        return values, points.missed
+
+    def _own_points(self, at: FacePoints) -> SurfacePoints:
+        """The points on the object."""
+        mesh, number = self.mesh, self.settings.number
+        corners = mesh.corners[at.face]
+        normal = face_normals(corners)
+        shading = normal
+        if mesh.normals is not None:
+            linear = np.asarray(np.linalg.inv(self.world.objects[number].matrix[:3, :3]).T, np.float64)
+            interpolated = np.einsum("nk,nkj->nj", at.weights, mesh.normals[at.face].astype(np.float64))
+            shading = unit_vectors(interpolated @ linear.T, normal)
+        position = np.einsum("nk,nkj->nj", at.weights, corners)
+        instance = np.full(len(at.face), number, np.int32)
+        missed = np.zeros(len(at.face), bool)
+        return SurfacePoints(
+            self.world, position, normal, shading, instance, at.face.astype(np.int32), at.weights, missed
+        )
+
+    def _tangent_normals(self, at: FacePoints, own: SurfacePoints, points: SurfacePoints) -> Floats:
+        """Shading normals in the object's tangent space [n, 3]."""
+        assert self.tangents is not None
+        # glTF's tangents belong to the mesh's frame, in which normals are turned by the transpose.
+        linear = self.world.objects[self.settings.number].matrix[:3, :3]
+        normals = np.einsum("nk,nkj->nj", at.weights, _corner_normals(self.mesh, linear)[at.face])
+        shading = unit_vectors(normals, own.normal @ linear)
+        tangents = self.tangents[at.face]
+        along = np.einsum("nk,nkj->nj", at.weights, tangents[..., :3])
+        detailed = unit_vectors(points.shading_normal @ linear, shading)
+        found = tangent_space_normals(detailed, shading, along, tangents[:, 0, 3])
+        if self.settings.green_down:
+            found = found * [1, -1, 1]
+        return found
+
+    def _curvature(self, points: SurfacePoints) -> Floats:
+        """The mean curvatures [n], interpolated between the vertices; 0 at points of no surface."""
+        found = np.zeros(len(points.instance))
+        for number in np.unique(points.instance[points.instance >= 0]).tolist():
+            if number not in self._curvatures:
+                self._curvatures[number] = corner_curvatures(points.world.triangles(number))
+            some = points.instance == number
+            at_corners = self._curvatures[number][points.triangle[some]]
+            found[some] = (at_corners * points.barycentric[some]).sum(axis=1)
+        return found
+
+
+def _corner_normals(mesh: ObjectMesh, linear: Floats) -> Floats:
+    """The shading normals of the corners [f, 3, 3] in the mesh's frame, for its transform `linear` [3, 3]."""
+    if mesh.normals is not None:
+        return mesh.normals.astype(np.float64)
+    normals = face_normals(mesh.corners)
+    return np.repeat(unit_vectors(normals @ linear, normals)[:, None], 3, axis=1)
+
+
+def unit_vectors(vectors: Floats, default: Floats) -> Floats:
+    """Returns vectors [n, 3] of length 1; `default` for those of length 0."""
+    length = np.sqrt((vectors**2).sum(axis=1, keepdims=True))
+    found: Floats = np.where(length > 0, vectors / np.where(length > 0, length, 1), default)
+    return found
+
+
+def _occlusion(
+    points: SurfacePoints, keys: npt.NDArray[np.int64], settings: BakeSettings
+) -> dict[str, npt.NDArray[Any]]:
+    """The maps that need rays: occlusion, bent normals and thickness."""
+    names, samples, reach, threads = settings.maps, settings.samples, settings.reach, settings.threads
+    position, normal, count = points.position, points.normal, len(points.position)
+    skip = (points.instance, points.triangle)
+    # A texel on an edge touches the neighbouring face, which is not an occluder.
+    start = RELATIVE_ROUNDING * float(np.abs(position).max(initial=0.0))
+    values: dict[str, npt.NDArray[Any]] = {}
+    if "ao" in names or "bent_normal" in names:
+        free, bent = np.zeros(count), np.zeros((count, 3))
+        for sample in range(samples):
+            directions = hemisphere_directions(normal, keys, sample, samples)
+            clear = ~points.world.occluded(
+                position, directions, reach, t_min=start, skip=skip, threads=threads
+            )
+            free += clear
+            bent += np.where(clear[:, None], directions, 0.0)
+        values["ao"] = free / samples
+        values["bent_normal"] = unit_vectors(bent, normal)
+    if "thickness" in names:
+        total, hits = np.zeros(count), np.zeros(count)
+        for sample in range(samples):
+            directions = hemisphere_directions(-normal, keys, sample, samples, settings.cone)
+            t = points.world.cast_rays(
+                position, directions, t_max=reach, t_min=start, fields=("t",), skip=skip, threads=threads
+            )["t"]
+            hit = np.isfinite(t)
+            total += np.where(hit, t, reach if np.isfinite(reach) else 0.0)
+            hits += hit | np.isfinite(reach)
+        values["thickness"] = total / np.maximum(hits, 1)
+    return values

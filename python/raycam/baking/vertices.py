@@ -1,0 +1,68 @@
+"""Baking to the vertices of a mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Bools
+from ..errors import Notice
+from ..notices import warn
+from ..world.face_geometry import face_areas, unique_rows
+from .baked_maps import BakedMaps
+from .values import BakedObject, FacePoints, unit_vectors
+
+__all__ = ["bake_vertices", "warn_of_missed"]
+
+INSET = 0.01
+"""Share of the way from a corner to the face's centroid at which a face's value for the corner is computed."""
+CHUNK_CORNERS = 1 << 17
+"""Number of corners processed at a time."""
+UNIT_VECTOR_MAPS = ("normal", "shading_normal", "bent_normal")
+"""Maps of unit vectors."""
+
+
+def bake_vertices(baked: BakedObject, name: int | str) -> BakedMaps:
+    """The maps at the vertices, the different positions of the corners: means over the faces there, by their area."""
+    corners = baked.mesh.corners
+    vertices, vertex = unique_rows(corners.reshape(-1, 3))
+    count = len(vertices)
+    area = np.repeat(np.maximum(face_areas(corners), 1e-300), 3)
+    total = np.bincount(vertex, weights=area, minlength=count)
+    sums: dict[str, npt.NDArray[Any]] = {}
+    missed = np.zeros(count, bool)
+    corner_weights = INSET / 3 + (1 - INSET) * np.eye(3)
+    for first in range(0, len(vertex), CHUNK_CORNERS):
+        number = np.arange(first, min(first + CHUNK_CORNERS, len(vertex)))
+        at = FacePoints((number // 3).astype(np.int32), corner_weights[number % 3], number)
+        values, lost = baked.values(at)
+        place, weight = vertex[number], area[number] / total[vertex[number]]
+        missed[place[lost]] = True
+        for each in baked.settings.maps:
+            rows = values[each].reshape(len(number), -1) * weight[:, None]
+            found = [np.bincount(place, weights=column, minlength=count) for column in rows.T]
+            sums[each] = sums.get(each, 0) + np.stack(found, axis=1)
+    maps = {each: _mean(each, array) for each, array in sums.items()}
+    warn_of_missed(missed, count, "vertices", baked.settings.cage, name)
+    faces = vertex.reshape(-1, 3).astype(np.int32)
+    return BakedMaps(maps, np.ones(count, bool), 0, missed, vertices, faces, baked.world.up)
+
+
+def _mean(name: str, sums: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """A map [v] or [v, 3] from its weighted sums [v, k]."""
+    if name in UNIT_VECTOR_MAPS:
+        sums = unit_vectors(sums, np.zeros_like(sums))
+    found: npt.NDArray[np.float32] = (sums[:, 0] if sums.shape[1] == 1 else sums).astype(np.float32)
+    return found
+
+
+def warn_of_missed(missed: Bools, count: int, places: str, cage: float, name: object) -> None:
+    """Warns of places without a surface of the source."""
+    if missed.any():
+        message = (
+            f"object {name!r}: {int(missed.sum())} of {count} {places} have no surface of the source within "
+            f"cage={cage:.4g} metres; they show the object itself"
+        )
+        warn(Notice(message, "missed_source"))

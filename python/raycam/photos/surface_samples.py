@@ -1,0 +1,122 @@
+"""Random points on surfaces, all of them or those that cameras see."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats, one_of, thread_count, whole
+from ..camera import Camera
+from ..errors import WorldError
+from ..notices import warn_all
+from ..one_line import one_line
+from ..world import World
+from ..world.chosen import Chosen, object_mask
+from ..world.face_geometry import face_areas, face_normals
+from .placement import placement_notices
+from .sight import find_sight
+from .truth import named_photographs
+from .visibility import side_of
+
+__all__ = ["SurfaceSamples", "sample_surface"]
+
+MIN_BATCH = 1 << 12
+"""Points that are drawn at a time, at least."""
+MAX_BATCH = 1 << 17
+"""Points that are drawn at a time, at most."""
+MAX_DRAWS = 1 << 22
+"""Points that are drawn without finding the requested number of visible ones."""
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class SurfaceSamples:
+    """The result of `sample_surface`: points [n] in random order."""
+
+    points: Floats
+    """Positions in the world, float64 [n, 3], metres."""
+    normals: Floats
+    """Unit normals of the faces, float64 [n, 3]."""
+    ids: npt.NDArray[np.int32]
+    """(instance, triangle) of the faces, int32 [n, 2]."""
+
+
+def sample_surface(
+    world: World,
+    count: int,
+    *,
+    visible_to: Mapping[str, Camera] | Sequence[Camera] | None = None,
+    objects: Chosen | None = None,
+    facing: Literal["auto", "front", "both"] = "auto",
+    seed: int = 0,
+    threads: int | None = None,
+) -> SurfaceSamples:
+    """Draws `count` points, uniform by area, on the surface or on its part that cameras see.
+
+    With `visible_to`, posed cameras as in `surface_visibility`, all points are visible to at least one of them; a
+    reconstruction is then compared only with surfaces that the photographs show. Points project through the lens into
+    the image, face the camera, and no triangle of the world is between them and the camera. `objects` are the ids or
+    names of the objects that have points; all objects occlude. `facing` is as in `surface_visibility`.
+
+    The same arguments give the same points on any number of threads. A notice is issued if fewer than half of the
+    cameras show the world. Raises `SettingsError` for invalid arguments, and `WorldError` for unknown objects, for a
+    world without area, and if fewer than `count` of 4 million points are visible.
+    """
+    wanted, threads = whole("count", count, 1, MAX_DRAWS), thread_count(threads)
+    random = np.random.default_rng(whole("seed", seed, 0, (1 << 63) - 1))
+    one_of("facing", facing, ("auto", "front", "both"))
+    cameras = None if visible_to is None else named_photographs(visible_to)
+    mask = object_mask(world._core, objects)
+    ids, corners = world.triangle_ids(), world.triangles()
+    if mask is not None:
+        kept = np.flatnonzero(mask[ids[:, 0]])
+        ids, corners = ids[kept], corners[kept]
+    areas = np.cumsum(face_areas(corners))
+    if not len(areas) or not areas[-1] > 0:
+        raise WorldError(
+            "the world has no surface to sample; sample_surface requires a mesh", code="nothing_visible"
+        )
+    side: Literal["front", "both"] = "front"
+    if cameras is not None:
+        warn_all(placement_notices(world, cameras))
+        side = side_of(world, list(cameras.values()), threads) if facing == "auto" else facing
+    found: list[tuple[Floats, npt.NDArray[np.int64]]] = []
+    drawn = total = 0
+    while total < wanted:
+        if drawn >= MAX_DRAWS:
+            raise WorldError(
+                f"only {total} of {drawn} points on the surface are visible to the cameras, requested: {wanted}; check "
+                "the cameras' coordinates, or request fewer points",
+                code="nothing_visible",
+            )
+        batch = int(np.clip(2 * (wanted - total), MIN_BATCH, MAX_BATCH))
+        face = np.searchsorted(areas, random.random(batch) * areas[-1], side="right")
+        points = _points(corners[face], random.random((batch, 2)))
+        drawn += batch
+        if cameras is not None:
+            normals = face_normals(corners[face])
+            seen = np.zeros(batch, bool)
+            for camera in cameras.values():
+                rest = np.flatnonzero(~seen)
+                sight = find_sight(world, camera, points[rest], normals[rest], facing=side, threads=threads)
+                seen[rest[sight.index]] = True
+            points, face = points[seen], face[seen]
+        found.append((points, face))
+        total += len(face)
+    points, face = (np.concatenate(part)[:wanted] for part in zip(*found, strict=True))
+    return SurfaceSamples(points, face_normals(corners[face]), ids[face])
+
+
+def _points(corners: Floats, numbers: Floats) -> Floats:
+    """Points [n, 3] in triangles [n, 3, 3] for uniform numbers [n, 2] (Osada et al., Shape distributions, 2002)."""
+    root = np.sqrt(numbers[:, :1])
+    found: Floats = (
+        (1 - root) * corners[:, 0]
+        + root * (1 - numbers[:, 1:]) * corners[:, 1]
+        + root * numbers[:, 1:] * corners[:, 2]
+    )
+    return found
