@@ -388,18 +388,12 @@ fn looks_like_k(at: &Cursor<'_>) -> bool {
     zeros && m[2 * width + 2] == 1.0 && m[0] > 0.0 && m[width + 1] > 0.0
 }
 
-/// The keys of one camera: those without a mark, or those that end or begin with the mark of its side.
-#[derive(Clone)]
-pub(super) struct KeyView<'a> {
-    pub(super) at: Cursor<'a>,
-    /// The marks of the side, as `1` and `left`; empty for keys without a mark.
-    pub(super) side: Vec<String>,
 /// Keys of one camera: those without a marker, or those that end or begin with the marker of its side.
 #[derive(Clone)]
 pub(super) struct KeyView<'a> {
     pub(super) at: Cursor<'a>,
     /// Markers of the side, such as `1` and `left`; empty for keys without a marker.
-    pub(super) side: &'static [&'static str],
+    pub(super) side: Vec<String>,
     /// Maps that contain this one, the innermost first: their size, skew and lens model also apply to the camera.
     pub(super) above: Vec<Cursor<'a>>,
 }
