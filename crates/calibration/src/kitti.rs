@@ -23,18 +23,6 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     data_lines(text).any(|(_, line)| ["P0:", "P2:", "P_rect_00:", "K_00:"].iter().any(|key| line.starts_with(key)))
 }
 
-/// True for a text with a matrix of KITTI in one line, which OpenCV's reader would accept too.
-pub(crate) fn has_matrix_line(text: &str) -> bool {
-    let numbers = |values: &str, count: usize| {
-        let mut words = values.split_whitespace();
-        words.clone().count() == count && words.all(|word| word.parse::<f64>().is_ok())
-    };
-    let counts = [("P0:", 12), ("P2:", 12), ("P_rect_00:", 12), ("K_00:", 9)];
-    data_lines(text).any(|(_, line)| {
-        counts.iter().any(|&(key, count)| line.strip_prefix(key).is_some_and(|values| numbers(values, count)))
-    })
-}
-
 pub(crate) fn detect_poses(_: &InputFile, text: &str) -> bool {
     looks_like(text, 12)
 }

@@ -5,7 +5,6 @@ pub(crate) mod lens_keys;
 pub(crate) mod npy;
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
-pub(crate) mod pose_map;
 pub(crate) mod toml_tree;
 pub(crate) mod unread;
 pub(crate) mod xml;

@@ -3,8 +3,9 @@
 use glam::{DMat3, DVec3};
 
 use crate::document::lens_keys::plain;
-use crate::document::{Cursor, check_rigid, check_rotation, pose_map, rigid};
+use crate::document::{Cursor, check_rigid, check_rotation, rigid};
 use crate::opencv::keys::{self, KeyView};
+use crate::pose_map;
 use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::NoticeCode;

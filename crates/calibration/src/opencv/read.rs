@@ -5,11 +5,12 @@
 use std::path::Path;
 
 use crate::document::lens_keys::plain;
+use crate::document::number_lines::has_kitti_matrix;
 use crate::document::{Cursor, Value, npy, unread, yaml};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
 use crate::opencv::{camera, partner, pose, stereo};
-use crate::{Calibration, ReadHints, kitti};
+use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
@@ -29,7 +30,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     }
     let path = &source.path;
     let has = |word: &str| text.contains(word);
-    if unread::name_of(&[], text).is_some() && !has("opencv_storage") || kitti::has_matrix_line(text) {
+    if unread::name_of(&[], text).is_some() && !has("opencv_storage") || has_kitti_matrix(text) {
         return false;
     }
     let own = has("%YAML:1.0") || has("!!opencv-matrix") || has("\"opencv-matrix\"") || has("<opencv_storage>");

@@ -4,8 +4,9 @@
 
 use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
-use crate::document::{Cursor, pose_map, rigid, yaml};
+use crate::document::{Cursor, rigid, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
+use crate::pose_map;
 use crate::rig::on_a_body;
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
