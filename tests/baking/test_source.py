@@ -165,3 +165,44 @@ def test_green_down_reverses_y_of_tangent_normals(tmp_path: Path) -> None:
     # OpenGL's green grows with the slope towards the image's upper edge, which is +y here.
     _, normal = waves(*grid(16))
     np.testing.assert_allclose(up["tangent_normal"][..., 1], normal[..., 1], atol=2e-3)
+
+
+def test_maps_of_materials_are_those_of_the_source(tmp_path: Path) -> None:
+    source = raycam.World()
+    half = [[-1, 1, 0], [-1, -1, 0], [0, -1, 0], [0, 1, 0]]
+    faces = [[0, 1, 2], [0, 2, 3]]
+    glowing = {"type": "principled", "roughness": 0.3, "metallic": 0.8, "emission": [2.0, 1.0, 0.5]}
+    source.add_mesh(half, faces, material=glowing)
+    source.add_mesh(
+        np.add(half, [1, 0, 0]), faces, material={"type": "metal", "metal": "gold", "roughness": 0.1}
+    )
+    maps = raycam.bake(panel(), ["roughness", "metallic", "emission"], size=16, source=source)
+    left = (grid(16)[0] < 0)[..., None]
+    np.testing.assert_allclose(maps["roughness"], np.where(left[..., 0], 0.3, 0.1), atol=1e-6)
+    np.testing.assert_allclose(maps["metallic"], np.where(left[..., 0], 0.8, 1.0), atol=1e-6)
+    np.testing.assert_allclose(maps["emission"], np.where(left, [2.0, 1.0, 0.5], 0.0), atol=1e-6)
+    names = [path.name for path in maps.save(tmp_path)]
+    assert names == ["roughness.png", "metallic.png", "emission.exr"]
+    read = cv2.imread(str(tmp_path / "roughness.png"), cv2.IMREAD_UNCHANGED)
+    np.testing.assert_allclose(read / 65535, maps["roughness"], atol=1e-4)
+    for name in ("roughness", "metallic", "emission"):
+        with raises(raycam.SettingsError, code="missing_value", mentions=[name, "source"]):
+            raycam.bake(panel(), [name], size=8)
+
+
+def test_textured_roughness_and_metallic_are_green_and_blue() -> None:
+    random = np.random.default_rng(0)
+    texels = random.integers(0, 256, (8, 8, 3)).astype(np.uint8)
+    source = panel()
+    textured = {
+        "type": "principled",
+        "roughness": 0.9,
+        "metallic": 0.6,
+        "textures": {name: raycam.Texture(texels, filter="nearest") for name in ("roughness", "metallic")},
+    }
+    corners = [[-1, 1, 0.01], [-1, -1, 0.01], [1, -1, 0.01], [1, 1, 0.01]]
+    source = raycam.World()
+    source.add_mesh(corners, [[0, 1, 2], [0, 2, 3]], uvs=[[0, 0], [0, 1], [1, 1], [1, 0]], material=textured)
+    maps = raycam.bake(panel(), ["roughness", "metallic"], size=8, source=source, cage=0.05)
+    np.testing.assert_allclose(maps["roughness"], 0.9 * texels[..., 1] / 255, atol=2e-3)
+    np.testing.assert_allclose(maps["metallic"], 0.6 * texels[..., 2] / 255, atol=2e-3)

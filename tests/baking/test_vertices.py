@@ -78,6 +78,16 @@ def test_files_of_vertices_contain_linear_vertex_colours(tmp_path: Path) -> None
     assert baked["ao"].std() > 0.1
 
 
+def test_light_and_its_error_are_means_over_the_faces() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [2, 2, 2]}, name="box")
+    world.add_light(type="sky", radiance=[1.0, 1.0, 1.0])
+    baked = raycam.bake(world, ["irradiance"], object="box", to="vertices", samples=512)
+    np.testing.assert_allclose(baked["irradiance"], np.pi, rtol=0.02)
+    assert baked["irradiance_error"].shape == (8,)
+    assert (baked["irradiance_error"] < 0.2).all()
+
+
 def test_detailed_source_and_missed_vertices() -> None:
     low, high = raycam.World(), raycam.World()
     low.add_object(plane={"size": [2, 2]})
@@ -93,7 +103,7 @@ def test_detailed_source_and_missed_vertices() -> None:
 
 @pytest.mark.parametrize(
     "options",
-    [{"maps": ["tangent_normal"]}, {"maps": ["triangle"]}, {"atlas": "cells"}],
+    [{"maps": ["tangent_normal"]}, {"maps": ["triangle"]}, {"atlas": "cells"}, {"denoise": True}],
 )
 def test_arguments_of_textures_are_refused(options: dict) -> None:
     world = raycam.World()

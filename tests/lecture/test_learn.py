@@ -12,6 +12,7 @@ from raycam.lecture import learn
 from support.node_core import needs_core
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
+NOTEBOOKS = Path(learn.__file__).parent / "notebooks"
 
 
 def test_lecture_page_has_the_current_text(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -35,7 +36,9 @@ def test_learn_writes_lecture_and_notebooks(
     assert cli.main(["learn", str(tmp_path / "course")]) == 0
     names = sorted(path.name for path in (tmp_path / "course").iterdir())
     assert "lecture.html" in names
-    assert sum(name.endswith(".ipynb") for name in names) == 7
+    notebooks = {name for name in names if name.endswith(".ipynb")}
+    assert notebooks == {path.name for path in NOTEBOOKS.glob("*.ipynb")}
+    assert "4_ray_tracer_by_hand_solutions.ipynb" in notebooks
     assert opened == [(tmp_path / "course" / "lecture.html").resolve().as_uri()]
     page = (tmp_path / "course" / "lecture.html").read_text(encoding="utf-8")
     assert "make web" in page

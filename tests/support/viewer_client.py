@@ -49,5 +49,5 @@ class Client:
         """The next message of a type with these fields; other messages are skipped."""
         while True:
             message, buffers = self.next()
-            if message["type"] == kind and all(message[name] == value for name, value in fields.items()):
+            if message["type"] == kind and all(message.get(name) == value for name, value in fields.items()):
                 return message, buffers

@@ -148,7 +148,11 @@ def test_drag_outside_of_the_handles_turns_the_camera(tab: Tab, serve: Serve) ->
     rest(tab, session)
     assert session.view.camera != camera
     assert np.array_equal(matrix_of(session), before)
-    assert tab.evaluate("document.getElementById('undo').disabled")
+    assert session.view.opened.edits.about()["undo"] == 0
+    tab.wait("!document.getElementById('undo').disabled")
+    tab.evaluate("document.getElementById('undo').click()")
+    until(lambda: session.view.camera == camera)
+    tab.wait("document.getElementById('undo').disabled && !document.getElementById('redo').disabled")
 
 
 def test_values_of_a_moved_object_belong_to_its_new_position(tab: Tab, serve: Serve) -> None:
@@ -218,7 +222,7 @@ def test_dropped_files_are_refused_without_allow_open(
     [
         ("broken.toml", WORLD.replace("sun", "sunn"), "sunn"),
         ("cut.glb", "glTF", "glb"),
-        ("notes.txt", "hello", "None of these files is a world"),
+        ("notes.txt", "hello", "No world found in these files"),
         ("far.toml", WORLD.replace("wedge.obj", "../../etc/passwd"), "passwd"),
     ],
 )

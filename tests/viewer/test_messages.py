@@ -44,6 +44,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "lens": {"fx": 500.5, "fy": 500, "cx": -1, "cy": 239.5, "distortion": [0.1, -0.02]},
     "pose": {"location": [1, -2.5, 3], "roll": 0, "pitch": 10.5, "yaw": -90},
     "overlay": {"cameras": True, "explained": False, "grid": True},
+    "scan": {"lidar": "top"},
     "select": {"number": 0, "tool": "move"},
     "gizmo": {"handle": "x", "stroke": 7, "begin": [1.5, 2], "end": [-3, 4]},
     "film": {"seconds": 2, "degrees": 360},
@@ -65,6 +66,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "ack": {"picture": 3},
     "control": {"id": 3, "value": 0.5},
     "planes": {"wanted": True},
+    "tile": {"id": 7, "u": 0, "v": 1079, "width": 32, "height": 256},
     "visible": {"visible": False},
 }
 WRONG: list[Any] = [
@@ -91,7 +93,7 @@ TAKEN = {
     ("control", "value"): (True, 1.5, -1, PATH),
     **{("look", field): (1.5, -1) for field in ("rotation", "azimuth", "elevation")},
     ("time", "t"): (1.5,),
-    **dict.fromkeys([("time", "animation"), ("variant", "name")], (PATH,)),
+    **dict.fromkeys([("time", "animation"), ("variant", "name"), ("scan", "lidar")], (PATH,)),
     **{("lens", field): (1.5,) for field in ("fx", "fy")},
     **{("lens", field): (1.5, -1) for field in ("cx", "cy")},
     ("lens", "distortion"): ([],),

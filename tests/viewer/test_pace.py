@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from raycam.viewer.session.pace import TARGET, Pace
+from raycam.viewer.session.pace import MAX_BYTES, TARGET, Pace
 
 STILL = (640, 480)
 
@@ -29,3 +29,10 @@ def test_size_recovers_after_one_slow_image() -> None:
     for _ in range(20):
         pace.measured((160, 120), 0.1 * TARGET / 16)
     assert pace.size(STILL) == STILL
+
+
+def test_images_with_many_bytes_are_smaller() -> None:
+    pace = Pace()
+    pace.measured(STILL, 0.1 * TARGET, 3 * MAX_BYTES, "depth")
+    assert pace.size(STILL, "depth") == (320, 240)
+    assert pace.size(STILL, "color") == STILL

@@ -309,12 +309,36 @@ def test_every_channel_is_sent_exactly(client: Client, small_world: raycam.World
     expected = raycam.render(small_world, camera, samples=16, channels=names)
     for channel in names:
         client.say("channel", name=channel)
-        message, (data,) = client.hear("picture", channel=channel, moving=False)
+        message, (data,) = client.hear("picture", channel=channel, moving=False, exact=True)
         assert unpack(message["plane"], data).tobytes() == expected[channel].tobytes(), channel
     client.say("channel", name="error")
-    message, (data,) = client.hear("picture", channel="error", moving=False, samples=16)
+    message, (data,) = client.hear("picture", channel="error", moving=False, samples=16, exact=True)
     expected = raycam.render(small_world, camera, samples=16, channels=["color", "error"])
     assert unpack(message["plane"], data).tobytes() == expected["error"].tobytes()
+
+
+def test_numbers_for_display_are_rounded_and_tiles_are_exact(
+    client: Client, small_world: raycam.World
+) -> None:
+    camera = small_world.camera("front")
+    expected = raycam.render(
+        small_world, camera, samples=16, channels=["color", "alpha", "coverage", "depth"]
+    )
+    client.hear("picture", samples=16)
+    client.say("tile", id=1, u=40, v=3, width=100, height=5)
+    message, (data,) = client.hear("tile", id=1)
+    assert (message["u"], message["v"], message["channel"]) == (40, 3, "color")
+    assert unpack(message["plane"], data).tobytes() == expected["color"][3:8, 40:].tobytes()
+    client.say("channel", name="depth")
+    message, (data,) = client.hear("picture", channel="depth", moving=False)
+    assert not message["exact"]
+    found, exact = unpack(message["plane"], data)[..., 0], expected["depth"]
+    seen = np.isfinite(exact)
+    np.testing.assert_allclose(found[seen], exact[seen], rtol=2.0**-13)
+    assert (found[seen] != exact[seen]).any()
+    client.say("tile", id=2, u=10, v=10, width=20, height=10)
+    message, (data,) = client.hear("tile", id=2)
+    assert unpack(message["plane"], data)[..., 0].tobytes() == exact[10:20, 10:30].tobytes()
 
 
 def test_following_clients_share_one_camera(server: Server, open_socket: Open) -> None:

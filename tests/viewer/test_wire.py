@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from raycam.viewer.wire import BEST, DTYPES, FILTERS, pack, unpack
+from raycam.viewer.wire import BEST, DTYPES, FILTERS, pack, reduced, unpack
 from support.raises import raises
 
 
@@ -38,3 +38,22 @@ def test_non_contiguous_arrays_are_packed() -> None:
 def test_unsupported_dtypes_are_refused() -> None:
     with raises(ValueError, mentions=["int64"]):
         pack("x", np.zeros((1, 1), np.int64))
+
+
+def test_rounded_numbers_keep_their_size_sign_and_gaps() -> None:
+    rng = np.random.default_rng(1)
+    values = (rng.normal(size=(50, 60)) * 10.0 ** rng.integers(-30, 30, (50, 60))).astype(np.float32)
+    values[0, :4] = [np.nan, np.inf, -np.inf, 0]
+    found = reduced(values)
+    finite = np.isfinite(values)
+    assert np.array_equal(np.isnan(found), np.isnan(values))
+    assert np.array_equal(found[~finite & ~np.isnan(values)], values[~finite & ~np.isnan(values)])
+    error = np.abs(found[finite].astype(float) - values[finite])
+    assert (error <= 2.0**-13 * np.abs(values[finite].astype(float))).all()
+    assert (found.view(np.uint32)[finite] & 0x7FF == 0).all()
+    assert error.any()
+
+
+def test_whole_numbers_are_not_rounded() -> None:
+    ids = np.arange(1 << 20, dtype=np.int32).reshape(1024, 1024)
+    assert reduced(ids) is ids

@@ -52,6 +52,8 @@ mod core {
     #[pymodule_export]
     use crate::render::frame::{channels, merge};
     #[pymodule_export]
+    use crate::render::light::world_light_at;
+    #[pymodule_export]
     use crate::render::progressive::Progressive;
     #[pymodule_export]
     use crate::render::settings::{complete_render_options, render_options};
@@ -78,7 +80,9 @@ mod core {
     use crate::world::state::World;
 
     #[pymodule_export]
-    use crate::world::rigs::{world_add_rig, world_rig_at, world_rigs};
+    use crate::world::rigs::{
+        world_add_rig, world_add_sensor, world_lidar_surfaces, world_rig_at, world_rigs, world_sensors,
+    };
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -20,6 +20,7 @@
 //! | `film` | channels, planes, tiles, estimators, display encoding |
 //! | `prepare` | world as described to world as traced |
 //! | `interaction` | position, normals, textures and vertex attributes at a hit |
+//! | `media` | media along rays: nested bodies, fog |
 //! | `bsdf` | BSDFs, for one point and for batches |
 //! | `light` | lights, light tree, light samples |
 //! | `motion` | world states over the shutter |
@@ -63,6 +64,7 @@ mod integrator;
 mod interaction;
 mod light;
 mod lobes;
+mod media;
 mod memory;
 mod motion;
 mod path_guiding;

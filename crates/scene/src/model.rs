@@ -109,6 +109,14 @@ pub trait AssetLoader {
         Ok(file.into())
     }
 
+    /// The contents of the file of this name.
+    ///
+    /// # Errors
+    /// A file that is missing, unreadable or too large.
+    fn bytes(&mut self, file: &str) -> Result<Vec<u8>, Self::Error> {
+        Err(SceneError::world(format!("file {file:?}: files cannot be read here")).into())
+    }
+
     /// Error of a file, prefixed with the key that refers to the file, such as `object[2].mesh`.
     fn in_context(error: Self::Error, key: &str) -> Self::Error;
 }

@@ -17,10 +17,13 @@ from ..errors import SettingsError
 from ..io.atomic_files import write
 from ..one_line import one_line
 from ..world import World
+from .light import LIGHT_MAPS
 from .settings import ID_MAPS
 
 __all__ = ["BakedMaps"]
 
+UNIT_MAPS = ("ao", "roughness", "metallic")
+"""Maps of values from 0 to 1, which are PNG files."""
 MAX_PNG_ID = 65534
 """Largest id that a PNG file of 16 bits can contain; 0 is no surface."""
 
@@ -31,6 +34,32 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     """The result of `bake`: an object's maps by name, and the covered texels.
 
     Maps are arrays [h, w] or [h, w, 3]; with `to="vertices"`, they are [v] or [v, 3].
+
+    ============== ========= =======================================================================================
+    position       float32   the point in the world, metres
+    normal         float32   the face's unit normal in the world
+    shading_normal float32   the interpolated unit normal in the world; the face's for flat faces
+    tangent_normal float32   the shading normal in MikkTSpace's tangent space: x along u, y up the image as in glTF and
+                             OpenGL, or down as in DirectX with `green="down"`
+    ao             float32   the cosine-weighted share of the hemisphere around the normal that is free within
+                             `distance` metres, from `samples` rays: 1 is open, 0 closed
+    bent_normal    float32   the mean free direction, unit; the normal if none is free
+    thickness      float32   the mean distance to the next surface inside, cosine-weighted within `cone` degrees around
+                             the reversed normal: 180 is the hemisphere, 120 the shape diameter function (Shapira et
+                             al. 2008); rays that leave count as `distance`, or not if that is infinite
+    curvature      float32   the mean curvature, 1/metre, positive where convex (Meyer et al. 2003)
+    irradiance     float32   all light that arrives around the shading normal, linear, W/m², path traced with `samples`
+                             paths of at most `max_depth` segments
+    direct         float32   the part of the irradiance that arrives without a bounce
+    radiance       float32   the light that leaves along the normal, linear, W/(m² sr)
+    albedo         float32   the base colour of `source`, linear
+    roughness      float32   the perceptual roughness of `source`; 1 for materials without a glossy lobe
+    metallic       float32   1 for metals of `source`
+    emission       float32   the emitted radiance of `source`, linear, W/(m² sr)
+    instance       int32     the object's id, -1 without a surface
+    material       int32     the material's number, as in the channel `material`, -1 without a surface
+    triangle       int32     the face's index in the mesh, -1 without a surface
+    ============== ========= =======================================================================================
     """
 
     maps: dict[str, npt.NDArray[Any]] = field(repr=False)
@@ -93,15 +122,18 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Writes each map into a folder; returns the paths.
 
-        Textures of `ao` and `tangent_normal` are PNG files with 16 bits; ids are PNG files with 16 bits that contain
-        id + 1, and 0 without a surface, or EXR files with int32 values for ids above 65,534; others are EXR files with
-        float32 values. Maps of vertices are glTF files, NAME.glb, in vertex colours: of the map's range, if its values
-        are outside 0..1.
+        Textures of `ao`, `roughness`, `metallic` and `tangent_normal` are PNG files with 16 bits; ids are PNG files
+        with 16 bits that contain id + 1, and 0 without a surface, or EXR files with int32 values for ids above 65,534;
+        others are EXR files with float32 values. Light and emission are the channels R, G and B; light has its
+        standard error in the layer `error`. Maps of vertices
+        are glTF files, NAME.glb, in vertex colours: of the map's range, if its values are outside 0..1.
         """
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)
         made = []
         for name in self.maps:
+            if name.removesuffix("_error") in LIGHT_MAPS and name.endswith("_error"):
+                continue
             path = target / f"{name}{self.ending(name)}"
             self.save_map(name, path)
             made.append(path)
@@ -112,7 +144,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         if self.vertices is not None:
             return ".glb"
         is_id = name in ID_MAPS and self.maps[name].max(initial=-1) <= MAX_PNG_ID
-        return ".png" if is_id or name in ("ao", "tangent_normal") else ".exr"
+        return ".png" if is_id or name in (*UNIT_MAPS, "tangent_normal") else ".exr"
 
     def save_map(self, name: str, path: str | os.PathLike[str]) -> None:
         """Writes one map to a file with the ending that `save` uses; raises `SettingsError` for another ending."""
@@ -136,4 +168,8 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
                 return bytes(_core.encode_png((values + 1).astype(np.uint16)))
             shares = (values + 1) / 2 if name == "tangent_normal" else values
             return bytes(_core.encode_png(np.rint(np.clip(shares, 0, 1) * 65535).astype(np.uint16)))
-        return bytes(_core.encode_exr([(name, np.ascontiguousarray(values))], False, None, []))
+        layer = "color" if name in (*LIGHT_MAPS, "emission") else name
+        layers = [(layer, np.ascontiguousarray(values))]
+        if name in LIGHT_MAPS:
+            layers.append(("error", np.ascontiguousarray(self.maps[f"{name}_error"])))
+        return bytes(_core.encode_exr(layers, False, None, []))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .light import LIGHT_MAPS
 from .surface_points import MATERIAL_MAPS
 
 __all__ = ["ID_MAPS", "MAPS", "SCALARS", "BakeSettings"]
@@ -21,11 +22,12 @@ MAPS = (
         "thickness",
         "curvature",
     ),
+    *LIGHT_MAPS,
     *MATERIAL_MAPS,
     *ID_MAPS,
 )
 """The maps that `bake` supports."""
-SCALARS = ("ao", "thickness", "curvature", *ID_MAPS)
+SCALARS = ("ao", "thickness", "curvature", "roughness", "metallic", *ID_MAPS)
 """Maps with one value for each texel."""
 
 
@@ -45,4 +47,6 @@ class BakeSettings:
     """Distance within which a source is searched for, metres."""
     green_down: bool
     """True if green of `tangent_normal` points down the image."""
+    max_depth: int | None
+    """Segments of light paths; None is no limit."""
     threads: int | None

@@ -13,7 +13,7 @@ from ..world import World
 
 __all__ = ["MATERIAL_MAPS", "SurfacePoints", "material_numbers", "transfer"]
 
-MATERIAL_MAPS = ("albedo",)
+MATERIAL_MAPS = ("albedo", "roughness", "metallic", "emission")
 """Maps of materials, which are fields of hits."""
 MAX_ROUNDING = 64 * float(np.finfo(np.float64).eps)
 """Rounding error of a point, relative to its largest coordinate, at most."""
@@ -45,15 +45,18 @@ class SurfacePoints:
     """Properties [n, ...] of the materials by name: those of `MATERIAL_MAPS`."""
 
 
-def transfer(points: SurfacePoints, source: World, cage: float, threads: int | None) -> SurfacePoints:
+def transfer(
+    points: SurfacePoints, source: World, cage: float, materials: list[str], threads: int | None
+) -> SurfacePoints:
     """The nearest points of `source` along the shading normals, within `cage` metres outwards or inwards.
 
-    Only surfaces that face outwards count: not the other side of a thin wall.
+    Only surfaces that face outwards count: not the other side of a thin wall. `materials` are the names of material
+    maps to look up.
     """
     normal, skip = points.shading_normal, OVERLAP * cage
     fields = (
         *("t", "instance", "triangle", "barycentric", "position", "normal", "shading_normal"),
-        *MATERIAL_MAPS,
+        *materials,
     )
     hits: list[dict[str, npt.NDArray[Any]]] = []
     sides: tuple[tuple[float, Literal["front", "back"]], ...] = ((1.0, "back"), (-1.0, "front"))
@@ -82,7 +85,7 @@ def transfer(points: SurfacePoints, source: World, cage: float, threads: int | N
         chosen("triangle", np.full_like(points.triangle, -1)),
         chosen("barycentric", points.barycentric),
         missed,
-        {name: chosen(name, np.zeros(hits[0][name].shape, np.float32)) for name in MATERIAL_MAPS},
+        {name: chosen(name, np.zeros(hits[0][name].shape, np.float32)) for name in materials},
     )
 
 

@@ -14,8 +14,9 @@ from ..world.face_geometry import face_normals
 from ..world.object_mesh import ObjectMesh
 from .curvature import corner_curvatures
 from .hemisphere import hemisphere_directions
+from .light import LIGHT_MAPS, light_values
 from .settings import BakeSettings
-from .surface_points import SurfacePoints, material_numbers, transfer
+from .surface_points import MATERIAL_MAPS, SurfacePoints, material_numbers, transfer
 from .tangents import corner_tangents, tangent_space_normals
 
 __all__ = ["BakedObject", "FacePoints", "unit_vectors"]
@@ -34,6 +35,8 @@ class FacePoints:
     """Weights of the faces' corners [n, 3]."""
     key: npt.NDArray[np.int64]
     """Numbers that select the random numbers of a point [n]."""
+    pixel: npt.NDArray[np.int32]
+    """Pixels that select the random numbers of light [n, 2]."""
 
 
 class BakedObject:
@@ -59,12 +62,16 @@ class BakedObject:
             self.tangents = corner_tangents(local, normals, uvs.astype(np.float64))
 
     def values(self, at: FacePoints) -> tuple[dict[str, npt.NDArray[Any]], Bools]:
-        """The values of points by map, and True [n] for those that missed the source."""
+        """The values of points by map, and True [n] for those that missed the source.
+
+        Maps of light have the standard error of their luminance as NAME_error in addition.
+        """
         settings = self.settings
         own = self._own_points(at)
         points = own
         if self.source is not None:
-            points = transfer(own, self.source, settings.cage, settings.threads)
+            materials = [name for name in settings.maps if name in MATERIAL_MAPS]
+            points = transfer(own, self.source, settings.cage, materials, settings.threads)
         values: dict[str, npt.NDArray[Any]] = {
             "position": points.position,
             "normal": points.normal,
@@ -79,6 +86,12 @@ class BakedObject:
             values["curvature"] = self._curvature(points)
         if self.tangents is not None:
             values["tangent_normal"] = self._tangent_normals(at, own, points)
+        for name in LIGHT_MAPS:
+            if name in settings.maps:
+                light, error = light_values(
+                    name, points, at.pixel, settings.samples, settings.max_depth, settings.threads
+                )
+                values |= {name: light, f"{name}_error": error}
         values |= _occlusion(points, at.key, settings)
         return values, points.missed
 

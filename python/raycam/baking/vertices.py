@@ -12,14 +12,17 @@ from ..errors import Notice
 from ..notices import warn
 from ..world.face_geometry import face_areas, unique_rows
 from .baked_maps import BakedMaps
+from .light import LIGHT_MAPS
 from .values import BakedObject, FacePoints, unit_vectors
 
-__all__ = ["bake_vertices", "warn_of_missed"]
+__all__ = ["bake_vertices", "map_names", "warn_of_missed"]
 
 INSET = 0.01
 """Share of the way from a corner to the face's centroid at which a face's value for the corner is computed."""
 CHUNK_CORNERS = 1 << 17
 """Number of corners processed at a time."""
+RANDOM_COLUMNS = 1 << 12
+"""Columns of the grid of pixels that select the random numbers of corners."""
 UNIT_VECTOR_MAPS = ("normal", "shading_normal", "bent_normal")
 """Maps of unit vectors."""
 
@@ -36,12 +39,15 @@ def bake_vertices(baked: BakedObject, name: int | str) -> BakedMaps:
     corner_weights = INSET / 3 + (1 - INSET) * np.eye(3)
     for first in range(0, len(vertex), CHUNK_CORNERS):
         number = np.arange(first, min(first + CHUNK_CORNERS, len(vertex)))
-        at = FacePoints((number // 3).astype(np.int32), corner_weights[number % 3], number)
+        pixel = np.stack([number % RANDOM_COLUMNS, number // RANDOM_COLUMNS], axis=1).astype(np.int32)
+        at = FacePoints((number // 3).astype(np.int32), corner_weights[number % 3], number, pixel)
         values, lost = baked.values(at)
         place, weight = vertex[number], area[number] / total[vertex[number]]
         missed[place[lost]] = True
-        for each in baked.settings.maps:
+        for each in map_names(baked.settings.maps):
             rows = values[each].reshape(len(number), -1) * weight[:, None]
+            if each.endswith("_error"):  # the variance of a sum
+                rows = rows**2
             found = [np.bincount(place, weights=column, minlength=count) for column in rows.T]
             sums[each] = sums.get(each, 0) + np.stack(found, axis=1)
     maps = {each: _mean(each, array) for each, array in sums.items()}
@@ -50,8 +56,15 @@ def bake_vertices(baked: BakedObject, name: int | str) -> BakedMaps:
     return BakedMaps(maps, np.ones(count, bool), 0, missed, vertices, faces, baked.world.up)
 
 
+def map_names(maps: list[str]) -> list[str]:
+    """The names of the arrays for requested maps: light has its standard error in addition."""
+    return [name for each in maps for name in ((each, f"{each}_error") if each in LIGHT_MAPS else (each,))]
+
+
 def _mean(name: str, sums: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     """A map [v] or [v, 3] from its weighted sums [v, k]."""
+    if name.endswith("_error"):
+        sums = np.sqrt(sums)
     if name in UNIT_VECTOR_MAPS:
         sums = unit_vectors(sums, np.zeros_like(sums))
     found: npt.NDArray[np.float32] = (sums[:, 0] if sums.shape[1] == 1 else sums).astype(np.float32)

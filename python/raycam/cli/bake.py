@@ -17,7 +17,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         nargs="+",
         default=["ao"],
         help="ao (default), bent_normal, thickness, curvature, position, normal, shading_normal, tangent_normal, "
-        "instance, material, triangle; with --from: albedo",
+        "irradiance, direct, radiance, instance, material, triangle; with --from: albedo, roughness, metallic, "
+        "emission",
     )
     command.add_argument(
         "-o",
@@ -60,13 +61,21 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: those of the mesh)",
     )
-    command.add_argument("--samples", metavar="N", type=int, default=64, help="rays per texel (default: 64)")
+    command.add_argument(
+        "--samples", metavar="N", type=int, default=64, help="rays or paths per texel (default: 64)"
+    )
     command.add_argument(
         "--distance",
         metavar="METRES",
         type=float,
         help="ignore surfaces beyond this distance (default: no limit)",
     )
+    _add_ray_options(command)
+    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    command.set_defaults(run=_run)
+
+
+def _add_ray_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--cone",
         metavar="DEGREES",
@@ -80,8 +89,14 @@ def _add(command: argparse.ArgumentParser) -> None:
         default="up",
         help="direction of green in tangent_normal: up (default; glTF, OpenGL) or down (DirectX)",
     )
-    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
-    command.set_defaults(run=_run)
+    command.add_argument(
+        "--max-depth", metavar="N", type=int, help="segments of light paths (default: no limit)"
+    )
+    command.add_argument(
+        "--denoise",
+        action="store_true",
+        help="denoise light with Open Image Denoise (requires raycam[denoise])",
+    )
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -111,6 +126,8 @@ def _run(options: argparse.Namespace) -> None:
             distance=float("inf") if options.distance is None else options.distance,
             cone=options.cone,
             green=options.green,
+            max_depth=options.max_depth,
+            denoise=options.denoise,
             threads=options.threads,
         )
     print_notices(notices)
@@ -124,11 +141,12 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "bake maps of a surface into textures or vertex colours: ambient occlusion, normals",
+    "bake maps of a surface into textures or vertex colours: ambient occlusion, normals, light",
     [
         "raycam bake model.glb -o maps                                     maps/ao.png",
         "raycam bake model.glb --maps ao bent_normal --samples 256 --size 2048 -o maps",
         "raycam bake low.glb --from high.obj --maps tangent_normal ao -o maps",
+        "raycam bake room.toml --maps irradiance --samples 256 -o lightmap.exr",
         "raycam bake model.glb --to vertices -o ao.glb                        ambient occlusion as vertex colours",
         "raycam bake room.toml --object chair --maps thickness --distance 0.1 -o maps",
     ],

@@ -438,6 +438,10 @@ class Lidar:
         turns = np.stack([pose.rotations[0] for pose in poses])
         return self._copy(track=Track(times, turns, np.stack([pose.positions[0] for pose in poses])))
 
+    def on_track(self, track: Track) -> Self:
+        """Returns the lidar moving along the poses world_from_sensor of a track; times count from the frame's start."""
+        return self._copy(track=track)
+
     def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
         """Returns the lidar moving on from its pose as a body does that is at `first` and `seconds` later at `second`.
 

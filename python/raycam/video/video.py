@@ -171,16 +171,19 @@ class VideoPlan:
         return 0 if self._rig is None else list(self._rig[0]).index(self._rig[1])
 
     def sample(
-        self, number: int, sensors: Mapping[str, Sensor] | Rig
+        self, number: int, sensors: Mapping[str, Sensor] | Rig | None = None
     ) -> dict[str, dict[str, npt.NDArray[Any]]]:
         """Samples sensors at the time of frame `number`, from 0; returns their arrays by sensor and by name.
 
-        `sensors` are in world coordinates. The video moves a rig, whose `Rig.sensors` are sampled. The arrays include
+        `sensors` are in world coordinates (default: `World.sensors` at that time). The video moves a rig, whose
+        `Rig.sensors` are sampled. The arrays include
         "world_from_sensor" and "times", as in `raycam.sensors.sample_sensor`.
         """
         number = whole("frame", number, 0, len(self) - 1)
         time = self.time(number)
         moment = self._world.at(time, self._animation)
+        if sensors is None:
+            sensors = moment.sensors
         if isinstance(sensors, Rig):
             rig = sensors if self._world.video is None else self._world.rig_at(sensors, time)
             sensors = rig.sensors

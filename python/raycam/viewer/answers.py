@@ -6,16 +6,30 @@ import threading
 import traceback
 
 from ..errors import Cancelled, Error, SettingsError
-from .client_messages import Copy, Explain, Film, Message, Open, Photograph, Probe, Snapshot
+from .client_messages import (
+    Copy,
+    Explain,
+    Film,
+    Message,
+    Open,
+    Photograph,
+    Probe,
+    Scan,
+    Snapshot,
+    Tile,
+)
 from .files.outputs import film, snapshot
 from .probe import explained, values_at
+from .scene.scan_points import scan_points
 from .scheduler import failure
 from .session import Session
 from .session.copied import copied
+from .stills import SAMPLED, truth
+from .wire import pack
 
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
 
-SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph)
+SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph, Scan, Tile)
 """The messages whose answers take their time."""
 AT_ONCE = 4
 """Answers that are made at the same time, of all clients."""
@@ -101,6 +115,31 @@ def probe(session: Session, message: Probe) -> None:
     )
 
 
+def send_tile(session: Session, message: Tile) -> None:
+    """Sends the exact numbers of a part of the shown channel; nothing for a part outside of the image."""
+    with session.lock:
+        view, still = session.view, session.images.still
+    width, height = view.size
+    region = (
+        message.u,
+        message.v,
+        min(message.width, width - message.u),
+        min(message.height, height - message.v),
+    )
+    if region[2] < 1 or region[3] < 1:
+        return
+    u, v, columns, rows = region
+    if view.channel in SAMPLED:
+        if still is None or still.size != view.size or view.channel not in still:
+            return
+        plane = still[view.channel][v : v + rows, u : u + columns]
+    else:
+        plane = truth(view.world, view.still_camera, (view.channel,), region=region, threads=1)[view.channel]
+    header, data = pack(view.channel, plane, level=1)
+    place = {"id": message.id, "channel": view.channel, "u": u, "v": v}
+    session.connection.send({"type": "tile", "plane": header, **place}, [data])
+
+
 def answer(session: Session, message: Message) -> None:
     """Answers a message of `SLOW`, or sends the error to the client."""
     view = session.view
@@ -113,6 +152,10 @@ def answer(session: Session, message: Message) -> None:
             parts, lines = explained(view.lit, view.still_camera, message.u, message.v)
             session.connection.send({"type": "explained", **parts})
             session.show_rays(lines, view.world)
+        elif isinstance(message, Scan):
+            session.show_scan(scan_points(view.world, message.lidar) if message.lidar else None, view.world)
+        elif isinstance(message, Tile):
+            send_tile(session, message)
         elif isinstance(message, Copy):
             text = copied(view, message.format, session.images.samples_of(view), session.notify)
             session.connection.send({"type": "copied", "text": text})

@@ -254,6 +254,14 @@ class Overlay(Message):
 
 
 @dataclass(frozen=True)
+class Scan(Message):
+    """Draws the points of one of the world's lidars over the image; an empty name hides them."""
+
+    KIND = "scan"
+    lidar: Name
+
+
+@dataclass(frozen=True)
 class Edit(Message):
     """Changes one property of an object or a light."""
 
@@ -355,6 +363,18 @@ class Probe(Message):
 
 
 @dataclass(frozen=True)
+class Tile(Message):
+    """Requests the exact numbers of a part of the shown channel, of at most 65,536 pixels."""
+
+    KIND = "tile"
+    id: Number
+    u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
+    v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
+    width: Annotated[int, Range(1, 256)]
+    height: Annotated[int, Range(1, 256)]
+
+
+@dataclass(frozen=True)
 class Pick(Message):
     """Reports a clicked pixel to the callbacks of `Viewer.on_pick`."""
 
@@ -451,7 +471,7 @@ class Control(Message):
 
 @dataclass(frozen=True)
 class Planes(Message):
-    """Chooses whether still images of light are sent as numbers, to read or compare them, or as compressed images."""
+    """Chooses whether still images are sent as exact numbers, for comparisons and ranges, or only for display."""
 
     KIND = "planes"
     wanted: bool

@@ -19,12 +19,12 @@ from ..render.channel_picture import encode_jpeg
 from ..render.frame import Frame
 from .session import Session, View
 from .stills import SAMPLED, Refinement, truth
-from .wire import pack
+from .wire import pack, reduced
 
 __all__ = ["Scheduler", "failure"]
 
-MOVING_QUALITY, STILL_QUALITY = 80, 93
-"""The JPEG qualities of moving images and of still images."""
+MOVING_QUALITY, REFINING_QUALITY, STILL_QUALITY = 70, 80, 93
+"""The JPEG qualities of moving images, of still images that are being refined, and of finished ones."""
 REST_S = 0.06
 """Time without a change after which a view is at rest: longer than between two steps of a flight."""
 IDLE_S = 0.03
@@ -96,14 +96,14 @@ class Scheduler(threading.Thread):
     def _next(self) -> tuple[Session, Work] | None:
         """The next session and its work."""
         ready = [each for each in self._sessions() if each.connection.is_ready and each.images.version]
-        moving = [each for each in ready if each.images.is_moving]
+        moving = [each for each in ready if each.images.is_moving and each.connection.may_move]
         if moving:
             session = min(moving, key=lambda each: each.images.touched)
             return session, lambda: self._move(session)
         now = time.monotonic()
         for session in sorted(ready, key=lambda each: -each.images.touched):
             images = session.images
-            if now - images.touched < REST_S:
+            if images.is_moving or now - images.touched < REST_S:
                 continue
             view = session.view
             if view.channel not in SAMPLED and not images.is_shown(view.channel):
@@ -118,7 +118,7 @@ class Scheduler(threading.Thread):
 
     def _move(self, session: Session) -> None:
         """Renders one moving image, with one sample, as large as the time allows."""
-        self._send_moving(session, session.images.pace.size(session.view.size))
+        self._send_moving(session, session.images.pace.size(session.view.size, session.view.channel))
 
     def _settle(self, session: Session) -> None:
         """Renders the moving image at full size, which is shown until the first still image is ready."""
@@ -140,13 +140,14 @@ class Scheduler(threading.Thread):
             **common,
         )
         seconds = time.perf_counter() - started
-        images.pace.measured(size, seconds)
         if view.channel == "color":
             fields: dict[str, Any] = {"encoding": "jpeg"}
             buffers = [encode_jpeg(frame.to_srgb8(view.exposure, view.transform), MOVING_QUALITY)]
         else:
-            header, data = pack(view.channel, frame[view.channel], level=1)
-            fields, buffers = {"encoding": "plane", "plane": header}, [data]
+            header, data = pack(view.channel, reduced(frame[view.channel]), level=1)
+            fields, buffers = {"encoding": "plane", "plane": header, "exact": False}, [data]
+        images.pace.measured(size, seconds, len(buffers[0]), view.channel)
+        session.connection.note_moving(len(buffers[0]))
         images.mark_moved(version, is_coarse=size[0] < view.size[0] and view.preview is not view.shown)
         fields |= {"moving": True, "samples": 1, "rate": 0, "change": None}
         self._send(session, view, version, fields, buffers, seconds)
@@ -202,20 +203,27 @@ class Scheduler(threading.Thread):
     ) -> None:
         """Sends a channel of a still image, with the samples per second and the change since half as many samples.
 
-        Colors are sent as a compressed image, unless the client reads their numbers.
+        Colors are sent as a compressed image, other numbers rounded. A client that compares images or chose a range
+        receives exact numbers, once at its request and then of finished images.
         """
+        connection = session.connection
+        is_finished = refinement is None or samples >= session.images.samples_of(view)
+        is_exact = connection.wants_planes and (is_finished or connection.is_plane_due)
         width, height = frame.size
         rate, change = round(width * height / seconds) if seconds > 0 else 0, None
         if refinement is not None:
             rate, found = round(refinement.rate), refinement.change
             change = None if found is None else {"share": round(found[0], 6), "since": found[1]}
         fields: dict[str, Any] = {"moving": False, "samples": samples, "rate": rate, "change": change}
-        if view.channel == "color" and not session.connection.wants_planes:
+        if view.channel == "color" and not is_exact:
             fields["encoding"] = "jpeg"
-            data = encode_jpeg(frame.to_srgb8(view.exposure, view.transform), STILL_QUALITY)
+            quality = STILL_QUALITY if is_finished else REFINING_QUALITY
+            data = encode_jpeg(frame.to_srgb8(view.exposure, view.transform), quality)
         else:
-            header, data = pack(view.channel, frame[view.channel], level=1)
-            fields |= {"encoding": "plane", "plane": header}
+            plane = frame[view.channel] if is_exact else reduced(frame[view.channel])
+            header, data = pack(view.channel, plane, level=6 if is_finished else 1)
+            fields |= {"encoding": "plane", "plane": header, "exact": is_exact or plane.dtype.kind == "i"}
+            connection.is_plane_due &= not is_exact
         self._send(session, view, version, fields, [data], seconds)
 
     def _send(

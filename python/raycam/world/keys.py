@@ -26,6 +26,7 @@ class ObjectKeys(TypedDict, total=False):
     category: str | int
     visible: bool
     shadow_catcher: bool
+    lidar: Mapping[str, float]
     box: Mapping[str, Any] | npt.ArrayLike
     plane: Mapping[str, Any] | npt.ArrayLike
     sphere: Mapping[str, Any] | float

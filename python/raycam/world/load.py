@@ -170,6 +170,7 @@ def _finished(world: World, path: str | os.PathLike[str], options: _Options) -> 
         with collected():
             world = world.with_variant(options.variant)
     warn_all(world.notices)
+    world._check_sensors(os.fspath(path))
     return world
 
 

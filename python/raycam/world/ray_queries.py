@@ -108,6 +108,9 @@ class RayQueries:
         material       int32 [...]      as in the channel `material`                                     -1
         category       int32 [...]      as in the channel `category`                                     -1
         albedo         float32 [..., 3] base colour with its texture, linear                             0
+        roughness      float32 [...]    perceptual roughness with its texture; 1 without a glossy lobe   0
+        metallic       float32 [...]    1 for metals, with its texture                                   0
+        emission       float32 [..., 3] radiance emitted against the ray, linear, W/(m² sr)              0
         ============== ================ ================================================================ =====
 
         The last column is the value of a miss. The first six are the default. Rays that are not finite or have a zero

@@ -99,6 +99,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit, shared))
         warn_all(world.notices)
         add_robot_tables(world, robots, folder, robot_lines)
+        world._check_sensors()
         if video:
             world.set_video(video)
         return world

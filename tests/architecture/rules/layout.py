@@ -28,8 +28,8 @@ ORDER = {
         radiance_fields datasets open_folder formats lib
     """,
     "render": """
-        error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
-        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
+        error control memory thread_pool soa lobes sampling film settings prepare interaction media bsdf light
+        path_guiding prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
         queries render render_many progressive lib
     """,
     "settle": """
@@ -52,7 +52,7 @@ ORDER = {
 
 DELEGATIONS = {
     "camera/camera.py": {"render/render.py", "robots/mounted.py", "robots/robot.py", "world/world.py"},
-    "sensors/sensor.py": {"world/world.py"},
+    "sensors/sensor.py": {"lidar/world_table.py", "world/world.py"},
     "lidar/lidar.py": {"lidar/scanning.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},

@@ -93,3 +93,26 @@ function crossingTexts(moves, button = "") {
     return host.all("div").find(({ attributes }) => attributes.class === "readout").children.map(({ textContent }) => textContent);
   });
 }
+
+/** The points that Enter selects in each canvas of a figure, and whether an arrow key moves them; `button` is clicked first. */
+function handlesOf(name, button = "") {
+  const shared = new Shared();
+  const host = new Box("figure");
+  const fig = new Figure(host, shared, picturesOf({}));
+  FIGURES[name](fig);
+  fig.isVisible = true;
+  if (button) host.all("button").find(({ textContent }) => textContent === button).say("click");
+  fig.update();
+  return host.all("canvas").map((canvas) => {
+    const found = [];
+    for (let i = 0; i < 9; i++) {
+      canvas.say("keydown", { key: "Enter", preventDefault() {} });
+      const text = canvas.attributes["aria-label"].match(/Arrow keys move (.*)\.$/)?.[1];
+      if (!text) break;
+      const before = JSON.stringify(shared.numbers);
+      canvas.say("keydown", { key: "ArrowRight", shiftKey: true, preventDefault() {} });
+      found.push([text, JSON.stringify(shared.numbers) !== before]);
+    }
+    return found;
+  });
+}

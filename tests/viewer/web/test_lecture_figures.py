@@ -207,6 +207,26 @@ def test_walk_through_a_vertex_counts_it_once() -> None:
     assert lines[-1] in ("0 crossings: even, f(t) is outside", "2 crossings: even, f(t) is outside")
 
 
+HANDLES: dict[tuple[str, str], list[list[str]]] = {
+    ("hero", ""): [["a", "b", "c", "C", "bulb", "sun"], ["a", "b", "c", "bulb"]],
+    ("matrix", ""): [["C", "a", "b", "c"], ["a", "b", "c"]],
+    ("project", ""): [["X"], ["X"]],
+    ("normal", ""): [["a", "b", "c"]],
+    ("lights", ""): [["sun"], []],
+    ("lights", "Bulb"): [["bulb"], ["bulb"]],
+    ("shadow", ""): [["bulb"], ["bulb"]],
+}
+"""The points that are dragged in each view of a figure, after a click on a button."""
+
+
+@pytest.mark.parametrize(("name", "button"), HANDLES)
+def test_points_are_moved_in_every_view_that_shows_them(name: str, button: str) -> None:
+    found = in_page(f"return handlesOf({json.dumps(name)}, {json.dumps(button)});")
+    names = [[text for text, _ in canvas] for canvas in found]
+    assert names == HANDLES[name, button]
+    assert all(moves for canvas in found for _, moves in canvas)
+
+
 def test_measured_noise_equals_the_deviation() -> None:
     page = in_page(
         """const random = randomOf(8), found = [];

@@ -18,7 +18,7 @@ use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
 /// Converts to a one-dimensional array.
-fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
+pub(crate) fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
 }
 

@@ -1,8 +1,9 @@
-//! Renders and annotations of worlds, and images as bytes.
+//! Renders and annotations of worlds, light at points of their surfaces, and images as bytes.
 
 pub(crate) mod annotations;
 pub(crate) mod encode;
 pub(crate) mod frame;
+pub(crate) mod light;
 pub(crate) mod progressive;
 pub(crate) mod settings;
 

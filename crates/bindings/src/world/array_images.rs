@@ -215,6 +215,10 @@ impl AssetLoader for FilesAndArrays<'_> {
         self.files.picture(file)
     }
 
+    fn bytes(&mut self, file: &str) -> Result<Vec<u8>, FormatError> {
+        self.files.bytes(file)
+    }
+
     fn in_context(error: FormatError, key: &str) -> FormatError {
         AssetRoot::in_context(error, key)
     }

@@ -73,6 +73,7 @@ pub(crate) fn bright_paths(
     let (mut radiance, mut is_background) = (vec![Vec3::ZERO; count], vec![false; count]);
     while !scratch.active.is_empty() {
         control.check()?;
+        scratch.cross_media(&recorder.tracer, batch, &mut radiance, &mut is_background);
         recorder.note_ends(scratch);
         scratch.handle_escaped_rays(&recorder.tracer, &mut radiance, &mut is_background);
         let lit: Vec<u32> = scratch.active.clone();

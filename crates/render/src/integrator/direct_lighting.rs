@@ -5,13 +5,13 @@ use raycam_bvh::Ray;
 
 use crate::bsdf::BsdfModel;
 use crate::bsdf::shading_point::ShadingPoint;
-use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path_state::{HitView, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::samples::{LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON};
 use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
+use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::sampling::dimension::Dimension;
 
 /// Only one of this many shadow rays that must cross the boundary of a closed body is traced, and its light is
@@ -174,7 +174,7 @@ impl PathTracer<'_> {
                 ..point.interaction.spawn_ray(wi, ONE_MINUS_SHADOW_EPSILON)
             },
         };
-        queue.push(ray, path.ray_index, light);
+        queue.push_within(ray, path.ray_index, light, interior_list);
     }
 
     /// Transmittance of the media between a point and a light along an unoccluded shadow ray; zero if no ray needs to
@@ -187,7 +187,7 @@ impl PathTracer<'_> {
         origin: DVec3,
         p_light: DVec3,
     ) -> Vec3 {
-        if interior_list.is_empty() {
+        if interior_list.is_empty() || self.settings.media.is_some() {
             return Vec3::ONE;
         }
         let mut transmittance = Vec3::ONE;

@@ -12,17 +12,17 @@
 //!   a threshold.
 //! * [`direct_lighting`]: next-event estimation, one shadow ray for each light sample.
 //! * [`shadow_queue`]: shadow rays with the light that each adds if nothing occludes the ray.
-//! * [`nested_dielectrics`]: the media that a path is in, selected by priority (C. M. Schmidt and B. Budge, 2002).
 //! * [`batch`]: hits in chunks. Interactions, BSDF samples, direct lighting and shading are computed for many hits at
 //!   once.
 //! * [`closed_form_fog`]: the fog of `flat` and `direct`.
+//! * [`volume`]: paths that a medium scatters.
 //! * [`requirements`]: the lights and rays that each integrator requires.
 //! * [`shade`]: one hit of any material.
 //! * [`bright_path`]: traces the paths of a batch again to find the surfaces and the light of the brightest path, for
 //!   notices.
 //!
-//! Dependencies: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting
-//! <- shade <- batch <- path <- bright_path`, and `path_tracer <- closed_form_fog <- path`. The folder uses `bsdf`,
+//! Dependencies: `camera_ray_batch <- shadow_queue <- path_state <- path_tracer <- direct_lighting
+//! <- shade <- batch <- path <- bright_path`, and `path_tracer <- closed_form_fog volume <- path`. The folder uses `bsdf`,
 //! `light`, `lobes`, `path_guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
@@ -31,7 +31,6 @@ pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
 mod closed_form_fog;
 pub(crate) mod direct_lighting;
-pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
 pub(crate) mod path_state;
 pub(crate) mod path_tracer;
@@ -39,6 +38,7 @@ pub(crate) mod requirements;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;
 pub(crate) mod unlit;
+mod volume;
 
 use glam::Vec3;
 use raycam_scene::{Notice, NoticeCode};
@@ -53,6 +53,8 @@ use crate::integrator::requirements::{effective_lights, needs_light};
 use crate::light::light_sampling::LightSampling;
 use crate::light::lights::Lights;
 use crate::lobes::classify::is_solid_glass;
+use crate::media::map::MediaMap;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Integrator, Settings};
 
@@ -76,7 +78,7 @@ pub(crate) fn radiance(
             ao::radiance(world, distance, batch, radiance, is_background);
         }
         Integrator::Direct | Integrator::Path => {
-            let settings = path_settings(settings, effective_lights(settings.integrator, world));
+            let settings = path_settings(settings, &world.geometry, effective_lights(settings.integrator, world));
             return path::radiance(world, &settings, batch, control, scratch, (radiance, is_background));
         }
     }
@@ -87,6 +89,19 @@ pub(crate) fn radiance(
         }
     }
     Ok(())
+}
+
+/// Adds the radiance along every camera ray, which a white Lambertian surface reflects in place of what it hits.
+pub(crate) fn irradiance(
+    world: &PreparedWorld,
+    settings: &Settings,
+    batch: &CameraRayBatch,
+    control: &Control,
+    scratch: &mut PathScratch,
+    out: (&mut [Vec3], &mut [bool]),
+) -> Result<(), RenderError> {
+    let settings = path_settings(settings, &world.geometry, effective_lights(settings.integrator, world));
+    path::radiance(world, &PathSettings { meets_white: true, ..settings }, batch, control, scratch, out)
 }
 
 /// Brightest path of every camera ray; empty for integrators that show no light.
@@ -100,13 +115,13 @@ pub(crate) fn bright_paths(
     if let Integrator::Flat | Integrator::Ao = settings.integrator {
         return Ok(vec![]);
     }
-    let settings = path_settings(settings, effective_lights(settings.integrator, world));
+    let settings = path_settings(settings, &world.geometry, effective_lights(settings.integrator, world));
     bright_path::bright_paths(world, &settings, batch, control, scratch)
 }
 
 /// Settings of paths. Those of `direct` have one bounce behind specular surfaces; every light is sampled, and constant
 /// environments are an ambient term.
-fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {
+fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Lights) -> PathSettings<'a> {
     let paths = PathSettings {
         lights,
         max_depth: settings.max_depth.unwrap_or(u32::MAX),
@@ -117,10 +132,14 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         ambient_term: None,
         hide_environment: settings.transparent_background,
         catchers: settings.catchers,
-        air_light: Some(lights.air_light()),
+        air_light: None,
+        media: None,
+        meets_white: false,
     };
     if settings.integrator != Integrator::Direct {
-        return paths;
+        let media = MediaMap::new(geometry);
+        let media = if lights.has_infinite() { media.map(MediaMap::below_the_sky) } else { media };
+        return PathSettings { media, ..paths };
     }
     let are_few = lights.count() <= MAX_LIGHT_SAMPLES;
     PathSettings {
@@ -135,6 +154,7 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
             Some(distance) if distance.is_infinite() => None,
             Some(distance) => Some(Some(distance as f32)),
         },
+        air_light: Some(lights.air_light()),
         ..paths
     }
 }

@@ -12,10 +12,11 @@ use crate::integrator::batch::hits::{Chunk, HitBatch};
 use crate::integrator::batch::sort::KindSort;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::closed_form_fog::RayBegins;
-use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
+use crate::media::map::MediaMap;
+use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::fog::PreparedFog;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Catchers;
@@ -52,9 +53,7 @@ pub(crate) fn radiance(
     scratch.generate_camera_paths(&tracer, batch);
     while !scratch.active.is_empty() {
         control.check()?;
-        if let Some(fog) = &world.geometry.fog {
-            scratch.apply_fog(&tracer, fog, batch, radiance);
-        }
+        scratch.cross_media(&tracer, batch, radiance, is_background);
         scratch.handle_escaped_rays(&tracer, radiance, is_background);
         scratch.evaluate_materials(&tracer, radiance, is_background);
         scratch.trace_rays(&tracer, batch, radiance);
@@ -66,7 +65,8 @@ pub(crate) fn radiance(
 impl PathScratch {
     /// Starts one path for every camera ray.
     pub(super) fn generate_camera_paths(&mut self, tracer: &PathTracer, batch: &CameraRayBatch) {
-        self.queues.clear(tracer.max_light_samples());
+        self.queues.clear(tracer.max_light_samples(), tracer.settings.media.is_some());
+        self.next_active.clear();
         self.paths.clear();
         let rays = batch.origins.iter().zip(batch.directions).enumerate();
         let paths = rays.map(|(ray_index, (&position, &direction))| PathState {
@@ -91,6 +91,57 @@ impl PathScratch {
         self.hits.extend_from_slice(batch.hits);
         self.active.clear();
         self.active.extend(0..self.paths.len() as u32);
+    }
+
+    /// Moves the paths through fog and other media; paths that they scatter go on, or end, before their hits.
+    pub(super) fn cross_media(
+        &mut self,
+        tracer: &PathTracer,
+        batch: &CameraRayBatch,
+        radiance: &mut [Vec3],
+        is_background: &mut [bool],
+    ) {
+        if let Some(media) = &tracer.settings.media {
+            self.scatter_in_media(tracer, media, batch, radiance, is_background);
+        } else if let Some(fog) = &tracer.geometry.fog {
+            self.apply_fog(tracer, fog, batch, radiance);
+        }
+    }
+
+    /// Moves the paths through media that scatter them.
+    #[inline(never)]
+    fn scatter_in_media(
+        &mut self,
+        tracer: &PathTracer,
+        media: &MediaMap,
+        batch: &CameraRayBatch,
+        radiance: &mut [Vec3],
+        is_background: &mut [bool],
+    ) {
+        let Self { paths, active, next_active, hits, ray_begins, queues, .. } = self;
+        if tracer.bounce == 0 {
+            ray_begins.clear();
+        }
+        let mut count = 0;
+        for i in 0..active.len() {
+            let (index, hit) = (active[i], hits[i]);
+            let path = &mut paths[index as usize];
+            let (ray_index, was_camera_ray) = (path.ray_index, path.is_camera_ray);
+            let begin = ray_begins.advance(tracer.geometry, index as usize, path, &hit, batch.start_depth);
+            let mut continues = false;
+            let out = (&mut radiance[ray_index], &mut continues);
+            if tracer.cross_media(media, path, (&hit, begin), queues, out) {
+                (active[count], hits[count]) = (index, hit);
+                count += 1;
+                continue;
+            }
+            is_background[ray_index] |= was_camera_ray && is_miss(&hit);
+            if continues {
+                next_active.push(index);
+            }
+        }
+        active.truncate(count);
+        hits.truncate(count);
     }
 
     /// Dims the paths by the fog of their rays, in closed form.
@@ -149,7 +200,6 @@ impl PathScratch {
             kind_sort.sort(tracer.geometry, active, hits);
         }
         hit_batch.begin_bounce(tracer, paths, active, hits);
-        next_active.clear();
         let leaves_out = tracer.settings.catchers != Catchers::Show;
         for (index, (hits, indices)) in hits.chunks(LANES).zip(active.chunks(LANES)).enumerate() {
             let chunk = Chunk { index, hits, paths: indices };
@@ -173,11 +223,17 @@ impl PathScratch {
             }
         }
         std::mem::swap(active, next_active);
+        next_active.clear();
     }
 
     /// Traces shadow rays, then the rays of the next bounce.
     pub(super) fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
         let queues = &mut self.queues;
+        if let Some(media) = &tracer.settings.media {
+            for queue in queues.shadow_rays.iter_mut().chain([&mut queues.bsdf_shadow_rays]) {
+                queue.dim_by_media(media);
+            }
+        }
         let coherence = if tracer.bounce == 0 { Coherence::Unknown } else { Coherence::Incoherent };
         for shadow_rays in &mut queues.shadow_rays {
             shadow_rays.trace(tracer.geometry, batch.scene, coherence, radiance);

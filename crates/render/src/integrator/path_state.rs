@@ -3,13 +3,13 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, Ray};
 
-use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
 use crate::interaction::ray_cone::RayCone;
 use crate::light::light_sampling::LightSampling;
 use crate::light::samples::{LightLiSample, LightRandom};
+use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::material::PreparedMaterial;
 
 /// Path in progress.
@@ -72,10 +72,12 @@ pub(crate) struct WavefrontQueues {
 
 impl WavefrontQueues {
     /// Empties the queues and prepares them for this many light samples per point.
-    pub fn clear(&mut self, light_samples: usize) {
+    pub fn clear(&mut self, light_samples: usize, tracks_media: bool) {
         self.shadow_rays.resize_with(light_samples, ShadowRayQueue::default);
-        self.shadow_rays.iter_mut().for_each(ShadowRayQueue::clear);
-        self.bsdf_shadow_rays.clear();
+        for queue in self.shadow_rays.iter_mut().chain([&mut self.bsdf_shadow_rays]) {
+            queue.clear();
+            queue.tracks_media = tracks_media;
+        }
         self.next_rays.clear();
         self.split_paths.clear();
     }

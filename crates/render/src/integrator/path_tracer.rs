@@ -6,7 +6,6 @@ use raycam_scene::{Alpha, Material};
 
 use crate::bsdf::BsdfSample;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
-use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
 use crate::light::air_light::AirLight;
@@ -14,6 +13,8 @@ use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
 use crate::light::samples::{EnvironmentLookup, ONE_MINUS_SHADOW_EPSILON};
+use crate::media::map::MediaMap;
+use crate::media::nested_dielectrics::InteriorList;
 use crate::path_guiding::{DirectionGuide, PathGuiding};
 use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
@@ -55,6 +56,10 @@ pub(crate) struct PathSettings<'a> {
     pub catchers: Catchers,
     /// Light that fog scatters into rays, if fog is computed in closed form.
     pub air_light: Option<&'a AirLight>,
+    /// The media that scatter paths, if they are not computed in closed form.
+    pub media: Option<MediaMap<'a>>,
+    /// True if camera rays meet a white Lambertian surface in place of any material.
+    pub meets_white: bool,
 }
 
 /// Choice that light sampling makes at a point.
@@ -159,7 +164,10 @@ impl<'a> PathTracer<'a> {
         let lights = settings.lights;
         let guiding = world.guiding.get();
         let modes = PathModes::new(&world.geometry, settings);
-        let may_be_rare = modes.needs_light_choice() && settings.light_sampling == LightSampling::Importance;
+        // The rate is learned at surfaces, and does not hold in media.
+        let is_clear = settings.media.is_none();
+        let may_be_rare =
+            is_clear && modes.needs_light_choice() && settings.light_sampling == LightSampling::Importance;
         Self {
             geometry: &world.geometry,
             lights,
@@ -252,6 +260,10 @@ impl PathTracer<'_> {
     /// passed.
     pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
         if path.is_camera_ray && self.settings.catchers == Catchers::Only {
+            return;
+        }
+        if self.settings.media.is_some() {
+            // Added with the media before them.
             return;
         }
         self.lights.intersect_visible(
@@ -400,7 +412,11 @@ impl PathTracer<'_> {
         path.eta_scale = eta_scale;
         path.ray_cone = path.ray_cone.after_scatter(sample.is_specular);
         let ray = Ray { origin: origin.to_array(), direction: sample.wi.to_array(), t_max: f32::INFINITY };
-        if is_last && self.modes.last_segment_is_occlusion_only && path.interior_list.is_empty() {
+        if is_last
+            && self.modes.last_segment_is_occlusion_only
+            && self.settings.media.is_none()
+            && path.interior_list.is_empty()
+        {
             self.queue_last_segment(path, ray, queues);
             return false;
         }

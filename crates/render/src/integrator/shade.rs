@@ -8,10 +8,10 @@ use crate::bsdf::diffuse::{Diffuse, diffuse_albedo};
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::shading_point::ShadingPoint;
 use crate::bsdf::specular::SpecularBsdf;
-use crate::integrator::nested_dielectrics::InterfaceTransition;
 use crate::integrator::path_state::{HitView, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::lobes::classify::is_dispersive;
+use crate::media::nested_dielectrics::InterfaceTransition;
 use crate::sampling::dimension::Dimension;
 
 impl PathTracer<'_> {

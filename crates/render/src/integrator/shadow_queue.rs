@@ -7,6 +7,8 @@ use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::specular::straight_transmittance;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::interaction::SurfaceInteraction;
+use crate::media::map::{MediaMap, MediumRay};
+use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::geometry::Geometry;
 
 /// Shadow rays in the order in which they were pushed.
@@ -16,10 +18,23 @@ pub(crate) struct ShadowRayQueue {
     occluded: Vec<bool>,
     /// Index of the camera ray, and the light that the shadow ray adds to its radiance.
     contribution: Vec<(usize, Vec3)>,
+    /// True in a world with media, where every ray has its media in `interiors`.
+    pub tracks_media: bool,
+    interiors: Vec<InteriorList>,
 }
 
 impl ShadowRayQueue {
+    /// Adds a ray that starts in no media, or in a world without media.
     pub fn push(&mut self, ray: Ray, index: usize, light: Vec3) {
+        self.push_within(ray, index, light, InteriorList::default());
+    }
+
+    /// Adds a ray that starts in these media, which dim its light in a world with media.
+    #[inline]
+    pub fn push_within(&mut self, ray: Ray, index: usize, light: Vec3, interior: InteriorList) {
+        if self.tracks_media {
+            self.interiors.push(interior);
+        }
         self.rays.push(ray);
         self.contribution.push((index, light));
     }
@@ -49,9 +64,27 @@ impl ShadowRayQueue {
         self.clear();
     }
 
+    /// Dims the light of all rays by the media that they pass.
+    #[inline(never)]
+    pub fn dim_by_media(&mut self, media: &MediaMap) {
+        for ((ray, (_, light)), &interior) in self.rays.iter().zip(&mut self.contribution).zip(&self.interiors) {
+            let direction = Vec3::from(ray.direction).as_dvec3();
+            let length = direction.length();
+            let through = MediumRay {
+                origin: Vec3::from(ray.origin).as_dvec3(),
+                direction: direction / length,
+                begin: 0.0,
+                end: f64::from(ray.t_max) * length,
+                is_camera_ray: false,
+            };
+            *light *= media.transmittance(interior, &through);
+        }
+    }
+
     pub fn clear(&mut self) {
         self.rays.clear();
         self.contribution.clear();
+        self.interiors.clear();
     }
 
     /// Traces rays that transparent surfaces may let through, from surface to surface.

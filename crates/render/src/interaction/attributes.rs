@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 use raycam_bvh::Hit;
-use raycam_scene::{Alpha, TextureSlot};
+use raycam_scene::{Alpha, MaterialModel, TextureSlot, Textured};
 
 use crate::interaction::ray_cone::{Footprint, RayCone};
 use crate::interaction::vector::normalize_facing;
@@ -94,6 +94,37 @@ impl Geometry {
             Alpha::Mask { cutoff } => f32::from(opacity >= cutoff),
             Alpha::Opaque | Alpha::Blend => opacity,
         }
+    }
+
+    /// Perceptual roughness at a hit, 0..=1: 1 without a glossy lobe; a Phong lobe has that of the microfacets of its
+    /// exponent (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2).
+    pub(crate) fn roughness(&self, hit: &Hit) -> f32 {
+        match &self.material(hit).material.model {
+            MaterialModel::Phong { specular: [0.0, 0.0, 0.0], .. } | MaterialModel::Unlit | MaterialModel::Boundary => {
+                1.0
+            }
+            MaterialModel::Phong { shininess, .. } => (2.0 / (shininess + 2.0)).powf(0.25),
+            MaterialModel::Metal(metal) => metal.roughness,
+            MaterialModel::Glass(glass) => glass.roughness,
+            MaterialModel::Principled(principled) => self.textured(&principled.roughness, 1, hit),
+        }
+    }
+
+    /// 1 for a metal and 0 for other materials at a hit, or between them.
+    pub(crate) fn metallic(&self, hit: &Hit) -> f32 {
+        match &self.material(hit).material.model {
+            MaterialModel::Metal(_) => 1.0,
+            MaterialModel::Principled(principled) => self.textured(&principled.metallic, 2, hit),
+            MaterialModel::Phong { .. } | MaterialModel::Glass(_) | MaterialModel::Unlit | MaterialModel::Boundary => {
+                0.0
+            }
+        }
+    }
+
+    /// A number times a channel of its texture, which is 1 without texture coordinates.
+    fn textured(&self, value: &Textured<f32>, channel: usize, hit: &Hit) -> f32 {
+        let texel = value.texture.and_then(|slot| self.texel(&slot, hit));
+        value.value * texel.map_or(1.0, |texel| texel[channel])
     }
 
     /// Emitted radiance in W/(m² sr) against a ray direction; one-sided surfaces emit only from their front.

@@ -1,7 +1,7 @@
 //! Light sampling: selection of a light, samples towards it, and the densities that multiple importance sampling
 //! requires.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
 use crate::interaction::LightSampleContext;
@@ -188,6 +188,7 @@ impl Lights {
 
     /// Samples one light. Where infinite lights overlap, they count as one: radiance and densities are summed. `by`
     /// contains the point and known importances.
+    #[inline]
     pub fn sample(
         &self,
         by: &LightSampleContexts,
@@ -196,10 +197,22 @@ impl Lights {
         which: f32,
         drawn: &LightRandom,
     ) -> Option<LightLiSample> {
+        self.sample_with_index(by, world, choice, which, drawn).map(|(sample, _)| sample)
+    }
+
+    /// [`Lights::sample`], with the index of a finite light without a mesh.
+    pub fn sample_with_index(
+        &self,
+        by: &LightSampleContexts,
+        world: &Geometry,
+        choice: LightSampling,
+        which: f32,
+        drawn: &LightRandom,
+    ) -> Option<(LightLiSample, Option<usize>)> {
         if let Some((_, around)) = drawn.environment
             && self.is_single_infinite(choice)
         {
-            return (around.pdf > 0.0).then(|| around.sample());
+            return (around.pdf > 0.0).then(|| (around.sample(), None));
         }
         let from = by.from;
         let kinds = self.kind_probabilities(from, choice);
@@ -207,18 +220,50 @@ impl Lights {
         let infinite = kinds.infinite * kinds.infinite_count as f64;
         if which < infinite {
             let index = ((which / kinds.infinite) as usize).min(kinds.infinite_count - 1);
-            return self.sample_infinite(from, choice, index, drawn);
+            return Some((self.sample_infinite(from, choice, index, drawn)?, None));
         }
         which -= infinite;
         if which < kinds.finite {
             let (light, probability) = self.choose_finite(&by.finite(), choice, which / kinds.finite)?;
-            self.sample_finite(from, light, kinds.finite * probability, drawn.random)
+            let sample = self.sample_finite(from, light, kinds.finite * probability, drawn.random)?;
+            Some((sample, Some(light)))
         } else if kinds.emissive > 0.0 {
             let which = ((which - kinds.finite) / kinds.emissive).clamp(0.0, 1.0);
-            self.sample_emissive_triangles(world, by, kinds.emissive, which, drawn.random)
+            Some((self.sample_emissive_triangles(world, by, kinds.emissive, which, drawn.random)?, None))
         } else {
             None
         }
+    }
+
+    /// Selects a finite light without a mesh for a ray near to a point; returns it and its probability.
+    pub fn choose_finite_at(&self, chooser: &LightSampleContext, number: f32) -> Option<(usize, f64)> {
+        self.tree.sample(&chooser.into(), f64::from(number))
+    }
+
+    /// Probability with which [`Lights::choose_finite_at`] selects a light.
+    pub fn finite_probability_at(&self, chooser: &LightSampleContext, light: usize) -> f64 {
+        self.tree.pmf(&chooser.into(), light)
+    }
+
+    /// Probability with which [`Lights::sample`] selects a finite light without a mesh.
+    pub fn finite_probability(&self, from: &LightSampleContext, choice: LightSampling, light: usize) -> f64 {
+        self.kind_probabilities(from, choice).finite * self.finite_pmf(from, choice, light)
+    }
+
+    /// Scene-local centre of a finite light without a mesh.
+    pub fn center_of_finite(&self, light: usize) -> DVec3 {
+        let bounds = self.lights[self.finite[light]].bounds();
+        (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) / 2.0
+    }
+
+    /// Samples a finite light without a mesh, whatever its probability.
+    pub fn sample_finite_light(
+        &self,
+        from: &LightSampleContext,
+        light: usize,
+        random: [f32; 2],
+    ) -> Option<LightLiSample> {
+        self.sample_finite(from, light, 1.0, random)
     }
 
     /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index. `random` returns

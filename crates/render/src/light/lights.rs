@@ -92,6 +92,11 @@ impl Lights {
         self.non_constant_infinite > 0
     }
 
+    /// True if any light is infinitely far away.
+    pub fn has_infinite(&self) -> bool {
+        !self.infinite.is_empty()
+    }
+
     /// True if any light without a mesh is finite.
     pub fn has_finite(&self) -> bool {
         !self.finite.is_empty()

@@ -11,8 +11,10 @@ pub(crate) struct PreparedFog {
     pub albedo: Vec3,
     /// Mean cosine of scattering angles.
     pub g: f32,
-    /// The unit vector up, and the scene-local height below which the fog is; `None` for fog everywhere.
-    top: Option<(DVec3, f64)>,
+    /// The unit vector up.
+    pub up: DVec3,
+    /// The scene-local height below which the fog is; `None` for fog everywhere.
+    top: Option<f64>,
 }
 
 impl PreparedFog {
@@ -24,17 +26,29 @@ impl PreparedFog {
             extinction: fog.extinction.into(),
             albedo: fog.albedo.into(),
             g: fog.g,
-            top: fog.height.map(|height| (up, height - up.dot(origin))),
+            up,
+            top: fog.height.map(|height| height - up.dot(origin)),
         })
+    }
+
+    /// True if the fog ends at a height.
+    pub fn has_top(&self) -> bool {
+        self.top.is_some()
+    }
+
+    /// The fog below a scene-local height.
+    pub fn below(self, top: f64) -> Self {
+        Self { top: Some(top), ..self }
     }
 
     /// The interval of a ray's first `length` metres that is inside; its end is not before its begin. `direction` has
     /// unit length, `length` may be infinite.
     pub fn interval(&self, origin: DVec3, direction: DVec3, length: f64) -> [f64; 2] {
         let length = length.max(0.0);
-        let Some((up, top)) = self.top else {
+        let Some(top) = self.top else {
             return [0.0, length];
         };
+        let up = self.up;
         let (below, climb) = (top - up.dot(origin), up.dot(direction));
         if climb == 0.0 {
             return [0.0, if below > 0.0 { length } else { 0.0 }];
@@ -76,8 +90,7 @@ mod tests {
     use super::*;
 
     fn fog(top: Option<f64>) -> PreparedFog {
-        let top = top.map(|height| (DVec3::Z, height));
-        PreparedFog { extinction: Vec3::new(0.1, 0.0, 2.0), albedo: Vec3::ONE, g: 0.0, top }
+        PreparedFog { extinction: Vec3::new(0.1, 0.0, 2.0), albedo: Vec3::ONE, g: 0.0, up: DVec3::Z, top }
     }
 
     #[test]

@@ -140,6 +140,12 @@ impl Geometry {
         self.dielectric_bounds.get_or_init(|| bounds)
     }
 
+    /// True if light is absorbed or scattered between surfaces, other than inside of clear bodies.
+    #[inline]
+    pub fn has_media(&self) -> bool {
+        self.fog.is_some()
+    }
+
     /// True if camera rays show the background in place of an instance.
     #[inline]
     pub fn is_left_out(&self, catchers: Catchers, instance: u32) -> bool {

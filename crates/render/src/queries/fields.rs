@@ -1,7 +1,7 @@
 //! Fields of hits: named columns of numbers.
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, INVALID_ID};
+use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
 
 use crate::ground_truth::convert::{signed_id, to_float_hit};
 use crate::interaction::ray_cone::Footprint;
@@ -37,10 +37,16 @@ pub enum Field {
     Category,
     /// Linear base colour with its texture; 0 for a miss.
     Albedo,
+    /// Perceptual roughness with its texture; 0 for a miss.
+    Roughness,
+    /// 1 for metals, with its texture; 0 for a miss.
+    Metallic,
+    /// Radiance that the surface emits against the ray; 0 for a miss.
+    Emission,
 }
 
 /// Names of all fields.
-pub const FIELDS: [(&str, Field); 13] = [
+pub const FIELDS: [(&str, Field); 16] = [
     ("t", Field::T),
     ("instance", Field::Instance),
     ("triangle", Field::Triangle),
@@ -54,6 +60,9 @@ pub const FIELDS: [(&str, Field); 13] = [
     ("material", Field::Material),
     ("category", Field::Category),
     ("albedo", Field::Albedo),
+    ("roughness", Field::Roughness),
+    ("metallic", Field::Metallic),
+    ("emission", Field::Emission),
 ];
 
 /// Values of a field for a list of hits: `width` numbers per hit.
@@ -135,7 +144,8 @@ impl Field {
     /// Numbers per hit.
     pub fn width(self) -> usize {
         match self {
-            Field::Barycentric | Field::Normal | Field::Position | Field::ShadingNormal | Field::Albedo => 3,
+            Field::Barycentric | Field::Normal | Field::Position | Field::ShadingNormal => 3,
+            Field::Albedo | Field::Emission => 3,
             Field::Uv => 2,
             _ => 1,
         }
@@ -153,7 +163,7 @@ impl Field {
         match self {
             Field::Instance | Field::Triangle | Field::Material | Field::Category => Column::Int32(vec![]),
             Field::Front => Column::Bool(vec![]),
-            Field::Albedo => Column::Float32(vec![]),
+            Field::Albedo | Field::Roughness | Field::Metallic | Field::Emission => Column::Float32(vec![]),
             _ => Column::Float64(vec![]),
         }
     }
@@ -203,13 +213,13 @@ fn column<'a>(geometry: &Geometry, field: Field, hits: impl Iterator<Item = RayH
             let number = |hit: &ExactHit| geometry.instances[hit.instance as usize].category;
             Column::Int32(hits.map(|(_, hit)| id(hit, &|| number(hit))).collect())
         }
-        Field::Albedo => Column::Float32(
-            hits.flat_map(|(_, hit)| match is_hit(hit) {
-                true => geometry.base_color(&to_float_hit(hit), &Footprint::default()).to_array(),
-                false => [0.0; 3],
-            })
-            .collect(),
-        ),
+        Field::Albedo => singles(hits, |_, hit| geometry.base_color(hit, &Footprint::default()).to_array()),
+        Field::Roughness => singles(hits, |_, hit| [geometry.roughness(hit)]),
+        Field::Metallic => singles(hits, |_, hit| [geometry.metallic(hit)]),
+        Field::Emission => singles(hits, |ray, hit| {
+            let direction = DVec3::from(ray.direction).as_vec3();
+            geometry.emission(hit, direction, &Footprint::default()).to_array()
+        }),
     }
 }
 
@@ -225,6 +235,15 @@ fn vectors<'a, const N: usize>(
     let mut values = Vec::with_capacity(N * hits.size_hint().0);
     hits.for_each(|(ray, hit)| values.extend(if is_hit(hit) { value(ray, hit) } else { [miss; N] }));
     Column::Float64(values)
+}
+
+/// float32 values of hits, 0 for a miss.
+fn singles<'a, const N: usize>(
+    hits: impl Iterator<Item = RayHit<'a>>,
+    value: impl Fn(&ExactRay, &Hit) -> [f32; N],
+) -> Column {
+    let of_hit = |(ray, hit): RayHit| if is_hit(hit) { value(ray, &to_float_hit(hit)) } else { [0.0; N] };
+    Column::Float32(hits.flat_map(of_hit).collect())
 }
 
 /// Weights of the corners, at least 0.

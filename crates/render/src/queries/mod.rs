@@ -2,11 +2,12 @@
 //!
 //! Rays hit closed triangles ([`rays`], [`visible`]; with a time per ray: [`timed`]) or cross surfaces ([`crossings`]).
 //! Crossings decide whether points are inside ([`inside`]). Points have closest points ([`points`]) and signed
-//! distances ([`signed_distance`]).
+//! distances ([`signed_distance`]); points of surfaces receive and emit light ([`light`]).
 
 pub mod crossings;
 pub mod fields;
 pub mod inside;
+pub mod light;
 pub mod points;
 pub mod rays;
 pub mod selection;

@@ -21,6 +21,10 @@ pub(crate) enum Dimension {
     OpacityAndRoulette(u32),
     /// Position on each of the lights sampled at a vertex.
     Light(u32, usize),
+    /// Colour and distance of a free flight through the first medium of a ray.
+    FreeFlight(u32),
+    /// Choice of a light and distance near to it along a ray through a medium, and position on the light.
+    NearLight(u32, usize),
 }
 
 /// Upper bound on the dimensions of one path vertex.
@@ -84,6 +88,8 @@ impl Dimension {
             Dimension::Bsdf(bounce) => at(bounce, 1),
             Dimension::OpacityAndRoulette(bounce) => at(bounce, 2),
             Dimension::Light(bounce, i) => at(bounce, 3 + i as u32),
+            Dimension::FreeFlight(bounce) => at(bounce, 120),
+            Dimension::NearLight(bounce, i) => at(bounce, 121 + i as u32),
         }
     }
 

@@ -2,15 +2,17 @@
 
 import { styleOf } from "./image/channels.js";
 import { inkOn } from "./image/colormap.js";
-import { areComparable, differenceKind, differenceOf } from "./image/compare.js";
+import { areComparable, differenceKind, differenceOf, perceptualOf } from "./image/compare.js";
 import { ComparePanel } from "./panel/compare.js";
 import { DisplayControls } from "./panel/display.js";
 import { byId, element, fillSelect, saveFile } from "./dom.js";
 import { showExplanation } from "./panel/explain.js";
 import { fillLegend } from "./panel/legend.js";
 import { sixDigits } from "./image/numbers.js";
+import { NoticeBox } from "./panel/notices.js";
 import { paint } from "./image/paint.js";
 import { PictureView, layerOf, resizedLayer } from "./picture.js";
+import { Tiles } from "./tiles.js";
 import { fillReadout, readoutText } from "./panel/readout.js";
 
 /** @typedef {import("./image/planes.js").Plane} Plane */
@@ -19,8 +21,6 @@ import { fillReadout, readoutText } from "./panel/readout.js";
 /** @typedef {{ live: boolean, open: (say: (message: Message) => void) => void, send: (message: import("./messages").ClientMessage) => void }} Transport */
 
 const DIVIDER_REACH = 10; // CSS pixels
-const MESSAGE_TIME = 6000; // ms that a notice stays
-const SAME_BREATH = 400; // ms within which what is said joins what was said
 const VALUES_ZOOM = 40; // CSS pixels per image pixel from which numbers are requested
 const BLINK_TIME = 500; // ms that each image of a blink is shown
 const PROBE_PAUSE = 20; // ms between two questions for values: a server answers 60 a second at most
@@ -37,8 +37,10 @@ export class Client {
     this.channel = "";
     /** @type {Plane | null} */
     this.plane = null;
-    /** True if a server sends the numbers of colors; otherwise it sends compressed images. */
+    /** True if a server sends exact numbers; otherwise it sends compressed images and rounded numbers. */
     this.wantsPlanes = false;
+    this.isExact = true;
+    this.tiles = new Tiles(this);
     /** True if the next plane becomes B. */
     this.takesNext = false;
     /** @type {Plane | null} B of the frame that came with A */
@@ -62,15 +64,13 @@ export class Client {
     /** @type {{ pixel: Pixel, values: import("./panel/readout.js").PixelValues } | null} */
     this.known = null;
     this.pointAt = byId("pixel-place", HTMLElement).textContent;
-    this.messageTimer = 0;
-    /** The time of the page at which something was said last. */
-    this.said = -Infinity;
+    this.notices = new NoticeBox();
     this.probed = -Infinity;
     this.probeTimer = 0;
     /** Called with every message, after the client. @type {(message: Message) => void} */
     this.onMessage = () => {};
     this.controls.onWrong = (text) => this.say(text, "error");
-    byId("message", HTMLElement).addEventListener("click", () => this.unsay());
+    this.controls.onExact = () => this.wantPlanes();
     this.picture.onZoom = () => this.showZoom();
     this.picture.layers.valuesIn = (pixel) => this.valuesIn(pixel);
   }
@@ -85,6 +85,7 @@ export class Client {
     if (message.type === "picture") this.showPicture(message);
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
+    if (message.type === "tile") this.tiles.receive(message);
     if (message.type === "explained") showExplanation(/** @type {any} */ (message), this.picture.layers.a);
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
@@ -133,6 +134,7 @@ export class Client {
   /** @param {string} name */
   setChannel(name) {
     if (!this.channels.includes(name)) return this.say(`Channel ${name} is not available here.`, "notice");
+    if (name !== this.channel && this.wantsPlanes && !this.taken) this.transport.send({ type: "planes", wanted: (this.wantsPlanes = false) });
     this.channel = name;
     byId("channel", HTMLSelectElement).value = name;
     this.transport.send({ type: "channel", name: /** @type {import("./messages").Channel["name"]} */ (name) });
@@ -145,24 +147,27 @@ export class Client {
   }
 
   /** @param {Message} message */
-  showPicture({ channel, plane, other, image, width, height, moving }) {
+  showPicture({ channel, plane, other, image, width, height, moving, exact = true }) {
     if (channel !== this.channel) return;
     this.plane = plane || null;
+    this.isExact = Boolean(plane) && exact;
+    this.tiles.forget();
     this.frameB = other || null;
     byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
     this.picture.setSize(width, height);
     if (this.held && (this.held.column >= width || this.held.row >= height)) this.hold(null);
     if (plane) {
-      this.controls.show(plane);
+      this.controls.show(plane, this.isExact);
       this.repaint();
       if (!moving) this.probe();
-      if (this.takesNext && !moving) this.takeB();
+      if (this.takesNext && this.isExact && !moving) this.takeB();
     } else {
       this.controls.showLight();
       this.picture.show({ a: layerOf(image), mode: differenceKind(this.mode) ? "off" : this.picture.layers.mode });
       if (!moving) this.probe();
     }
     this.describe();
+    if (!moving) this.showZoom();
   }
 
   /** Paints the image again: after another display, channel or mode. */
@@ -171,9 +176,10 @@ export class Client {
     if (!plane) return this.showCompare(null, []);
     const b = this.frameB || this.taken?.plane;
     const kind = differenceKind(this.mode);
-    const difference = b && areComparable(plane, b) ? differenceOf(plane, b, kind || "absolute") : null;
     const layerA = layerOf(paint(plane, controls.display));
     const imageB = this.frameB ? layerOf(paint(this.frameB, controls.display)) : this.taken?.layer || null;
+    const numeric = kind !== "perceptual" && b && areComparable(plane, b) ? differenceOf(plane, b, kind || "absolute") : null;
+    const difference = kind === "perceptual" ? perceptualOf(layerA, imageB) : numeric;
     let [layerB, display] = [imageB, controls.display];
     if (kind && difference) {
       display = { ...controls.display, ...this.compare.displayOf(difference) };
@@ -222,7 +228,7 @@ export class Client {
 
   takeB() {
     if (!this.picture.layers.a) return;
-    this.takesNext = !this.plane && this.transport.live;
+    this.takesNext = !this.isExact && this.transport.live;
     if (this.takesNext) return this.wantPlanes();
     this.taken = { plane: this.plane, layer: this.picture.layers.a };
     this.frameB = null;
@@ -239,9 +245,9 @@ export class Client {
     this.repaint();
   }
 
-  /** Requests the numbers of colors, which magnified pixels and comparisons show. */
+  /** Requests exact numbers, which comparisons and ranges need. */
   wantPlanes() {
-    if (this.wantsPlanes || this.plane) return;
+    if (this.wantsPlanes || this.isExact) return;
     this.wantsPlanes = true;
     this.transport.send({ type: "planes", wanted: true });
   }
@@ -347,19 +353,25 @@ export class Client {
    * @param {Pixel} pixel
    */
   valuesIn({ column, row }) {
-    const { plane } = this;
-    if (!plane || this.mode !== "off" || plane.width !== this.picture.width) return { lines: [], ink: "#fff" };
-    const at = (row * plane.width + column) * plane.components;
-    const numbers = [...plane.values.subarray(at, at + plane.components)];
-    const lines = numbers.map((v) => (plane.dtype === "int32" ? String(v) : sixDigits(Number(v.toPrecision(4)), "float64")));
+    const { numbers, dtype } = (this.mode === "off" && this.numbersAt(column, row)) || { numbers: [], dtype: "" };
+    const lines = numbers.map((v) => (dtype === "int32" ? String(v) : sixDigits(Number(v.toPrecision(4)), "float64")));
+    if (!lines.length) return { lines, ink: "#fff" };
     const context = /** @type {CanvasRenderingContext2D} */ (this.picture.layers.a?.getContext("2d"));
     return { lines, ink: inkOn(context.getImageData(column, row, 1, 1).data) };
+  }
+
+  /** The exact numbers of a pixel, if they have arrived. @param {number} column @param {number} row */
+  numbersAt(column, row) {
+    const { plane } = this;
+    if (!plane || !this.isExact || plane.width !== this.picture.width) return this.tiles.at(this.channel, column, row);
+    const at = (row * plane.width + column) * plane.components;
+    return { numbers: [...plane.values.subarray(at, at + plane.components)], dtype: plane.dtype };
   }
 
   showZoom() {
     const percent = 100 * this.picture.zoom * this.picture.ratio;
     const hasPicture = Boolean(byId("status-picture", HTMLElement).textContent);
-    if (this.transport.live && hasPicture && this.picture.zoom >= VALUES_ZOOM) this.wantPlanes();
+    if (this.transport.live && hasPicture && this.picture.zoom >= VALUES_ZOOM && !this.isExact) this.tiles.request();
     byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
   }
 
@@ -371,27 +383,13 @@ export class Client {
     this.picture.canvas.setAttribute("aria-label", `${text} Arrow keys move the held pixel, P holds one, question mark lists the keys.`);
   }
 
-  /**
-   * @param {string} text
-   * @param {string} type "notice" or "error"
-   * @param {boolean} joins whether it joins what was just said: several sentences may answer one wish
-   */
+  /** Shows a message. @param {string} text @param {string} type "notice" or "error" @param {boolean} joins if it joins the previous one */
   say(text, type, joins = false) {
-    const box = byId("message", HTMLElement);
-    const before = box.textContent || "";
-    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // else it says what was said
-    const isNext = joins && isNew && !box.hidden && performance.now() - this.said < SAME_BREATH;
-    box.textContent = isNext ? `${before}\n${text}` : text;
-    box.classList.toggle("error", type === "error" || (isNext && box.classList.contains("error")));
-    this.said = performance.now();
-    box.hidden = false;
-    clearTimeout(this.messageTimer);
-    if (!box.classList.contains("error")) this.messageTimer = setTimeout(() => (box.hidden = true), MESSAGE_TIME);
+    this.notices.say(text, type, joins);
   }
 
-  /** Takes away what was said. */
+  /** Removes the message. */
   unsay() {
-    clearTimeout(this.messageTimer);
-    byId("message", HTMLElement).hidden = true;
+    this.notices.unsay();
   }
 }

@@ -33,7 +33,7 @@ export interface Home {
   seq: number;
 }
 
-/** Requests the ray of a place in the image, the surface point that it hits, and the bounds of that object. */
+/** Requests the ray of an image position, the surface point that it hits, and the bounds of that object. */
 export interface Locate {
   type: "locate";
   id: number;
@@ -41,7 +41,7 @@ export interface Locate {
   v: number;
 }
 
-/** Requests the height of two places above the ground, as a walk needs it. */
+/** Requests the heights of two positions above the ground, for walking. */
 export interface Ground {
   type: "ground";
   id: number;
@@ -120,6 +120,12 @@ export interface Overlay {
   grid: boolean;
 }
 
+/** Draws the points of one of the world's lidars over the image; an empty name hides them. */
+export interface Scan {
+  type: "scan";
+  lidar: string;
+}
+
 /** Changes one property of an object or a light. */
 export interface Edit {
   type: "edit";
@@ -136,7 +142,7 @@ export interface Select {
   tool: "none" | "outline" | "move" | "turn" | "scale";
 }
 
-/** A drag of a handle between two places of the image; a stroke's messages are one undo step. */
+/** A drag of a handle between two image positions; the messages of one drag are one undo step. */
 export interface Gizmo {
   type: "gizmo";
   handle: "x" | "y" | "z" | "all";
@@ -150,7 +156,7 @@ export interface Undo {
   type: "undo";
 }
 
-/** Repeats the edit that was undone last. */
+/** Repeats the last undone edit. */
 export interface Redo {
   type: "redo";
 }
@@ -158,7 +164,7 @@ export interface Redo {
 /** Chooses the channel that is shown. */
 export interface Channel {
   type: "channel";
-  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "error";
+  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "transmittance" | "error";
 }
 
 /** Sets exposure (stops) and view transform of the saved and the moving images. */
@@ -180,6 +186,16 @@ export interface Probe {
   id: number;
   u: number;
   v: number;
+}
+
+/** Requests the exact numbers of a part of the shown channel, of at most 65,536 pixels. */
+export interface Tile {
+  type: "tile";
+  id: number;
+  u: number;
+  v: number;
+  width: number;
+  height: number;
 }
 
 /** Reports a clicked pixel to the callbacks of `Viewer.on_pick`. */
@@ -255,7 +271,7 @@ export interface Control {
   value: boolean | number | string;
 }
 
-/** Chooses whether still images of light are sent as numbers, to read or compare them, or as compressed images. */
+/** Chooses whether still images are sent as exact numbers, for comparisons and ranges, or only for display. */
 export interface Planes {
   type: "planes";
   wanted: boolean;
@@ -284,6 +300,7 @@ export type ClientMessage =
   | Lens
   | Pose
   | Overlay
+  | Scan
   | Edit
   | Select
   | Gizmo
@@ -293,6 +310,7 @@ export type ClientMessage =
   | Display
   | Quality
   | Probe
+  | Tile
   | Pick
   | Explain
   | Forget

@@ -6,6 +6,7 @@ for undo are copies without their own acceleration structures.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import weakref
@@ -21,13 +22,17 @@ from ...world.keys import STRENGTH_KEYS
 from .contents import matrix_of_object, names_of_objects, visibilities
 from .gizmo import middle_of, placed
 
-__all__ = ["Edits", "edited", "is_animated", "material"]
+__all__ = ["Edits", "edited", "is_animated", "material", "next_step_number"]
 
 MOST_STEPS = 100
 """Steps that can be undone."""
 MOST_LISTED = 1000
 """Objects and lights that are listed by name."""
 READ_ONLY = "this view is read-only, because it was started with edit=False"
+
+
+next_step_number = itertools.count().__next__
+"""Returns ascending numbers for steps of undo, in all views of this process."""
 
 
 class Listener(Protocol):
@@ -45,8 +50,8 @@ class Edits:
         self.opened = world
         """The world before all edits."""
         self.allowed = allowed
-        self._before: list[World] = []
-        self._after: list[World] = []
+        self._before: list[tuple[int, World]] = []
+        self._after: list[tuple[int, World]] = []
         self._listeners: weakref.WeakSet[Any] = weakref.WeakSet()
         self._stroke: object = None
 
@@ -81,7 +86,7 @@ class Edits:
     def replace(self, world: World) -> None:
         """Shows another world, as an edit that can be undone."""
         self._stroke = None
-        self._before = [*self._before[-MOST_STEPS + 1 :], self.world.copy()]
+        self._before = [*self._before[-MOST_STEPS + 1 :], (next_step_number(), self.world.copy())]
         self._after = []
         self._show(world)
 
@@ -89,7 +94,7 @@ class Edits:
         """Shows the world of a changed file; returns the number of discarded edits, which one undo restores."""
         count = len(self._before)
         self._stroke = None
-        self._before = [self.world.copy()] if count else []
+        self._before = [(next_step_number(), self.world.copy())] if count else []
         self._after = []
         self.opened = world
         self._show(world)
@@ -100,16 +105,28 @@ class Edits:
         if not self._before:
             raise WorldError("there is nothing to undo", code="nothing_to_undo")
         self._stroke = None
-        self._after.append(self.world.copy())
-        self._show(self._before.pop())
+        number, world = self._before.pop()
+        self._after.append((number, self.world.copy()))
+        self._show(world)
 
     def redo(self) -> None:
         """Redoes one edit; raises `WorldError` at the last world."""
         if not self._after:
             raise WorldError("there is nothing to redo", code="nothing_to_undo")
         self._stroke = None
-        self._before.append(self.world.copy())
-        self._show(self._after.pop())
+        number, world = self._after.pop()
+        self._before.append((number, self.world.copy()))
+        self._show(world)
+
+    @property
+    def undo_number(self) -> int:
+        """The number of the step that `undo` undoes; -1 without one."""
+        return self._before[-1][0] if self._before else -1
+
+    @property
+    def redo_number(self) -> float:
+        """The number of the step that `redo` repeats; infinity without one."""
+        return self._after[-1][0] if self._after else math.inf
 
     def _show(self, world: World) -> None:
         self.world = world

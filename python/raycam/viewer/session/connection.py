@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,6 +12,9 @@ __all__ = ["MAX_UNACKNOWLEDGED", "Connection", "Send"]
 
 MAX_UNACKNOWLEDGED = 2
 """Images on their way to a client at the same time."""
+
+MAX_MOVING_RATE = 2.4e6
+"""Bytes per second of moving images: 19.2 Mbit/s."""
 
 Send = Callable[[dict[str, Any], Sequence[bytes]], None]
 
@@ -24,7 +28,10 @@ class Connection:
         self.film_stop = threading.Event()
         """Set to stop the video that is being rendered."""
         self.wants_planes = False
-        """True if the client reads the numbers of still images; otherwise they are sent as compressed images."""
+        """True if the client compares images or chose a range: finished images are sent as exact numbers."""
+        self.is_plane_due = False
+        """True if the next still image is sent as exact numbers, although it may not be finished."""
+        self._free_at = 0.0
         self._send: Send | None = None
         self._visible = True
         self._sent = 0
@@ -34,7 +41,7 @@ class Connection:
         """Starts sending messages with `send`."""
         self._send = send
         self._sent = self._acknowledged = 0
-        self.wants_planes = False
+        self.wants_planes = self.is_plane_due = False
 
     def close(self) -> None:
         """Drops the client; messages are discarded until `open`."""
@@ -49,6 +56,15 @@ class Connection:
     def is_ready(self) -> bool:
         """True if the client is visible and can receive another image."""
         return self.is_open and self._visible and self._sent - self._acknowledged < MAX_UNACKNOWLEDGED
+
+    @property
+    def may_move(self) -> bool:
+        """True if another moving image keeps the limit of `MAX_MOVING_RATE`."""
+        return time.monotonic() >= self._free_at
+
+    def note_moving(self, count: int) -> None:
+        """Notes the bytes of a moving image."""
+        self._free_at = time.monotonic() + count / MAX_MOVING_RATE
 
     @property
     def sent(self) -> int:

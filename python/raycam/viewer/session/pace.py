@@ -7,26 +7,31 @@ __all__ = ["Pace"]
 TARGET = 0.040  # seconds a moving image may take
 DIVISORS = (1, 2, 4)  # fractions of the still image's sides
 SMOOTHING = 0.4  # the weight of the newest measurement
+MAX_BYTES = 100_000
+"""Bytes of a moving image; at `MAX_MOVING_RATE`, 24 of them fit into a second."""
 
 
 class Pace:
-    """Chooses the size of the next moving image."""
+    """Chooses the size of the next moving image, by the time and the bytes of the last ones."""
 
     def __init__(self) -> None:
         self._seconds_per_pixel: float | None = None
+        self._bytes_per_pixel: dict[str, float] = {}
 
-    def size(self, still: tuple[int, int]) -> tuple[int, int]:
+    def size(self, still: tuple[int, int], channel: str = "color") -> tuple[int, int]:
         """Width and height for a still image of this size: full, a half or a quarter of its sides."""
         sizes = [tuple(max(1, round(side / divisor)) for side in still) for divisor in DIVISORS]
         if self._seconds_per_pixel is None:
             return sizes[1][0], sizes[1][1]
+        count = self._bytes_per_pixel.get(channel, 0.0)
         for width, height in sizes:
-            if width * height * self._seconds_per_pixel <= TARGET:
+            if width * height * self._seconds_per_pixel <= TARGET and width * height * count <= MAX_BYTES:
                 return width, height
         return sizes[-1][0], sizes[-1][1]
 
-    def measured(self, size: tuple[int, int], seconds: float) -> None:
-        """Records the render time of an image."""
+    def measured(self, size: tuple[int, int], seconds: float, count: int = 0, channel: str = "color") -> None:
+        """Records the render time and the bytes of an image."""
+        self._bytes_per_pixel[channel] = count / (size[0] * size[1])
         new = seconds / (size[0] * size[1])
         old = self._seconds_per_pixel
         self._seconds_per_pixel = new if old is None else old + SMOOTHING * (new - old)

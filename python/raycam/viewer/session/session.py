@@ -25,14 +25,19 @@ from ..probe import ground_below, locate
 from ..scene.edits import Edits
 from ..scene.look import Look
 from ..scene.overlay import MAX_CAMERAS
+from ..scene.scan_points import ScanPoints, lidar_names
 from ..scene.selection import Selection
 from ..stills import SAMPLED, TRUTH
 from .connection import Connection
+from .history import History
 from .images import Images
 from .overlays import Overlays
 from .view import Opened, View
 
 __all__ = ["Session"]
+
+NO_SCAN = {"type": "scan", "lidar": "", "total": 0, "fields": {}}
+"""The message that there is no scan, or none of the world that the view shows now."""
 
 
 class Session:
@@ -80,6 +85,7 @@ class Session:
         self.view = View.start(opened, integrator=integrator, start=start, look=look)
         self.selection = Selection(edits)
         self.overlays = Overlays()
+        self.history = History()
         self._picked = picked
         self.controls = Controls() if controls is None else controls
         self.controls.listen(self)
@@ -107,8 +113,12 @@ class Session:
                 before.opened.edits.forget(self)
                 view.opened.edits.listen(self)
                 self.selection = Selection(view.opened.edits)
+                self.history = History()
             if view.world is not before.world or view.integrator != before.integrator:
                 self.overlays = replace(self.overlays, rays=())
+            if view.world is not before.world and self.overlays.scan is not None:
+                self.overlays = replace(self.overlays, scan=None)
+                self.connection.send(NO_SCAN)
             if view.outline() != self._outline:
                 self.greet()
             elif (
@@ -123,6 +133,7 @@ class Session:
         self._outline = self.view.outline()
         self.connection.send(self.welcome())
         self.connection.send(self.view.opened.edits.about())
+        self.send_history()
         self.connection.send(self.controls.message())
 
     def show_controls(self) -> None:
@@ -146,6 +157,7 @@ class Session:
                 "explained": self.overlays.explained,
                 "grid": self.overlays.grid,
             },
+            "lidars": lidar_names(self.view.base),
             **self.view.welcome(),
             **self.about(),
             "camera": self.view.camera_message(self._last_move),
@@ -168,7 +180,43 @@ class Session:
         with self._changes:
             self.show(self.view.rebased())
         self.connection.send(self.view.opened.edits.about())
+        self.send_history()
         self.connection.send(self.selection.about())
+
+    def send_history(self) -> None:
+        """Sends whether there are steps to undo and to repeat."""
+        edits = self.view.opened.edits.about()
+        undo, redo = self.history.counts
+        message = {"type": "history", "undo": undo + edits["undo"], "redo": redo + edits["redo"]}
+        self.connection.send(message)
+
+    def _undo(self, message: messages.Undo) -> None:
+        """Undoes the newest step: of this client's view, or of the world."""
+        edits = self.view.opened.edits
+        if self.history.undo_number > edits.undo_number:
+            self._restore(self.history.undo(self.view))
+        else:
+            edits.undo()
+
+    def _redo(self, message: messages.Redo) -> None:
+        """Repeats the step that was undone last."""
+        edits = self.view.opened.edits
+        if self.history.redo_number < edits.redo_number:
+            self._restore(self.history.redo(self.view))
+        else:
+            edits.redo()
+
+    def _restore(self, view: View) -> None:
+        self.show(view)
+        self.send_camera()
+        self.send_look()
+        self.send_history()
+
+    def send_look(self) -> None:
+        """Sends the look, the integrator and the variant, which the client's controls show."""
+        view = self.view
+        own = {"look": view.look.describe(), "integrator": view.integrator, "variant": view.variant}
+        self.connection.send({"type": "look", **own, **self.about()})
 
     def follow(self, other: Session) -> None:
         """Shows the view of another session, in this client's own size."""
@@ -213,7 +261,10 @@ class Session:
     def receive(self, message: Message) -> None:
         """Carries out a message. Raises `raycam.Error` for names that do not exist."""
         with self._changes:
+            before = self.view
             self.ACTIONS[type(message)](self, message)
+            if self.history.record(message, before, self.view):
+                self.send_history()
 
     def _resize(self, message: messages.Size) -> None:
         space = (
@@ -273,7 +324,7 @@ class Session:
 
     def _send_planes(self, message: messages.Planes) -> None:
         if message.wanted != self.connection.wants_planes:
-            self.connection.wants_planes = message.wanted
+            self.connection.wants_planes = self.connection.is_plane_due = message.wanted
             with self.lock:
                 self.images.show_again()
 
@@ -316,7 +367,7 @@ class Session:
             background=message.background or None,
         )
         self.show(replace(self.view, look=look))
-        self.connection.send({"type": "look", "look": look.describe(), **self.about()})
+        self.send_look()
 
     def set_camera(self, camera: Camera) -> None:
         """Shows the view of a camera that the script chose, in the camera's own shape."""
@@ -360,8 +411,8 @@ class Session:
         messages.Upload: _upload,
         messages.Gizmo: _drag,
         messages.Edit: _edit,
-        messages.Undo: lambda self, message: self.view.opened.edits.undo(),
-        messages.Redo: lambda self, message: self.view.opened.edits.redo(),
+        messages.Undo: _undo,
+        messages.Redo: _redo,
         messages.Quality: lambda self, message: self.show(replace(self.view, integrator=message.integrator)),
         messages.Acknowledge: lambda self, message: self.connection.acknowledge(message.picture),
         messages.Planes: _send_planes,
@@ -380,6 +431,14 @@ class Session:
             if self.view.world is not world:
                 return
             self.overlays = replace(self.overlays, rays=tuple(rays))
+        self.redraw()
+
+    def show_scan(self, scan: ScanPoints | None, world: World) -> None:
+        """Draws the points of a scan of `world`, or none; if the view shows another world, the client asks again."""
+        with self._changes:
+            current = scan if self.view.world is world else None
+            self.overlays = replace(self.overlays, scan=current)
+        self.connection.send(NO_SCAN if current is None else current.message())
         self.redraw()
 
     def redraw(self) -> None:

@@ -249,6 +249,30 @@ class View:
             and (self.channel == "error") == (other.channel == "error")  # its samples are separate
         )
 
+    def shows_like(self, other: View) -> bool:
+        """True if both views have the same camera, pivot, look, variant and integrator."""
+        return (
+            self.camera == other.camera
+            and self.camera_name == other.camera_name
+            and np.array_equal(self.pivot, other.pivot)
+            and (self.look is other.look or self.look.describe() == other.look.describe())
+            and (self.variant, self.integrator) == (other.variant, other.integrator)
+        )
+
+    def restored(self, earlier: View) -> View:
+        """The view with camera, pivot, look, variant and integrator of an earlier one."""
+        view = replace(
+            self,
+            camera=earlier.camera,
+            camera_name=earlier.camera_name,
+            pivot=earlier.pivot,
+            shape=earlier.shape,
+            look=earlier.look,
+            variant=earlier.variant,
+            integrator=earlier.integrator,
+        )
+        return view.rebased().with_space(self.space)
+
     @property
     def _shows_light(self) -> bool:
         """False for the sampled channels of the world without its look."""

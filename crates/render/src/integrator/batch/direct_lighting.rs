@@ -13,6 +13,7 @@ use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT
 use crate::light::prepared_light::PreparedLight;
 use crate::light::samples::{EnvironmentSample, LightLiSamples, LightRandom, ONE_MINUS_SHADOW_EPSILON};
 use crate::light::tree::importance::{ComputeNodeImportances, NodeImportances};
+use crate::media::nested_dielectrics::InteriorList;
 use crate::soa::{LANES, Vec3xN, get_lane, lane_dvec3, lane_vec3, set_lane};
 
 /// Random numbers of all hits of a bounce; light samples and shadow rays of one chunk.
@@ -145,16 +146,16 @@ impl DirectLightingBatch {
         lane: usize,
         ray_index: usize,
         queues: &mut [ShadowRayQueue],
-        transmittance: impl Fn(Vec3, DVec3) -> Vec3,
+        transmittance: impl Fn(Vec3, DVec3) -> (Vec3, InteriorList),
     ) {
         for (i, (rays, queue)) in self.shadow_rays[..self.count].iter().zip(queues).enumerate() {
             if rays.is_active[lane] {
                 let samples = &self.samples[i];
                 let p_light = lane_dvec3(&samples.p_light, lane);
-                let transmittance = transmittance(lane_vec3(&samples.direction, lane), p_light);
+                let (transmittance, interior) = transmittance(lane_vec3(&samples.direction, lane), p_light);
                 if transmittance != Vec3::ZERO {
                     let light = transmittance * lane_vec3(&rays.contribution, lane);
-                    queue.push(rays.shadow_ray(lane), ray_index, light);
+                    queue.push_within(rays.shadow_ray(lane), ray_index, light, interior);
                 }
             }
         }

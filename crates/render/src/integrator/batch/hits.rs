@@ -9,13 +9,13 @@ use crate::bsdf::material_hit::MaterialHit;
 use crate::integrator::batch::bsdf::BatchBsdf;
 use crate::integrator::batch::direct_lighting::DirectLightingBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
-use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path_state::{HitView, PathState};
 use crate::integrator::path_tracer::PathTracer;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::light::prepared_light::PreparedLight;
 use crate::light::rectangle::SampleRectangle;
 use crate::lobes::classify::BatchKind;
+use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::path_guiding::{GuidedPoints, MIN_GUIDED_SEGMENTS};
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
@@ -152,6 +152,11 @@ impl HitBatch {
         let is_front = interactions.is_front(lane);
         let is_culled = tracer.is_culled_back_face(path, material, is_front);
         self.path_lanes.set(lane, path);
+        if tracer.settings.meets_white && path.is_camera_ray {
+            self.alpha_rejected[lane] = false;
+            self.load_diffuse(tracer, path, Vec3::ONE, lane);
+            return;
+        }
         self.alpha_rejected[lane] = !is_culled && tracer.fails_alpha_test(path, material, hit);
         if self.alpha_rejected[lane] {
             return;
@@ -161,11 +166,7 @@ impl HitBatch {
             BatchKind::Diffuse(factor) if is_outside && !is_culled => {
                 let footprint = interactions.footprint(lane);
                 let albedo = geometry.base_color_with(prepared, hit, footprint) * factor;
-                let diffuse = &mut self.bsdf.diffuse;
-                set_lane(&mut diffuse.model.albedo, lane, albedo.to_array());
-                diffuse.activate(lane, interactions.shading_normal(lane));
-                let segments = path.depth.saturating_add(MIN_GUIDED_SEGMENTS);
-                self.may_guide[lane] = segments <= tracer.settings.max_depth;
+                self.load_diffuse(tracer, path, albedo, lane);
             }
             BatchKind::Glossy if is_outside && !is_culled && is_lit_in_batch(tracer, path) => {
                 let hit = MaterialHit::at_lane(geometry, hit, interactions, lane);
@@ -177,6 +178,14 @@ impl HitBatch {
             }
             _ => {}
         }
+    }
+
+    fn load_diffuse(&mut self, tracer: &PathTracer, path: &PathState, albedo: Vec3, lane: usize) {
+        let diffuse = &mut self.bsdf.diffuse;
+        set_lane(&mut diffuse.model.albedo, lane, albedo.to_array());
+        diffuse.activate(lane, self.interactions.shading_normal(lane));
+        let segments = path.depth.saturating_add(MIN_GUIDED_SEGMENTS);
+        self.may_guide[lane] = segments <= tracer.settings.max_depth;
     }
 
     fn load_specular(&mut self, tracer: &PathTracer, path: &PathState, hit: &Hit, lane: usize, is_culled: bool) {

@@ -6,10 +6,10 @@ use crate::bsdf::BsdfSample;
 use crate::bsdf::batch::{BatchModel, BsdfBatch};
 use crate::bsdf::shading_point::ShadingPoint;
 use crate::integrator::batch::hits::{Chunk, HitBatch};
-use crate::integrator::nested_dielectrics::InterfaceTransition;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::interaction::LightSampleContext;
+use crate::media::nested_dielectrics::InterfaceTransition;
 
 /// One lane of a chunk.
 #[derive(Clone, Copy)]
@@ -132,7 +132,7 @@ impl PathTracer<'_> {
             let transmittance = |wi, p_light| {
                 let media = transition.medium_towards(interactions.side_normal(lane), wi);
                 let origin = interactions.offset_ray_origin(lane, wi);
-                self.shadow_transmittance(path.ray_index, media, origin, p_light)
+                (self.shadow_transmittance(path.ray_index, media, origin, p_light), media)
             };
             let queues = &mut queues.shadow_rays;
             lighting.push_attenuated_shadow_rays(lane, path.ray_index, queues, transmittance);

@@ -26,7 +26,7 @@ function addAngles(fig) {
 /** The eleven numbers of P. @param {Figure} fig */
 export function buildMatrix(fig) {
   const { shared } = fig;
-  addOutside(fig, { label: "The camera, its image plane and the world", content: () => worldContent(fig), handles: () => [centerHandle(fig)] });
+  addOutside(fig, { label: "The camera, its image plane and the world", content: () => worldContent(fig), handles: () => [centerHandle(fig), ...cornerHandles(fig)] });
   addPicture(fig, { handles: () => cornerHandles(fig) });
   fig.host.classList.add("double", "many");
   fig.group("K", "K: five intrinsic parameters");

@@ -4,7 +4,7 @@ import { dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { drawArrow, drawLine } from "../figure/shapes.js";
-import { addOutside, addPicture, bulbHandle, sharedPicture, sunStrokes, worldContent } from "./views.js";
+import { addOutside, addPicture, bulbHandle, sharedPicture, sunHandle, sunStrokes, worldContent } from "./views.js";
 import { BULB, SUN, toSun, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -73,9 +73,9 @@ export function buildLights(fig) {
         strokes: [...(which ? [] : sunStrokes(fig)), { from: f, to: plusTimes(f, 0.8, n), color: "n", symbol: "n", text: "n", arrow: true }, { from: f, to: light, color: "L", symbol: "L", text: which ? "" : "to the sun", arrow: !which }],
       };
     },
-    handles: () => (which ? [bulbHandle(fig)] : []),
+    handles: () => [which ? bulbHandle(fig) : sunHandle(fig)],
   });
-  addPicture(fig, { label: "The lit picture", image: () => picture().canvas });
+  addPicture(fig, { label: "The lit picture", handles: () => (which ? [bulbHandle(fig)] : []), image: () => picture().canvas });
   fig.host.classList.add("double");
   fig.choice({ name: "Light", options: ["Sun", "Bulb"], get: () => which, set: (i) => { which = i; } });
   fig.slider({ name: "sun's direction", symbol: "L", min: -180, max: 180, step: 1, digits: 0, unit: "°", get: () => numbers.sun, set: (value) => { numbers.sun = value; } });
@@ -154,7 +154,7 @@ export function buildShadow(fig) {
     },
     handles: () => [bulbHandle(fig)],
   });
-  addPicture(fig, { label: "The picture with shadows", image: () => picture().canvas });
+  addPicture(fig, { label: "The picture with shadows", handles: () => [bulbHandle(fig)], image: () => picture().canvas });
   fig.host.classList.add("double");
   fig.readout(() => {
     const { winner } = shared.steps;

@@ -1,6 +1,6 @@
 // Chapters 1 and 2: the world and its origin, a box from triangles, refined faces, colours.
 
-import { addOutside, addPicture, axisStrokes, bulbHandle, centerHandle, cornerHandles, sunStrokes, vertexHandle, worldContent } from "./views.js";
+import { addOutside, addPicture, axisStrokes, bulbHandle, centerHandle, cornerHandles, sunHandle, sunStrokes, vertexHandle, worldContent } from "./views.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { OutsideView } from "../figure/outside.js";
 
@@ -23,7 +23,7 @@ export function buildHero(fig) {
         spots: steps.winner ? [{ at: end, color: "r", symbol: "f(t)", text: "hit" }] : [],
       };
     },
-    handles: () => [...cornerHandles(fig), centerHandle(fig), bulbHandle(fig)],
+    handles: () => [...cornerHandles(fig), centerHandle(fig), bulbHandle(fig), sunHandle(fig)],
   });
   addPicture(fig, { handles: () => [...cornerHandles(fig), bulbHandle(fig)] });
   fig.host.classList.add("double");

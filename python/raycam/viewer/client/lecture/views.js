@@ -9,7 +9,7 @@ import { FLOOR, SIZE, toSun, worldText } from "./world.js";
 /** @typedef {import("./figure.js").Figure} Figure */
 /** @typedef {import("../figure/board.js").Pen} Pen */
 
-const GRAB_PX = 16, IMAGE_DISTANCE = 1.5, KEY_MOVE = 0.05;
+const GRAB_PX = 16, IMAGE_DISTANCE = 1.5, KEY_MOVE = 0.05, SUN_FOOT = [-1.6, 0.9, 0], SUN_AWAY = 4.2;
 /** The newest flat picture of the shared world. @type {{ canvas: HTMLCanvasElement | null }} */
 const SHARED_PICTURE = { canvas: null };
 
@@ -51,9 +51,22 @@ export function vertexHandle({ shared }, k, look = {}) {
 export function sunStrokes({ shared }) {
   const sun = toSun(shared.numbers);
   return [-1, 0, 1].map((i) => {
-    const at = [-1.6 - 0.3 * i, 0.9 + 0.9 * i, 0];
-    return { from: plusTimes(at, 4.2, sun), to: plusTimes(at, 3.3, sun), color: "L", symbol: "L", text: i ? "" : "sun", arrow: true };
+    const at = [SUN_FOOT[0] - 0.3 * i, SUN_FOOT[1] + 0.9 * i, SUN_FOOT[2]];
+    return { from: plusTimes(at, SUN_AWAY, sun), to: plusTimes(at, SUN_AWAY - 0.9, sun), color: "L", symbol: "L", arrow: true };
   });
+}
+
+/** The handle of the sun's direction, at the middle one of its rays. @param {Figure} fig @returns {Handle} */
+export function sunHandle({ shared: { numbers } }) {
+  const degrees = (/** @type {number} */ angle) => Math.round((angle * 1800) / Math.PI) / 10;
+  return {
+    get: () => plusTimes(SUN_FOOT, SUN_AWAY, toSun(numbers)), color: "L", symbol: "L", text: "sun",
+    set: (point) => {
+      const [x, y, z] = minus(point, SUN_FOOT);
+      numbers.sun = degrees(Math.atan2(y, x));
+      numbers.height = Math.max(5, Math.min(90, degrees(Math.atan2(z, Math.hypot(x, y)))));
+    },
+  };
 }
 
 /** Handles of the corners of the free triangle that the pixel shows, or of the green one. @param {Figure} fig @returns {Handle[]} */
@@ -73,9 +86,10 @@ export function cornerHandles({ shared }) {
 /** The keyboard's way to handles: Enter selects the next one, arrow keys move it. @param {() => Handle[]} handles */
 function handleKeys(handles) {
   let selected = -1;
-  const name = (/** @type {Handle | undefined} */ handle) => (handle ? `Arrow keys move ${handle.text}.` : "No point is selected.");
+  const name = (/** @type {Handle | undefined} */ handle) => (handle ? `Arrow keys move ${handle.text || handle.symbol}.` : "No point is selected.");
   return {
     get: () => handles()[selected],
+    isSelected: (/** @type {number} */ i) => i === selected,
     next: () => {
       selected = selected + 1 < handles().length ? selected + 1 : -1;
       return name(handles()[selected]);
@@ -88,17 +102,18 @@ function handleKeys(handles) {
  * @param {Figure} fig
  * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("../figure/outside.js").Content, handles?: () => Handle[], picksPixel?: boolean }} options
  */
-export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(), content, handles = () => [], picksPixel = false }) {
+export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(), content, handles: given, picksPixel = false }) {
   const { shared } = fig;
+  const handles = given || (() => []);
   const keys = handleKeys(handles);
   /** @type {Handle | null} */
   let held = null;
   let paints = false;
   fig.canvas({
-    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too${handles().length ? ", and Enter selects a point that they move" : ""}.`,
+    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too${given ? ", and Enter selects a point that they move" : ""}.`,
     draw: (pen) => {
       const shown = content();
-      const spots = handles().map(({ get, color, symbol, text }) => ({ at: get(), color, symbol, text, radius: get === keys.get()?.get ? 9 : 6 }));
+      const spots = handles().map(({ get, color, symbol, text }, i) => ({ at: get(), color, symbol, text, radius: keys.isSelected(i) ? 9 : 6 }));
       view.draw(pen, { ...shown, spots: [...(shown.spots || []), ...spots] });
     },
     grab: (at) => {
@@ -120,7 +135,7 @@ export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(),
         if (pixel) pick(fig, pixel);
       } else view.orbit(at, from);
     },
-    next: handles().length ? keys.next : undefined,
+    next: given && keys.next,
     nudge: ([x, y]) => {
       const handle = keys.get();
       if (!handle) return view.orbit([8 * x, 8 * y], [0, 0]);
@@ -143,8 +158,9 @@ export function pick({ shared }, pixel) {
  * @param {Figure} fig
  * @param {{ label?: string, handles?: () => Handle[], overlay?: (pen: Pen, place: (u: number, v: number) => number[]) => void, image?: () => HTMLCanvasElement | null }} [options]
  */
-export function addPicture(fig, { label = "The picture", handles = () => [], overlay, image = () => sharedPicture(fig) } = {}) {
+export function addPicture(fig, { label = "The picture", handles: given, overlay, image = () => sharedPicture(fig) } = {}) {
   const { shared } = fig;
+  const handles = given || (() => []);
   let scale = 1;
   const keys = handleKeys(handles);
   /** @type {Handle | null} */
@@ -161,7 +177,7 @@ export function addPicture(fig, { label = "The picture", handles = () => [], ove
     return inFront ? place(u, v) : [-99, -99];
   };
   fig.canvas({
-    ratio: SIZE[1] / SIZE[0], label: `${label}. Click to select a pixel; the arrow keys move it${handles().length ? ", and Enter selects a point that they move" : ""}.`,
+    ratio: SIZE[1] / SIZE[0], label: `${label}. Click to select a pixel; the arrow keys move it${given ? ", and Enter selects a point that they move" : ""}.`,
     draw: (pen) => {
       scale = pen.width / SIZE[0];
       const canvas = image();
@@ -169,11 +185,11 @@ export function addPicture(fig, { label = "The picture", handles = () => [], ove
       if (canvas) pen.ctx.drawImage(canvas, 0, 0, pen.width, pen.height);
       else drawLine(pen, [[0, 0], [pen.width, 0], [pen.width, pen.height], [0, pen.height]], { color: "soft", fill: "soft", close: true });
       overlay?.(pen, place);
-      for (const handle of handles()) {
-        drawDot(pen, seen(handle.get()), handle.color, handle.get === keys.get()?.get || pen.lit(handle.symbol) ? 9 : 6);
+      handles().forEach((handle, i) => {
+        drawDot(pen, seen(handle.get()), handle.color, keys.isSelected(i) || pen.lit(handle.symbol) ? 9 : 6);
         pen.touch(handle.symbol, [seen(handle.get())]);
         pen.label({ at: seen(handle.get()), text: handle.text || "", symbol: handle.symbol });
-      }
+      });
       const pixel = place(shared.numbers.pixel[0], shared.numbers.pixel[1]);
       drawPixel(pen, pixel);
       pen.touch("x", [pixel]);
@@ -190,7 +206,7 @@ export function addPicture(fig, { label = "The picture", handles = () => [], ove
       if (held) moveTo(held, pixelAt(at));
       else pick(fig, pixelAt(at));
     },
-    next: handles().length ? keys.next : undefined,
+    next: given && keys.next,
     nudge: ([x, y]) => {
       const handle = keys.get();
       if (!handle) return pick(fig, [shared.numbers.pixel[0] + x, shared.numbers.pixel[1] + y]);

@@ -33,6 +33,11 @@ export class DisplayControls {
     this.log = byId("range-log", HTMLInputElement);
     /** @type {Plane | null} */
     this.plane = null;
+    this.isExact = true;
+    /** What is measured when exact numbers arrive. @type {((plane: Plane) => import("../image/paint.js").Range) | null} */
+    this.pending = null;
+    /** Called when exact numbers are needed. */
+    this.onExact = () => {};
     fillSelect(this.view, VIEW_TRANSFORMS.map((name) => [name, name]));
     fillSelect(this.map, MAPS.map((name) => [name, name]));
     this.exposure.addEventListener("input", () => this.setExposure(Number(this.exposure.value)));
@@ -43,12 +48,8 @@ export class DisplayControls {
       this.changed();
     });
     for (const input of [this.low, this.high, this.log]) input.addEventListener("change", () => this.readRange());
-    byId("range-percentiles", HTMLButtonElement).addEventListener("click", () => {
-      if (this.plane) this.setRange(percentiles(this.plane, 0));
-    });
-    byId("range-extremes", HTMLButtonElement).addEventListener("click", () => {
-      if (this.plane) this.setRange(extremes(this.plane));
-    });
+    byId("range-percentiles", HTMLButtonElement).addEventListener("click", () => this.measureRange((plane) => percentiles(plane, 0)));
+    byId("range-extremes", HTMLButtonElement).addEventListener("click", () => this.measureRange(extremes));
   }
 
   /** @param {number} stops */
@@ -75,6 +76,13 @@ export class DisplayControls {
     this.setView(VIEW_TRANSFORMS[(VIEW_TRANSFORMS.indexOf(this.display.view) + 1) % VIEW_TRANSFORMS.length]);
   }
 
+  /** Sets the range to what is measured in exact numbers, which may have to come. @param {(plane: Plane) => import("../image/paint.js").Range} measure */
+  measureRange(measure) {
+    this.pending = this.isExact ? null : measure;
+    if (this.pending) this.onExact();
+    else if (this.plane) this.setRange(measure(this.plane));
+  }
+
   readRange() {
     const [low, high, log] = [Number(this.low.value), Number(this.high.value), this.log.checked];
     if (this.low.value && this.high.value && low < high && (high > 0 || !log)) return this.setRange({ low, high, log });
@@ -93,9 +101,14 @@ export class DisplayControls {
   /**
    * Shows the controls that a plane has.
    * @param {Plane} plane
+   * @param {boolean} [isExact] false for numbers that are rounded for display
    */
-  show(plane) {
+  show(plane, isExact = this.isExact) {
     this.plane = plane;
+    this.isExact = isExact;
+    const { pending } = this;
+    this.pending = isExact ? null : pending;
+    if (pending && isExact) this.ranges.set(plane.name, { ...pending(plane), log: this.log.checked });
     this.display.range = this.ranges.get(plane.name) || null;
     const { kind } = styleOf(plane);
     byId("light-controls", HTMLElement).hidden = kind !== "light";

@@ -94,7 +94,7 @@ export class WorldControls {
   }
 
   /** @param {import("../client.js").Message} contents */
-  show({ editable, undo, redo, objects, lights, counts }) {
+  show({ editable, objects, lights, counts }) {
     const [object, light] = [this.object.value, this.light.value];
     this.objects = objects;
     this.count = counts[0];
@@ -110,10 +110,14 @@ export class WorldControls {
     byId("edit", HTMLElement).hidden = !editable || !objects.length;
     byId("lights", HTMLElement).hidden = !editable || !lights.length;
     this.tree.show({ objects, lights, editable });
-    byId("undo", HTMLButtonElement).disabled = !undo;
-    byId("redo", HTMLButtonElement).disabled = !redo;
     this.light.value = light && Number(light) < lights.length ? light : "0";
     this.choose(object && Number(object) < this.count ? Number(object) : 0);
+  }
+
+  /** @param {import("../client.js").Message} history the numbers of steps */
+  showHistory({ undo, redo }) {
+    byId("undo", HTMLButtonElement).disabled = !undo;
+    byId("redo", HTMLButtonElement).disabled = !redo;
   }
 
   /**

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
 use crate::lobes::classify::interior_ior;
+use crate::media::medium::Medium;
 use crate::prepare::geometry::Geometry;
 
 /// Number of entries in an interior list. A deeper nesting discards the material that was entered first.
@@ -120,7 +121,16 @@ impl InteriorList {
 
     /// Absorption per metre.
     pub fn absorption(&self, geometry: &Geometry) -> Vec3 {
+        if geometry.has_media() {
+            return Vec3::ZERO;
+        }
         self.current(geometry).and_then(|there| geometry.materials[there].absorption).unwrap_or(Vec3::ZERO)
+    }
+
+    /// The medium that fills the space, unless it is empty or outside of bodies.
+    pub fn medium(&self, geometry: &Geometry) -> Option<Medium> {
+        let absorption = geometry.materials[self.current(geometry)?].absorption?;
+        (absorption != Vec3::ZERO).then_some(Medium { extinction: absorption, albedo: Vec3::ZERO, g: 0.0 })
     }
 
     /// True if the path is inside a closed body and a light is outside the body's bounds.

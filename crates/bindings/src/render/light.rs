@@ -1,0 +1,56 @@
+//! Light at points of surfaces. Python has made the arrays C-contiguous and of one length.
+
+use numpy::PyReadonlyArrayDyn;
+use pyo3::prelude::*;
+use raycam_render::Control;
+use raycam_render::queries::light::{PointLight, Quantity, SurfacePoints, light_at};
+
+use crate::arrays::{Floats, NewArray, array, rows};
+use crate::error::settings_error;
+use crate::interruptible::run_for_work;
+use crate::queries::rays::flat;
+use crate::render::settings::RenderArguments;
+use crate::world::state::World;
+
+/// A dict of points [n]: their objects, triangles, weights of corners, normals, and pixels of random numbers.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct PointArguments<'py> {
+    instance: PyReadonlyArrayDyn<'py, i32>,
+    triangle: PyReadonlyArrayDyn<'py, i32>,
+    barycentric: Floats<'py>,
+    normal: Floats<'py>,
+    pixel: PyReadonlyArrayDyn<'py, i32>,
+}
+
+/// The light [n, 3] at points, and its standard error [n].
+type LightParts<'py> = (NewArray<'py, f32>, NewArray<'py, f32>);
+
+/// The irradiance at points, or the radiance that leaves along their normals.
+#[pyfunction]
+pub(crate) fn world_light_at<'py>(
+    world: &Bound<'py, World>,
+    points: PointArguments<'py>,
+    quantity: &str,
+    arguments: RenderArguments,
+) -> PyResult<LightParts<'py>> {
+    let settings = arguments.settings()?;
+    let quantity = match quantity {
+        "irradiance" => Quantity::Irradiance,
+        "radiance" => Quantity::Radiance,
+        name => return Err(settings_error(format!("unknown quantity {name:?}"))),
+    };
+    let places = SurfacePoints {
+        instances: flat(&points.instance, "instance")?,
+        triangles: flat(&points.triangle, "triangle")?,
+        barycentrics: rows(&points.barycentric, "barycentric")?,
+        normals: rows(&points.normal, "normal")?,
+        pixels: rows(&points.pixel, "pixel")?,
+    };
+    let py = world.py();
+    let prepared = world.get().prepared(py, settings.threads)?;
+    let work = |control: &Control| light_at(&prepared, &places, quantity, &settings, control);
+    let PointLight { light, error } = run_for_work(py, false, None, work)?;
+    let n = error.len();
+    Ok((array(py, light.into_flattened(), &[n, 3])?, array(py, error, &[n])?))
+}

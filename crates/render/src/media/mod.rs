@@ -1,0 +1,16 @@
+//! Media along rays: what fills the space between surfaces, how much light passes, and where it is scattered.
+//!
+//! * [`nested_dielectrics`]: the media that a path is in, selected by priority.
+//! * [`map`]: the medium at each part of a ray.
+//! * [`medium`]: coefficients.
+//! * [`free_flight`]: the distance after which a medium scatters a path, by transmittance.
+//! * [`equiangular`]: a distance near to a light, for light that arrives directly.
+//!
+//! Media are homogeneous, with a coefficient for each colour. The distances of the two strategies are combined by
+//! multiple importance sampling, and so are the colours: a distance is drawn for one of them, and counts for all.
+
+pub(crate) mod equiangular;
+pub(crate) mod free_flight;
+pub(crate) mod map;
+pub(crate) mod medium;
+pub(crate) mod nested_dielectrics;

@@ -1,0 +1,39 @@
+// The box over the image with notices and errors.
+
+import { byId } from "../dom.js";
+
+const MESSAGE_TIME = 6000; // ms that a notice stays
+const SAME_BREATH = 400; // ms within which a message joins the previous one
+
+export class NoticeBox {
+  constructor() {
+    this.messageTimer = 0;
+    /** The time of the page of the last message. */
+    this.said = -Infinity;
+    byId("message", HTMLElement).addEventListener("click", () => this.unsay());
+  }
+
+  /**
+   * @param {string} text
+   * @param {string} type "notice" or "error"
+   * @param {boolean} joins whether it joins what was just said: several sentences may answer one wish
+   */
+  say(text, type, joins = false) {
+    const box = byId("message", HTMLElement);
+    const before = box.textContent || "";
+    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // else it says what was said
+    const isNext = joins && isNew && !box.hidden && performance.now() - this.said < SAME_BREATH;
+    box.textContent = isNext ? `${before}\n${text}` : text;
+    box.classList.toggle("error", type === "error" || (isNext && box.classList.contains("error")));
+    this.said = performance.now();
+    box.hidden = false;
+    clearTimeout(this.messageTimer);
+    if (!box.classList.contains("error")) this.messageTimer = setTimeout(() => (box.hidden = true), MESSAGE_TIME);
+  }
+
+  /** Takes away what was said. */
+  unsay() {
+    clearTimeout(this.messageTimer);
+    byId("message", HTMLElement).hidden = true;
+  }
+}
