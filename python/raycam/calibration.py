@@ -46,7 +46,7 @@ class Cameras(Mapping[str, Camera]):
             names = [record.name for record in records]
             twice = next(name for name in names if names.count(name) > 1)
             raise FormatError(
-                f"two cameras are called {twice!r}; expected names of their own", code="duplicate_name"
+                f"two cameras have the name {twice!r}; camera names must be unique", code="duplicate_name"
             )
         self._up = up
         self._made: dict[str, Camera] = {}
@@ -74,7 +74,8 @@ class Cameras(Mapping[str, Camera]):
         if abs(new_width * height / (width * new_height) - 1.0) > 0.01:
             raise CameraError(
                 f"{self._path}: camera {name!r} has {width} x {height} pixels, and size {new_width} x {new_height} "
-                "would stretch its picture: give a size of the same aspect, or none and cropped()",
+                "has another aspect ratio; pass a size with the camera's aspect ratio, or crop the camera with "
+                "cropped()",
                 code="conflicting_values",
             )
         return camera.resized(self._size)

@@ -232,8 +232,9 @@ class Recipe:
         for number, table in enumerate(self.description["camera"]):
             if isinstance(table.get("count", 1), Mapping) or ONE_OF in table:
                 raise WorldError(
-                    f"camera[{number}]: in a data set every world has the same cameras: count must be a number, and "
-                    f"{ONE_OF} is for what cameras see",
+                    f"camera[{number}]: all worlds of a data set must have the same cameras; count must be a number, "
+                    "and "
+                    f"{ONE_OF} is only supported within see",
                     code="conflicting_values",
                 )
 
