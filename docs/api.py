@@ -18,7 +18,7 @@ from typing import Any
 SECTIONS: dict[str, list[str]] = {
     "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "robots.Robot", "data"],
     "Cameras": ["Camera", "Rig", "Sensor", "load_cameras", "save_cameras", "Cameras"],
-    "Lidars": ["Lidar", "load_lidar", "scan", "Scan"],
+    "Lidars": ["Lidar", "load_lidar", "scan", "scan_many", "Scan", "explain_beam", "BeamExplanation"],
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],

@@ -43,8 +43,8 @@ from .world.texture import Texture
 if TYPE_CHECKING:
     from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
-    from .explanation import Explanation, explain
-    from .lidar import Lidar, Scan, load_lidar, scan
+    from .explanation import BeamExplanation, Explanation, explain, explain_beam
+    from .lidar import Lidar, Scan, load_lidar, scan, scan_many
     from .photos import (
         PhotoTexture,
         SurfaceSamples,
@@ -64,6 +64,7 @@ __all__ = [
     "Animation",
     "Background",
     "BakedMaps",
+    "BeamExplanation",
     "Box3D",
     "Camera",
     "CameraError",
@@ -104,6 +105,7 @@ __all__ = [
     "box3d",
     "disparity",
     "explain",
+    "explain_beam",
     "flow",
     "from_mujoco",
     "from_open3d",
@@ -121,6 +123,7 @@ __all__ = [
     "sample_surface",
     "save_cameras",
     "scan",
+    "scan_many",
     "selfcheck",
     "settle",
     "strict",
@@ -132,7 +135,9 @@ __all__ = [
 
 _LAZY_IMPORTS = {
     "Explanation": "explanation",
+    "BeamExplanation": "explanation",
     "explain": "explanation",
+    "explain_beam": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
     "BakedMaps": "baking",
@@ -150,6 +155,7 @@ _LAZY_IMPORTS = {
     "Scan": "lidar",
     "load_lidar": "lidar",
     "scan": "lidar",
+    "scan_many": "lidar",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",

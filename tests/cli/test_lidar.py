@@ -106,6 +106,62 @@ def test_impossible_scans_are_refused(
         assert fact in text
 
 
+WITH_LIDARS = (
+    STREET
+    + """
+[[lidar]]
+name = "pole"
+device = "vlp16"
+location = [0, 0, 3]
+noise = false
+[[rig]]
+name = "car"
+[[rig.lidar]]
+name = "top"
+device = "hdl32e"
+location = [0, 0, 1.8]
+"""
+)
+
+
+def test_scan_uses_the_lidars_of_the_world_file(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("both.toml").write_text(WITH_LIDARS, encoding="utf-8")
+    assert main(["scan", "both.toml", "--lidar", "pole", "--at", "0.5", "-o", "a.npz"]) == 0
+    expected = raycam.scan(raycam.load("both.toml").at(0.5), "pole")
+    with np.load("a.npz") as arrays:
+        np.testing.assert_array_equal(arrays["position"], expected["position"])
+    assert (
+        main(
+            [
+                "scan",
+                "both.toml",
+                "--lidar",
+                "pole",
+                "--at",
+                "0.5",
+                "-o",
+                "b.npz",
+                "--location",
+                "0",
+                "0",
+                "1",
+            ]
+        )
+        == 0
+    )
+    with np.load("b.npz") as arrays:
+        assert arrays["position"][:, 2].min() > expected["position"][:, 2].min()
+    assert main(["scan", "both.toml", "--lidar", "car/top", "--at", "0", "-o", "c.npz"]) == 0
+    capsys.readouterr()
+    for world, facts in (("both.toml", ["pole", "car/top", "--lidar"]), ("street.toml", ["--lidar"])):
+        assert main(["scan", world, "-o", "d.npz"]) == 2
+        text = capsys.readouterr().err
+        assert all(fact in text for fact in facts)
+    Path("one.toml").write_text(WITH_LIDARS.partition("[[rig]]")[0], encoding="utf-8")
+    assert main(["scan", "one.toml", "--at", "0.5", "-o", "e.pcd", "--text"]) == 0
+    assert b"DATA ascii" in Path("e.pcd").read_bytes()
+
+
 def test_notices_of_a_scan_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         main(["scan", "street.toml", "--lidar", "pandar64", "--location", "0", "0", "1", "-o", "a.pcd"]) == 0

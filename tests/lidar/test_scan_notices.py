@@ -74,5 +74,5 @@ def test_colored_material_gives_one_notice_and_its_red_channel_is_used() -> None
 
 def test_scan_refuses_objects_that_are_not_lidars(yard: raycam.World) -> None:
     with pytest.raises(raycam.LidarError) as caught:
-        raycam.scan(yard, "vlp16")  # type: ignore[arg-type]
+        raycam.scan(yard, 3)  # type: ignore[arg-type]
     assert caught.value.code == "wrong_type"

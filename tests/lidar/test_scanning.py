@@ -250,7 +250,7 @@ def test_dual_reports_the_second_strongest_if_the_last_is_the_strongest() -> Non
 def test_fog_attenuates_twice_the_visibility_law() -> None:
     """exp(-2 alpha L), alpha = ln 20 / visibility: a surface at half the visibility returns 1/20."""
     clear = raycam.scan(wall(40.0), beams(1, noise=False))
-    foggy = raycam.scan(wall(40.0), beams(1, noise=False, visibility=80))
+    foggy = raycam.scan(wall(40.0), beams(1, noise=False, visibility=80, returns="last"))
     assert foggy["reflectivity"][0] / clear["reflectivity"][0] == pytest.approx(1 / 20, rel=1e-5)
 
 

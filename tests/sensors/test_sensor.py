@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -110,9 +111,79 @@ def test_rig_refuses_an_object_that_is_not_a_sensor() -> None:
         raycam.Rig({"left": camera(), "top": 3})  # type: ignore[dict-item]
 
 
-def test_world_reports_sensors_of_a_rig_that_it_does_not_store() -> None:
-    with warns(raycam.Notice, code="ignored_element"):
-        world().add_rig(rig())
+def test_world_stores_the_sensors_of_a_rig() -> None:
+    stored = world()
+    stored.add_rig(rig(DepthSensor(noise=0.1)).at_pose(turned(90), [1, 2, 3]))
+    for found in (stored, raycam.World.from_bytes(stored.to_bytes())):
+        assert list(found.rigs["rig"].sensors) == ["left", "depth"]
+        assert list(found.sensors) == ["rig/depth"]
+        np.testing.assert_allclose(found.sensors["rig/depth"].pose[:3, 3], [1, 2, 3])
+        assert found.rigs["rig"].at_pose(turned(0), [0, 0, 0]).sensors["depth"] == DepthSensor(noise=0.1)
+    assert list(stored.cameras) == ["rig/left"]
+
+
+def test_world_refuses_a_rig_with_a_sensor_that_cannot_be_described() -> None:
+    class Local(DepthSensor):
+        pass
+
+    with raises(raycam.SettingsError, code="invalid_settings", mentions=["Local"]):
+        world().add_rig(rig(Local()))
+    with raises(raycam.SettingsError, code="wrong_type"):
+        world().add_sensor(3)  # type: ignore[arg-type]
+    with raises(raycam.WorldError, code="invalid_value", mentions=["../top"]):
+        world().add_sensor(DepthSensor(), "../top")
+
+
+def test_rig_without_cameras_has_sensors_but_needs_one() -> None:
+    only = raycam.Rig({"depth": DepthSensor()}).at_pose(turned(90), [1, 2, 3])
+    assert raycam.Rig.from_dict(json.loads(json.dumps(only.to_dict()))) == only
+    np.testing.assert_allclose(only.sensors["depth"].pose[:3, 3], [1, 2, 3])
+    with raises(raycam.CameraError, code="missing_value"):
+        raycam.Rig({})
+
+
+def test_world_adds_a_sensor_under_a_unique_name() -> None:
+    made = world()
+    made.add_sensor(DepthSensor())
+    made.add_sensor(DepthSensor(noise=0.5).at_pose(turned(0), [0, 0, 1]))
+    assert list(made.sensors) == ["sensor", "sensor-2"]
+    np.testing.assert_allclose(made.sensors["sensor-2"].pose[:3, 3], [0, 0, 1])
+    with raises(raycam.Error, code="read_only"):
+        made.sensors["sensor"] = DepthSensor()
+
+
+SENSOR = """
+[[sensor]]
+name = "depth"
+type = "support.depth_sensor:DepthSensor"
+location = [1, 0, 0]
+[sensor.description]
+columns = 5
+rows = 3
+duration = 0.0
+noise = 0.0
+world_from_sensor = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+"""
+
+
+def test_world_file_names_a_sensor_by_its_class(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(SENSOR, encoding="utf-8")
+    sensor = raycam.load(path).sensors["depth"]
+    assert isinstance(sensor, DepthSensor)
+    np.testing.assert_allclose(sensor.sample(world())["depth"], np.full((3, 5), 9.0), atol=1e-9)
+
+
+def test_world_file_does_not_import_the_class_of_a_sensor(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(SENSOR.replace("support.depth_sensor", "antigravity"), encoding="utf-8")
+    loaded = raycam.load(path)
+    with warns(raycam.Notice, code="ignored_element", mentions=["antigravity"]):
+        assert loaded.sensors == {}
+    assert "antigravity" not in sys.modules
+    path.write_text(SENSOR.replace(":DepthSensor", ""), encoding="utf-8")
+    with raises(raycam.WorldError, mentions=["a.toml:4", "sensor[0].type"]):
+        raycam.load(path)
 
 
 def test_sensor_of_a_local_class_cannot_be_described() -> None:
@@ -138,8 +209,7 @@ def test_sample_refuses_results_that_are_not_arrays() -> None:
 def test_video_samples_the_sensors_of_a_rig_at_each_frame() -> None:
     moving = world()
     table = [{"time": t, "rig": "rig", "location": [2 * t, 0, 0]} for t in (0, 1)]
-    with warns(raycam.Notice, code="ignored_element"):
-        moving.add_rig(rig())
+    moving.add_rig(rig())
     moving.set_video(fps=4, seconds=1, keyframe=table)
     plan = VideoPlan(moving, "rig/left", samples=1)
     for number in range(4):
@@ -147,6 +217,8 @@ def test_video_samples_the_sensors_of_a_rig_at_each_frame() -> None:
         place = moving.rig_at(rig(), number / 4).C
         np.testing.assert_allclose(arrays["world_from_sensor"][:3, 3], place, atol=1e-12)
         np.testing.assert_allclose(arrays["depth"], np.full((3, 5), 10 - place[0]), atol=1e-9)
+        own = plan.sample(number)["rig/depth"]
+        np.testing.assert_array_equal(own["depth"], arrays["depth"])
     assert place[0] > 1.5
 
 

@@ -69,3 +69,21 @@ def test_differences_are_absolute_signed_or_relative(kind: str, expected: list[f
     assert found[0] == expected  # infinity, the relative difference from zero, is null in JSON
     assert found[1] == 3
     assert found[2] == pytest.approx(np.sqrt((1 + 9 + 0 + 4) / 4))
+
+
+def test_flip_equals_nvidias_evaluator() -> None:
+    import flip_evaluator
+
+    a, b = images()
+    found = run_module(
+        "image/flip.js",
+        f"const [a, b] = {json.dumps([a.ravel().tolist(), b.ravel().tolist()])}"
+        ".map((each) => Uint8ClampedArray.from(each));"
+        f"return [[...flipOf(a, b, {WIDTH})], [...flipOf(a, a, {WIDTH})]];",
+    )
+    pair = [np.ascontiguousarray(each[..., :3], np.float32) / 255 for each in (a, b)]
+    expected, mean, _ = flip_evaluator.evaluate(*pair, "LDR", inputsRGB=True, applyMagma=False)
+    shown = np.reshape(found[0], (HEIGHT, WIDTH))
+    np.testing.assert_allclose(shown, np.asarray(expected).reshape(HEIGHT, WIDTH), atol=2e-3)
+    assert np.mean(found[0]) == pytest.approx(mean, abs=1e-3)
+    assert not np.any(found[1])

@@ -75,10 +75,14 @@ mod core {
     #[pymodule_export]
     use crate::world::settle::{world_overlaps, world_settle};
     #[pymodule_export]
+    use crate::world::shared_files::SharedFiles;
+    #[pymodule_export]
     use crate::world::state::World;
 
     #[pymodule_export]
-    use crate::world::rigs::{world_add_rig, world_rig_at, world_rigs};
+    use crate::world::rigs::{
+        world_add_rig, world_add_sensor, world_lidar_surfaces, world_rig_at, world_rigs, world_sensors,
+    };
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -61,6 +61,10 @@ impl AssetLoader for AssetRoot {
         Ok(whole.to_string_lossy().into_owned())
     }
 
+    fn bytes(&mut self, file: &str) -> Result<Vec<u8>> {
+        self.read_asset(file, |source, _| Ok(source.bytes))
+    }
+
     fn in_context(error: FormatError, key: &str) -> FormatError {
         FormatError::Named { place: None, key: key.into(), source: Box::new(error) }
     }

@@ -7,6 +7,7 @@ import argparse
 from .options.cameras import add_camera
 from .options.command import Command
 from .options.framing import find_camera
+from .options.lidar_beam import add_lidar_beam, explain_lidar_beam
 from .options.worlds import add_world, load_world
 
 
@@ -17,7 +18,6 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar=("U", "V"),
         nargs=2,
         type=int,
-        required=True,
         help="column and row of the pixel; 0 0 is at the top left",
     )
     command.add_argument(
@@ -32,6 +32,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="subject: ray (default), light (the light that reaches the pixel) or tree (the search tree)",
     )
     add_camera(command)
+    add_lidar_beam(command)
     command.set_defaults(run=_run)
 
 
@@ -39,6 +40,10 @@ def _run(options: argparse.Namespace) -> None:
     from ..errors import SettingsError
     from ..explanation import SUBJECTS, check_figure, explain
 
+    if explain_lidar_beam(options):
+        return
+    if options.pixel is None:
+        raise SettingsError("expected --pixel U V, or --lidar NAME --firing N", code="missing_value")
     if options.of not in SUBJECTS:
         raise SettingsError(f"--of {options.of}: expected {', '.join(SUBJECTS)}", code="invalid_value")
     if options.figure is not None:
@@ -56,11 +61,12 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "explain step by step how the colour of a pixel is computed",
+    "explain step by step how the colour of a pixel, or the points of a lidar's pulse, are computed",
     [
         "raycam explain room.toml --pixel 320 240",
         "raycam explain room.toml --pixel 320 240 --figure explain.svg",
         "raycam explain room.toml --pixel 320 240 --figure explain.html",
         "raycam explain room.toml --pixel 320 240 --of light --figure light.svg",
+        "raycam explain drive.toml --lidar top --firing 1234 --figure beam.svg",
     ],
 )

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import SettingsError
 from .options.command import Command
-from .options.lidars import find_lidar
+from .options.lidars import add_lidar_pose, chosen_lidar
 from .options.messages import print_notices
 from .options.worlds import add_world, load_world, parse_animation
-
-if TYPE_CHECKING:
-    from ..lidar import Lidar
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -21,14 +18,14 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--lidar",
         metavar="NAME|FILE",
-        required=True,
-        help="device by name (raycam lidars lists them), or the calibration file of a unit",
+        help="lidar of the world file, device by name (raycam lidars lists them), or the calibration file of a unit "
+        "(default: the world file's lidar)",
     )
     command.add_argument(
         "-o",
         "--output",
         metavar="FILE",
-        help="output: .pcd .ply .npz .csv .las .pcap or KITTI's .bin (default: the world's name with .pcd)",
+        help="output: .pcd .ply .npz .csv .las .laz .pcap or KITTI's .bin (default: the world's name with .pcd)",
     )
     command.add_argument(
         "--fields",
@@ -36,23 +33,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         nargs="+",
         help="fields to write in addition to the position, such as intensity ring time instance",
     )
-    pose = command.add_argument_group("pose")
-    pose.add_argument(
-        "--location",
-        metavar=("X", "Y", "Z"),
-        nargs=3,
-        type=float,
-        default=(0.0, 0.0, 0.0),
-        help="position of the lidar in the world (default: 0 0 0)",
-    )
-    for name, text in (
-        ("yaw", "turn to the left, seen from above"),
-        ("pitch", "turn downwards"),
-        ("roll", "turn to the right, seen from behind"),
-    ):
-        pose.add_argument(
-            f"--{name}", metavar="DEGREES", type=float, default=0.0, help=f"{text} (default: 0)"
-        )
+    add_lidar_pose(command)
     settings = command.add_argument_group("lidar settings")
     settings.add_argument("--rate", metavar="HZ", type=float, help="frames per second")
     settings.add_argument("--returns", metavar="MODE", help="first, last, strongest, dual or all")
@@ -67,6 +48,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--in-world", action="store_true", help="write points in world coordinates instead of the sensor's"
     )
+    command.add_argument("--text", action="store_true", help="write a .pcd file as text")
     command.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
     command.add_argument("--animation", metavar="NAME", help="animation of a glTF file (default: the first)")
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
@@ -86,14 +68,13 @@ def _run(options: argparse.Namespace) -> None:
     given: dict[str, Any] = {name: getattr(options, name) for name in names}
     settings = {name: value for name, value in given.items() if value is not None}
     world = load_world(options)
-    lidar: Lidar = find_lidar(options.lidar, settings, world.up)
-    lidar = lidar.placed(options.location, options.roll, options.pitch, options.yaw)
     if options.at is not None:
         world = world.at(options.at, parse_animation(world, options.animation))
+    lidar = chosen_lidar(world, options, settings)
     with collected() as notices:
         result = scan(world, lidar, frame=options.frame, threads=options.threads)
     print_notices(notices)
-    result.save(output, fields=options.fields, in_world=options.in_world)
+    result.save(output, fields=options.fields, in_world=options.in_world, text=options.text)
     print(f"{output}: {result.count} points of {len(result.pattern)} pulses, {lidar.title}")
 
 
@@ -101,6 +82,7 @@ COMMAND = Command(
     _add,
     "scan a world with a lidar and write the points",
     [
+        "raycam scan drive.toml --at 2.0 -o scan.pcd",
         "raycam scan spot.glb --lidar vlp16 --location -2 0 0.5 -o spot.pcd",
         "raycam scan drive.toml --lidar os1-128.json --at 2.0 --location 0 0 1.8 --yaw 90 -o scan.las",
         "raycam scan drive.toml --lidar vlp16 -o scan.pcd --fields intensity ring time instance",

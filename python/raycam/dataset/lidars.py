@@ -11,9 +11,10 @@ from ..camera import Camera
 from ..lidar import Lidar, Scan, scan
 from ..rig import Rig
 from ..sensors import Sensor
+from ..world import World
 from .plan import Plan, View
 
-__all__ = ["lidars_of", "other_sensors", "pose_of", "scan_lidar"]
+__all__ = ["lidars_of", "other_sensors", "pose_of", "scan_lidar", "world_sensors"]
 
 
 def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | None]) -> dict[str, Sensor]:
@@ -38,6 +39,14 @@ def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | N
         if not lidar.is_moving and not np.array_equal(before.pose, after.pose):
             found[name] = lidar.moving_by(before.pose, after.pose, end - start)
     return found
+
+
+def world_sensors(world: World, times: Sequence[float | None], number: int) -> dict[str, Sensor]:
+    """Returns the world's sensors at the time of a view by name; none if an earlier view has the same time."""
+    time = times[number]
+    if not world.has_sensors or time in times[:number]:
+        return {}
+    return dict((world if time is None else world.at(time)).sensors)
 
 
 def lidars_of(view: View) -> dict[str, Lidar]:

@@ -32,7 +32,7 @@ from ..rig import Rig
 from ..world import World
 from .formats import FORMATS
 from .job_units import job_package, record_name
-from .lidars import other_sensors
+from .lidars import other_sensors, world_sensors
 from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
@@ -76,8 +76,10 @@ def views(
     cameras, or one for its default camera. `times`, one for each camera, are seconds of the world's video. A `Rig`
     among the cameras has one time, and adds one view for each of its cameras. A single rig moves with the world's
     video, if any. Sensors of a rig that are not cameras are sampled once for each pose of the rig. Lidars move during
-    their frame, from each pose of the rig to the next one, if the poses have times.
+    their frame, from each pose of the rig to the next one, if the poses have times. Without `cameras`, the world's
+    sensors (`World.sensors`) are sampled once for each time, with its first view.
     """
+    own_sensors = False
     if isinstance(cameras, Rig):
         rig = cameras
         if times is None and world.video is not None:
@@ -89,8 +91,11 @@ def views(
         if times is None and world.video is not None:
             video, base = world.video, world.default_camera()
             clock = [frame / video.fps for frame in range(video.frames)]
-            return [View(world.camera_at(base, moment), moment) for moment in clock]
-        cameras = world.cameras or [world.default_camera()]
+            return [
+                View(world.camera_at(base, moment), moment, sensors=world_sensors(world, clock, number))
+                for number, moment in enumerate(clock)
+            ]
+        cameras, own_sensors = world.cameras or [world.default_camera()], True
     chosen_cameras = _items(cameras)
     moments: list[float | None] = [None] * len(chosen_cameras)
     if times is not None:
@@ -112,7 +117,8 @@ def views(
                 own = others if place == 0 else {}
                 found.append(View(camera, moment, rig=(number, name), body=body, label=name, sensors=own))
         else:
-            found.append(View(item, moment, label=label, image=images.get(label or "")))
+            own = world_sensors(world, moments, number) if own_sensors else {}
+            found.append(View(item, moment, label=label, image=images.get(label or ""), sensors=own))
     return found
 
 
@@ -178,6 +184,7 @@ def write(
       `depth=False`), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world,
       base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. Lidars of a
       rig are PointCloud2 on /NAME/points, with the fields of the manufacturer's driver, then instance and category.
+      `imu` (0) is the rate in Hz of sensor_msgs/Imu messages of a rig's body on /imu, from its poses, without noise.
       `start_time` (1.0 s) is added to all times, because ROS reads a stamp of 0 as "latest"; `fps` (30) for views
       without a time. Requires `raycam[mcap]`
     * "replicator": the files of NVIDIA Replicator's BasicWriter: rgb, boxes in 2D and 3D, segmentation, distances,
@@ -221,7 +228,7 @@ def write(
     `OSError`.
     """
     if folder is None:
-        raise SettingsError("folder is missing: the folder of the data set", code="missing_value")
+        raise SettingsError("folder is missing, the output folder of the data set", code="missing_value")
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)), code="unknown_name")
     kind = FORMATS[format]
@@ -299,12 +306,13 @@ def _check_source(source: World | Recipe | WorldSequence, format: str, workers: 
         return
     if workers is not None:
         raise SettingsError(
-            "workers cannot be used with worlds, which are made in this process; use shard=(i, n)",
+            "workers cannot be used with worlds, which are created in this process; use shard=(i, n)",
             code="conflicting_values",
         )
     if source.is_iterator and (format == "bop" or not FORMATS[format].many_worlds):
         raise SettingsError(
-            f"{format} needs the worlds again for its index files; use a list or a function",
+            f"{format} requires each world twice, for images and index files; pass a list or a function instead of "
+            "an iterator",
             code="conflicting_values",
         )
 
@@ -319,15 +327,16 @@ def _source(
     if worlds is not None:
         if world is not None:
             raise SettingsError(
-                "world and worlds are both given; expected one of them", code="conflicting_values"
+                "world and worlds cannot be combined; pass one of them", code="conflicting_values"
             )
         return WorldSequence(worlds, count, categories)
     if categories is not None:
         raise SettingsError(
-            "categories requires worlds; a world and a recipe have their own", code="conflicting_values"
+            "categories requires worlds; a world or a recipe contains its own categories",
+            code="conflicting_values",
         )
     if world is None:
-        raise SettingsError("world is missing: a world, a recipe, or worlds=", code="missing_value")
+        raise SettingsError("world is missing; pass a world, a recipe, or worlds=", code="missing_value")
     if isinstance(world, World | Recipe):
         return world
     return world_of(world) if count is None else Recipe(world)

@@ -234,7 +234,7 @@ class Lidar:
         elif rate != modes[mode] and not force:
             if given.get("mode") is not None:
                 raise LidarError(
-                    f"{self.name}: mode {mode!r} has {modes[mode]:g} Hz, but rate is {rate:g}; "
+                    f"{self.name}: mode {mode!r} requires {modes[mode]:g} Hz, but rate is {rate:g}; "
                     "to scan at any rate, pass force_rate=True",
                     code="conflicting_values",
                 )
@@ -437,6 +437,10 @@ class Lidar:
         poses = [lidar._track for _, lidar in steps]
         turns = np.stack([pose.rotations[0] for pose in poses])
         return self._copy(track=Track(times, turns, np.stack([pose.positions[0] for pose in poses])))
+
+    def on_track(self, track: Track) -> Self:
+        """Returns the lidar moving along the poses world_from_sensor of a track; times count from the frame's start."""
+        return self._copy(track=track)
 
     def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
         """Returns the lidar moving on from its pose as a body does that is at `first` and `seconds` later at `second`.

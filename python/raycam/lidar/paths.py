@@ -160,8 +160,8 @@ def trace_paths(
         deflected[rays.pulse[missed & (rays.bounces > 0)]] = True
         met = np.flatnonzero(~missed)
         rays, hits = rays.take(met), {name: array[met] for name, array in hits.items()}
-        surfaces.read(hits["material"], hits["instance"], hits["triangle"])
-        surfaces.note_colors(hits["albedo"])
+        hits["surface"] = surfaces.read(hits["material"], hits["instance"], hits["triangle"])
+        surfaces.note_colors(hits["surface"], hits["albedo"])
         first = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
         rays.first_instance = first.astype(np.int32)
         part, cosine = _returned(surfaces, rays, hits, deflected)
@@ -176,9 +176,9 @@ def _returned(
     """Returns the contributions of hits on surfaces that scatter light, and the cosines of incidence of all hits."""
     dot = -(rays.directions * hits["normal"]).sum(axis=1)
     cosine = np.clip(np.abs(dot), 0.0, 1.0)
-    solid = surfaces.column(hits["material"], "kind") == "solid" if len(cosine) else np.zeros(0, bool)
-    opacity = surfaces.column(hits["material"], "opacity") if len(cosine) else np.zeros(0)
-    share = retroreflectance(surfaces, hits["material"], hits["albedo"][:, 0].astype(float), cosine)
+    solid = surfaces.column(hits["surface"], "kind") == "solid" if len(cosine) else np.zeros(0, bool)
+    opacity = surfaces.column(hits["surface"], "opacity") if len(cosine) else np.zeros(0)
+    share = retroreflectance(surfaces, hits["surface"], hits["albedo"][:, 0].astype(float), cosine)
     geometric = rays.geometric + hits["distance"]
     optical = rays.optical + hits["distance"] * rays.index
     energy = rays.weight * rays.one_way**2 * opacity * share / np.maximum(geometric, LEAST_LENGTH) ** 2
@@ -211,8 +211,8 @@ def _onward(
     """Returns the continued rays: behind translucent surfaces, reflected, and refracted."""
     if not len(cosine):
         return rays
-    kind = surfaces.column(hits["material"], "kind")
-    opacity = surfaces.column(hits["material"], "opacity")
+    kind = surfaces.column(hits["surface"], "kind")
+    opacity = surfaces.column(hits["surface"], "opacity")
     geometric = rays.geometric + hits["distance"]
     optical = rays.optical + hits["distance"] * rays.index
     smooth = kind != "solid"
@@ -254,7 +254,7 @@ def _at_interface(
     follow: Any,
 ) -> list[_Rays]:
     """Returns the reflected and the refracted branch of rays at smooth surfaces."""
-    material, c = hits["material"][at], cosine[at]
+    material, c = hits["surface"][at], cosine[at]
     kind = surfaces.column(material, "kind")
     ior, thin = surfaces.column(material, "ior").astype(float), surfaces.column(material, "thin")
     tint = np.where(surfaces.column(material, "tinted"), hits["albedo"][at, 0].astype(float), 1.0)

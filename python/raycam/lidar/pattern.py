@@ -58,7 +58,7 @@ def check_count(count: int) -> None:
     if count > MAX_PULSES:
         raise MemoryError(
             f"a frame of {count} pulses needs about {count * PULSE_BYTES / 2**30:.0f} GiB; limit: {MAX_PULSES} pulses; "
-            "increase the rate, or split the pattern into several frames"
+            "increase the rate, or split the pattern into frames, which raycam.scan_many scans one after another"
         )
 
 

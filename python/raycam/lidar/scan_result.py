@@ -138,26 +138,32 @@ class Scan(Mapping[str, Array]):
         )
 
     def save(
-        self, path: str | os.PathLike[str], *, fields: Iterable[str] | None = None, in_world: bool = False
+        self,
+        path: str | os.PathLike[str],
+        *,
+        fields: Iterable[str] | None = None,
+        in_world: bool = False,
+        text: bool = False,
     ) -> None:
         """Writes the points to a file; the extension selects the format.
 
-        `.pcd` (0.7, binary), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), and `.bin` of KITTI (x, y, z and
-        intensity from 0 to 1, float32). `fields` are written besides the position (default: those that readers of the
-        format expect, and ids); with `in_world`, positions are in world coordinates. Lost pulses are not written,
-        except to .npz. `.pcap` contains the packets that a VLP-16, Puck Hi-Res, VLP-32C or HDL-32E sends in this frame.
+        `.pcd` (0.7, binary, or text with `text`), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), `.laz`
+        (requires `raycam[laz]`), and `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written
+        besides the position (default: those that readers of the format expect, and ids); with `in_world`, positions are
+        in world coordinates. Lost pulses are not written, except to .npz. `.pcap` contains the packets that a VLP-16,
+        Puck Hi-Res, VLP-32C, HDL-32E or VLS-128 sends in this frame.
         Raises `LidarError` for an unknown extension or field.
         """
         if Path(path).suffix.lower() == ".pcap":
-            if fields is not None or in_world:
+            if fields is not None or in_world or text:
                 raise LidarError(
-                    "packets contain distances and intensities only; omit fields and in_world",
+                    "packets contain distances and intensities only; omit fields, in_world and text",
                     code="conflicting_values",
                 )
             write(path, pcap_bytes(self, self._firings()))
             return
         points = self.in_world() if flag("in_world", in_world) else self["position"]
-        save_scan(self, points, path, fields)
+        save_scan(self, points, path, fields, flag("text", text))
 
 
 def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:

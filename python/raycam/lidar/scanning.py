@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats, flag, whole
-from ..errors import LidarError
+from ..errors import LidarError, nearest
 from .beam import beam_rays
 from .echoes import Echoes, find_echoes
+from .fog import attenuation, fog_contributions, soft_echo
 from .intensity import device_intensity
 from .lidar import Lidar
 from .paths import Contributions, trace_paths
@@ -25,11 +27,22 @@ from .surfaces import SurfaceTable
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["LOST", "scan"]
+__all__ = [
+    "LIGHT_SPEED",
+    "LOST",
+    "detect_echoes",
+    "lidar_named",
+    "scan",
+    "scan_many",
+    "select_echoes",
+    "trace_pulses",
+]
 
 LIGHT_SPEED = 299792458.0
 THRESHOLD = 5.0
 """The detection threshold, in standard deviations of the receiver's noise."""
+CERTAIN = 4.9
+"""Standard deviations below the threshold at which an echo is not detected in any of a million pulses."""
 RAYS_PER_BLOCK = 1 << 19
 KEPT, NOTHING_HIT, TOO_WEAK, TOO_NEAR, TOO_FAR, REFLECTED_AWAY, BY_CHANCE = range(7)
 
@@ -38,7 +51,7 @@ Columns = dict[str, npt.NDArray[Any]]
 
 def scan(
     world: World,
-    lidar: Lidar,
+    lidar: Lidar | str,
     *,
     frame: int = 0,
     keep_lost: bool = False,
@@ -48,7 +61,8 @@ def scan(
 
     The frame starts at the world's time (`world.at(t)`): each pulse uses the world and the lidar's pose at its own
     time. `frame` is the frame's number: it selects the random numbers, and the part of a pattern that does not repeat.
-    With `keep_lost`, pulses without an echo are listed too, with NaN positions and the reason in `lost`.
+    `lidar` may also be the name of a lidar of the world (`World.sensors`), as in "car/top". With `keep_lost`, pulses
+    without an echo are listed too, with NaN positions and the reason in `lost`.
 
     ================= ================ ========================================================================
     position          float64 [n, 3]   the measured point, in sensor axes at the pulse's own time
@@ -78,6 +92,8 @@ def scan(
 
     Energy: laser radar equation for extended targets (Wagner et al. 2006); detection: 5 sigma above the noise.
     """
+    if isinstance(lidar, str):
+        lidar = lidar_named(world, lidar)
     if not isinstance(lidar, Lidar):
         raise LidarError(f"scan requires a raycam.Lidar, not {type(lidar).__name__}", code="wrong_type")
     frame = whole("frame", frame, 0, 2**31 - 1)
@@ -85,11 +101,10 @@ def scan(
     warn_of_device(lidar)
     warn_of_times(world, lidar)
     pattern = lidar.pattern(frame)
-    settings = lidar.settings
-    found, axis = _trace(world, lidar, pattern, settings, frame, threads)
-    echoes = find_echoes(found, settings["pulse_length"] * LIGHT_SPEED / 2.0)
-    lost, signal = _detected(pattern, echoes, settings, frame)
-    chosen = _selected(echoes, lost == KEPT, lidar)
+    found = trace_pulses(world, lidar, pattern, frame, threads)
+    axis = _along_axis(found, len(pattern))
+    echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
+    chosen = select_echoes(echoes, lost == KEPT, lidar)
     columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
     reasons = _reasons(len(pattern), echoes, lost, found, chosen)
     if not len(chosen):
@@ -99,18 +114,59 @@ def scan(
     return Scan(columns, lidar=lidar, pattern=pattern, up=world.up)
 
 
-def _trace(
-    world: World, lidar: Lidar, pattern: Pattern, settings: dict[str, Any], frame: int, threads: int | None
-) -> tuple[Contributions, Columns]:
-    """Returns the contributions of all pulses, and distance and position along the beams' axes."""
+def scan_many(
+    world: World,
+    lidar: Lidar | str,
+    frames: int | Iterable[int],
+    *,
+    keep_lost: bool = False,
+    threads: int | None = None,
+) -> Iterator[Scan]:
+    """Yields the scans of several frames, one after another, so that only one is in memory.
+
+    `frames` are the frames' numbers, or how many frames from 0. Frame k starts k / `rate` seconds after the world's
+    time; a world without a time is static. A lidar that is given by its name moves as `World.sensors` at that time.
+    Raises the errors of `scan`, and `SettingsError` for a frame number below 0.
+    """
+    numbers = range(whole("frames", frames, 0, 2**31 - 1)) if isinstance(frames, int) else frames
+    named = lidar_named(world, lidar) if isinstance(lidar, str) else lidar
+    start = world._core.time
+    for number in numbers:
+        whole("frame", number, 0, 2**31 - 1)
+        moment = world if start is None else world.at(start + number / named.rate)
+        yield scan(moment, lidar, frame=number, keep_lost=keep_lost, threads=threads)
+
+
+def lidar_named(world: World, name: str) -> Lidar:
+    """Returns a lidar of the world; raises `LidarError` with the nearest names for an unknown one."""
+    lidars = {key: sensor for key, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
+    if name not in lidars:
+        known = (
+            nearest("lidar", name, list(lidars)) if lidars else f"no lidar {name!r}; the world has no lidars"
+        )
+        raise LidarError(known, code="unknown_name")
+    return lidars[name]
+
+
+def trace_pulses(
+    world: World,
+    lidar: Lidar,
+    pattern: Pattern,
+    frame: int,
+    threads: int | None,
+    pulses: tuple[int, int] | None = None,
+) -> Contributions:
+    """Returns the contributions of all pulses, or of the pulses from `pulses[0]` to before `pulses[1]`."""
+    settings = lidar.settings
     count, samples = len(pattern), settings["beam_samples"]
     surfaces = SurfaceTable(world)
     turns = uniform_numbers(count, settings["seed"], frame, "beam") if samples > 1 else np.zeros(count)
     spin = _azimuth_noise(pattern, settings, frame)
     step = max(1, RAYS_PER_BLOCK // samples)
     parts = []
-    for first in range(0, max(count, 1), step):
-        block = slice(first, min(count, first + step))
+    start, stop = (0, count) if pulses is None else pulses
+    for first in range(start, max(stop, start + 1), step):
+        block = slice(first, min(stop, first + step))
         rotations, places = lidar.track.at(pattern.times[block])
         starts, ways, weights = beam_rays(
             pattern.origins[block],
@@ -139,8 +195,24 @@ def _trace(
     warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored)
     found = Contributions.joined(parts, np.concatenate([part.deflected for part in parts]))
     if math.isfinite(settings["visibility"] or math.inf):
-        found.energy = found.energy * np.exp(-2.0 * math.log(20.0) / settings["visibility"] * found.length)
-    return found, _along_axis(found, count)
+        found.energy = found.energy * np.exp(-2.0 * attenuation(settings["visibility"]) * found.length)
+        return _with_fog(found, settings, range(start, max(stop, start)))
+    return found
+
+
+def _with_fog(found: Contributions, settings: dict[str, Any], pulses: range) -> Contributions:
+    """Returns the contributions with the fog's own echo of each pulse, unless it is far too weak to be detected."""
+    length = settings["pulse_length"] * LIGHT_SPEED / 2.0
+    reach = settings["range_10"]
+    signal = (
+        math.inf
+        if reach is None
+        else THRESHOLD * soft_echo(settings["visibility"], length)[1] * reach**2 / 0.1
+    )
+    if signal < THRESHOLD - CERTAIN:
+        return found
+    fog = fog_contributions(pulses, settings["visibility"], length, settings["beam_samples"], found)
+    return Contributions.joined([found, fog], found.deflected).sorted()
 
 
 def _along_axis(found: Contributions, count: int) -> Columns:
@@ -193,10 +265,12 @@ def _spun(directions: Floats, angles: Floats) -> Floats:
     return np.stack([c * x - s * y, s * x + c * y, directions[:, 2]], axis=1)
 
 
-def _detected(
-    pattern: Pattern, echoes: Echoes, settings: dict[str, Any], frame: int
-) -> tuple[npt.NDArray[np.int8], Floats]:
-    """Returns for each echo why it is lost (0: kept), and its signal-to-noise ratio (inf without range_10)."""
+def detect_echoes(
+    pattern: Pattern, found: Contributions, lidar: Lidar, frame: int
+) -> tuple[Echoes, npt.NDArray[np.int8], Floats]:
+    """Returns the echoes, why each is lost (0: kept), and its signal-to-noise ratio (inf without range_10)."""
+    settings = lidar.settings
+    echoes = find_echoes(found, settings["pulse_length"] * LIGHT_SPEED / 2.0)
     signal = np.full(len(echoes.pulse), np.inf)
     if settings["range_10"] is not None:
         signal = THRESHOLD * echoes.energy * settings["range_10"] ** 2 / 0.1
@@ -216,7 +290,7 @@ def _detected(
     counted = pattern.range_scale[echoes.pulse] * echoes.length + pattern.range_offset[echoes.pulse]
     lost[counted < settings["min_range"]] = TOO_NEAR
     lost[counted > settings["max_range"]] = TOO_FAR
-    return lost, signal
+    return echoes, lost, signal
 
 
 def _rank(pulse: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -231,7 +305,7 @@ def _rank(pulse: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return ranks
 
 
-def _selected(echoes: Echoes, heard: npt.NDArray[np.bool_], lidar: Lidar) -> npt.NDArray[np.int64]:
+def select_echoes(echoes: Echoes, heard: npt.NDArray[np.bool_], lidar: Lidar) -> npt.NDArray[np.int64]:
     """Returns the echoes that are reported, in the order of pulse and distance."""
     at = np.flatnonzero(heard)
     pulse = echoes.pulse[at]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..arguments import Floats
 
 if TYPE_CHECKING:
@@ -46,39 +48,70 @@ class Surface:
     """True if the base colour multiplies a mirror's reflectance."""
     opacity: float = 1.0
     """The share of the surface that is there."""
+    reflectance: float = math.nan
+    """Diffuse reflectance at the wavelength, independent of the base colour; NaN: derived from it."""
+    retroreflection: float = 0.0
+    """Coefficient of retroreflection R_A at normal incidence, in cd/(lx m²)."""
 
 
 class SurfaceTable:
-    """The surfaces of a world by material number, read when a ray first meets them."""
+    """The surfaces of a world, read when a ray first meets them.
+
+    A surface is identified by its material's number, and by its object if that has values for lidars (`lidar` of
+    `[[object]]`).
+    """
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._known: dict[int, Surface] = {}
+        self._own = {instance: values for instance, *values in _core.world_lidar_surfaces(world._core)}
+        self._instances = np.array(sorted(self._own), np.int64)
         self.is_colored = False
         """True if some hit has a base colour that is not grey."""
 
-    def note_colors(self, albedo: npt.NDArray[Any]) -> None:
-        """Notes whether base colours [n, 3] of hits differ between their channels."""
+    def note_colors(self, surface: npt.NDArray[np.int64], albedo: npt.NDArray[Any]) -> None:
+        """Notes whether base colours [n, 3] are not grey, of hits whose reflectance derives from them."""
         if not self.is_colored:
-            self.is_colored = bool((albedo != albedo[:, :1]).any())
+            colored = (albedo != albedo[:, :1]).any(axis=1)
+            self.is_colored = bool(colored.any()) and bool(
+                np.isnan(self.column(surface[colored], "reflectance")).any()
+            )
 
     def read(
         self, material: npt.NDArray[Any], instance: npt.NDArray[Any], triangle: npt.NDArray[Any]
-    ) -> None:
-        """Reads the surfaces of hits that have not been read yet; -1 means no hit."""
-        numbers, first = np.unique(material, return_index=True)
+    ) -> npt.NDArray[np.int64]:
+        """Reads the surfaces of new materials; returns each hit's surface number, -1 for no hit."""
+        surface = material.astype(np.int64)
+        if len(self._instances):
+            place = np.minimum(np.searchsorted(self._instances, instance), len(self._instances) - 1)
+            is_own = (self._instances[place] == instance) & (material >= 0)
+            surface = np.where(is_own, surface + ((place + 1) << 32), surface)
+        numbers, first = np.unique(surface, return_index=True)
         for number, at in zip(numbers.tolist(), first.tolist(), strict=True):
             if number >= 0 and number not in self._known:
                 described = json.loads(self._world._core.material(int(instance[at]), int(triangle[at])))
-                self._known[number] = read_surface(described)
+                found = read_surface(described)
+                self._known[number] = (
+                    found if number < 1 << 32 else with_own(found, *self._own[int(instance[at])])
+                )
+        return surface
 
-    def column(self, material: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
+    def column(self, surface: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
         """Returns a property of the surface of each hit; the default of `Surface` for -1."""
         default = getattr(Surface("solid"), name)
-        numbers, where = np.unique(material, return_inverse=True)
+        numbers, where = np.unique(surface, return_inverse=True)
         values = [getattr(self._known[n], name) if n >= 0 else default for n in numbers.tolist()]
         found: npt.NDArray[Any] = np.array(values)[where]
         return found
+
+
+def with_own(surface: Surface, reflectance: float | None, retroreflection: float | None) -> Surface:
+    """Returns a surface with an object's own values; a mirror or glass with such values scatters light instead."""
+    if reflectance is None and retroreflection and surface.kind != "solid":
+        reflectance = 0.0
+    if reflectance is not None:
+        surface = Surface("solid", reflectance=reflectance, opacity=surface.opacity)
+    return replace(surface, retroreflection=retroreflection or 0.0)
 
 
 def read_surface(material: dict[str, Any]) -> Surface:
@@ -134,26 +167,29 @@ def _normal_reflectance(ior: float) -> float:
 
 
 def retroreflectance(
-    table: SurfaceTable, material: npt.NDArray[Any], albedo: Floats, cosine: Floats
+    table: SurfaceTable, surface: npt.NDArray[Any], albedo: Floats, cosine: Floats
 ) -> Floats:
     """Returns pi f(d, d) cos(theta) [n]: 1 for a diffuse white surface at normal incidence.
 
     `albedo` [n] is the base colour at the wavelength, `cosine` [n] the cosine of the angle of incidence. The lobes are
-    Lafortune and Willems' modified Phong and GGX (Walter et al. 2007), with the half vector along the ray.
+    Lafortune and Willems' modified Phong and GGX (Walter et al. 2007), with the half vector along the ray. A
+    retroreflector of coefficient R_A(theta) = R_A cos(theta)^4 adds pi R_A(theta) / cos(theta) (ASTM E808).
     """
-    lambert = table.column(material, "diffuse") * albedo * cosine
-    lobes = table.column(material, "phong").reshape(-1, 2) if len(material) else np.zeros((0, 2))
+    own = table.column(surface, "reflectance")
+    lambert = np.where(np.isnan(own), table.column(surface, "diffuse") * albedo, own) * cosine
+    sheeting = np.pi * table.column(surface, "retroreflection") * cosine**3
+    lobes = table.column(surface, "phong").reshape(-1, 2) if len(surface) else np.zeros((0, 2))
     doubled = np.clip(2.0 * cosine**2 - 1.0, 0.0, 1.0)  # between the ray and its mirror direction
     phong = lobes[:, 0] * (lobes[:, 1] + 2.0) / 2.0 * doubled ** lobes[:, 1] * cosine * (doubled > 0.0)
-    alpha = table.column(material, "alpha")
-    f0 = table.column(material, "f0") + table.column(material, "metallic") * albedo
+    alpha = table.column(surface, "alpha")
+    f0 = table.column(surface, "f0") + table.column(surface, "metallic") * albedo
     square = alpha**2
     spread = cosine**2 * (square - 1.0) + 1.0
     density = np.divide(square, spread**2, out=np.zeros_like(cosine), where=alpha > 0.0)
     tangent = np.divide(1.0 - cosine**2, cosine**2, out=np.full_like(cosine, np.inf), where=cosine > 0.0)
     masking = 1.0 / np.sqrt(1.0 + square * tangent)  # 1 / (1 + 2 lambda)
     rough = np.divide(f0 * density * masking, 4.0 * cosine, out=np.zeros_like(cosine), where=cosine > 1e-9)
-    total: Floats = lambert + phong + rough
+    total: Floats = lambert + phong + rough + sheeting
     return total
 
 

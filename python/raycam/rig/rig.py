@@ -1,4 +1,4 @@
-"""Rigs: several cameras on one moving body."""
+"""Rigs: several cameras and other sensors on one moving body."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ..camera._optics import Readout
 from ..errors import CameraError
 from ..io.html_form import html_table
 from ..read_only import ReadOnlyDict, read_only_array
-from ..sensors import Sensor, describe_sensor, read_sensor
-from ..sensors.sensor import require_sensor
+from ..sensors import Sensor, describe_sensor
+from ..sensors.sensor import LIDAR, read_mounted_sensors, require_sensor
 from ._rectify import rectified
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     COLMAP's and KITTI's is the first camera.
 
     `cameras` may also contain other sensors (`raycam.Sensor`), whose pose is then body_from_sensor; `sensors` lists
-    them. Raises `CameraError` if there are no cameras, or if the pose is not a rotation and a finite position, and
+    them. Raises `CameraError` if there are no sensors, or if the pose is not a rotation and a finite position, and
     `SettingsError` for an object that is not a sensor.
     """
 
@@ -63,6 +63,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         if not isinstance(cameras, Mapping):
             raise CameraError(
                 f"cameras must be a mapping from names to cameras, not {cameras!r}", code="wrong_type"
+            )
+        if not cameras:
+            raise CameraError(
+                "a rig without sensors; expected at least one camera or lidar", code="missing_value"
             )
         named = {word("sensor names", key): item for key, item in cameras.items()}
         mounts = [(key, item._core) for key, item in named.items() if isinstance(item, Camera)]
@@ -99,11 +103,11 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         Raises `CameraError` for a camera with its centre at infinity.
         """
         if not cameras:
-            raise CameraError("a rig without cameras; expected at least one", code="missing_value")
+            raise CameraError("a rig requires at least one camera", code="missing_value")
         for key, camera in cameras.items():
             if camera._core.center == "infinity":
                 raise CameraError(
-                    f"camera {key!r} has its centre at infinity and cannot be mounted on a body",
+                    f"camera {key!r} cannot be mounted on a body, because its centre is at infinity",
                     code="unsupported_camera",
                 )
         first = next(iter(cameras.values()))
@@ -137,13 +141,19 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         Raises `WorldError` or `CameraError` with the name of the invalid key.
         """
         table = dict(description)
-        mounted = {str(row["name"]): read_sensor(row) for row in table.pop("sensor", ())}
-        return cls._of(_core.Rig.from_dict(table, checked_up(up)), up, mounted)
+        core = _core.Rig.from_dict(table, checked_up(up))
+        rows, tables = core.sensors(), table.get("sensor", ())
+        descriptions = iter([tables] if isinstance(tables, Mapping) else tables)
+        for place, (name, kind, _, pose, files) in enumerate(rows):
+            if kind != LIDAR:  # the description as it was given: JSON of the core has no infinite numbers
+                settings = json.dumps(next(descriptions).get("description", {}))
+                rows[place] = (name, kind, settings, pose, files)
+        return cls._of(core, up, read_mounted_sensors(rows, "z", imports=True))
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the rig as a `[rig]` table of a world file; `from_dict` restores exactly the same rig.
 
-        Sensors that are not cameras are listed under "sensor", which world files do not support yet.
+        Sensors that are not cameras are listed under "sensor".
         """
         description: dict[str, Any] = json.loads(self._core.to_json())
         if self._mounted:
@@ -154,7 +164,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     def _key(self) -> tuple[str, str]:
         """The description used to compare rigs."""
-        return self._up, json.dumps(self.to_dict()) if self._mounted else self._core.to_json()
+        return self._up, json.dumps(self.to_dict(), sort_keys=True) if self._mounted else self._core.to_json()
 
     def _moved(self, core: _core.Rig) -> Self:
         """Returns the rig with another body pose or motion, and the same sensors."""

@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+import json
+import sys
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
+from ..notices import warn
 
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["Sensor", "describe_sensor", "read_sensor", "sample_sensor"]
+__all__ = ["Sensor", "describe_sensor", "read_mounted_sensors", "read_sensor", "sample_sensor", "sensor_row"]
+
+LIDAR = "lidar"
+"""The kind of a sensor that a `[[lidar]]` table of a world file describes."""
+
+Pose = tuple[Sequence[Sequence[float]], Sequence[float]]
+SensorData = tuple[str, str, str, Pose | None, dict[str, tuple[str, bytes]]]
+"""Name, kind, settings as JSON, pose (R, C) on the parent, and files (name, contents) by key of a world's sensor."""
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -27,8 +37,8 @@ RESERVED_NAMES = ("world_from_sensor", "times")
 class Sensor(Protocol):
     """A device that measures a world and returns named arrays. `Camera` is a sensor.
 
-    Rigs (`Rig.sensors`), videos (`VideoPlan.sample`) and data sets (`raycam.dataset.write`) accept any object with
-    these members. A sensor is immutable; `at_pose` returns a copy.
+    Rigs (`Rig.sensors`), worlds (`World.sensors`), videos (`VideoPlan.sample`) and data sets
+    (`raycam.dataset.write`) accept any object with these members. A sensor is immutable; `at_pose` returns a copy.
     """
 
     @property
@@ -82,6 +92,38 @@ def read_sensor(table: Mapping[str, Any]) -> Sensor:
     except (ImportError, AttributeError) as fault:
         raise SettingsError(f"sensor class {table['type']!r} cannot be imported here: {fault}") from None
     return require_sensor(name, sensor)
+
+
+def sensor_row(name: str, sensor: Sensor) -> tuple[str, str, str]:
+    """Returns name, class and description of a sensor, as worlds store it; raises the errors of `describe_sensor`."""
+    table = describe_sensor(sensor)
+    return name, table["type"], json.dumps(table["description"])
+
+
+def read_mounted_sensors(
+    rows: Sequence[SensorData], up: str, time: float | None = None, *, imports: bool = False
+) -> dict[str, Sensor]:
+    """Returns the sensors of a world or of a rig by name, in the axes of their parent, at a `time` in seconds.
+
+    A class that has not been imported is imported only with `imports`, because world files may come from anybody;
+    otherwise the sensor is omitted with a notice. Raises `LidarError` for invalid settings of a lidar.
+    """
+    from ..lidar.world_table import read_lidar_table
+
+    found: dict[str, Sensor] = {}
+    for name, kind, settings, pose, files in rows:
+        if kind == LIDAR:
+            assert pose is not None
+            found[name] = read_lidar_table(name, json.loads(settings), pose, files, up, time)
+            continue
+        module = kind.partition(":")[0]
+        if not imports and module not in sys.modules:
+            message = f"sensor {name!r} is skipped: its class {kind} is not imported; import {module} first"
+            warn(Notice(message, "ignored_element"))
+            continue
+        sensor = read_sensor({"type": kind, "description": json.loads(settings)})
+        found[name] = sensor if pose is None else sensor.at_pose(*pose)
+    return found
 
 
 def require_sensor(name: str, sensor: object) -> Sensor:

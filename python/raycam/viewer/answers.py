@@ -6,9 +6,21 @@ import threading
 import traceback
 
 from ..errors import Cancelled, Error, SettingsError
-from .client_messages import Copy, Explain, Film, Message, Open, Photograph, Probe, Snapshot, Tile
+from .client_messages import (
+    Copy,
+    Explain,
+    Film,
+    Message,
+    Open,
+    Photograph,
+    Probe,
+    Scan,
+    Snapshot,
+    Tile,
+)
 from .files.outputs import film, snapshot
 from .probe import explained, values_at
+from .scene.scan_points import scan_points
 from .scheduler import failure
 from .session import Session
 from .session.copied import copied
@@ -17,7 +29,7 @@ from .wire import pack
 
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
 
-SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph, Tile)
+SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph, Scan, Tile)
 """The messages whose answers take their time."""
 AT_ONCE = 4
 """Answers that are made at the same time, of all clients."""
@@ -140,6 +152,8 @@ def answer(session: Session, message: Message) -> None:
             parts, lines = explained(view.lit, view.still_camera, message.u, message.v)
             session.connection.send({"type": "explained", **parts})
             session.show_rays(lines, view.world)
+        elif isinstance(message, Scan):
+            session.show_scan(scan_points(view.world, message.lidar) if message.lidar else None, view.world)
         elif isinstance(message, Tile):
             send_tile(session, message)
         elif isinstance(message, Copy):

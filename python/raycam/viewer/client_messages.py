@@ -254,6 +254,14 @@ class Overlay(Message):
 
 
 @dataclass(frozen=True)
+class Scan(Message):
+    """Draws the points of one of the world's lidars over the image; an empty name hides them."""
+
+    KIND = "scan"
+    lidar: Name
+
+
+@dataclass(frozen=True)
 class Edit(Message):
     """Changes one property of an object or a light."""
 

@@ -10,12 +10,13 @@ from typing import Any, Literal, Unpack
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import floats, size_of, whole
+from ..arguments import floats, size_of, whole, word
 from ..camera import Camera, check_camera
-from ..errors import FormatError, Notice, WorldError
-from ..notices import warn
+from ..errors import FormatError, WorldError
 from ..rig import Rig
 from ..robots import FileResolver, JointValues, Robot, RobotModel, read_robots
+from ..sensors import Sensor
+from ..sensors.sensor import require_sensor, sensor_row
 from .chosen import one_object
 from .contents import WorldContents
 from .description import corner_values, indices, plain
@@ -77,7 +78,7 @@ class WorldBuilding(WorldContents):
         for part in ({"name": name} if name is not None else {}, material or {}, placement):
             twice = description.keys() & part.keys()
             if twice:
-                raise WorldError(f"{', '.join(sorted(twice))}: given twice", code="duplicate_name")
+                raise WorldError(f"{', '.join(sorted(twice))}: passed twice", code="duplicate_name")
             description |= part
         with self._warning():
             return _core.world_add_object(self._core, plain(description), None)
@@ -239,15 +240,22 @@ class WorldBuilding(WorldContents):
         self._core.add_camera(_camera_name(name), camera._core)
 
     def add_rig(self, rig: Rig) -> None:
-        """Adds a rig under its name; its cameras are added with the names rig/camera."""
-        others = [name for name, sensor in rig.sensors.items() if not isinstance(sensor, Camera)]
-        if others:
-            message = (
-                f"rig {rig.name!r}: a world stores only a rig's cameras, not the sensors {', '.join(others)}; pass "
-                "the rig itself to videos and data sets"
-            )
-            warn(Notice(message, "ignored_element"))
-        _core.world_add_rig(self._core, rig._core)
+        """Adds a rig under its name; its cameras and other sensors are added with the names rig/camera.
+
+        Raises `SettingsError` for a sensor that a world cannot store (see `add_sensor`).
+        """
+        described = [sensor_row(name, sensor) for name, sensor in rig._mounted.items()]
+        _core.world_add_rig(self._core, rig._core.with_sensors(described))
+
+    def add_sensor(self, sensor: Sensor, name: str = "sensor") -> None:
+        """Adds a sensor that is not a camera, such as a lidar. A number is appended to a name that already exists.
+
+        Raises `SettingsError` for an object that is not a sensor, and for a class that cannot be imported or has no
+        `from_dict`.
+        """
+        _core.world_add_sensor(
+            self._core, *sensor_row(word("name", name, error=WorldError), require_sensor("sensor", sensor))
+        )
 
     def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
         """Replaces the world's video, described as in `[video]` of a world file.

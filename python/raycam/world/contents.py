@@ -13,13 +13,16 @@ from .. import _core
 from .._core import World as CoreWorld
 from ..arguments import Floats, one_of, real, thread_count, whole
 from ..camera import Camera, check_camera
-from ..errors import Notice, WorldError
+from ..errors import Error, Notice, WorldError
 from ..io.fork_guard import no_fork
-from ..notices import warn_all
+from ..notices import collected, warn_all
 from ..read_only import ReadOnlyDict, ReadOnlyList, read_only_array
 from ..rig import Rig
 from ..robots import Robot
+from ..sensors import Sensor
+from ..sensors.sensor import read_mounted_sensors
 from .parts import Animation, Object, Video
+from .sensors import sensors_of
 
 __all__ = ["WorldContents"]
 
@@ -107,8 +110,43 @@ class WorldContents:
     @property
     def rigs(self) -> dict[str, Rig]:
         """The rigs by name; their cameras are among `cameras`, as rig/camera."""
-        found = {rig.name: Rig._of(rig, self.up) for rig in _core.world_rigs(self._core)}
+        found = {
+            rig.name: Rig._of(rig, self.up, read_mounted_sensors(rig.sensors(), "z"))
+            for rig in _core.world_rigs(self._core)
+        }
         return ReadOnlyDict(found, "rigs are read-only; world.add_rig adds a rig")
+
+    @property
+    def sensors(self) -> dict[str, Sensor]:
+        """The sensors that are not cameras, in world coordinates, by name; those of rigs are called rig/name.
+
+        In a world at a time (`world.at(t)`), they are where the video and their trajectories place them, and lidars
+        move during their frame. A sensor whose class has not been imported is omitted with a notice. Raises
+        `LidarError` for invalid settings of a lidar.
+        """
+        found = self._sensors_at(self._core.time)
+        return ReadOnlyDict(found, "sensors are read-only; world.add_sensor and add_rig add sensors")
+
+    def _sensors_at(self, time: float | None) -> dict[str, Sensor]:
+        """The sensors at a time of the world's motion; None: at rest."""
+        rig_at = None if self.video is None else self.rig_at
+        return sensors_of(self._core, self.rigs.values(), rig_at, time)
+
+    def _check_sensors(self, path: str = "") -> None:
+        """Raises the error of an invalid lidar, with the path of the world file."""
+        if not self.has_sensors:
+            return
+        try:
+            with collected():
+                self._sensors_at(None)
+        except Error as error:
+            raise type(error)(f"{path}: {error}" if path else str(error), code=error.code) from None
+
+    @property
+    def has_sensors(self) -> bool:
+        """True if the world has sensors that are not cameras (`sensors`)."""
+        rigs = _core.world_rigs(self._core)
+        return bool(_core.world_sensors(self._core)) or any(rig.sensors() for rig in rigs)
 
     @property
     def robots(self) -> dict[str, Robot]:

@@ -26,6 +26,7 @@ class ObjectKeys(TypedDict, total=False):
     category: str | int
     visible: bool
     shadow_catcher: bool
+    lidar: Mapping[str, float]
     box: Mapping[str, Any] | npt.ArrayLike
     plane: Mapping[str, Any] | npt.ArrayLike
     sphere: Mapping[str, Any] | float
@@ -192,7 +193,7 @@ def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dic
         if key in given:
             if key in table:
                 raise WorldError(
-                    f"{key}: given twice, for the object and in its {shape}", code="duplicate_name"
+                    f"{key}: passed twice, for the object and in its {shape}", code="duplicate_name"
                 )
             table[key] = given.pop(key)
     return table
@@ -209,6 +210,6 @@ def merge_keys(description: Mapping[str, Any] | None, keys: Mapping[str, Any]) -
     """Merges a description with keywords; raises `WorldError` for a description that is not a dict."""
     if description is not None and not isinstance(description, Mapping):
         raise WorldError(
-            f"expected a dict, a text or keywords, not {type(description).__name__}", code="wrong_type"
+            f"expected a dict, a string or keywords, not {type(description).__name__}", code="wrong_type"
         )
     return {**(description or {}), **keys}

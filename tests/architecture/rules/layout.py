@@ -23,7 +23,7 @@ ORDER = {
         asset_loader lib
     """,
     "calibration": """
-        document pose rig_mount record rig files folder picture_size intrinsics plausibility
+        document pose pose_map rig_mount record rig files folder picture_size intrinsics plausibility
         colmap ros opencv kitti calibration_tools slam_settings trajectory devices bop photogrammetry view_synthesis
         radiance_fields datasets open_folder formats lib
     """,
@@ -52,7 +52,7 @@ ORDER = {
 
 DELEGATIONS = {
     "camera/camera.py": {"render/render.py", "robots/mounted.py", "robots/robot.py", "world/world.py"},
-    "sensors/sensor.py": {"world/world.py"},
+    "sensors/sensor.py": {"lidar/world_table.py", "world/world.py"},
     "lidar/lidar.py": {"lidar/scanning.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import laspy
@@ -10,6 +11,7 @@ import pytest
 import raycam
 import trimesh
 from pypcd4 import PointCloud
+from support.raises import raises
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +29,31 @@ def test_pcd_is_read_by_pypcd4(scan: raycam.Scan, tmp_path: Path) -> None:
         np.testing.assert_array_equal(data[axis], scan["position"][:, i].astype(np.float32))
     for name in ("intensity", "ring", "time", "return", "instance", "category"):
         np.testing.assert_array_equal(data[name], scan[name])
+
+
+def test_text_pcd_restores_every_bit(scan: raycam.Scan, tmp_path: Path) -> None:
+    scan.save(tmp_path / "text.pcd", text=True, fields=["time", "intensity", "normal"])
+    scan.save(tmp_path / "binary.pcd", fields=["time", "intensity", "normal"])
+    assert b"DATA ascii" in (tmp_path / "text.pcd").read_bytes()
+    text, binary = (PointCloud.from_path(tmp_path / f"{name}.pcd") for name in ("text", "binary"))
+    assert text.fields == binary.fields
+    for name in text.fields:
+        np.testing.assert_array_equal(text.pc_data[name], binary.pc_data[name])
+    with raises(raycam.LidarError, code="cannot_write", mentions=[".ply", ".pcd"]):
+        scan.save(tmp_path / "scan.ply", text=True)
+
+
+def test_laz_has_the_points_of_las(
+    scan: raycam.Scan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scan.save(tmp_path / "scan.las")
+    scan.save(tmp_path / "scan.laz")
+    assert (tmp_path / "scan.laz").stat().st_size < (tmp_path / "scan.las").stat().st_size
+    plain, packed = laspy.read(tmp_path / "scan.las"), laspy.read(tmp_path / "scan.laz")
+    np.testing.assert_array_equal(plain.points.array, packed.points.array)
+    monkeypatch.setitem(sys.modules, "lazrs", None)
+    with raises(raycam.LidarError, code="missing_dependency", mentions=["raycam[laz]"]):
+        scan.save(tmp_path / "other.laz")
 
 
 def test_ply_is_read_by_trimesh(scan: raycam.Scan, tmp_path: Path) -> None:

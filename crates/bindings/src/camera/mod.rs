@@ -2,6 +2,7 @@
 
 pub(crate) mod calibration;
 pub(crate) mod rig;
+pub(crate) mod sensor;
 
 use glam::{DMat4, DVec2};
 use pyo3::prelude::*;

@@ -1,11 +1,13 @@
 //! Rigs.
 
 use pyo3::prelude::*;
+use raycam_scene::NoAssets;
 use raycam_scene::camera::NamedCamera;
 use raycam_scene::camera::{self, Pose};
 use raycam_scene::schema::{RigSpec, from_value};
 
 use crate::arrays::{matrix3, rows_of, vector};
+use crate::camera::sensor::{SensorData, named_sensor, sensor_data};
 use crate::camera::{Camera, up};
 use crate::error::{OrRaise, camera_error};
 use crate::py_value::to_value;
@@ -33,7 +35,17 @@ impl Rig {
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
         let spec: RigSpec = from_value(&to_value(description, "")?).or_raise()?;
-        wrap(spec.build(self::up(up)?))
+        wrap(spec.build(self::up(up)?, "", &mut NoAssets))
+    }
+
+    /// The other sensors of worlds and world files.
+    fn sensors(&self) -> Vec<SensorData> {
+        self.inner.sensors().iter().map(sensor_data).collect()
+    }
+
+    /// The same rig with sensors by name, kind and settings, whose poses are in the settings.
+    fn with_sensors(&self, sensors: Vec<(String, String, String)>) -> PyResult<Self> {
+        wrap(self.inner.clone().with_sensors(sensors.into_iter().map(named_sensor).collect()))
     }
 
     /// Returns its exact description as JSON.

@@ -94,7 +94,7 @@ pub(crate) fn world_add_polygons(
         let limits = *files.budget();
         let mut own = AssetRoot::new(&folder, &limits).extending(inner);
         let model = arrays.merge(&folder, &mut own)?;
-        spec.build(inner, &mut FilesAndModel { files: FilesAndArrays { files, arrays: &images }, model: Some(model) })
+        spec.build(inner, &mut FilesAndModel { files: FilesAndArrays::new(files, &images), model: Some(model) })
     })
 }
 
@@ -132,6 +132,10 @@ impl AssetLoader for FilesAndModel<'_> {
 
     fn picture(&mut self, file: &str) -> Result<String, FormatError> {
         self.files.picture(file)
+    }
+
+    fn bytes(&mut self, file: &str) -> Result<Vec<u8>, FormatError> {
+        self.files.bytes(file)
     }
 
     fn in_context(error: FormatError, key: &str) -> FormatError {

@@ -1,8 +1,9 @@
-//! Rigs of worlds.
+//! Rigs and sensors of worlds.
 
 use pyo3::prelude::*;
 
 use crate::camera::rig::{Rig, wrap};
+use crate::camera::sensor::{SensorData, named_sensor, sensor_data};
 use crate::error::{OrRaise, world_error};
 use crate::world::state::World;
 
@@ -18,6 +19,31 @@ pub(crate) fn world_rigs(world: &World) -> Vec<Rig> {
     let world = world.snapshot();
     let rigs = world.rigs.iter().cloned();
     rigs.map(|inner| Rig { inner }).collect()
+}
+
+/// The sensors of a world that are neither cameras nor on a rig.
+#[pyfunction]
+pub(crate) fn world_sensors(world: &World) -> Vec<SensorData> {
+    world.snapshot().sensors.iter().map(sensor_data).collect()
+}
+
+/// Adds a sensor by name, kind and settings, which contain the pose.
+#[pyfunction]
+pub(crate) fn world_add_sensor(world: &World, name: String, kind: String, settings: String) -> PyResult<()> {
+    let sensor = named_sensor((name, kind, settings));
+    sensor.validate().or_raise()?;
+    world.modify_unseen(|world| {
+        world.add_sensor(sensor);
+        Ok(())
+    })
+}
+
+/// Object, reflectance and retroreflection of the objects with a key `lidar`.
+#[pyfunction]
+pub(crate) fn world_lidar_surfaces(world: &World) -> Vec<(usize, Option<f64>, Option<f64>)> {
+    let world = world.snapshot();
+    let objects = world.objects.iter().enumerate();
+    objects.filter_map(|(id, object)| object.lidar.map(|own| (id, own.reflectance, own.retroreflection))).collect()
 }
 
 /// Returns a rig as moved by the video of a world: the world's rig with that name, if `named_cameras`.

@@ -12,6 +12,7 @@ mod optics;
 mod pixel_center;
 mod projection;
 mod rig;
+pub mod sensor;
 mod shutter;
 mod undistort_table;
 mod validate;

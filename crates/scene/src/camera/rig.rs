@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use serde::{Deserialize, Serialize};
 
+use crate::camera::sensor::{NamedSensor, check_mounts};
 use crate::camera::validate::validated_rotation;
 use crate::camera::{Camera, Pose, ShutterMotion};
 use crate::error::{Result, SceneError};
@@ -28,19 +29,18 @@ pub struct Rig {
     motion: Option<ShutterMotion>,
     /// Cameras, with their R and C in the axes of the body.
     mounts: Vec<NamedCamera>,
+    /// The other sensors, with their poses in the axes of the body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    sensors: Vec<NamedSensor>,
 }
 
 impl Rig {
     /// Creates a rig from cameras with R and C in the axes of a body, and the body's pose.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] if the pose is not a rotation with a finite position, if there are no cameras, or if a
-    /// name is empty or used twice.
+    /// [`SceneError::Camera`] if the pose is not a rotation with a finite position, or if a name is empty or used twice.
     pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self> {
         let fail = |message: String| Err(SceneError::camera(message));
-        if mounts.is_empty() {
-            return fail("a rig without cameras; expected at least one".into());
-        }
         let mut names = HashSet::new();
         for NamedCamera { name, .. } in &mounts {
             if name.is_empty() || !names.insert(name) {
@@ -51,7 +51,16 @@ impl Rig {
             return fail(format!("the position {} of a rig is not finite", body.c));
         }
         let r = validated_rotation(body.r)?;
-        Ok(Self { name: name.into(), body: Pose { r, ..body }, motion: None, mounts })
+        Ok(Self { name: name.into(), body: Pose { r, ..body }, motion: None, mounts, sensors: Vec::new() })
+    }
+
+    /// The same rig with these sensors in addition to its cameras.
+    ///
+    /// # Errors
+    /// The errors of [`check_mounts`].
+    pub fn with_sensors(self, sensors: Vec<NamedSensor>) -> Result<Self> {
+        check_mounts(self.mounts.iter().map(|mount| &mount.name[..]), &sensors)?;
+        Ok(Self { sensors, ..self })
     }
 
     /// Returns a copy that moves while its cameras expose; `motion` is that of the body.
@@ -101,7 +110,7 @@ impl Rig {
         let motion = self.motion.as_ref().map(|motion| {
             motion.map_poses(|then| Pose { r: then.r * turn.transpose(), c: pose.c + turn * (then.c - self.body.c) })
         });
-        Ok(Self { motion, ..Self::new(self.name.clone(), pose, self.mounts.clone())? })
+        Ok(Self { motion, sensors: self.sensors.clone(), ..Self::new(self.name.clone(), pose, self.mounts.clone())? })
     }
 
     /// Returns a copy with another name.
@@ -127,6 +136,11 @@ impl Rig {
     /// Cameras in the axes of the body.
     pub fn mounts(&self) -> &[NamedCamera] {
         &self.mounts
+    }
+
+    /// The sensors that are not cameras, in the axes of the body.
+    pub fn sensors(&self) -> &[NamedSensor] {
+        &self.sensors
     }
 }
 

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use crate::camera::sensor::LidarSurface;
 use crate::error::{Result, SceneError};
 use crate::material::Material;
 use crate::math::rotation;
@@ -55,6 +56,8 @@ impl ObjectSpec {
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
         let name = self.object_name(kind)?;
         let (visible, shadow_catcher) = (self.visible.unwrap_or(true), self.shadow_catcher.unwrap_or(false));
+        self.lidar.as_ref().map_or(Ok(()), LidarSurface::validate)?;
+        let mut lidar = self.lidar;
         let mut category = self.category.take().map(|Category(name)| name);
 
         let (mesh, materials) = match self.instance_of.take() {
@@ -77,8 +80,8 @@ impl ObjectSpec {
             Some(original) => {
                 keys.refuse(&GEOMETRY, "the mesh belongs to another object; set this key there")?;
                 let id = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
-                let Object { mesh, materials, category: theirs, .. } = world.objects[id].clone();
-                category = category.or(theirs);
+                let Object { mesh, materials, category: theirs, lidar: its, .. } = world.objects[id].clone();
+                (category, lidar) = (category.or(theirs), lidar.or(its));
                 let changed = has_material_keys(&keys);
                 let materials = match changed {
                     true => self.materials_of_instance(mesh, &materials, &keys, &name, world, files)?,
@@ -96,6 +99,7 @@ impl ObjectSpec {
             scale_shear: shape,
             visible,
             shadow_catcher,
+            lidar,
         })?)
     }
 

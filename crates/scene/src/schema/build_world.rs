@@ -41,9 +41,17 @@ impl WorldFile {
                 let missing = |error| F::in_context(error, &format!("rig[{i}].camera[{j}].background"));
                 camera.find_background(files).map_err(missing)?;
             }
-            let within = |error: SceneError| error.in_context(&format!("rig[{i}]"));
-            let rig = spec.build(self.up).map_err(within)?;
-            world.add_rig(rig).map_err(within)?;
+            let place = format!("rig[{i}]");
+            let rig = spec.build(self.up, &place, files)?;
+            world.add_rig(rig).map_err(|error: SceneError| error.in_context(&place))?;
+        }
+        for (i, spec) in self.lidar.into_iter().enumerate() {
+            let lidar = spec.build(self.up, &format!("lidar[{i}]"), files)?;
+            world.add_sensor(lidar);
+        }
+        for (i, spec) in self.sensor.into_iter().enumerate() {
+            let sensor = spec.build(self.up).map_err(|error| error.in_context(&format!("sensor[{i}]")))?;
+            world.add_sensor(sensor);
         }
         if let Some(fog) = &self.fog {
             world.fog = Some(fog.build().map_err(|error| error.in_context("fog"))?);

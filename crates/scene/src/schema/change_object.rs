@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::camera::sensor::LidarSurface;
 use crate::error::{Result, SceneError};
 use crate::material::Material;
 use crate::mesh::Mesh;
@@ -59,7 +60,8 @@ impl ObjectSpec {
     /// more. No files are needed, and the world is unchanged on failure.
     pub fn change_placement(&self, world: &mut World, id: usize) -> Option<Result<()>> {
         let keys = self.keys();
-        let is_more = self.name.is_some() || self.category.is_some() || self.shadow_catcher.is_some();
+        let is_more =
+            self.name.is_some() || self.category.is_some() || self.shadow_catcher.is_some() || self.lidar.is_some();
         if is_more || keys.given(&PLACEMENT).len() < keys.count() {
             return None;
         }
@@ -87,6 +89,7 @@ impl ObjectSpec {
         if self.name.as_ref().is_some_and(String::is_empty) {
             return Err(SceneError::schema("name", "\"\"; expected a non-empty name").into());
         }
+        self.lidar.as_ref().map_or(Ok(()), LidarSurface::validate)?;
         self.check_material(&keys, true)?;
         let place = match keys.given(&PLACEMENT).is_empty() {
             true => None,
@@ -124,6 +127,7 @@ impl ObjectSpec {
         }
         object.visible = self.visible.unwrap_or(object.visible);
         object.shadow_catcher = self.shadow_catcher.unwrap_or(object.shadow_catcher);
+        object.lidar = self.lidar.or(object.lidar);
         if let Some((world_from_mesh, scale_shear)) = place {
             (object.world_from_mesh, object.scale_shear) = (world_from_mesh, scale_shear);
             world.release_object(id);

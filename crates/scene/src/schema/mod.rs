@@ -32,6 +32,7 @@ pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
 pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use crate::schema::spec::pose::PoseSpec;
 pub use crate::schema::spec::rig::RigSpec;
+pub use crate::schema::spec::sensor::{LidarReturns, LidarSpec, SensorSpec};
 pub use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 pub use crate::schema::spec::texture::{ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec};
 pub use crate::schema::spec::video::{KeyframeSpec, VideoSpec};
@@ -55,6 +56,12 @@ pub struct WorldFile {
     /// with names of the form rig/camera.
     #[schemars(schema_with = "one_or_many::<RigSpec>")]
     pub rig: Vec<RigSpec>,
+    /// The lidars that are not on a rig: one table or several.
+    #[schemars(schema_with = "one_or_many::<LidarSpec>")]
+    pub lidar: Vec<LidarSpec>,
+    /// Other sensors that are not on a rig, which are Python classes: one table or several.
+    #[schemars(schema_with = "one_or_many::<SensorSpec>")]
+    pub sensor: Vec<SensorSpec>,
     /// The objects: one table or several.
     #[schemars(schema_with = "one_or_many::<ObjectSpec>")]
     pub object: Vec<ObjectSpec>,

@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::names::Names;
 use crate::animation::NodeTree;
+use crate::camera::sensor::{LidarSurface, NamedSensor};
 use crate::camera::{NamedCamera, Rig};
 use crate::light::Light;
 use crate::material::Material;
@@ -56,6 +57,9 @@ pub struct Object {
     /// True for a shadow catcher: compositions show only its shadows.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub shadow_catcher: bool,
+    /// What the surface returns to a lidar, if not derived from the materials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lidar: Option<LidarSurface>,
 }
 
 fn visible() -> bool {
@@ -74,6 +78,7 @@ impl Object {
             scale_shear: world_from_mesh.matrix3,
             visible: true,
             shadow_catcher: false,
+            lidar: None,
         }
     }
 }
@@ -110,6 +115,9 @@ pub struct World {
     pub cameras: Vec<NamedCamera>,
     /// Rigs; their cameras are also in `cameras`.
     pub rigs: Vec<Rig>,
+    /// Sensors that are neither cameras nor on a rig.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensors: Vec<NamedSensor>,
     /// Render options of the world.
     pub render: RenderOptions,
     /// Video that `raycam video` renders.

@@ -1,5 +1,6 @@
-//! Rigs of a world.
+//! Rigs and sensors of a world.
 
+use crate::camera::sensor::NamedSensor;
 use crate::camera::{NamedCamera, Rig};
 use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
@@ -22,6 +23,13 @@ impl World {
         }
         self.rigs.push(rig.named(name));
         Ok(self.rigs.len() - 1)
+    }
+
+    /// Adds a sensor that is neither a camera nor on a rig; its name is made unique.
+    pub fn add_sensor(&mut self, sensor: NamedSensor) {
+        let mut names = Names::from_used(self.sensors.iter().map(|known| &known.name[..]));
+        let name = names.unique(&sensor.name);
+        self.sensors.push(NamedSensor { name, ..sensor });
     }
 
     /// Returns the rig with this name.

@@ -1,6 +1,7 @@
 //! Validation of a world that was read as data.
 
 use crate::animation::{AnimatedMaterial, NodeCamera, NodeLight, NodeObject, NodeTree, Skin};
+use crate::camera::sensor::NamedSensor;
 use crate::error::{Result, SceneError};
 use crate::world::World;
 
@@ -37,7 +38,9 @@ impl World {
         }
         for rig in &self.rigs {
             rig.cameras()?;
+            rig.sensors().iter().try_for_each(NamedSensor::validate)?;
         }
+        self.sensors.iter().try_for_each(NamedSensor::validate)?;
         if let Some(rig) = &self.node_tree {
             rig.validate(&self)?;
         }

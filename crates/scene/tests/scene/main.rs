@@ -17,6 +17,7 @@ mod refine;
 mod render_options;
 mod rig;
 mod schema;
+mod sensor;
 mod style;
 mod texture;
 mod texture_memory;

@@ -74,11 +74,11 @@ fn turning_bodies_move_their_cameras_on_arcs() {
 fn rig_descriptions_round_trip() {
     let mut random = Random(3);
     let rig = Rig::new("pair", pose(&mut random), mounts(&mut random)).unwrap();
-    assert_eq!(RigSpec::from_rig(&rig).build(Up::Y).unwrap(), rig);
+    assert_eq!(RigSpec::from_rig(&rig).build(Up::Y, "", &mut NoAssets).unwrap(), rig);
     let track = vec![(0.0, pose(&mut random)), (0.1, pose(&mut random))];
     let motion = ShutterMotion::new(0.02, 0.08, ReadoutDirection::Left, track).unwrap();
     let moving = rig.with_motion(motion).unwrap();
-    assert_eq!(RigSpec::from_rig(&moving).build(Up::Z).unwrap(), moving);
+    assert_eq!(RigSpec::from_rig(&moving).build(Up::Z, "", &mut NoAssets).unwrap(), moving);
     for camera in moving.cameras().unwrap() {
         let spec = schema::CameraSpec::from_camera(&camera.camera);
         assert_eq!(spec.build(Up::Y).unwrap(), camera.camera);
@@ -131,7 +131,7 @@ fn videos_move_rigs_by_keyframes_or_like_the_camera() {
 #[test]
 fn invalid_rig_values_are_refused() {
     for (json, expected) in [
-        (r#"{"rig": {"name": "a"}}"#, "a rig without cameras"),
+        (r#"{"rig": {"name": "a"}}"#, "a rig without sensors"),
         (
             r#"{"rig": {"camera": [{"name": "a", "focal": 9, "location": [0, 0, 0]}, {"name": "a", "focal": 9, "location": [1, 0, 0]}]}}"#,
             "must have distinct names",

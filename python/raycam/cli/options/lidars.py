@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,8 +12,27 @@ from ...errors import SettingsError
 if TYPE_CHECKING:
     from ...lidar import Lidar
     from ...rig import Rig
+    from ...world import World
 
-__all__ = ["find_lidar", "mount_lidars"]
+__all__ = ["add_lidar_pose", "chosen_lidar", "find_lidar", "mount_lidars"]
+
+
+def add_lidar_pose(command: argparse._ActionsContainer) -> None:
+    """Adds the pose of the lidar in the world."""
+    pose = command.add_argument_group("pose")
+    pose.add_argument(
+        "--location",
+        metavar=("X", "Y", "Z"),
+        nargs=3,
+        type=float,
+        help="position of the lidar in the world (default: the world file's pose, or 0 0 0)",
+    )
+    for name, text in (
+        ("yaw", "turn to the left, seen from above"),
+        ("pitch", "turn downwards"),
+        ("roll", "turn to the right, seen from behind"),
+    ):
+        pose.add_argument(f"--{name}", metavar="DEGREES", type=float, help=f"{text} (default: 0)")
 
 
 def find_lidar(text: str, settings: Mapping[str, Any], up: Literal["z", "y"] = "z") -> Lidar:
@@ -58,3 +78,28 @@ def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
             )
         sensors[name] = find_lidar(device, {}).placed(place)
     return Rig(sensors, rig.R, rig.C, name=rig.name, up=rig.up)
+
+
+def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, Any]) -> Lidar:
+    """The lidar of the world file, of a device or of a calibration, at its pose.
+
+    Raises `SettingsError` without `--lidar` if the world has no lidar, or several.
+    """
+    from ...lidar import Lidar
+
+    own = {name: sensor for name, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
+    name = options.lidar
+    if name is None:
+        if len(own) != 1:
+            found = f"the world has the lidars {', '.join(own)}" if own else "the world file has no lidar"
+            raise SettingsError(f"{found}; select one with --lidar NAME", code="missing_value")
+        name = next(iter(own))
+    angles = [getattr(options, angle) for angle in ("roll", "pitch", "yaw")]
+    is_placed = options.location is not None or any(angle is not None for angle in angles)
+    if name in own:
+        lidar = own[name].replace(**settings)
+        if not is_placed:
+            return lidar
+    else:
+        lidar = find_lidar(name, settings, world.up)
+    return lidar.placed(options.location or (0.0, 0.0, 0.0), *(angle or 0.0 for angle in angles))

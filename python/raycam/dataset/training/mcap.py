@@ -12,6 +12,7 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from heapq import merge
 from itertools import chain
 from types import ModuleType
 from typing import Any
@@ -26,11 +27,12 @@ from ...camera import Camera
 from ...errors import CameraError, SettingsError
 from ..plan import Format, Index, Made, Plan, Record, View, k_with_integer_centers
 from .cdr import BODY, WORLD, Cdr, body_of, mount_of, quaternion, transform
+from .mcap_imu import IMU_DEFINITION, check_imu, imu_records
 from .mcap_lidars import lidar_messages
 
 __all__ = ["FORMAT"]
 
-OPTIONS = {"fps": 30.0, "topic": "/camera", "depth": True, "start_time": 1.0}
+OPTIONS = {"fps": 30.0, "topic": "/camera", "depth": True, "start_time": 1.0, "imu": 0.0}
 HEADER = "std_msgs/Header header\n"
 RULE = "=" * 80 + "\n"
 STAMPED = (
@@ -57,6 +59,10 @@ DEFINITIONS = {
     "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
     f"{RULE}MSG: sensor_msgs/PointField\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n{STAMPED}",
     "std_msgs/msg/String": "string data\n",
+    **{
+        kind: f"{text}{RULE}MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n{QUATERNION}{STAMPED}"
+        for kind, text in IMU_DEFINITION.items()
+    },
 }
 """Message definitions in `ros2msg` syntax, including nested types."""
 BAG = "raycam.mcap"
@@ -76,7 +82,7 @@ def library() -> ModuleType:
         return importlib.import_module("mcap.writer")
     except ImportError:
         raise SettingsError(
-            "mcap needs the package mcap: pip install 'raycam[mcap]'", code="missing_dependency"
+            "the format mcap requires mcap; pip install 'raycam[mcap]'", code="missing_dependency"
         ) from None
 
 
@@ -94,7 +100,8 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
     if camera.model == "fisheye":
         return "equidistant", values
     raise SettingsError(
-        f"ROS has no lens {camera.model!r} with {len(values)} coefficients: give opencv with 4, 5 or 8, or fisheye",
+        f"ROS does not support lens model {camera.model!r} with {len(values)} coefficients; supported: opencv (4, 5 "
+        "or 8), fisheye",
         code="unsupported_camera",
     )
 
@@ -154,6 +161,7 @@ def check(plan: Plan) -> None:
         raise SettingsError(
             f"start_time must be seconds from 0 to 2147483647, got {start!r}", code="out_of_range"
         )
+    check_imu(plan)
     for number, view in enumerate(plan.shots):
         distortion(view.camera)
         if view.time is not None and start + view.time < 0:
@@ -268,7 +276,8 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     first = ("/instances", "std_msgs/msg/String", base64.b64encode(about).decode())
 
     def every() -> Iterator[Record]:
-        return chain([{"stamp": start, "messages": [first]}], records())
+        moving = merge(records(), imu_records(plan, stamp_of), key=lambda record: record["stamp"])
+        return chain([{"stamp": start, "messages": [first]}], moving)
 
     yield BAG, bag(every())
     yield "metadata.yaml", [metadata(every()).encode()]

@@ -16,7 +16,7 @@ from ...arguments import product
 from ...lidar import Scan
 from ..lidars import lidars_of, pose_of, scan_lidar
 from ..plan import Plan
-from .cdr import BODY, Cdr, body_of, transform
+from .cdr import BODY, WORLD, Cdr, body_of, transform
 
 __all__ = ["lidar_messages"]
 
@@ -57,14 +57,18 @@ def lidar_messages(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, 
     """Returns topics, types and messages of the lidars that are sampled with a view.
 
     The points are on /NAME/points in the frame NAME, as sent by the driver: each at its own time. The frame NAME is
-    fixed on base_link.
+    fixed on base_link, or moves in world if the lidar is on no rig.
     """
     found = []
     for name, lidar in lidars_of(plan.shots[number]).items():
-        pose = next(frame for frame in plan.rigs if number in frame)
+        pose = next((frame for frame in plan.rigs if number in frame), None)
         cloud = point_cloud(scan_lidar(plan, number, lidar), stamp, name)
         found.append((f"/{name}/points", "sensor_msgs/msg/PointCloud2", cloud))
-        if pose is plan.rigs[0]:
+        if pose is None:
+            own = pose_of(lidar)
+            moved = transform(stamp, WORLD, name, own[:3, :3], own[:3, 3])
+            found.append(("/tf", "tf2_msgs/msg/TFMessage", moved))
+        elif pose is plan.rigs[0]:
             R, C = body_of(plan, pose)
             world_from_sensor = pose_of(lidar)
             turn, place = product(R, world_from_sensor[:3, :3]), product(R, world_from_sensor[:3, 3] - C)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import io
 import struct
 from typing import Any
 
@@ -9,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
+from ...errors import LidarError
 
-__all__ = ["las_bytes"]
+__all__ = ["las_bytes", "laz_bytes"]
 
 HEADER_SIZE, RECORD_HEADER_SIZE, EXTRA_SIZE = 375, 54, 192
 SCALE = 1e-4
@@ -55,6 +58,21 @@ def las_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
     descriptions = b"".join(_extra_description(name, array) for name, array in extra.items())
     header = _header(count, records.dtype.itemsize, offset, low, high, by_return, len(descriptions))
     return header + (_record_header(len(descriptions)) + descriptions if extra else b"") + records.tobytes()
+
+
+def laz_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
+    """Returns the bytes of `las_bytes` compressed as LAZ; raises `LidarError` without laspy and lazrs."""
+    try:
+        laspy = importlib.import_module("laspy")
+        importlib.import_module("lazrs")
+    except ImportError:
+        raise LidarError(
+            ".laz requires the packages laspy and lazrs: pip install 'raycam[laz]'; .las is not compressed",
+            code="missing_dependency",
+        ) from None
+    packed = io.BytesIO()
+    laspy.read(io.BytesIO(las_bytes(arrays))).write(packed, do_compress=True)
+    return packed.getvalue()
 
 
 def _header(

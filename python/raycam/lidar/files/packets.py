@@ -22,8 +22,10 @@ __all__ = ["Firings", "pcap_bytes", "velodyne_packets"]
 BLOCKS = 12
 """Blocks of 32 channels in a packet."""
 CHANNELS = 32
-PRODUCTS = {"vlp16": 0x22, "puck-hires": 0x24, "vlp32c": 0x28, "hdl32e": 0x21}
+PRODUCTS = {"vlp16": 0x22, "puck-hires": 0x24, "vlp32c": 0x28, "hdl32e": 0x21, "vls128": 0xA1}
 """The last byte of a packet, by device."""
+FLAGS = (0xEEFF, 0xDDFF, 0xCCFF, 0xBBFF)
+"""The first bytes of blocks: of lasers 0 to 31, 32 to 63, and so on."""
 RETURN_MODES = {"strongest": 0x37, "last": 0x38, "dual": 0x39}
 CHANNEL = np.dtype([("distance", "<u2"), ("intensity", "u1")])
 BLOCK = np.dtype([("flag", "<u2"), ("azimuth", "<u2"), ("channels", CHANNEL, CHANNELS)])
@@ -70,6 +72,8 @@ def velodyne_packets(
     """
     _check(firings)
     lasers, cycles = firings.shape
+    if lasers > CHANNELS:
+        return _packets_of_banks(columns, firings, start)
     per_block = CHANNELS // lasers  # firing cycles of a block: 2 for 16 lasers
     layers = _layers(columns, firings)
     blocks_per_turn = -(-cycles // per_block)
@@ -93,6 +97,30 @@ def velodyne_packets(
     return packets
 
 
+def _packets_of_banks(
+    columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float
+) -> list[tuple[float, bytes]]:
+    """Returns the packets of a device with more than 32 lasers, whose cycles have a block for each 32 of them."""
+    lasers, cycles = firings.shape
+    banks = lasers // CHANNELS
+    group = BLOCKS // banks
+    total = -(-cycles // group) * group
+    ((distance, intensity),) = _layers(columns, firings)
+    blocks = np.zeros((total, banks), BLOCK)
+    blocks["flag"] = FLAGS[:banks]
+    turn = 36000.0 * firings.rate * firings.cycle  # hundredths of a degree per cycle
+    blocks["azimuth"] = (np.rint(np.arange(total) * turn) % 36000).astype(np.uint16)[:, None]
+    for name, values in (("distance", distance), ("intensity", intensity)):
+        blocks["channels"][name][:cycles] = values.reshape(cycles, banks, CHANNELS)
+    tail = struct.pack("<BB", RETURN_MODES[firings.returns], PRODUCTS[firings.device])
+    packets = []
+    for number, part in enumerate(blocks.reshape(-1, BLOCKS)):
+        time = start + number * group * firings.cycle
+        stamp = round(time * 1e6) % MICROSECONDS_PER_HOUR
+        packets.append((time, part.tobytes() + struct.pack("<I", stamp) + tail))
+    return packets
+
+
 def _check(firings: Firings) -> None:
     if firings.device not in PRODUCTS:
         raise LidarError(
@@ -101,8 +129,13 @@ def _check(firings: Firings) -> None:
         )
     if firings.returns not in RETURN_MODES:
         raise LidarError(
-            f"{firings.device}: packets have no mode of returns {firings.returns!r}; supported: "
+            f"{firings.device}: packets do not support returns={firings.returns!r}; supported: "
             f"{', '.join(RETURN_MODES)}",
+            code="cannot_write",
+        )
+    if firings.returns == "dual" and firings.shape[0] > CHANNELS:
+        raise LidarError(
+            f'{firings.device}: packets with two returns are not supported; use returns="strongest" or "last"',
             code="cannot_write",
         )
 
@@ -116,7 +149,8 @@ def _layers(
     counts = np.rint(columns["distance"][kept] / firings.step)
     if len(counts) and (counts.max() > 65535 or counts.min() < 1):
         raise LidarError(
-            f"distances are {columns['distance'][kept].min():g} to {columns['distance'][kept].max():g} m; packets hold "
+            f"distances are {columns['distance'][kept].min():g} to {columns['distance'][kept].max():g} m; packets "
+            "support "
             f"{firings.step:g} to {65535 * firings.step:g} m",
             code="cannot_write",
         )

@@ -1,4 +1,4 @@
-"""PCD 0.7, binary. Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html."""
+"""PCD 0.7, binary or as text. Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from .records import point_records
 
-__all__ = ["pcd_bytes"]
+__all__ = ["pcd_bytes", "pcd_text"]
 
 LETTERS = {"f": "F", "i": "I", "u": "U", "b": "U"}
 
@@ -16,6 +16,19 @@ LETTERS = {"f": "F", "i": "I", "u": "U", "b": "U"}
 def pcd_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
     """Returns the file's bytes; x, y and z are float32, other fields have their own types."""
     records = point_records(arrays)
+    return _header(records, "binary") + records.tobytes()
+
+
+def pcd_text(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
+    """Returns the file's bytes with a line of numbers for each point, which restore every bit."""
+    records = point_records(arrays)
+    columns = [[str(value) for value in records[name]] for name in records.dtype.names or ()]
+    lines = [" ".join(row) for row in zip(*columns, strict=True)]
+    return _header(records, "ascii") + "".join(f"{line}\n" for line in lines).encode()
+
+
+def _header(records: npt.NDArray[Any], data: str) -> bytes:
+    """Returns the header of a file whose points are stored as `data`."""
     names = records.dtype.names or ()
     kinds = [records.dtype[name] for name in names]
     lines = [
@@ -29,6 +42,6 @@ def pcd_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
         "HEIGHT 1",
         "VIEWPOINT 0 0 0 1 0 0 0",
         f"POINTS {len(records)}",
-        "DATA binary",
+        f"DATA {data}",
     ]
-    return "\n".join(lines).encode() + b"\n" + records.tobytes()
+    return "\n".join(lines).encode() + b"\n"

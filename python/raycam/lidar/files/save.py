@@ -14,8 +14,8 @@ from ...errors import LidarError, nearest
 from ...io.atomic_files import write
 from ...io.npz import npz_bytes
 from .csv import csv_bytes
-from .las import las_bytes
-from .pcd import pcd_bytes
+from .las import las_bytes, laz_bytes
+from .pcd import pcd_bytes, pcd_text
 from .ply import ply_bytes
 
 __all__ = ["FORMATS", "save_scan"]
@@ -32,11 +32,13 @@ def kitti_bytes(arrays: Arrays) -> bytes:
     return rows.astype("<f4").tobytes()
 
 
+LAS_FIELDS = ("intensity", "return", "returns", "time", "instance", "category", "ring")
 FORMATS: dict[str, tuple[Callable[[Arrays], bytes], tuple[str, ...] | None]] = {
     ".pcd": (pcd_bytes, CLOUD_FIELDS),
     ".ply": (ply_bytes, CLOUD_FIELDS),
     ".csv": (csv_bytes, CLOUD_FIELDS),
-    ".las": (las_bytes, ("intensity", "return", "returns", "time", "instance", "category", "ring")),
+    ".las": (las_bytes, LAS_FIELDS),
+    ".laz": (laz_bytes, LAS_FIELDS),
     ".bin": (kitti_bytes, ("intensity",)),
     ".npz": (npz_bytes, None),
 }
@@ -48,9 +50,10 @@ def save_scan(
     position: npt.NDArray[Any],
     path: str | os.PathLike[str],
     fields: Iterable[str] | None,
+    text: bool = False,
 ) -> None:
     """Writes a scan's fields with the points `position` [n, 3]; see `Scan.save`."""
-    write(path, encode_scan(columns, position, Path(path).suffix, fields))
+    write(path, encode_scan(columns, position, Path(path).suffix, fields, text))
 
 
 def check_extension(extension: str) -> None:
@@ -65,10 +68,15 @@ def encode_scan(
     position: npt.NDArray[Any],
     extension: str,
     fields: Iterable[str] | None = None,
+    text: bool = False,
 ) -> bytes:
-    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd"."""
+    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd", `text` PCD's text form."""
     check_extension(extension)
     write, defaults = FORMATS[extension.lower()]
+    if text:
+        if extension.lower() != ".pcd":
+            raise LidarError(f"{extension}: only .pcd has a text form", code="cannot_write")
+        write = pcd_text
     chosen = _chosen(columns, extension, fields, defaults)
     rows = slice(None) if extension.lower() == ".npz" else columns["lost"] == 0
     return write({"position": position[rows], **{name: columns[name][rows] for name in chosen}})
@@ -93,7 +101,7 @@ def _chosen(
             f"KITTI's .bin has position and intensity only; fields given: {', '.join(names)}",
             code="cannot_write",
         )
-    if extension.lower() == ".las":
+    if extension.lower() in (".las", ".laz"):
         needed = [name for name in ("intensity", "return", "returns", "time") if name not in names]
         names = [*needed, *names]
     return names

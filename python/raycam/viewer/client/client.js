@@ -2,7 +2,7 @@
 
 import { styleOf } from "./image/channels.js";
 import { inkOn } from "./image/colormap.js";
-import { areComparable, differenceKind, differenceOf } from "./image/compare.js";
+import { areComparable, differenceKind, differenceOf, perceptualOf } from "./image/compare.js";
 import { ComparePanel } from "./panel/compare.js";
 import { DisplayControls } from "./panel/display.js";
 import { byId, element, fillSelect, saveFile } from "./dom.js";
@@ -176,9 +176,10 @@ export class Client {
     if (!plane) return this.showCompare(null, []);
     const b = this.frameB || this.taken?.plane;
     const kind = differenceKind(this.mode);
-    const difference = b && areComparable(plane, b) ? differenceOf(plane, b, kind || "absolute") : null;
     const layerA = layerOf(paint(plane, controls.display));
     const imageB = this.frameB ? layerOf(paint(this.frameB, controls.display)) : this.taken?.layer || null;
+    const numeric = kind !== "perceptual" && b && areComparable(plane, b) ? differenceOf(plane, b, kind || "absolute") : null;
+    const difference = kind === "perceptual" ? perceptualOf(layerA, imageB) : numeric;
     let [layerB, display] = [imageB, controls.display];
     if (kind && difference) {
       display = { ...controls.display, ...this.compare.displayOf(difference) };

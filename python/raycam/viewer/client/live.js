@@ -11,6 +11,7 @@ import { LookControls } from "./panel/look.js";
 import { ViewLink } from "./panel/view_link.js";
 import { PhotographControls } from "./panel/photograph.js";
 import { PoseControls } from "./panel/pose.js";
+import { ScanControls } from "./panel/scan.js";
 import { ScriptControls } from "./panel/script.js";
 import { Timeline } from "./panel/timeline.js";
 import { WorldControls } from "./panel/world.js";
@@ -53,6 +54,7 @@ export class LiveView {
     /** Types of the files that the server opens; null if it opens none. @type {import("./files.js").FileTypes | null} */
     this.opens = null;
     this.world = new WorldControls(client);
+    this.scan = new ScanControls(client);
     this.world.lookThrough = (name) => this.lookThrough(name);
     this.look = new LookControls((look) => client.transport.send(/** @type {any} */ ({ type: "look", ...look })));
     /** The point and the pixel that a distance is measured from. @type {{ point: number[], column: number, row: number } | null} */
@@ -114,6 +116,7 @@ export class LiveView {
       this.integrator.value = message.integrator;
     }
     if (message.type === "welcome") this.timeline.welcome(message);
+    this.scan.receive(message);
     if (message.type === "welcome") this.opens = message.opens || null;
     if (message.type === "welcome") this.photograph.begin(message.photographs || []);
     if (message.type === "photograph") this.photograph.receive(message);
@@ -346,6 +349,7 @@ export class LiveView {
       },
       "look-through-camera": (...words) => this.lookThrough(words.join(" ")),
       side: (name) => this.viewFrom(name),
+      "next-scan": () => this.scan.next(),
       "camera-step": (step) => this.stepCamera(Number(step)),
       "look-through": () => {
         if (this.camera.value) this.lookThrough("");

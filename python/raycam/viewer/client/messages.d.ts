@@ -120,6 +120,12 @@ export interface Overlay {
   grid: boolean;
 }
 
+/** Draws the points of one of the world's lidars over the image; an empty name hides them. */
+export interface Scan {
+  type: "scan";
+  lidar: string;
+}
+
 /** Changes one property of an object or a light. */
 export interface Edit {
   type: "edit";
@@ -294,6 +300,7 @@ export type ClientMessage =
   | Lens
   | Pose
   | Overlay
+  | Scan
   | Edit
   | Select
   | Gizmo

@@ -1,6 +1,7 @@
 // The picture on its canvas: fit, zoom to pixels, pan, the divider between A and B, values drawn into large pixels.
 
 import { inkOn } from "./image/colormap.js";
+import { drawPoints } from "./image/points.js";
 
 /** @typedef {{ column: number, row: number }} Pixel */
 /**
@@ -13,7 +14,7 @@ import { inkOn } from "./image/colormap.js";
  * @property {number} divider share of the picture's width that shows A
  * @property {boolean} flipped
  * @property {Pixel | null} held
- * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string, thin?: boolean }[]} overlay lines in pixels of the picture
+ * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string, thin?: boolean, points?: number[] }[]} overlay lines in pixels of the picture, and points as number, column and row
  * @property {Pixel[]} marks pixels that have an explanation
  * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a large pixel
  */
@@ -39,6 +40,8 @@ export class PictureView {
     this.waiting = false;
     /** Device pixels per CSS pixel of the drawn picture. */
     this.ratio = devicePixelRatio || 1;
+    /** The colour of a point by its number. @type {(number: number) => string} */
+    this.pointColor = () => OVERLAY_COLOR;
     /** Called when the ratio changes, such as on another screen. */
     this.onRatio = () => {};
     /** Called when the zoom changes. */
@@ -298,6 +301,7 @@ export class PictureView {
     context.beginPath();
     context.rect(left, top, zoom * this.width, zoom * this.height);
     context.clip();
+    for (const { points } of overlay) if (points) drawPoints(context, points, this, this.pointColor);
     context.font = "600 12px system-ui, sans-serif";
     context.textAlign = "left";
     context.textBaseline = "bottom";

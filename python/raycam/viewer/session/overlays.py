@@ -11,6 +11,7 @@ import numpy as np
 from ...camera import Camera
 from ...explanation.scene_figure import Line
 from ..scene.overlay import MAX_CAMERAS, frusta, grid, polylines
+from ..scene.scan_points import ScanPoints
 from .view import View
 
 __all__ = ["Overlays"]
@@ -22,12 +23,13 @@ CAMERA_LENGTH = 0.15
 
 @dataclass(frozen=True)
 class Overlays:
-    """The drawn lines: the world's cameras, its grid, and the rays of the explained pixel."""
+    """The drawn parts: the world's cameras, its grid, the rays of the explained pixel, and a lidar's points."""
 
     cameras: bool = False
     grid: bool = False
     explained: bool = True
     rays: tuple[Line, ...] = ()
+    scan: ScanPoints | None = None
 
     def drawn(self, view: View, more: Sequence[Line] = ()) -> list[dict[str, Any]]:
         """Names, colours and lines in pixels of the view's still image; `more` are the script's lines."""
@@ -37,6 +39,8 @@ class Overlays:
             length = CAMERA_LENGTH * float(np.linalg.norm(view.bounds[1] - view.bounds[0]))
             names = [name for name in view.base.cameras if name != view.camera_name][:MAX_CAMERAS]
             lines += frusta({name: view.camera_of(name) for name in names}, camera, length)
+        if self.scan is not None:
+            lines.append(self.scan.drawn(view.world, camera))
         if self.explained:
             lines += [line for line in (_projected(each, camera) for each in self.rays) if line["lines"]]
         return lines + [line for line in (_projected(each, camera) for each in more) if line["lines"]]

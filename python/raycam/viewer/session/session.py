@@ -25,6 +25,7 @@ from ..probe import ground_below, locate
 from ..scene.edits import Edits
 from ..scene.look import Look
 from ..scene.overlay import MAX_CAMERAS
+from ..scene.scan_points import ScanPoints, lidar_names
 from ..scene.selection import Selection
 from ..stills import SAMPLED, TRUTH
 from .connection import Connection
@@ -34,6 +35,9 @@ from .overlays import Overlays
 from .view import Opened, View
 
 __all__ = ["Session"]
+
+NO_SCAN = {"type": "scan", "lidar": "", "total": 0, "fields": {}}
+"""The message that there is no scan, or none of the world that the view shows now."""
 
 
 class Session:
@@ -112,6 +116,9 @@ class Session:
                 self.history = History()
             if view.world is not before.world or view.integrator != before.integrator:
                 self.overlays = replace(self.overlays, rays=())
+            if view.world is not before.world and self.overlays.scan is not None:
+                self.overlays = replace(self.overlays, scan=None)
+                self.connection.send(NO_SCAN)
             if view.outline() != self._outline:
                 self.greet()
             elif (
@@ -150,6 +157,7 @@ class Session:
                 "explained": self.overlays.explained,
                 "grid": self.overlays.grid,
             },
+            "lidars": lidar_names(self.view.base),
             **self.view.welcome(),
             **self.about(),
             "camera": self.view.camera_message(self._last_move),
@@ -423,6 +431,14 @@ class Session:
             if self.view.world is not world:
                 return
             self.overlays = replace(self.overlays, rays=tuple(rays))
+        self.redraw()
+
+    def show_scan(self, scan: ScanPoints | None, world: World) -> None:
+        """Draws the points of a scan of `world`, or none; if the view shows another world, the client asks again."""
+        with self._changes:
+            current = scan if self.view.world is world else None
+            self.overlays = replace(self.overlays, scan=current)
+        self.connection.send(NO_SCAN if current is None else current.message())
         self.redraw()
 
     def redraw(self) -> None:

@@ -8,6 +8,7 @@ pub(crate) mod object;
 pub(crate) mod optics;
 pub(crate) mod pose;
 pub(crate) mod rig;
+pub(crate) mod sensor;
 pub(crate) mod shape;
 pub(crate) mod texture;
 pub(crate) mod video;

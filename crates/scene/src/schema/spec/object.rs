@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::camera::sensor::LidarSurface;
 use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::{Category, Color, Refine, Splat, Wraps};
 use crate::schema::spec::medium::MediumSpec;
@@ -26,6 +27,9 @@ pub struct ObjectSpec {
     /// True if images with a transparent background or a camera's background show the object's shadows but not the
     /// object, for example for a ground that the photo already shows. Default: false.
     pub shadow_catcher: Option<bool>,
+    /// What the surface returns to a lidar, such as { reflectance = 0.8, retroreflection = 300 }; derived from the
+    /// material if not given. A mirror or glass with such values scatters light instead.
+    pub lidar: Option<LidarSurface>,
 
     /// A box centred at the origin.
     #[serde(rename = "box")]
@@ -155,7 +159,7 @@ pub struct ObjectSpec {
     pub diffuse_transmission_color: Option<Color>,
 }
 
-/// Number of optional keys of [`ObjectSpec`], except name, category, visible and shadow_catcher.
+/// Number of optional keys of [`ObjectSpec`], except name, category, visible, shadow_catcher and lidar.
 pub(crate) const KEYS: usize = 56;
 
 impl ObjectSpec {

@@ -2,9 +2,11 @@
 
 use crate::camera::{NamedCamera, Rig};
 use crate::error::{Result, SceneError};
+use crate::model::AssetLoader;
 use crate::schema::spec::camera::CameraSpec;
 use crate::schema::spec::optics::ShutterSpec;
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
+use crate::schema::spec::sensor::{LidarSpec, SensorSpec};
 use crate::up::Up;
 
 with_pose! {
@@ -18,6 +20,14 @@ with_pose! {
         /// Its cameras, each with a unique name: one table or several.
         #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<CameraSpec>")]
         pub camera: Vec<CameraSpec>,
+        /// Its lidars, each with a name of its own: one table or several.
+        #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<LidarSpec>")]
+        #[serde(skip_serializing)]
+        pub lidar: Vec<LidarSpec>,
+        /// Its other sensors, each with a name of its own: one table or several.
+        #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<SensorSpec>")]
+        #[serde(skip_serializing)]
+        pub sensor: Vec<SensorSpec>,
     }
     pose {
         location: "Position of the body in the world.",
@@ -34,7 +44,7 @@ with_pose! {
 }
 
 impl RigSpec {
-    /// The exact description of a rig.
+    /// Returns the exact description of a rig's body and cameras.
     pub fn from_rig(rig: &Rig) -> Self {
         let cameras = rig
             .mounts()
@@ -53,12 +63,44 @@ impl RigSpec {
         spec
     }
 
-    /// Returns the described rig.
+    /// The rig it describes, with the files of its lidars read by `files`. `place` is its place in the description, for
+    /// errors.
+    ///
+    /// # Errors
+    /// The errors of [`RigSpec::build_cameras`], of its sensors, and of `files`.
+    pub fn build<F: AssetLoader>(mut self, up: Up, place: &str, files: &mut F) -> Result<Rig, F::Error> {
+        let within = |error: SceneError| match place {
+            "" => error,
+            _ => error.in_context(place),
+        };
+        if self.camera.is_empty() && self.lidar.is_empty() && self.sensor.is_empty() {
+            let message = "a rig without sensors; expected at least one camera or lidar";
+            return Err(within(SceneError::camera(message)).into());
+        }
+        let key = |kind: &str, i: usize| match place {
+            "" => format!("{kind}[{i}]"),
+            _ => format!("{place}.{kind}[{i}]"),
+        };
+        let mut sensors = Vec::new();
+        for (i, spec) in std::mem::take(&mut self.lidar).into_iter().enumerate() {
+            if spec.trajectory.is_some() {
+                let message = "a lidar on a rig moves with the rig; remove it, or move the rig by [[video.keyframe]]";
+                return Err(SceneError::schema(format!("{}.trajectory", key("lidar", i)), message).into());
+            }
+            sensors.push(spec.build(Up::Z, &key("lidar", i), files)?);
+        }
+        for (i, spec) in std::mem::take(&mut self.sensor).into_iter().enumerate() {
+            sensors.push(spec.build(Up::Z).map_err(|error| error.in_context(&key("sensor", i)))?);
+        }
+        Ok(self.build_cameras(up).and_then(|rig| rig.with_sensors(sensors)).map_err(within)?)
+    }
+
+    /// The rig without its other sensors.
     ///
     /// # Errors
     /// [`SceneError`] for an invalid camera, for a pose that is incomplete or given twice, and the errors of
     /// [`Rig::new`].
-    pub fn build(&self, up: Up) -> Result<Rig> {
+    fn build_cameras(&self, up: Up) -> Result<Rig> {
         let mut mounts = Vec::with_capacity(self.camera.len());
         for (i, spec) in self.camera.iter().enumerate() {
             let within = |error: SceneError| error.in_context(&format!("camera[{i}]"));

@@ -1,17 +1,19 @@
 // Comparing two planes of one channel: their difference as a plane, and its figures.
 
 import { styleOf } from "./channels.js";
+import { flipOf } from "./flip.js";
 
 /** @typedef {import("./planes.js").Plane} Plane */
-/** @typedef {"absolute" | "signed" | "relative"} DifferenceKind */
+/** @typedef {"absolute" | "signed" | "relative" | "perceptual"} DifferenceKind */
 /** @typedef {{ plane: Plane, kind: DifferenceKind, pixels: number, most: number, mean: number, rms: number, ids: boolean }} Difference */
 
 /** The modes with their texts, in the order that the key goes through. */
 export const COMPARE_MODES = /** @type {[string, string][]} */ ([
   ["off", "off"], ["slider", "wipe"], ["flip", "flip"], ["blink", "blink"],
   ["difference", "absolute difference"], ["signed", "signed difference A - B"], ["relative", "relative difference"],
+  ["perceptual", "perceptual difference (FLIP)"],
 ]);
-const KINDS = /** @type {Record<string, DifferenceKind>} */ ({ difference: "absolute", signed: "signed", relative: "relative" });
+const KINDS = /** @type {Record<string, DifferenceKind>} */ ({ difference: "absolute", signed: "signed", relative: "relative", perceptual: "perceptual" });
 
 /**
  * The difference that a mode shows, or null for modes that show the images.
@@ -67,6 +69,28 @@ export function differenceOf(a, b, kind = "absolute") {
   const plane = { ...a, name: `${name} of ${a.name}`, dtype: /** @type {const} */ ("float64"), components: 1, values };
   const count = Math.max(finite, 1);
   return { plane, kind, pixels, most, mean: sum / count, rms: Math.sqrt(squares / count), ids };
+}
+
+/**
+ * The FLIP error of two images as displayed, or null for images of different sizes.
+ * @param {HTMLCanvasElement | null} a
+ * @param {HTMLCanvasElement | null} b
+ * @returns {Difference | null}
+ */
+export function perceptualOf(a, b) {
+  if (!a || !b || a.width !== b.width || a.height !== b.height) return null;
+  const { width, height } = a;
+  const [x, y] = [a, b].map((each) => /** @type {CanvasRenderingContext2D} */ (each.getContext("2d")).getImageData(0, 0, width, height).data);
+  const values = flipOf(x, y, width);
+  let [pixels, most, sum, squares] = [0, 0, 0, 0];
+  for (const value of values) {
+    if (value > 0) pixels++;
+    most = Math.max(most, value);
+    sum += value;
+    squares += value * value;
+  }
+  const plane = { name: "FLIP error", dtype: /** @type {const} */ ("float64"), width, height, components: 1, values };
+  return { plane, kind: "perceptual", pixels, most, mean: sum / values.length, rms: Math.sqrt(squares / values.length), ids: false };
 }
 
 /**

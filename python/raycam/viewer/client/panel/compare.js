@@ -33,7 +33,7 @@ export class ComparePanel {
    */
   displayOf({ plane, kind }) {
     const lengths = { ...plane, values: plane.values.map(Math.abs) };
-    const most = this.most ?? percentiles(/** @type {any} */ (lengths), 0).high;
+    const most = this.most ?? (kind === "perceptual" ? 1 : percentiles(/** @type {any} */ (lengths), 0).high);
     this.input.value = String(Number(most.toPrecision(4)));
     return kind === "signed"
       ? { map: "diverging", range: { low: -most, high: most, log: false } }
@@ -47,17 +47,18 @@ export class ComparePanel {
     const select = byId("compare-mode", HTMLSelectElement);
     select.disabled = !has;
     select.value = mode;
-    for (const option of select.options) option.disabled = /difference|signed|relative/.test(option.value) && !difference;
+    for (const option of select.options) option.disabled = ["difference", "signed", "relative"].includes(option.value) && !difference;
     byId("compare-text", HTMLElement).textContent = text;
     byId("divider-label", HTMLElement).hidden = mode !== "slider";
-    byId("difference-range", HTMLElement).hidden = !difference || difference.ids || !["difference", "signed", "relative"].includes(mode);
+    byId("difference-range", HTMLElement).hidden = !difference || difference.ids || !["difference", "signed", "relative", "perceptual"].includes(mode);
     const figures = byId("difference", HTMLElement);
     figures.hidden = !difference;
     if (!difference) return;
     const { width, height } = difference.plane;
     /** @type {[string, string][]} */
     const rows = [["pixels that differ", `${grouped(difference.pixels)} of ${grouped(width * height)}`]];
-    if (!difference.ids) {
+    if (difference.kind === "perceptual") rows.push(["largest FLIP error", sixDigits(difference.most, "float64")], ["mean FLIP error", sixDigits(difference.mean, "float64")]);
+    else if (!difference.ids) {
       rows.push(["largest difference", sixDigits(difference.most, "float64")]);
       rows.push(["mean", sixDigits(difference.mean, "float64")], ["root mean square", sixDigits(difference.rms, "float64")]);
       rows.push(...similarities(layers));
