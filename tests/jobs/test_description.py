@@ -54,7 +54,7 @@ def test_difference_between_worlds_is_described(change: str, tmp_path: Path) -> 
     described = {"job": before.id, **before.describe()}
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert words in told
-    (tmp_path / "package").write_bytes(b"")  # then only the hashes differ
+    (tmp_path / "package").write_bytes(b"")  # without the package, only hashes can be compared
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert 'world was "' in told
     assert words not in told

@@ -260,7 +260,7 @@ class DaskPool:
 
     def _collect_result(self, ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
         """Passes a result on; an unfit worker is probed again."""
-        if self._submitted.pop(ours, None) is None:  # cancelled before
+        if self._submitted.pop(ours, None) is None:  # the frame was cancelled
             return
         fault = None if theirs.cancelled() else theirs.exception()
         if isinstance(fault, WorkerUnfit) and fault.worker is not None and self._registry is not None:

@@ -55,7 +55,7 @@ class ObjectKeys(TypedDict, total=False):
     yaw: float
     scale: float | npt.ArrayLike
     matrix: npt.ArrayLike
-    type: Literal["matte", "metal", "glass", "principled", "unlit"]
+    type: Literal["matte", "metal", "glass", "principled", "unlit", "boundary"]
     color: Color
     texture: Image
     textures: Mapping[str, Image]
@@ -74,6 +74,7 @@ class ObjectKeys(TypedDict, total=False):
     attenuation_color: Color
     attenuation_distance: float
     priority: int
+    medium: str | Mapping[str, Any]
     metallic: float
     specular_color: Color
     transmission: float
