@@ -1,27 +1,27 @@
 # Daily work
 #   make check   formatting, ruff, mypy, cargo check, links in Rust documentation: half a minute
 #   make lint    formatting, clippy, ruff, mypy, stubs, types of JavaScript; warnings are errors
-#   make test    what CI runs: lints as errors, then every test in its short form
-#   make proof   what takes long: aimed rays, brute force over many meshes, jobs killed at every step, corpora, examples
+#   make test    the checks of CI: lints as errors, then every test in its short form
+#   make proof   the slow tests: aimed rays, brute force over many meshes, jobs killed at every step, corpora, examples
 #
 # Things to look at
-#   make demo    pictures and a video in demo/
-#   make docs    the documentation in docs/_build/html
-#   make web     raycam for pages, in python/raycam/viewer/web/wasm/, which live pages carry
+#   make demo    renders images and a video into demo/
+#   make docs    builds the documentation in docs/_build/html
+#   make web     builds raycam as WebAssembly for live pages, in python/raycam/viewer/web/wasm/
 #
 # Measurements
-#   make bench   the figures in benchmarks/results/
-#   make leak    a thousand million rays aimed at edges and vertices, none may leak; Embree beside them
-#   make fuzz    a minute of damaged files for each reader; needs nightly Rust and cargo-fuzz
+#   make bench   measures the figures in benchmarks/results/
+#   make leak    aims a thousand million rays at edges and vertices, none of which may leak; compares Embree
+#   make fuzz    feeds damaged files to each reader for a minute; needs nightly Rust and cargo-fuzz
 #
 # Releases
-#   make wheel   a wheel for this machine and the source archive, in dist/
+#   make wheel   builds a wheel for this machine and the source archive, in dist/
 #   make smoke   installs both into empty environments and renders with them
-#   make wheels  every wheel that Linux can build, and the source archive, in dist/: about half an hour
+#   make wheels  builds every wheel that Linux can build, and the source archive, in dist/: about half an hour
 #   make check-wheels  checks the files for the package index, and renders with the wheel of this machine
-#   make clean   removes everything that was made
+#   make clean   removes all build outputs
 #
-# Each target installs what it needs into .venv. PYTHON chooses the interpreter the .venv is made from.
+# Each target installs what it needs into .venv. PYTHON selects the interpreter that creates .venv.
 
 PYTHON ?= python3
 VENV := .venv
@@ -33,14 +33,14 @@ SHELL := /bin/bash
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
 
-# One interpreter for every build, or cargo builds the bindings anew for each.
+# Every build uses the same interpreter; otherwise cargo would rebuild the bindings for each.
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-# nextest runs the tests of all crates at once; cargo's own runner does where it is not installed.
+# nextest runs the tests of all crates in parallel; without it, cargo's own runner is used.
 CARGO_TEST := $(shell cargo nextest --version >/dev/null 2>&1 && echo 'cargo nextest run --locked && cargo test --locked --doc' || echo cargo test --locked)
 
-# Whatever builds something is preceded by .ci/prerequisites, which says here what toolchain to use.
+# Before any build, .ci/prerequisites writes this file, which selects the toolchain.
 ifneq ($(filter-out help clean,$(MAKECMDGOALS)),)
 include $(DONE)/toolchain.mk
 endif
@@ -91,7 +91,7 @@ bench: $(DONE)/release $(DONE)/develop
 leak: $(DONE)/develop
 	$(BIN)/python benchmarks/leaks.py
 
-# SECONDS_EACH=3600 make fuzz for a long run; what is found lies in fuzz/artifacts/.
+# For a long run: SECONDS_EACH=3600 make fuzz. Findings are written to fuzz/artifacts/.
 fuzz:
 	$(PYTHON) fuzz/seeds.py
 	cargo +nightly fuzz build --fuzz-dir fuzz -s none
@@ -107,15 +107,15 @@ wheel: $(DONE)/builder
 	$(PYTHON) .ci/third_party.py --texts
 	$(BIN)/maturin build --release --locked --sdist --out dist; status=$$?; $(PYTHON) .ci/third_party.py; exit $$status
 
-# The source archive is compiled again, with the third-party crates that `make wheel` compiled.
+# Compiles the source archive too, reusing the third-party crates that `make wheel` compiled.
 smoke: export CARGO_TARGET_DIR ?= $(abspath target)
 smoke: wheel
 	.ci/smoke dist $(abspath $(BIN)/python)
 	.ci/smoke --source dist $(abspath $(BIN)/python)
 
-# zig links for other systems; the Windows wheel needs mingw: apt install gcc-mingw-w64-x86-64.
+# zig links for other systems. The Windows wheel needs mingw: apt install gcc-mingw-w64-x86-64.
 ZIG := --zig --compatibility
-# maturin looks for the package ziglang by the Python on the path.
+# maturin finds the package ziglang through the Python on PATH.
 wheels: export PATH := $(abspath $(BIN)):$(PATH)
 wheels: $(DONE)/cross
 	rm -rf dist
@@ -140,7 +140,7 @@ clean:
 	rm -rf $(VENV) target dist docs/_build docs/_generated docs/reference/api demo python/raycam/*.so
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
-# What is installed, each behind a stamp so that it happens once.
+# Installations. Each leaves a stamp file, so that it runs only once.
 
 $(DONE)/toolchain.mk: .ci/prerequisites Cargo.toml
 	@PYTHON=$(PYTHON) .ci/prerequisites $(VENV)
@@ -167,13 +167,13 @@ $(DONE)/documentation: $(DONE)/builder
 	$(BIN)/python -m pip install -q --group docs
 	@touch $@
 
-# The extension of the profile that the tests have: one compilation serves both.
+# The extension, built with the profile of the Rust tests so that both share one compilation.
 $(DONE)/build: $(DONE)/builder $(RUST_SOURCES)
 	rm -f python/raycam/_core*.so $(DONE)/release
 	$(BIN)/maturin develop -q --locked
 	@touch $@
 
-# The extension as in a wheel, with optimisation across crates: what is measured.
+# The extension as in a wheel, optimised across crates, for measurements.
 $(DONE)/release: $(DONE)/builder $(RUST_SOURCES)
 	rm -f python/raycam/_core*.so $(DONE)/build
 	$(BIN)/maturin develop -q --release --locked

@@ -1,5 +1,5 @@
-"""The corpora that fuzzing starts from: fuzz/corpus/TARGET/, out of the files that the tests use and of those that
-examples/seeds.rs has raycam write."""
+"""Writes the corpora for fuzzing to fuzz/corpus/TARGET/, from the files of the tests and from those that
+examples/seeds.rs writes with raycam."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MAX_SEED_BYTES = 1 << 16
 
 
 def add(target: str, data: bytes) -> None:
-    """One seed, named after its content."""
+    """Writes one seed, named after its content."""
     folder = FUZZ / "corpus" / target
     folder.mkdir(parents=True, exist_ok=True)
     if len(data) <= MAX_SEED_BYTES:
@@ -22,7 +22,7 @@ def add(target: str, data: bytes) -> None:
 
 
 def records(path: Path, lengths: Callable[[list[str]], tuple[int, int]]) -> list[tuple[list[str], bytes]]:
-    """The files in a file of cases: a line of words, the bytes it measures, and the expected bytes to skip."""
+    """Reads a file of cases: a line of words, the bytes whose size it gives, and expected bytes, which are skipped."""
     data = path.read_bytes()
     found = []
     while data:
@@ -35,18 +35,18 @@ def records(path: Path, lengths: Callable[[list[str]], tuple[int, int]]) -> list
 
 
 def image_lengths(words: list[str]) -> tuple[int, int]:
-    """The file's bytes, and those of a picture of so many texels of a kind after it."""
+    """Returns the bytes of the file and of the texels that follow it."""
     _name, columns, rows, kind, length = words
     return int(length), 4 * int(columns) * int(rows) * {"u8": 1, "u16": 2, "f32": 4}[kind]
 
 
 def meshopt_lengths(words: list[str]) -> tuple[int, int]:
-    """The file's bytes, and those of a view of count times stride bytes after it."""
+    """Returns the bytes of the file and of the count times stride bytes that follow it."""
     return int(words[5]), int(words[3]) * int(words[4])
 
 
 def draco_lengths(words: list[str]) -> tuple[int, int]:
-    """The file's bytes, and those of triangles and the attributes of every point after it."""
+    """Returns the bytes of the file and of the triangles and point attributes that follow it."""
     sizes = {"F32": 4, "U16": 2, "U8": 1, "I8": 1}
     attributes = [word.split(",") for word in words[4:]]
     bytes_per_point = sum(sizes[kind] * int(components) for _id, kind, components in attributes)

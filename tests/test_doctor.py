@@ -22,7 +22,7 @@ def test_doctor_reports_versions_and_runs_a_self_test() -> None:
         "threads",
     ):
         assert part in text
-    assert "6912 pixels as the reference has them" in text
+    assert "6912 pixels equal the reference" in text
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-//! The corpora of the readers whose files raycam writes, or builds out of text: fuzz/corpus/TARGET/.
+//! Writes the corpora for readers of files that raycam can write or build from text, to fuzz/corpus/TARGET/.
 
 use std::fs;
 use std::path::Path;
@@ -77,7 +77,7 @@ const GLTF: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nod
 "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "color": [1, 1, 1], "intensity": 3, "range": 4,
 "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}]}, "KHR_materials_variants": {"variants": [{"name": "a"}]}}}"#;
 
-/// One seed.
+/// Writes one seed.
 fn add(target: &str, name: &str, bytes: &[u8]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("corpus")
@@ -86,7 +86,7 @@ fn add(target: &str, name: &str, bytes: &[u8]) {
     fs::write(folder.join(name), bytes).expect("room for a seed");
 }
 
-/// A camera that every format can hold.
+/// A camera that every format can express.
 fn record() -> CameraRecord {
     let mut record = CameraRecord::new("7", PixelCenter::Integer);
     let k = [
@@ -103,7 +103,7 @@ fn record() -> CameraRecord {
     record
 }
 
-/// The container of the document without the members of one line, so that some seeds are whole worlds.
+/// The document without its single-line members, so that some seeds are complete worlds.
 fn documents() -> Vec<String> {
     let bare = GLTF.replace(
         "\"images\": [{\"bufferView\": 0, \"mimeType\": \"image/png\"}],\n",
@@ -122,7 +122,7 @@ fn pick(format: &str) -> u8 {
     place.expect("a format") as u8
 }
 
-/// Files of formats that are read and not written.
+/// Files in formats that raycam reads but does not write.
 const READ: [(&str, &str); 9] = [
     ("bundler", "# Bundle file v0.3\n1 0\n500 -0.1 0.02\n1 0 0\n0 1 0\n0 0 1\n1 2 3\n"),
     ("middlebury", "cam0=[500 0 32; 0 500 24; 0 0 1]\ncam1=[500 0 33; 0 500 24; 0 0 1]\ndoffs=1\nbaseline=193\n\

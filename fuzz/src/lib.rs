@@ -1,4 +1,4 @@
-//! Bodies of the fuzz targets: nothing may panic, hang or take more memory than its budget.
+//! Bodies of the fuzz targets. No reader may panic, hang or exceed its memory budget.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use raycam_formats::codec::{draco, meshopt};
 use raycam_formats::{Budget, ColorUse, AssetRoot, decode_image, decode_model, world_file};
 use raycam_scene::{AssetLoader, PixelCenter, World};
 
-/// Between the files of an input that is more than one.
+/// Separates the files of an input that contains several.
 pub const BETWEEN: &[u8] = b"\n\0\n";
 
-/// Folder of the files that a reader opens by itself, one for each process: in memory where the system has such a folder,
-/// since the disk would bound the speed.
+/// Folder for files that a reader opens by itself, one for each process. It is in memory if the system has such a
+/// folder, because the disk would limit the speed.
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     let memory = Path::new("/dev/shm");
     let place = if memory.is_dir() {
@@ -26,7 +26,7 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     folder
 });
 
-/// Writes the files of an input under these names; where it has fewer, the others are not there.
+/// Writes the files of an input under these names. If the input has fewer, the remaining files do not exist.
 fn write_files(names: &[&str], bytes: &[u8]) {
     let mut rest = Some(bytes);
     for name in names {
@@ -41,7 +41,7 @@ fn write_files(names: &[&str], bytes: &[u8]) {
     }
 }
 
-/// Small, so that what a file may ask for is reached often and a case takes microseconds.
+/// The limits are small, so that cases often reach them and take only microseconds.
 fn budget() -> Budget {
     Budget {
         bytes: 1 << 20,
@@ -52,7 +52,7 @@ fn budget() -> Budget {
     }
 }
 
-/// A mesh file, whose kind the extension of `name` says. Nothing is there for it to name.
+/// Reads a mesh file; the extension of `name` selects its format. Files that it names do not exist.
 pub fn model(name: &str, bytes: &[u8]) {
     let path = Path::new("/nonexistent").join(name);
     if let Ok(model) = decode_model(bytes.to_vec(), &path, &budget()) {
@@ -62,7 +62,7 @@ pub fn model(name: &str, bytes: &[u8]) {
     }
 }
 
-/// An image whose first bytes are `magic`; its length says what it is for, which decides only how its numbers are read.
+/// Reads an image whose first bytes are `magic`. Its length selects its use, which only affects how numbers are read.
 pub fn image(magic: &[u8], bytes: &[u8]) {
     let file = [magic, bytes.strip_prefix(magic).unwrap_or(bytes)].concat();
     let color_use = match file.len() % 2 {
@@ -70,7 +70,7 @@ pub fn image(magic: &[u8], bytes: &[u8]) {
         _ => ColorUse::Data,
     };
     let path = Path::new("image");
-    // Fewer pixels than a mesh's textures may have: what a decoder does with so many more of the same finds nothing.
+    // Fewer pixels than the textures of a mesh may have: more pixels of the same kind would find no further faults.
     let mut budget = Budget {
         pixels: 1 << 9,
         ..budget()
@@ -81,7 +81,7 @@ pub fn image(magic: &[u8], bytes: &[u8]) {
     }
 }
 
-/// A world file; nothing is there for it to name.
+/// Reads a world file. Files that it names do not exist.
 pub fn world(bytes: &[u8]) {
     if let Ok(text) = std::str::from_utf8(bytes) {
         let folder = Path::new("/nonexistent");
@@ -89,7 +89,7 @@ pub fn world(bytes: &[u8]) {
     }
 }
 
-/// A stream of Draco.
+/// Reads a Draco stream.
 pub fn draco(bytes: &[u8]) {
     if let Ok(mesh) = draco::decode(bytes, Path::new("mesh"), &mut budget()) {
         let corners = mesh.triangles.as_flattened();
@@ -97,7 +97,7 @@ pub fn draco(bytes: &[u8]) {
     }
 }
 
-/// A stream of meshoptimizer, whose shape its first four bytes tell.
+/// Reads a meshoptimizer stream, whose layout is given by its first four bytes.
 pub fn meshopt(bytes: &[u8]) {
     let Some(([kind, stride, low, high], bytes)) = bytes.split_first_chunk() else {
         return;
@@ -124,7 +124,7 @@ pub fn meshopt(bytes: &[u8]) {
     }
 }
 
-/// A document of glTF and its binary chunk, whatever their lengths: what is inside the container of GLB.
+/// Reads a glTF document and its binary chunk of any lengths, as found inside a GLB container.
 pub fn gltf(bytes: &[u8]) {
     let end = bytes.windows(BETWEEN.len()).position(|w| w == BETWEEN);
     let (json, binary) = match end {
@@ -134,7 +134,7 @@ pub fn gltf(bytes: &[u8]) {
     model("a.glb", &container(json, binary));
 }
 
-/// A GLB of a document and a binary chunk.
+/// Builds a GLB file from a document and a binary chunk.
 pub fn container(json: &[u8], binary: &[u8]) -> Vec<u8> {
     let mut chunks = Vec::new();
     for (kind, bytes, pad) in [(b"JSON", json, b' '), (b"BIN\0", binary, 0)] {
@@ -149,7 +149,7 @@ pub fn container(json: &[u8], binary: &[u8]) -> Vec<u8> {
     [head, chunks].concat()
 }
 
-/// A library of materials, under an OBJ file that uses three of it.
+/// Reads a material library through an OBJ file that uses three of its materials.
 pub fn materials(bytes: &[u8]) {
     write_files(&["a.mtl"], bytes);
     let obj = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1 2 3\n\
@@ -161,7 +161,7 @@ pub fn materials(bytes: &[u8]) {
     }
 }
 
-/// A luminaire's profile.
+/// Reads a light profile.
 pub fn profile(bytes: &[u8]) {
     write_files(&["a.ies"], bytes);
     if let Ok(profile) = AssetRoot::new(&FOLDER, &budget()).profile("a.ies") {
@@ -169,7 +169,7 @@ pub fn profile(bytes: &[u8]) {
     }
 }
 
-/// A world as bytes, after the line that says so.
+/// Reads a packed world, after its header line.
 pub fn bundle(bytes: &[u8]) {
     static LINE: LazyLock<Vec<u8>> = LazyLock::new(|| {
         let empty = raycam_formats::bundle::write(&World::default()).expect("an empty world");
@@ -183,7 +183,7 @@ pub fn bundle(bytes: &[u8]) {
     let _ = raycam_formats::bundle::read(&file, Path::new("world"), budget());
 }
 
-/// Cameras in a format of calibrations; for COLMAP the files of its folder.
+/// Reads cameras in a calibration format; for COLMAP, the files of its folder.
 pub fn cameras(format: &str, bytes: &[u8]) {
     let mut intrinsics = CameraRecord::new("known", PixelCenter::Integer);
     intrinsics.k = Some(glam::DMat3::from_diagonal(glam::DVec3::new(
@@ -224,7 +224,7 @@ pub fn cameras(format: &str, bytes: &[u8]) {
     }
 }
 
-/// Cameras in a file of any format, found by its contents: text, XML, JSON, NumPy's arrays, packed files.
+/// Reads cameras from a file whose format is detected from its contents: text, XML, JSON, NumPy arrays, packed files.
 pub fn any_cameras(bytes: &[u8]) {
     let known = ReadHints {
         size: Some([64, 48]),
@@ -241,8 +241,8 @@ pub fn any_cameras(bytes: &[u8]) {
     }
 }
 
-/// Cameras in the format that the first byte picks, of all that there are: readers without a mark of their own are reached
-/// as often as the others.
+/// Reads cameras in the format selected by the first byte, so that readers without a recognisable header are tested as
+/// often as the others.
 pub fn named_cameras(bytes: &[u8]) {
     let Some((pick, bytes)) = bytes.split_first() else {
         return;

@@ -15,6 +15,7 @@ __all__ = [
     "Progressive",
     "Record",
     "Rig",
+    "SharedFiles",
     "World",
     "__version__",
     "available_threads",
@@ -210,9 +211,17 @@ def world_visible(
 def world_winding_number(
     world: World, points: _Floats, objects: npt.NDArray[np.bool_] | None, threads: int | None
 ) -> _Floats: ...
-def world_add_light(world: World, description: dict[str, Any], within: str | PathLike[str] | None) -> int: ...
+def world_add_light(
+    world: World,
+    description: dict[str, Any],
+    within: str | PathLike[str] | None,
+    shared: SharedFiles | None = None,
+) -> int: ...
 def world_add_object(
-    world: World, description: dict[str, Any], within: str | PathLike[str] | None
+    world: World,
+    description: dict[str, Any],
+    within: str | PathLike[str] | None,
+    shared: SharedFiles | None = None,
 ) -> int: ...
 def world_add_polygons(
     world: World, description: dict[str, Any], polygons: dict[str, Any], folder: str | PathLike[str]
@@ -228,7 +237,10 @@ def world_add_sensor(world: World, name: str, kind: str, settings: str) -> None:
 def world_lidar_surfaces(world: World) -> list[tuple[int, float | None, float | None]]: ...
 def world_from_bytes(bytes: bytes, texture_memory: int | None, folder: str) -> World: ...
 def world_from_dict(
-    description: dict[str, Any], folder: str | PathLike[str], texture_memory: int | None
+    description: dict[str, Any],
+    folder: str | PathLike[str],
+    texture_memory: int | None,
+    shared: SharedFiles | None = None,
 ) -> World: ...
 def world_from_gltf(bytes: bytes, name: str | PathLike[str], up: str, notices: Sequence[Notice]) -> World: ...
 def world_remove_camera(world: World, name: str) -> None: ...
@@ -362,6 +374,11 @@ class Progressive:
     def add_for(self, seconds: float, cancel: Cancel | None) -> int: ...
     def samples(self, region: Sequence[int] | None) -> int: ...
     def develop(self) -> _Parts: ...
+
+@final
+class SharedFiles:
+    def __new__(cls) -> SharedFiles: ...
+    def __len__(self) -> int: ...
 
 @final
 class World:

@@ -291,7 +291,7 @@ def word(name: str, value: object, *, error: type[Error] = SettingsError) -> str
     """Returns `value`; raises `error` with the name unless it is a str."""
     if isinstance(value, str):
         return value
-    raise error(f"{name} must be a text, not {value!r}", code="wrong_type")
+    raise error(f"{name} must be a string, not {value!r}", code="wrong_type")
 
 
 def one_of(name: str, given: object, valid: Sequence[str], *, error: type[Error] = SettingsError) -> str:

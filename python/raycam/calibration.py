@@ -46,7 +46,7 @@ class Cameras(Mapping[str, Camera]):
             names = [record.name for record in records]
             twice = next(name for name in names if names.count(name) > 1)
             raise FormatError(
-                f"two cameras are called {twice!r}; expected names of their own", code="duplicate_name"
+                f"two cameras have the name {twice!r}; camera names must be unique", code="duplicate_name"
             )
         self._up = up
         self._made: dict[str, Camera] = {}
@@ -74,7 +74,8 @@ class Cameras(Mapping[str, Camera]):
         if abs(new_width * height / (width * new_height) - 1.0) > 0.01:
             raise CameraError(
                 f"{self._path}: camera {name!r} has {width} x {height} pixels, and size {new_width} x {new_height} "
-                "would stretch its picture: give a size of the same aspect, or none and cropped()",
+                "has another aspect ratio; pass a size with the camera's aspect ratio, or crop the camera with "
+                "cropped()",
                 code="conflicting_values",
             )
         return camera.resized(self._size)
@@ -154,8 +155,9 @@ def load_cameras(
     """Reads the cameras of a calibration or trajectory file; returns them by name.
 
     * "opencv": FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also compressed (`.yml.gz`); K and lens may have the keys
-      that users commonly choose (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera); sensor files of EuRoC,
-      Kimera
+      that users commonly choose (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera, or keys with the cameras'
+      names, as `K_event` and `dist_event`), poses may be maps of a quaternion and a translation, and R and T may be in
+      `extrinsics.json` next to `intrinsics.json`; sensor files of EuRoC, Kimera
     * "ros": CameraInfo of `camera_info_manager` or a message; a folder with left.yaml and right.yaml
     * "kalibr": camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
     * "orb-slam": settings of ORB-SLAM2 and 3, one camera or a pair
@@ -183,8 +185,8 @@ def load_cameras(
       sets
     * "nuscenes", "argoverse", "waymo": cameras of vehicles, from JSON tables (for Argoverse 2 also CSV)
     * "replicator": camera_params of NVIDIA Replicator, one or a folder of them
-    * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`. If a
-      header names the columns, the names decide the order
+    * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`, also with
+      the lens of DROID-SLAM (fx fy cx cy k1 k2 p1 p2). If a header names the columns, the names decide the order
     * "realsense", "coco": intrinsics printed by librealsense; the `images` of data sets that raycam writes
 
     Without `format`, the format is detected from the file's contents, then from its name; for a folder, from the

@@ -29,12 +29,12 @@ def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
     world = folder / "spot.toml"
     if not world.exists():
         atomic_files.write(world, assets.joinpath("spot.toml").read_bytes())
-    print(f"{world}: the world, to be changed and rendered again\n")
+    print(f"{world}: the world file, which you can change and render again\n")
 
     for command in commands(folder):
         print(f"$ {command}", flush=True)
         if run(shlex.split(command)[1:]) != 0:
-            raise Error(f"this command failed: {command}", code="failed_command")
+            raise Error(f"the command failed: {command}", code="failed_command")
         print()
 
 

@@ -66,7 +66,7 @@ EXTRAS = {
     "hdf5": "data sets in the format hdf5",
     "selfcheck": "raycam selfcheck",
     "cluster": "--cluster",
-    "bench": "Embree beside raycam in raycam bench",
+    "bench": "comparison with Embree in raycam bench",
 }
 
 
@@ -77,7 +77,7 @@ def wheel() -> str:
         about = installed.read_text("WHEEL") or ""
         source = json.loads(installed.read_text("direct_url.json") or "{}")
     except (metadata.PackageNotFoundError, ValueError):
-        return "none: the package runs from its source"
+        return "none; raycam runs from its source folder"
     tags = [line.partition(":")[2].strip() for line in about.splitlines() if line.startswith("Tag:")]
     editable = source.get("dir_info", {}).get("editable", False)
     return f"{', '.join(tags) or 'of unknown tags'}{' (editable, built from source)' if editable else ''}"
@@ -143,4 +143,4 @@ def _self_test() -> str:
             f"the self-test failed: depth differs by {error:.1e} (relative), colour by {same:.1e}",
             code="failed_selftest",
         )
-    return f"{differ.size} pixels as the reference has them, {int(hit.sum())} of them hit"
+    return f"{differ.size} pixels equal the reference, {int(hit.sum())} of them with a hit"

@@ -166,7 +166,7 @@ def test_keypoints_of_a_moving_object_with_a_rolling_shutter(direction: Readout,
     assert np.nanmax(np.abs(standing.pixels - found.pixels)) > 0.1
 
 
-def test_keypoints_of_a_deforming_mesh_with_a_rolling_shutter(tmp_path: Path) -> None:
+def test_keypoints_of_a_deforming_mesh_follow_a_rolling_shutter(tmp_path: Path) -> None:
     world = bending_plate(tmp_path).at(0.5)
     camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
     rolling = camera.exposing(0.01, readout=0.3)

@@ -52,7 +52,7 @@ def broken_tree(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_boundary_rule_holds(rule: Callable[[Path], list[str]]) -> None:
+def test_source_obeys_the_boundary_rule(rule: Callable[[Path], list[str]]) -> None:
     assert rule(ROOT) == []
 
 

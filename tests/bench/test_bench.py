@@ -89,7 +89,7 @@ def test_bench_command_prints_a_table_and_json(capsys: pytest.CaptureFixture[str
     words = shlex.split("bench hair --triangles 2000 --size 32x24 --repeat 1 --threads 1 --seed 7")
     assert main(words) == 0
     table = capsys.readouterr().out
-    for part in (raycam.__version__, "hair", "primary", "bounce", "Embree", "single rays from one thread"):
+    for part in (raycam.__version__, "hair", "primary", "bounce", "Embree", "single rays in one thread"):
         assert part in table
     assert main([*words, "--json"]) == 0
     read = json.loads(capsys.readouterr().out)

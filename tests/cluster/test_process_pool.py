@@ -83,7 +83,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
 @pytest.mark.parametrize(
     ("deed", "error"),
     [
-        ("os.kill(os.getpid(), 11)", r"3 workers died of it, the last: WorkerDied: a worker ended with signal SIGSEGV"),
+        ("os.kill(os.getpid(), 11)", "3 workers ended while rendering it; last error: WorkerDied: a worker ended"),
         ("print('last words', file=sys.stderr); os._exit(7)", r"a worker ended with exit status 7"),
         ("raise ZeroDivisionError('odd')", r"FrameError: ZeroDivisionError: odd"),
     ],

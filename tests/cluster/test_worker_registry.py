@@ -105,7 +105,7 @@ def test_unusable_workers_get_no_frames_and_a_notice(tmp_path: Path, engine: Eng
     job = Job(tmp_path, package())
     with raises(JobError, code="workers_lost", mentions=["'raycam'"]) as fault:
         job.run(pool)
-    for text in ("No module named 'raycam'", "made by raycam 0.1.0, this is 99.0"):
+    for text in ("No module named 'raycam'", "created by raycam 0.1.0, but 99.0"):
         assert text in str(fault.value)
         assert [notice for notice in pool.notices if text in str(notice)]
     assert (job.status().finished, job.status().failed) == (0, {})

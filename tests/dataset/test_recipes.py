@@ -179,7 +179,7 @@ def test_dataset_command_writes_randomised_worlds_as_a_job(tmp_path: Path, capsy
     index = folder / "annotations" / "instances.json"
     index.write_bytes(index.read_bytes().replace(b"corner", b"korner"))
     assert raycam.cli.main(["verify", str(folder)]) == 1
-    assert f"{index}: it was made with" in capsys.readouterr().out
+    assert f"{index}: the result was created with" in capsys.readouterr().out
     assert raycam.cli.main(words) == 0
     assert raycam.cli.main(["verify", str(folder)]) == 0
     capsys.readouterr()

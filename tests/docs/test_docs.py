@@ -20,8 +20,10 @@ from pathlib import Path
 
 import pytest
 import raycam
+from PIL import Image
 from raycam import cli
 from support.raises import raises
+from support.subject_share import MIN_SHARE, SavedPictures, border_share, subject_share
 
 ROOT = Path(__file__).resolve().parents[2]
 MADE = {"_build", "_generated", "lab-notes", "reference"}
@@ -35,6 +37,8 @@ PAGES = [
 ]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 # This page's images are written by `raycam demo`, which test_demo.py runs at full size.
+MIN_SHARES = {"composite": 0.02}
+"""The least share of pictures of small things, by name."""
 SAMPLES = re.compile(r"\bsamples=\d+")
 SLOW = ("raycam demo",)
 
@@ -105,6 +109,7 @@ def test_every_code_block_of_a_page_runs(
     if all(language != "console" for language, _, _ in blocks(page)):
         world = re.sub(r"^seconds = .*", "seconds = 0.1", world, flags=re.M)
     Path("spot.toml").write_text(world, encoding="utf-8")
+    saved = SavedPictures(monkeypatch)
     names: dict[str, object] = {}
     for language, text, line in blocks(page):
         if language == "python":
@@ -117,6 +122,46 @@ def test_every_code_block_of_a_page_runs(
             type_commands(text, page)
         elif language == "console":
             compare_answers(text, page, capsys)
+    check_subjects(page, saved)
+
+
+def check_subjects(page: str, saved: SavedPictures) -> None:
+    """Asserts that the pictures that the page shows and its blocks have made show their subject."""
+    shown = re.findall(
+        r"!\[[^]]*\]\((?:\.\./|docs/)?images/[\w-]+/([\w-]+)\.jpg\)", (ROOT / page).read_text("utf-8")
+    )
+    for name in shown:
+        file = Path(f"{name}.png")
+        if not file.is_file():
+            continue  # made by another page
+        least = MIN_SHARES.get(name, MIN_SHARE)
+        share = saved.shares.get(file.name)
+        if share is not None:
+            assert share >= least, f"{page}: {share:.1%} of {file} shows an object other than the ground"
+        else:
+            share = border_share(file)
+            assert share >= least, f"{page}: {share:.1%} of {file} differs from its border"
+
+
+@pytest.mark.parametrize(
+    "picture", sorted((ROOT / "docs" / "images").rglob("*.jpg")), ids=lambda path: path.stem
+)
+def test_kept_picture_shows_more_than_its_border(picture: Path) -> None:
+    share = border_share(picture)
+    assert share >= MIN_SHARES.get(picture.stem, MIN_SHARE), (
+        f"{share:.1%} of {picture.name} differs from its border"
+    )
+
+
+def test_empty_picture_is_noticed(tmp_path: Path) -> None:
+    """The fault that this checks: a ground so large that cameras which show all of it show nothing of the model."""
+    world = raycam.data.spot()
+    far = raycam.Camera.look_at([0, -400, 60], [0, 0, 0], size=(64, 48), fov=30)
+    assert (
+        subject_share(world, far) < MIN_SHARE < subject_share(world, world.view_from("front", size=(64, 48)))
+    )
+    Image.new("RGB", (64, 48), "gray").save(tmp_path / "empty.png")
+    assert border_share(tmp_path / "empty.png") == 0.0
 
 
 def test_how_to_pages_show_an_image_or_output() -> None:

@@ -8,6 +8,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+from support.subject_share import MIN_SHARE, SavedPictures
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOKS = sorted((ROOT / "python" / "raycam" / "lecture" / "notebooks").glob("*.ipynb"))
@@ -53,6 +54,7 @@ def test_exercises_have_no_solutions_and_solutions_are_correct() -> None:
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_every_notebook_cell_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    pictures = SavedPictures(monkeypatch)
     names: dict[str, object] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # notices are printed below a cell and do not stop it
@@ -62,5 +64,9 @@ def test_every_notebook_cell_runs(path: Path, tmp_path: Path, monkeypatch: pytes
             exec(compile(tree, f"{path.name}[{number}]", "exec"), names)
             if last is not None:
                 shown = eval(compile(ast.Expression(last.value), f"{path.name}[{number}]", "eval"), names)
+                share = pictures.share_of(shown)
+                assert share is None or share >= MIN_SHARE, (
+                    f"{path.name}[{number}]: {share:.1%} of the picture"
+                )
                 if hasattr(shown, "_repr_html_"):
                     assert shown._repr_html_()

@@ -120,7 +120,7 @@ def test_uniform_sky_contributes_its_radiance_times_the_albedo() -> None:
     assert "sees the sky" in str(missed.lighting())
 
 
-def test_emissive_object_is_emission_on_itself_and_a_light_on_others() -> None:
+def test_emissive_object_emits_light_and_lights_other_objects() -> None:
     world = made_world([], emission=[2, 1, 0.5])
     shines = raycam.explain(world, camera(), (24, 12)).lighting()
     assert np.allclose(shines.emission, [2, 1, 0.5])

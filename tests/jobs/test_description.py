@@ -32,9 +32,9 @@ def room(**changed: Any) -> raycam.World:
 
 
 CHANGES: dict[str, tuple[dict[str, Any], str]] = {
-    "nothing that is told": ({"specular": 0.5}, "a material, a texture or what moves is another"),
-    "a color": ({"color": "#c83c29"}, "object.box: its color is another"),
-    "a shape": ({"size": 1.5}, "object.box: its mesh is another"),
+    "a material": ({"specular": 0.5}, "a material, a texture or a motion differs"),
+    "a color": ({"color": "#c83c29"}, "object.box: the color differs"),
+    "a shape": ({"size": 1.5}, "object.box: the mesh differs"),
     "a place": ({"location": [0, 0, 1]}, "object.box.matrix was [[1.0, 0.0, 0.0, 0.0], [0.0, "),
     "a name": ({"name": "crate"}, 'object.box was {"category": null,'),
     "a light": ({"sun": [3, 3, 4]}, "light.0.irradiance was [3.0, 3.0, 3.0], is [3.0, 3.0, 4.0]"),
@@ -54,7 +54,7 @@ def test_difference_between_worlds_is_described(change: str, tmp_path: Path) -> 
     described = {"job": before.id, **before.describe()}
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert words in told
-    (tmp_path / "package").write_bytes(b"")  # then only the hashes differ
+    (tmp_path / "package").write_bytes(b"")  # without the package, only hashes can be compared
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert 'world was "' in told
     assert words not in told

@@ -175,7 +175,7 @@ def test_damaged_journal_line_is_reported_and_its_frame_rendered_again(
         job = Job(folder)
         assert job.status().finished == COUNT - 1
         (told,) = job.status().damaged
-        assert told.startswith(f"{book}: the line at byte {len(lines[0])} was damaged")
+        assert told.startswith(f"{book}: the line at byte {len(lines[0])} is damaged")
         assert list(job.verify().values()) == [told]
     with hold_lock(book.with_name("lock-2-of-2"), folder):  # another process is writing this file
         Job(folder, package()).run(Pool(), frames=[])
@@ -201,7 +201,7 @@ def test_assembled_files_are_verified(tmp_path: Path, whole: dict[str, bytes]) -
     film.unlink()
     wrong = Job(tmp_path / "a").verify()
     assert list(wrong) == ["lists/index.json", "../a.mp4"]
-    assert wrong["lists/index.json"].startswith(f"{index}: it was made with 5 bytes")
+    assert wrong["lists/index.json"].startswith(f"{index}: the result was created with 5 bytes")
     assert wrong["../a.mp4"].startswith(f"{film}: ")
     assert index.with_name("index.json.damaged").read_bytes() == b"whale"
     for path in (index, film):

@@ -7,6 +7,7 @@ import pytest
 import raycam
 from raycam.lidar import device_names
 from raycam.lidar.pattern import MAX_PULSES
+from support.raises import raises
 
 
 @pytest.mark.parametrize("name", device_names())
@@ -32,7 +33,7 @@ def test_golden_pattern_covers_the_field_of_view_evenly() -> None:
 
 def test_frame_with_too_many_pulses_is_refused_before_allocation() -> None:
     lidar = raycam.Lidar("livox-mid40", rate=1e-4, force_rate=True)
-    with pytest.raises(MemoryError, match=r"1000000000 pulses.* GiB"):
+    with raises(MemoryError, mentions=["1000000000", "GiB"]):
         lidar.pattern()
     assert MAX_PULSES < 10**9
 

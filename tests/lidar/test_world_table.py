@@ -84,7 +84,7 @@ def test_calibration_is_read_from_the_folder_of_the_world(load: Any, tmp_path: P
     rows = ["time,azimuth,elevation", *(f"{0.01 * i},{i - 2},0" for i in range(5))]
     (tmp_path / "unit.csv").write_text("\n".join(rows), encoding="utf-8")
     world = load('[[lidar]]\ncalibration = "unit.csv"\nnoise = false\n')
-    world = raycam.World.from_bytes(world.to_bytes())  # which contains the calibration
+    world = raycam.World.from_bytes(world.to_bytes())  # the bytes contain the calibration
     (tmp_path / "unit.csv").unlink()
     angles = np.radians(np.arange(5) - 2)
     np.testing.assert_allclose(raycam.scan(world, "lidar")["distance"], 10 / np.cos(angles), atol=1e-9)

@@ -55,8 +55,8 @@ def name_layer(made: Any, arc: str, asset: str) -> None:
         *((arc, "./gone.usda", "no such file") for arc in ARCS),
         ("sublayer", "look.mtlx", "cannot read .mtlx files"),
         ("reference", "look.mtlx", "cannot read .mtlx files"),
-        ("payload", "https://example.org/a.usda", "nothing from a network"),
-        ("sublayer", "https://example.org/a.usda", "nothing from a network"),
+        ("payload", "https://example.org/a.usda", "does not read from networks"),
+        ("sublayer", "https://example.org/a.usda", "does not read from networks"),
         ("reference", "./empty.usda", "the file is empty"),
         ("payload", "./pointer.usda", "git lfs pull"),
         ("sublayer", "./broken.usda", "broken.usda:2"),
@@ -270,7 +270,9 @@ def test_usd_file_is_added_as_objects_of_a_world(tmp_path: Path) -> None:
     assert (thing.name, thing.category) == ("a", "model")
     np.testing.assert_allclose(corners(world), corners(alone), atol=1e-6)
     np.testing.assert_allclose(world.triangle_colors(), alone.triangle_colors(), atol=1e-6)
-    assert any("no lights and cameras" in str(notice) and "1 " in str(notice) for notice in world.notices)
+    assert any(
+        "lights and cameras are ignored" in str(notice) and "1 " in str(notice) for notice in world.notices
+    )
     # In a world with another up axis it is turned upright: y becomes z.
     turned = raycam.World("z", folder=tmp_path)
     turned.add_object(mesh="a.usda", name="x", location=[1, 0, 0])

@@ -193,7 +193,7 @@ def test_job_commands_report_and_finish_shards(
     Path("frames/frame_0003.png").write_bytes(b"x" * Path("frames/frame_0003.png").stat().st_size)
     assert run("verify frames") == 1
     told = capsys.readouterr()
-    assert told.out.startswith("frames/frame_0003.png: it was made with")
+    assert told.out.startswith("frames/frame_0003.png: the result was created with")
     assert "frames: 1 files are damaged or missing" in told.err
     whole = results(here / "frames")
     assert run(video) == 0
@@ -203,7 +203,7 @@ def test_job_commands_report_and_finish_shards(
     assert run("status frames") == 0
     out = capsys.readouterr().out
     assert "frames    7 of 8 finished" in out
-    assert f"damaged   1\n  {book}: the line at byte 0 was damaged" in out
+    assert f"damaged   1\n  {book}: the line at byte 0 is damaged" in out
     assert run("verify frames") == 1
     assert "line at byte 0 was damaged" in capsys.readouterr().out
     assert run(video) == 0
@@ -232,7 +232,7 @@ def test_job_commands_report_and_finish_shards(
     Path("b.gif").write_bytes(Path("b.gif").read_bytes()[:-1])
     capsys.readouterr()
     assert run("verify b.gif") == 1
-    assert capsys.readouterr().out.startswith("b.gif: it was made with")
+    assert capsys.readouterr().out.startswith("b.gif: the result was created with")
     Job(here / "a.gif.job").remove()
     assert run("verify a.gif") == 1
     assert "a.gif: the file is complete" in capsys.readouterr().err

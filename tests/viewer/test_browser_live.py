@@ -356,7 +356,7 @@ def test_stop_button_cancels_the_video(tab: Tab, live: Server, tmp_path: Path) -
     assert text_of(tab, "film-stop").startswith("Stop the video: ")
     assert tab.evaluate("document.getElementById('film-time').disabled")
     tab.evaluate("document.getElementById('film-stop').click()")
-    tab.wait("document.getElementById('message').textContent === 'The film was stopped.'")
+    tab.wait("document.getElementById('message').textContent === 'The video was stopped.'")
     tab.wait("document.getElementById('film-stop').hidden && !document.getElementById('film').disabled")
     assert [each.name for each in tmp_path.iterdir()] == ["w.toml"]
 

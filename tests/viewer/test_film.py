@@ -64,7 +64,7 @@ def test_stopped_video_sends_a_notice(small_world: raycam.World) -> None:
     assert [each["type"] for each in heard] == ["filming", "filming", "notice"]
     assert heard[0]["total"] == 480
     assert heard[1]["total"] == 0
-    assert heard[2]["text"] == "The film was stopped."
+    assert heard[2]["text"] == "The video was stopped."
 
 
 def moving_world(folder: Path) -> raycam.World:

@@ -148,7 +148,7 @@ def test_exr_data_windows_are_read_as_regions(tmp_path: Path) -> None:
     assert (inside.size, inside.region, inside.notices) == ((20, 20), (2, 3, 5, 3), [])
     beyond = written([(-1, 0), (3, 2)], [(0, 0), (29, 39)])
     assert (beyond.size, beyond.region) == ((5, 3), (0, 0, 5, 3))
-    assert "leaves the display window" in str(beyond.notices[0])
+    assert "beyond the display window" in str(beyond.notices[0])
 
 
 def test_exr_files_of_another_kind_are_refused(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import raycam
+from support.raises import raises
 
 
 def sunlight(elevation: float, up: str) -> list[float]:
@@ -25,9 +26,9 @@ def test_suns_above_the_horizon_are_accepted(up: str, elevation: float) -> None:
 @pytest.mark.parametrize("elevation", [-0.5, -18.0, -90.0])
 def test_suns_below_the_horizon_are_refused(up: str, elevation: float) -> None:
     world = raycam.World(up=up)
-    with pytest.raises(raycam.WorldError, match=f"{-elevation:.1f} degrees below the horizon"):
+    with raises(raycam.WorldError, mentions=[f"{-elevation:.1f} degrees"]):
         world.add_light("daylight", direction=sunlight(elevation, up))
     assert len(world.lights) == 0
     world.add_light("daylight", direction=sunlight(30, up))
-    with pytest.raises(raycam.WorldError, match="below the horizon"):
+    with raises(raycam.WorldError, mentions=["daylight"]):
         world.set_light(0, type="daylight", direction=sunlight(elevation, up))

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import raycam
+from support.raises import raises, warns
 
 CAMERA = raycam.Camera.look_at([0, 0, 100], [0, 0, 0], size=(4, 4), fov=1.0, up=[0, 1, 0])
 VALUES = np.array([[0, 300], [32768, 65535]], dtype=np.uint16)
@@ -61,7 +62,7 @@ def test_uint16_data_are_linear_in_arrays_and_files(key: str, tmp_path: Path) ->
 
 
 def test_other_dtypes_are_refused() -> None:
-    with pytest.raises(raycam.WorldError, match="int32"):
+    with raises(raycam.WorldError, mentions=["int32"]):
         shown(np.zeros((2, 2, 3), dtype=np.int32))
 
 
@@ -73,11 +74,11 @@ def test_values_outside_0_to_1_are_clamped_with_a_notice(key: str, tmp_path: Pat
     path = tmp_path / "values.hdr"
     cv2.imwrite(str(path), np.maximum(values, 0))
     clamped = np.clip(values, 0, 1)
-    with pytest.warns(UserWarning, match="18 values"):
+    with warns(raycam.Notice, mentions=["18 values"]):
         found = shown(values) if key == "texture" else lit({key: values})
     expected = shown(clamped) if key == "texture" else lit({key: clamped})
     assert np.array_equal(found, expected)
-    with pytest.warns(UserWarning, match="12 values"):
+    with warns(raycam.Notice, mentions=["12 values"]):
         shown(path) if key == "texture" else lit({key: path})
 
 
@@ -90,5 +91,5 @@ def test_emission_may_exceed_1_but_not_fall_below_0() -> None:
 
     assert glow(values) > 7
     values[:2] = -1
-    with pytest.warns(UserWarning, match="24 values"):
+    with warns(raycam.Notice, mentions=["24 values"]):
         glow(values)

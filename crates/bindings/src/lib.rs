@@ -75,6 +75,8 @@ mod core {
     #[pymodule_export]
     use crate::world::settle::{world_overlaps, world_settle};
     #[pymodule_export]
+    use crate::world::shared_files::SharedFiles;
+    #[pymodule_export]
     use crate::world::state::World;
 
     #[pymodule_export]

@@ -17,7 +17,9 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    text.contains("\"cam_K\"")
+    // Under cam_K, other programs have a map of a matrix.
+    let list = |rest: &str| rest.trim_start().trim_start_matches(':').trim_start().starts_with('[');
+    text.split("\"cam_K\"").nth(1).is_some_and(list)
         || text.contains("\"cam_model\"")
         || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
 }

@@ -1,5 +1,6 @@
 //! Table of calibration formats, and reading and writing by it.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
@@ -12,6 +13,7 @@ use crate::datasets::{
     virtual_kitti,
 };
 use crate::devices::{aria, aria_mps, real_sense, zed};
+use crate::document::number_lines::looks_like;
 use crate::document::{unread, yaml, zip_members};
 use crate::files::about_cameras;
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
@@ -395,6 +397,14 @@ fn unknown_file(source: &InputFile) -> FormatError {
             format!("{name} files are not supported: {way} (supported: {known})"),
         );
     }
+    if looks_like(text, 7) {
+        return FormatError::unsupported(
+            &source.path,
+            "7 numbers a line: poses without times. If they are tx ty tz qx qy qz qw with north, east, down axes, as in \
+             TartanAir, give format=\"tartanair\" (--format tartanair); otherwise write a time in front of each line and \
+             load it as a TUM trajectory",
+        );
+    }
     if source.path.extension().is_some_and(|ending| ending == "tfrecord") {
         return FormatError::unsupported(
             &source.path,
@@ -442,6 +452,23 @@ fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
     Some(about_cameras(NoticeCode::RepairedRotation, repaired.iter().map(|(name, _)| name.as_str()), message))
 }
 
+/// Gives poses of one time, of which a trajectory may have several, names of their own; returns the notice of it.
+fn name_repeated_times(records: &mut [CameraRecord]) -> Option<Notice> {
+    let mut counts = HashMap::<String, usize>::new();
+    let mut repeated = Vec::new();
+    for record in records.iter_mut().filter(|record| record.time.is_some()) {
+        let count = counts.entry(record.name.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            repeated.push(record.name.clone());
+            record.name = format!("{}#{count}", record.name);
+        }
+    }
+    let first = repeated.first()?;
+    let message = format!("{} poses have a time that another pose has; they are named as {first}#2", repeated.len());
+    Some(about_cameras(NoticeCode::Renamed, repeated.iter().map(String::as_str), message))
+}
+
 /// Fills in values that a file does not specify, and validates its cameras.
 fn finish(
     mut calibration: Calibration,
@@ -475,6 +502,7 @@ fn finish(
              C)",
         );
     }
+    calibration.notices.extend(name_repeated_times(&mut calibration.records));
     calibration.notices.extend(lend_size(&mut calibration.records, known));
     let mut repaired = Vec::new();
     for record in &mut calibration.records {

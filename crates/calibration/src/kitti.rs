@@ -10,6 +10,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
+use crate::document::lens_keys::looks_like_lens;
 use crate::document::number_format::{joined, matrix_rows34};
 use crate::document::number_lines::{data_lines, looks_like, numbers};
 use crate::document::rigid;
@@ -78,6 +79,15 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 record.size = size(path, find(format!("S_rect_{number}")))?;
             }
             calibration.records.push(record);
+        } else if looks_like_lens(key) && values.split_whitespace().any(|word| word.parse::<f64>() != Ok(0.0)) {
+            return Err(FormatError::line(
+                path,
+                line,
+                format!(
+                    "{key}: it looks like a lens, which the cameras of P have none of: remove it if the images are \
+                     rectified, or write K and D of the camera as YAML or JSON"
+                ),
+            ));
         } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {
             calibration.note_about(NoticeCode::IgnoredElement, format!("{key} (line {line})"), "not a camera; ignored");
         }

@@ -41,6 +41,7 @@ mod photogrammetry;
 mod picture_size;
 mod plausibility;
 mod pose;
+mod pose_map;
 mod radiance_fields;
 mod record;
 mod rig;

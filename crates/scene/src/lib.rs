@@ -62,9 +62,10 @@ pub use error::{Result, SceneError, suggestion};
 pub use error_code::{ErrorCode, Message};
 pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
+pub use medium::Medium;
 pub use medium::fog::Fog;
 pub use mesh::Mesh;
-pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
+pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets, SingleMesh};
 pub use notice::{Notice, NoticeCode};
 pub use texture::{
     ByteString, ColorUse, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot,

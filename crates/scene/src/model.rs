@@ -37,6 +37,21 @@ pub struct MeshFile {
     pub up: Option<Up>,
 }
 
+/// The contents of a mesh file as one mesh, in the axes of the world that shows it.
+#[derive(Clone, Debug)]
+pub struct SingleMesh {
+    /// All parts.
+    pub mesh: Arc<Mesh>,
+    /// The materials of its slots; `texture` is an index into [`SingleMesh::textures`].
+    pub materials: Vec<Material>,
+    /// The images that the materials use.
+    pub textures: Vec<Texture>,
+    /// Notices of the reader.
+    pub notices: Vec<Notice>,
+    /// The up axis of the file, if the format specifies it.
+    pub up: Option<Up>,
+}
+
 /// Loader of the files that a description names; it reads only files inside one folder.
 pub trait AssetLoader {
     /// Error of a file.
@@ -47,6 +62,15 @@ pub trait AssetLoader {
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
     fn mesh(&mut self, file: &str) -> Result<MeshFile, Self::Error>;
+
+    /// The mesh file of this name as another world has read it with the same `up` axis (`None`: the file's own), if the
+    /// loader shares files between worlds.
+    fn shared_mesh(&mut self, _file: &str, _up: Option<Up>) -> Option<SingleMesh> {
+        None
+    }
+
+    /// Receives a mesh file that was just read by [`AssetLoader::mesh`], for [`AssetLoader::shared_mesh`].
+    fn share_mesh(&mut self, _file: &str, _up: Option<Up>, _mesh: &SingleMesh) {}
 
     /// Reads the image file with this name. Integers in colour images are in sRGB, all others are linear.
     ///

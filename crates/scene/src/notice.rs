@@ -242,6 +242,9 @@ codes! {
         Implausible "implausible":
             "A value is valid but probably a mistake, such as a principal point outside the image.",
             "Check the value, and its unit or resolution.";
+        OpenMedium "open_medium":
+            "An object has a medium inside, but its mesh is not closed, so that no inside is defined.",
+            "Close the mesh.";
         UnusedOption "unused_option":
             "An option has no effect in this call.",
             "Remove the option.";

@@ -126,7 +126,7 @@ def check_rectified(left: Camera, right: Camera) -> None:
         if camera.shutter is not None:
             raise CameraError(
                 "not a rectified pair, because of a shutter: the rows of the two images do not correspond; "
-                "raycam.flow follows any two cameras, and camera.still() stands",
+                "raycam.flow follows any two cameras, and camera.still() returns the camera at rest",
                 code="unsupported_camera",
             )
     same = np.ones((3, 3), dtype=bool)

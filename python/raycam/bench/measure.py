@@ -98,18 +98,18 @@ class BenchReport:
             lines.append(line)
         lines += [
             "",
-            f"Million rays a second, triangles for builds; best of {self.repeat} calls, arrays in to arrays out.",
+            f"Million rays (builds: triangles) per second; best of {self.repeat} calls, including array conversions.",
             "Scenes are generated; primary rays come in tiles of 8 x 8 pixels.",
         ]
         if beside:
             lines += [
-                f"Embree is that of embreex {self.embree}, which offers single rays from one thread and builds on all.",
-                "`ratio` is raycam, watertight and with float64 hits, to it: one thread for rays, the first column for",
-                "builds. Embree's packets and threads, which embreex does not offer, are faster. `differ`: rays that",
-                "it answers otherwise.",
+                f"Embree is used through embreex {self.embree}: single rays in one thread, builds in all threads.",
+                "`ratio` is raycam's rate (watertight, float64 hits) divided by Embree's: rays in one thread, builds",
+                "in all threads. Embree's packets and threads are faster, but embreex does not offer them.",
+                "`differ` is the number of rays whose hits differ.",
             ]
         else:
-            lines.append("For Embree's rates beside these: pip install embreex")
+            lines.append("To compare these rates with Embree's: pip install embreex")
         return "\n".join(lines)
 
 

@@ -121,7 +121,9 @@ class Board:
                 found.append(placed)
             if len(found) == count:
                 return found
-        raise SettingsError(f"the camera sees the board from {len(found)} places only, expected {count}")
+        raise SettingsError(
+            f"the board is visible in only {len(found)} poses of the camera, expected {count}"
+        )
 
     def _placed(self, camera: Camera, number: int) -> Camera | None:
         """The camera at one of the poses; None if too little of the board is visible."""

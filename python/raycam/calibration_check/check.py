@@ -99,14 +99,14 @@ class SelfCheck:
             f"OpenCV's RMS                       {found.rms:.4f} px",
             f"focal length                       {found.focal_error * 100:.4f} %",
             f"principal point                    {found.center_error:.4f} px",
-            f"whole picture, K and lens          {found.picture_error:.4f} px at most",
-            "the same from exact projections    "
+            f"whole image, K and lens            {found.picture_error:.4f} px at most",
+            "with exact projections as corners  "
             f"{exact.rms:.1e} px, {exact.focal_error * 100:.1e} %, {exact.center_error:.1e} px",
-            "found corners - exact projections  "
+            "found minus exact corners          "
             f"{self.detector_rms:.4f} px RMS, {self.detector_bias:.4f} px in the mean",
-            f"picture - exact projections        {self.picture_largest:.1e} px at most",
+            f"image minus exact projections      {self.picture_largest:.1e} px at most",
             "the residual is the "
-            + ("corner detector's" if self.cause == "detector" else "picture's: this is a bug of raycam"),
+            + ("corner detector's" if self.cause == "detector" else "image's, which is a bug in raycam"),
         ]
         return "\n".join(lines)
 

@@ -187,7 +187,7 @@ class Copies(Optics):
         given = background if isinstance(background, Background) else Background(background)
         if given.orientation != "auto":
             raise CameraError(
-                f"a camera keeps no orientation={given.orientation!r} of its background; pass the background to "
+                f"a camera cannot store orientation={given.orientation!r} of its background; pass the background to "
                 "raycam.render(..., background=background)",
                 code="conflicting_values",
             )

@@ -65,8 +65,8 @@ class CameraGeometry(DictSerializable):
         """
         if self.is_parallel:
             raise CameraError(
-                "the rays of this camera are parallel: its centre lies at infinity. camera.center is its direction "
-                "as a homogeneous point, camera.location where depth counts from",
+                "this camera has parallel rays, so its centre is at infinity; camera.center is its direction "
+                "as a homogeneous point, camera.location the point with depth 0",
                 code="unsupported_camera",
             )
         return self.location

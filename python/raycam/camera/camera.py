@@ -86,7 +86,8 @@ class Camera(Constructors, Copies):
         if skew is not None:
             if k[0, 1] != 0.0:
                 raise CameraError(
-                    f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}", code="conflicting_values"
+                    f"skew={skew} and K[0, 1]={k[0, 1]} cannot be combined; pass one of them",
+                    code="conflicting_values",
                 )
             k[0, 1] = skew
         r = matrix("R", R)
@@ -127,19 +128,18 @@ class Camera(Constructors, Copies):
         """Raises `CameraError` for cameras that their camera matrix alone does not describe."""
         if self._lens is not None:
             raise CameraError(
-                f"{what} works with the camera matrix P, and this camera has a lens ({self.model}, distortion "
-                f"{self._lens[1]}): give it the camera without distortion",
+                f"{what} requires a camera without a lens, and this camera has one ({self.model}, distortion "
+                f"{self._lens[1]}); pass camera.pinhole()",
                 code="unsupported_camera",
             )
         if self.is_parallel:
             raise CameraError(
-                f"{what} starts its rays at the camera centre C, and this camera has parallel rays: its centre lies "
-                "at infinity",
+                f"{what} requires a camera centre C, and this camera has parallel rays",
                 code="unsupported_camera",
             )
         if self.shutter is not None:
             raise CameraError(
-                f"{what} works with one camera matrix P, and this camera moves: give it camera.still()",
+                f"{what} requires a camera at rest, and this camera moves; pass camera.still()",
                 code="unsupported_camera",
             )
 

@@ -177,7 +177,7 @@ def _open_closed_streams() -> None:
         if getattr(sys, name) is None:
             with contextlib.suppress(OSError):
                 os.fstat(number)
-                continue  # a file has taken its place already
+                continue  # the descriptor is open, as another file
             null = os.open(os.devnull, os.O_RDWR)
             if null != number:
                 os.dup2(null, number)

@@ -101,8 +101,8 @@ def _local(address: str, count: int) -> Any:
             )
         except RuntimeError as fault:
             raise SettingsError(
-                f"{address}: its processes do not start ({fault}). They import the script that starts them, so what it "
-                "does has to stand under if __name__ == '__main__':"
+                f"{address}: its processes do not start ({fault}). They import the script that starts them, so "
+                "the script's actions must be inside: if __name__ == '__main__':"
             ) from None
 
 
@@ -234,7 +234,9 @@ class DaskPool:
             gone = fit and self._workers and fit.isdisjoint(self._workers)
             if gone and self._submitted.pop(ours, None) is not None:
                 theirs.cancel()
-                ours.set_exception(WorkerUnfit("all workers that it was meant for have gone"))
+                ours.set_exception(
+                    WorkerUnfit("all workers that can render this frame have left the cluster")
+                )
 
     def _report_waiting(self) -> None:
         """Reports at growing intervals that no worker is available, and finally that one has joined."""
@@ -254,11 +256,11 @@ class DaskPool:
             self._tell(Notice(message, "waiting_for_workers"))
 
     def _report_unfit(self, worker: str, reason: str) -> None:
-        self.notices.append(Notice(f"{worker} makes no frames: {reason}", "unusable_worker"))
+        self.notices.append(Notice(f"{worker} cannot render frames: {reason}", "unusable_worker"))
 
     def _collect_result(self, ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
         """Passes a result on; an unfit worker is probed again."""
-        if self._submitted.pop(ours, None) is None:  # cancelled before
+        if self._submitted.pop(ours, None) is None:  # the frame was cancelled
             return
         fault = None if theirs.cancelled() else theirs.exception()
         if isinstance(fault, WorkerUnfit) and fault.worker is not None and self._registry is not None:
@@ -277,7 +279,7 @@ def _resolve_future(ours: Future[FrameResult], theirs: Future[FrameResult]) -> N
         # All frames that waited at the dead worker get this exception, not only the one that it was rendering.
         ours.set_exception(WorkerDied(str(fault), certain=False, deaths=fault.allowed_failures + 1))
     except CancelledError as fault:
-        ours.set_exception(PoolLost(f"the scheduler has gone {fault}".rstrip()))
+        ours.set_exception(PoolLost(f"the scheduler has stopped {fault}".rstrip()))
     except BaseException as fault:
         ours.set_exception(fault)
 

@@ -85,9 +85,7 @@ class ProcessPool:
         started = len(self._servants)
         if not 0 < started < self._count:
             return []
-        message = (
-            f"{started} of {self._count} workers were started: the memory that is left would not hold more"
-        )
+        message = f"only {started} of {self._count} workers were started, because there is no memory for more"
         return [Notice(message, "unusable_worker")]
 
     def pids(self) -> list[int]:
@@ -202,7 +200,7 @@ class _Worker:
         how = f"exit status {code}"
         if code < 0:
             name = signal.Signals(-code).name if -code in signal.Signals._value2member_map_ else str(-code)
-            how = f"signal {name}" + (" (perhaps for want of memory)" if name == "SIGKILL" else "")
+            how = f"signal {name}" + (" (possibly out of memory)" if name == "SIGKILL" else "")
         return f"a worker ended with {how}" + (f"\n{words}" if words else "")
 
 

@@ -180,7 +180,7 @@ class ModelCatalogue:
             if numbers:
                 text = (
                     f"bop: category {sorted(model.categories)[0]} has more than one shape; obj_id {numbers[0]} is the "
-                    f"first of them, and another one has obj_id {number}: give each shape its own category, or use "
+                    f"first, and another one has obj_id {number}; assign a category to each shape, or use "
                     "model_ids"
                 )
                 self.notices.append(Notice(text, "duplicate_name"))

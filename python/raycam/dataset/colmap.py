@@ -41,7 +41,7 @@ def check(plan: Plan) -> None:
     points = plan.options["points"]
     if not (isinstance(points, int) and points >= 1):
         raise SettingsError(
-            f"points is {points!r}, expected how many surface points to sample, at least 1",
+            f"points is {points!r}, expected the number of sampled surface points, at least 1",
             code="out_of_range",
         )
 

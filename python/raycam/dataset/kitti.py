@@ -36,7 +36,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {number} has a lens or skew, and KITTI's have neither: {NO_LENSES}",
+                f"camera {number} has a lens or skew, which KITTI does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
     baseline = plan.options["baseline"]
@@ -53,12 +53,12 @@ def check(plan: Plan) -> None:
     for frame in plan.rigs:
         if baseline is not None:
             raise SettingsError(
-                "baseline is of a single camera, and these are rigs, which have their own",
+                "baseline requires single cameras; rigs have their own baseline",
                 code="conflicting_values",
             )
         if len(frame) != 2:
             raise SettingsError(
-                f"a rig of {len(frame)} cameras; KITTI's has two, the left and the right one",
+                f"KITTI requires rigs with two cameras, left and right; got a rig with {len(frame)}",
                 code="wrong_shape",
             )
         check_rectified(plan.shots[frame[0]].camera, plan.shots[frame[1]].camera)

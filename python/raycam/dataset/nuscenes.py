@@ -44,13 +44,13 @@ def check(plan: Plan) -> None:
     """Raises an error unless all views are of rigs with a lidar, and the cameras are pinholes."""
     if not plan.rigs or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
         raise SettingsError(
-            "nuscenes needs a rig with a lidar, such as "
+            "nuscenes requires a rig with a lidar, such as "
             'raycam.Rig({"CAM_FRONT": camera, "LIDAR_TOP": lidar})',
             code="missing_value",
         )
     if plan.world.up != "z":
         raise SettingsError(
-            f"nuscenes needs a world whose z axis is up, not {plan.world.up}", code="unsupported_feature"
+            f"nuscenes requires a world with up = z, not {plan.world.up}", code="unsupported_feature"
         )
     for frame in plan.rigs:
         if not lidars_of(plan.shots[frame[0]]):
@@ -58,7 +58,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
-                f"camera {number} has a lens, and nuScenes's have none: {NO_LENSES}",
+                f"camera {number} has a lens, which nuScenes does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
     _check_options(plan)

@@ -42,7 +42,9 @@ __all__ = [
 MAX_CACHED_WORLDS = 2
 """Number of cached worlds of a recipe; frames that are rendered at the same time belong to neighbouring worlds."""
 
-NO_LENSES = "give it pinhole cameras without skew; coco and webdataset have any, colmap and nerf most lenses"
+NO_LENSES = (
+    "use pinhole cameras without skew, or the formats coco or webdataset (any lens), colmap or nerf (most)"
+)
 """Advice in errors of formats without lenses."""
 
 Record = dict[str, Any]
@@ -324,7 +326,7 @@ def check_poses(plan: Plan, format: str) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.is_parallel:
             raise CameraError(
-                f"camera {number} has parallel rays; {format} has K and a place for each camera, and this one has none",
+                f"camera {number} has parallel rays, but {format} requires K and a centre for each camera",
                 code="unsupported_camera",
             )
         shutter = view.camera.shutter

@@ -24,7 +24,7 @@ def check(plan: Plan) -> None:
         camera = view.camera
         if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {number} has a lens or skew, and RGB-D sequences neither: {NO_LENSES}",
+                f"camera {number} has a lens or skew, which RGB-D sequences do not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
         if camera.size != first.size or not np.array_equal(camera.K, first.K):
@@ -46,8 +46,8 @@ def check_tum(plan: Plan) -> None:
         time = timestamp(plan, number)
         if time in views:
             raise SettingsError(
-                f"views {views[time]} and {number} are both of the time {time}, but the time is the image's "
-                "name; an RGB-D sequence requires distinct times",
+                f"views {views[time]} and {number} have the same time {time}, but the time is the image's name; an "
+                "RGB-D sequence requires distinct times",
                 code="duplicate_name",
             )
         views[time] = number

@@ -31,7 +31,7 @@ def check(plan: Plan) -> None:
     """Raises an error unless all views are of rigs with the lidar, and the first camera is a pinhole."""
     if len(plan.rigs) == 0 or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
         raise SettingsError(
-            'semantickitti needs a rig with a lidar: cameras=raycam.Rig({"camera": camera, "top": lidar})',
+            'semantickitti requires a rig with a lidar: cameras=raycam.Rig({"camera": camera, "top": lidar})',
             code="missing_value",
         )
     for frame in plan.rigs:
@@ -39,7 +39,7 @@ def check(plan: Plan) -> None:
         camera = plan.shots[frame[0]].camera
         if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {frame[0]} has a lens or skew, and KITTI's have neither: {NO_LENSES}",
+                f"camera {frame[0]} has a lens or skew, which KITTI does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
     fps = plan.options["fps"]
@@ -51,7 +51,7 @@ def check(plan: Plan) -> None:
     label_ids(plan)
     if len(plan.objects) > MAX_ID:
         raise SettingsError(
-            f"{len(plan.objects)} objects; SemanticKITTI's labels have 16 bits for instances",
+            f"the world has {len(plan.objects)} objects; SemanticKITTI supports at most {MAX_ID}",
             code="cannot_write",
         )
 

@@ -29,7 +29,7 @@ def check(plan: Plan) -> None:
     """Raises `SettingsError` for invalid options."""
     if not (isinstance(plan.options["shard_size"], int) and plan.options["shard_size"] >= 1):
         raise SettingsError(
-            f"shard_size is {plan.options['shard_size']!r}, expected how many samples go into a tar file",
+            f"shard_size is {plan.options['shard_size']!r}, expected the number of samples per tar file, at least 1",
             code="out_of_range",
         )
     channel_names(plan.options["channels"])

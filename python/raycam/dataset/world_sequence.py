@@ -120,7 +120,7 @@ class WorldSequence:
                 self._cached.popitem(last=False)
         if number not in self._cached:
             raise WorldError(
-                f"world {number} of an iterator is needed again; use a function or a list of worlds",
+                f"world {number} of the iterator is required again; pass a function or a list of worlds",
                 code="conflicting_values",
             )
         return self._cached[number]
@@ -132,7 +132,7 @@ class WorldSequence:
         for name in world.categories.values():
             if known is not None and name not in known.values():
                 raise WorldError(
-                    f"world {number} has the category {name!r}, which the data set does not have; list all of "
+                    f"world {number} has the category {name!r}, which the data set does not contain; list all of "
                     "them with categories=[...]",
                     code="unknown_name",
                 )

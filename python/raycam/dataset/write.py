@@ -228,7 +228,7 @@ def write(
     `OSError`.
     """
     if folder is None:
-        raise SettingsError("folder is missing: the folder of the data set", code="missing_value")
+        raise SettingsError("folder is missing, the output folder of the data set", code="missing_value")
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)), code="unknown_name")
     kind = FORMATS[format]
@@ -306,12 +306,13 @@ def _check_source(source: World | Recipe | WorldSequence, format: str, workers: 
         return
     if workers is not None:
         raise SettingsError(
-            "workers cannot be used with worlds, which are made in this process; use shard=(i, n)",
+            "workers cannot be used with worlds, which are created in this process; use shard=(i, n)",
             code="conflicting_values",
         )
     if source.is_iterator and (format == "bop" or not FORMATS[format].many_worlds):
         raise SettingsError(
-            f"{format} needs the worlds again for its index files; use a list or a function",
+            f"{format} requires each world twice, for images and index files; pass a list or a function instead of "
+            "an iterator",
             code="conflicting_values",
         )
 
@@ -326,15 +327,16 @@ def _source(
     if worlds is not None:
         if world is not None:
             raise SettingsError(
-                "world and worlds are both given; expected one of them", code="conflicting_values"
+                "world and worlds cannot be combined; pass one of them", code="conflicting_values"
             )
         return WorldSequence(worlds, count, categories)
     if categories is not None:
         raise SettingsError(
-            "categories requires worlds; a world and a recipe have their own", code="conflicting_values"
+            "categories requires worlds; a world or a recipe contains its own categories",
+            code="conflicting_values",
         )
     if world is None:
-        raise SettingsError("world is missing: a world, a recipe, or worlds=", code="missing_value")
+        raise SettingsError("world is missing; pass a world, a recipe, or worlds=", code="missing_value")
     if isinstance(world, World | Recipe):
         return world
     return world_of(world) if count is None else Recipe(world)

@@ -54,7 +54,7 @@ class WorldCollector:
         vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.asarray(faces).reshape(-1, 3)
         if not len(faces):
-            self.add_notice(name, "no triangles: nothing to see")
+            self.add_notice(name, "not shown, because it has no triangles")
             return None
         if not np.isfinite(vertices).all():
             raise WorldError(f"{name}: vertices must be finite", code="out_of_range")

@@ -42,7 +42,9 @@ def read_oriented(
     stored_fits, turned_fits = _fits(pixels, size), _fits(turned, size)
     name = os.fspath(path)
     if turned_fits and not stored_fits:
-        text = f"turned by its EXIF orientation ({exif}), because its camera has {_text(turned)} pixels"
+        text = (
+            f"photo rotated by its EXIF orientation ({exif}), because its camera has {_text(turned)} pixels"
+        )
         return turned, [*notices, Notice(text, "applied_orientation", [name], 1)]
     which = (
         f"the pixels as stored ({_text(pixels)}) fit the camera"

@@ -49,7 +49,7 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
         except (Error, OSError):
             pass  # the package has another version or is damaged: the hashes above are all that is known
     return (
-        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or resume=False to start over "
+        f"{folder}: contains another job: {'; '.join(lines)}. Use another folder, or resume=False to start over "
         "and delete its results"
     )
 
@@ -67,11 +67,11 @@ def world_differences(there: World, asked: World) -> list[str]:
             part = slice(start, start := start + new.triangles)
             moved = old.matrix.tolist() != new.matrix.tolist()
             if not moved and (there.triangles(old.id) != asked.triangles(new.id)).any():
-                found.append(f"object.{new.name}: its mesh is another")
+                found.append(f"object.{new.name}: the mesh differs")
             if (before[part] != after[part]).any():
-                found.append(f"object.{new.name}: its color is another")
+                found.append(f"object.{new.name}: the color differs")
     if not found:
-        found.append("a material, a texture or what moves is another, all else in the world is the same")
+        found.append("a material, a texture or a motion differs; the rest of the world is equal")
     more = len(found) - MAX_REPORTED
     return found if more <= 0 else [*found[:MAX_REPORTED], f"and {more} more in the world"]
 

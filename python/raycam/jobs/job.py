@@ -140,7 +140,7 @@ class Job:
         """Returns the progress known to this object; other processes may have finished more frames."""
         done = sum(place != NOT_DONE for place in self._offsets)
         damaged = tuple(
-            f"{path}: the line at byte {place} was damaged; it does not count, and its frame is made again"
+            f"{path}: the line at byte {place} is damaged and ignored; its frame is rendered again"
             for path, place in self._damaged
         )
         return Status(len(self._offsets), done, dict(sorted(self._failed.items())), damaged)
@@ -438,7 +438,8 @@ def _selected_frames(frames: Iterable[int] | None, shard: Shard | None, count: i
     asked = sorted(set(range(count) if frames is None else frames))
     if asked and not (asked[0] >= 0 and asked[-1] < count):
         raise JobError(
-            f"frames {asked[0]} to {asked[-1]}: the job has {count}, from 0", code="index_out_of_range"
+            f"frames {asked[0]} to {asked[-1]} are outside the job's frames 0 to {count - 1}",
+            code="index_out_of_range",
         )
     if shard is not None:
         i, n = shard

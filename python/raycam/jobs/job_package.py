@@ -112,7 +112,7 @@ class JobPackage:
         found = hashlib.sha256(data).hexdigest()
         if found != id:
             raise FormatError(
-                f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}", code="damaged_job"
+                f"{name}: expected job {id[:12]}, but the file contains {found[:12]}", code="damaged_job"
             )
 
     @classmethod
@@ -134,7 +134,7 @@ class JobPackage:
             raise FormatError(f"{name}: not a job package") from None
         if version != __version__:
             raise JobError(
-                f"{name}: made by raycam {version}, this is {__version__}; all machines must use the same "
+                f"{name}: created by raycam {version}, but {__version__} is installed; all machines must use the same "
                 "version, so that the frames match",
                 code="changed_input",
             )

@@ -147,8 +147,8 @@ class ResultStore:
 def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
     if found != stamp:
         raise JobError(
-            f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {found[0]} and "
-            f"{found[1][:12]}",
+            f"{path}: the result was created with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, but now has "
+            f"{found[0]} bytes and SHA-256 {found[1][:12]}",
             code="damaged_job",
         )
 

@@ -96,7 +96,7 @@ def render_frame(
     `load_package`.
     """
     if package is not None:
-        cache_package(_read_package(package, "the package that came along", task.job))
+        cache_package(_read_package(package, "the package of the request", task.job))
     with collected() as said:  # the process that runs the job warns
         maker = _cached_frame_maker(task)
         start = time.perf_counter()
@@ -167,7 +167,7 @@ def _load_package(task: FrameTask) -> JobPackage:
             _cache_package(package)
             return package
     raise PackageNotFound(
-        f"no job {task.job[:12]} at {task.package} seen from {platform.node()}{strange}: place the job's "
+        f"{platform.node()} finds no job {task.job[:12]} at {task.package}{strange}; place the job's "
         "folder where every worker can read it under the same path"
     )
 
@@ -176,4 +176,4 @@ def _read_package(data: bytes, name: str, job: str) -> JobPackage:
     try:
         return JobPackage.from_bytes(data, name, job)
     except JobError as fault:
-        raise WorkerUnfit(f"{fault} (seen from {platform.node()})") from None
+        raise WorkerUnfit(f"{fault} (on {platform.node()})") from None

@@ -163,7 +163,7 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
             if bool(given) != expected:
                 wrong.append((expected, order is triangle, in_box))
     if not wrong:
-        return Verdict(True, "Both orders of the corners are decided correctly.")
+        return Verdict(True, "All points are correct, for both orders of the corners.")
     if len(wrong) > 100:
         return Verdict(False, "The answer is inverted: an odd number of crossings means inside.")
     if all(expected for expected, _, _ in wrong) and len({order for _, order, _ in wrong}) == 1:
@@ -175,7 +175,7 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
     if all(not expected for expected, _, _ in wrong):
         return Verdict(False, "Points outside are accepted: every one of the three edges must be tested.")
     return Verdict(
-        False, f"{len(wrong)} points are decided wrongly. Draw one triangle and one point by hand."
+        False, f"The results for {len(wrong)} points are wrong. Draw one triangle and one point by hand."
     )
 
 
@@ -184,10 +184,10 @@ def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdic
     near, far, behind = ([[-3.0, -2, z], [3, -2, z], [0, 4, z]] for z in (2.0, 4.0, -1.0))
     C, forward, aside = np.zeros(3), np.array([0.0, 0, 1]), np.array([5.0, 0, 1])
     cases = [
-        ([far, near], forward, 1, "The nearest triangle wins: keep the smallest t."),
-        ([near, far], forward, 0, "The nearest triangle wins: keep the smallest t, not the last one."),
+        ([far, near], forward, 1, "Return the nearest triangle: keep the smallest t."),
+        ([near, far], forward, 0, "Return the nearest triangle: keep the smallest t, not the last one."),
         ([behind, far], forward, 1, "A triangle behind the camera is found: discard negative t."),
-        ([near, far], aside, -1, "The ray passes beside the triangles: test whether the point is inside."),
+        ([near, far], aside, -1, "The ray misses the triangles: test whether the point is inside."),
         ([behind], forward, -1, "Return -1 if the ray meets nothing in front of the camera."),
     ]
     for triangles, r, expected, hint in cases:
@@ -201,7 +201,7 @@ def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdic
             if isinstance(given, float) or np.ndim(given):
                 return Verdict(False, "Return the number of the triangle (an int), not t or a point.")
             return Verdict(False, hint)
-    return Verdict(True, "The smallest positive t wins.")
+    return Verdict(True, "The function returns the triangle with the smallest positive t.")
 
 
 def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
@@ -220,7 +220,7 @@ def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
         return float((given == _triangle_numbers(triangles, camera, shift)).mean())
 
     if share(0) > 0.999:
-        return Verdict(True, "Your ray tracer and raycam see the same triangles.")
+        return Verdict(True, "Your ray tracer and raycam find the same triangles.")
     if max(share(0.5), share(-0.5)) > max(0.99, share(0)):
         return Verdict(False, HALF_PIXEL)
     expected = _triangle_numbers(triangles, camera, 0)

@@ -234,7 +234,7 @@ class Lidar:
         elif rate != modes[mode] and not force:
             if given.get("mode") is not None:
                 raise LidarError(
-                    f"{self.name}: mode {mode!r} has {modes[mode]:g} Hz, but rate is {rate:g}; "
+                    f"{self.name}: mode {mode!r} requires {modes[mode]:g} Hz, but rate is {rate:g}; "
                     "to scan at any rate, pass force_rate=True",
                     code="conflicting_values",
                 )

@@ -38,7 +38,7 @@ def warn_of_times(world: World, lidar: Lidar) -> None:
     if world._core.is_animated and time is None:
         warn(
             Notice(
-                "the scan shows a static world: the world has animations, but it is not at a time; use world.at(time)",
+                "the scan shows a static world, because no time is set for the animated world; use world.at(time)",
                 "unused_times",
             )
         )
@@ -49,7 +49,7 @@ def warn_of_times(world: World, lidar: Lidar) -> None:
     ends.extend([video.frames / video.fps] if video is not None else [])
     end, last = max(ends, default=np.inf), time + 1.0 / lidar.rate
     if last > end + 1e-9:
-        text = f"the frame ends at {last:g} s, but the world moves until {end:g} s only; objects stand still after it"
+        text = f"the frame ends at {last:g} s, but the world's motion ends at {end:g} s; after it, objects do not move"
         warn(Notice(text, "outside_times"))
 
 

@@ -144,6 +144,15 @@ class Recipe:
         )
 
     @cached_property
+    def _shared(self) -> _core.SharedFiles:
+        """The mesh files and images that the worlds share, with their search trees; at most 1 GiB of files."""
+        return _core.SharedFiles()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The recipe without the shared files, which another process reads again."""
+        return {key: value for key, value in self.__dict__.items() if key != "_shared"}
+
+    @cached_property
     def _base(self) -> World | None:
         """The world to which everything is added, loaded once; None without `world`."""
         name = self.description.get("world")
@@ -223,8 +232,9 @@ class Recipe:
         for number, table in enumerate(self.description["camera"]):
             if isinstance(table.get("count", 1), Mapping) or ONE_OF in table:
                 raise WorldError(
-                    f"camera[{number}]: in a data set every world has the same cameras: count must be a number, and "
-                    f"{ONE_OF} is for what cameras see",
+                    f"camera[{number}]: all worlds of a data set must have the same cameras; count must be a number, "
+                    "and "
+                    f"{ONE_OF} is only supported within see",
                     code="conflicting_values",
                 )
 
@@ -296,7 +306,7 @@ class Recipe:
             world, [(name, drop) for name, (_, drop) in zip(names, dropped, strict=True)], fixed, draw
         )
         for light, _ in self._rows("light", draw):
-            _core.world_add_light(world._core, plain(light), self.folder)
+            _core.world_add_light(world._core, plain(light), self.folder, self._shared)
         for camera, place in self._rows("camera", draw):
             self._place_cameras(world, camera, place)
         return world
@@ -323,8 +333,11 @@ class Recipe:
         render = draw.substream("render").value(table.get("render", {}), "render")
         if self._base is None:
             more = {"video": table["video"]} if "video" in table else {}
-            return World.from_dict(
-                {"up": table.get("up", "z"), "object": objects, "render": render, **more}, folder=self.folder
+            return World._described(
+                {"up": table.get("up", "z"), "object": objects, "render": render, **more},
+                self.folder,
+                None,
+                shared=self._shared,
             )
         for key in ("up", "render"):
             if key in table:
@@ -341,7 +354,7 @@ class Recipe:
 
     def _add(self, world: World, item: Mapping[str, Any]) -> int:
         """Adds an object; its files must be in the recipe's folder, because a recipe is untrusted."""
-        return _core.world_add_object(world._core, plain(item), self.folder)
+        return _core.world_add_object(world._core, plain(item), self.folder, self._shared)
 
     def _place_objects(
         self,

@@ -77,9 +77,9 @@ def place_camera(
         if _is_good(share, visible, coverage, least):
             return placed
     raise RejectedSample(
-        f"{what}: after {MAX_TRIES} tries no view shows {world.objects[number].name!r} with {coverage[0]:g} to "
-        f"{coverage[1]:g} of the image and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m"
-        f"{_closest(best, box.size)}; wider ranges, another focal length or fewer things in the way would"
+        f"{what}: no view found in {MAX_TRIES} tries in which {world.objects[number].name!r} covers {coverage[0]:g} to "
+        f"{coverage[1]:g} of the image and {least:g} of it is visible, from {distance[0]:g} to {distance[1]:g} m"
+        f"{_closest(best, box.size)}; use wider ranges, another focal length or fewer objects"
     )
 
 
@@ -87,9 +87,9 @@ def _closest(best: tuple[float, float, float, float] | None, size: Floats) -> st
     """The closest attempt, as a part of a message."""
     across = " x ".join(f"{side:.3g}" for side in size)
     if best is None:
-        return f" (it measures {across} m, and the lens has no ray there)"
+        return f" (size {across} m; the lens has no ray in its direction)"
     _, share, visible, away = best
-    return f" (it measures {across} m; the closest try shows {share:.3g} and {visible:.3g} of it, from {away:.3g} m)"
+    return f" (size {across} m; best try: coverage {share:.3g}, visible {visible:.3g}, distance {away:.3g} m)"
 
 
 def _chosen(world: World, wanted: object, draw: RandomStream, what: str) -> int:
@@ -97,7 +97,7 @@ def _chosen(world: World, wanted: object, draw: RandomStream, what: str) -> int:
     if wanted is None:
         found = [item.id for item in objects if item.category is not None] or [item.id for item in objects]
         if not found:
-            raise RejectedSample(f"{what}: the world has no object to show")
+            raise RejectedSample(f"{what}: the world contains no objects")
     else:
         found = [item.id for item in objects if wanted in (item.name, item.category)]
         names = [item.name for item in objects] + [

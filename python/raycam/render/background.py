@@ -57,7 +57,7 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         message = (
             f"{os.fspath(given)} of {_size(pixels)} is scaled and cropped to cover the frame of {width} x "
             f"{height}: only "
-            "a photograph of the camera's size, or a raycam.Background with its own camera, lines up with the world"
+            "a photograph of the camera's size, or a raycam.Background with its own camera, matches the world"
         )
         notices.append(Notice(message, "resampled_background"))
         return _covering(pixels, size), notices
@@ -67,7 +67,7 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         pixels = _linear(given)
         if pixels.shape != (height, width, 3):
             raise SettingsError(
-                f"background has the shape {list(given.shape)}: expected [{height}, {width}, 3], the frame's",
+                f"background has the shape {list(given.shape)}; expected the frame's, [{height}, {width}, 3]",
                 code="wrong_shape",
             )
         return pixels, []
@@ -91,9 +91,8 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
             or camera is None
         ):
             raise SettingsError(
-                f"{name} has {_size(pixels)} pixels and the camera {size[0]} x {size[1]}: expected a photograph that "
-                "the camera took. raycam.Background(image, camera=...) names the camera that took it, and "
-                'fit="cover" cuts it',
+                f"{name} has {_size(pixels)} pixels, but the camera has {size[0]} x {size[1]}; pass the camera that "
+                'took the photograph, raycam.Background(image, camera=...), or crop it with fit="cover"',
                 code="wrong_shape",
             )
         taker = camera.resized(own)
@@ -101,13 +100,13 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
         notices.append(Notice(message, "resampled_background"))
     if own != taker.size:
         raise SettingsError(
-            f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
-            "expected the same; camera.resized((width, height)) returns the camera of a scaled photograph",
+            f"{name} has {_size(pixels)} pixels, but the camera that took it has {taker.size[0]} x {taker.size[1]}; "
+            "both sizes must be equal;  camera.resized((width, height)) returns the camera of a scaled photograph",
             code="wrong_shape",
         )
     if camera is None:
         raise SettingsError(
-            "a photograph of another camera is behind a frame with a camera, and this frame has none",
+            "a background photograph with its own camera requires a frame with a camera; this frame has none",
             code="unsupported_camera",
         )
     if taker.with_background(None) == camera.with_background(None):
@@ -129,7 +128,7 @@ def _warped(
     """
     if camera.is_parallel or taker.is_parallel:
         raise SettingsError(
-            "a photograph of another size or camera is behind cameras with a centre, and rays are parallel",
+            "a background photograph of another size or camera does not support cameras with parallel rays",
             code="unsupported_camera",
         )
     width, height = camera.size

@@ -63,10 +63,11 @@ def firefly_notices(
     named = "; ".join(f"{way} ({number})" for way, number in ways.most_common(MAX_NAMED_PATHS))
     others = count - sum(number for _, number in ways.most_common(MAX_NAMED_PATHS))
     least = "at least " if len(found) == MAX_TRACED_PIXELS else ""
-    more = f"; other ways ({others})" if others else ""
+    more = f"; other paths ({others})" if others else ""
     message = (
         f"fireflies: {least}{count} {'pixel is' if count == 1 else 'pixels are'} more than {FIREFLY_RATIO:g} times as "
-        f"bright as those around, by a single path: {named}{more}. Use more samples, a larger light or denoise=True; "
+        f"bright as their neighbours because of a single light path: {named}{more}. Use more samples, a larger light "
+        "or denoise=True; "
         "clamp also removes such pixels, but darkens the image"
     )
     yield Notice(message, "fireflies")
@@ -103,7 +104,7 @@ def _way(world: World, instances: list[int], origin: Any, direction: Any, distan
     seen, *between = names
     through = list(dict.fromkeys(name for name in between if name != seen)) or list(dict.fromkeys(between))
     light = _light(world, np.asarray(origin, dtype=float), np.asarray(direction, dtype=float), distance)
-    return f"light of {light} by way of {_listed(through)}, seen on {seen!r}"
+    return f"light of {light} via {_listed(through)}, visible on {seen!r}"
 
 
 def _listed(names: list[str]) -> str:

@@ -107,7 +107,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             if name in CHANNELS:
                 have = ", ".join(self._channels)
                 raise KeyError(
-                    f"{name}: this frame has {have}; render it with channels=[..., {name!r}]"
+                    f"the frame has no channel {name}, only {have}; render it with channels=[..., {name!r}]"
                 ) from None
             raise KeyError(nearest("channel", name, list(CHANNELS))) from None
 
@@ -122,7 +122,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             return np.array(array, dtype=dtype) if copy else np.asarray(array, dtype=dtype)
         have = ", ".join(self._channels)
         raise SettingsError(
-            f"this frame has {have}: choose one, as in frame[{next(iter(self._channels), '')!r}]",
+            f"the frame has several channels ({have}); choose one, as in frame[{next(iter(self._channels), '')!r}]",
             code="missing_value",
         )
 
@@ -263,7 +263,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         if shown != "color":
             if bits != 8:
                 raise SettingsError(
-                    f"bits is {bits}: the picture of {shown} has 8; .exr and .npz hold its numbers",
+                    f"bits is {bits}; images of channel {shown} support only 8; save exact values as .exr or .npz",
                     code="invalid_value",
                 )
             return _core.encode_png(channel_picture(shown, self._channels[shown]))
@@ -348,7 +348,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         else:
             have = ", ".join(self._channels)
             raise SettingsError(
-                f"this frame has {have}; render it with channels=[..., 'position'] to project the points again",
+                f"the frame has no positions, only {have}; render it with channels=[..., 'position']",
                 code="missing_value",
             )
         seen = np.isfinite(points).all(axis=-1)
@@ -480,7 +480,7 @@ def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[
         counts = ", ".join(f"{count} of {name}" for name, count in lost.items() if count)
         if counts:
             message = (
-                f"{target}: values beyond 65504, the largest of half precision, are written as infinite: {counts};"
+                f"{target}: values beyond 65504, the largest float16, are written as infinite: {counts};"
                 " use half=False to keep them"
             )
             yield Notice(message, "values_lost")
@@ -501,20 +501,22 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
                 "command line",
                 code="unknown_format",
             )
-        guess = f"an ending {target.suffix!r}" if ending else "no ending"
+        guess = f"unknown extension {target.suffix!r}" if ending else "extension missing"
         raise FormatError(
             f"{target}: {guess}; images can be saved as {', '.join(SAVERS)}", code="unknown_format"
         )
     names = list(channels)
     if ending in PICTURES and "color" not in names and options.get("channel") is None and len(names) > 1:
         raise SettingsError(
-            f"{target}: a {ending} file shows one channel, this has {', '.join(names)}; choose one, or save it as .exr"
+            f"{target}: a {ending} file shows one channel, but the frame has {', '.join(names)}; choose one, or save "
+            "as .exr"
             " or .npz",
             code="cannot_write",
         )
     if ending == ".hdr" and "color" not in names:
         raise SettingsError(
-            f"{target}: {ending} files show the channel color, this has {', '.join(names)}; save it as .exr or .npz",
+            f"{target}: {ending} files require the channel color, but the frame has {', '.join(names)}; save as .exr "
+            "or .npz",
             code="cannot_write",
         )
     for name in options:

@@ -74,7 +74,7 @@ class Frames(Sequence[Frame]):
         """
         if isinstance(key, str):
             if key not in self._channels:
-                raise KeyError(f"{key}: these pictures have {', '.join(self._channels)}")
+                raise KeyError(f"no channel {key}; channels: {', '.join(self._channels)}")
             return self._channels[key]
         if isinstance(key, slice):
             return [self[i] for i in range(*key.indices(len(self)))]
@@ -253,8 +253,8 @@ def _composed(
             arrays = _arrays(out, list(made), (count, *next(iter(made.values())).shape[:2]))
         elif set(made) != set(arrays):
             raise SettingsError(
-                f"pictures with {', '.join(arrays)} and with {', '.join(made)}: cameras of one call have backgrounds "
-                "all or none",
+                f"some images have {', '.join(arrays)}, others {', '.join(made)}; either all cameras of a call must "
+                "have backgrounds, or none",
                 code="conflicting_values",
             )
         for name, array in arrays.items():

@@ -237,7 +237,7 @@ def _without_catchers(
         if len(default_lights) == 1 or request["integrator"] not in LIT_INTEGRATORS:
             planes["shadow"] = shadow_ratio(planes["alpha"], caught, free)
         else:
-            message = "shadow catchers show no shadows of objects that emit the only light"
+            message = "shadow catchers show no shadows, because emissive objects are the only light"
             notices.append(Notice(message, "no_caught_shadows"))
     truth = [name for name in names if name not in (*SHADED_CHANNELS, "alpha", "coverage", "shadow")]
     if catcher_truth and truth:
@@ -298,7 +298,7 @@ def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[
         planes["color"] = denoise.denoise(noisy["color"], *guides)
     if "shadow" in names and not (noisy["shadow"] == 1).all():
         planes["shadow"] = denoise.denoise(noisy["shadow"], *guides)
-    message = "the image is denoised by Open Image Denoise: an estimate, no longer unbiased"
+    message = "the image is denoised by Open Image Denoise, so it is an estimate and no longer unbiased"
     notice = Notice(message, "denoised")
     warn_all([*notices, notice])
     return Frame(

@@ -22,7 +22,7 @@ def rectified(
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
             raise CameraError(
-                f"the {name} camera has parallel rays: it has no centre, which disparity requires",
+                f"the {name} camera has parallel rays, but disparity requires a camera centre",
                 code="unsupported_camera",
             )
     left, right = left.still(), right.still()
@@ -46,8 +46,8 @@ def rotation(left: Camera, right: Camera) -> Floats:
     nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # rounding error of the baseline
     if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
         raise CameraError(
-            f"the second camera is at {baseline} of the first, in axes halfway between theirs (x right, y down, z "
-            "forward): expected it to the right",
+            f"the second camera must be to the right of the first; its position relative to the first is {baseline}, "
+            "in axes halfway between theirs (x right, y down, z forward)",
             code="unsupported_camera",
         )
     x, y, z = baseline / length

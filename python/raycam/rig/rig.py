@@ -103,11 +103,11 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         Raises `CameraError` for a camera with its centre at infinity.
         """
         if not cameras:
-            raise CameraError("a rig without cameras; expected at least one", code="missing_value")
+            raise CameraError("a rig requires at least one camera", code="missing_value")
         for key, camera in cameras.items():
             if camera._core.center == "infinity":
                 raise CameraError(
-                    f"camera {key!r} has its centre at infinity and cannot be mounted on a body",
+                    f"camera {key!r} cannot be mounted on a body, because its centre is at infinity",
                     code="unsupported_camera",
                 )
         first = next(iter(cameras.values()))

@@ -33,17 +33,17 @@ FIRST_BYTES = (
 """First bytes, in lower case, of files that are not what their names say."""
 
 OTHER_KINDS = (
-    (b"<?xml", "it is an XML document (the error page of a server, or another kind of model), no USD file"),
+    (b"<?xml", "it is an XML document (a server's error page, or another kind of model), not a USD file"),
     (b"\x1f\x8b", PACKED),
     (b"bzh", PACKED),
     (b"\xfd7zxz", PACKED),
     (b"7z\xbc\xaf", PACKED),
     (b"\x28\xb5\x2f\xfd", PACKED),
-    (b"pk\x03\x04", "it is a ZIP archive: unpack it first, or call it .usdz if it is a package of USD"),
-    (b"gltf", "it is a GLB file, whatever its name says: give it the ending .glb"),
-    (b"ply\n", "it is a PLY file, whatever its name says: give it the ending .ply"),
-    (b"\x89png", "it is a PNG image, no USD file"),
-    (b"\xff\xd8\xff", "it is a JPEG image, no USD file"),
+    (b"pk\x03\x04", "it is a ZIP archive: unpack it first, or rename it to .usdz if it is a USD package"),
+    (b"gltf", "it is a GLB file: rename it to .glb"),
+    (b"ply\n", "it is a PLY file: rename it to .ply"),
+    (b"\x89png", "it is a PNG image, not a USD file"),
+    (b"\xff\xd8\xff", "it is a JPEG image, not a USD file"),
 )
 """First bytes, in lower case, of files that are no stage."""
 
@@ -74,7 +74,7 @@ class Confinement:
         """Returns the reason why a file must not be read; None if it may be read."""
         real = Path(os.path.realpath(file))
         if real != self._own and not real.is_relative_to(self.folder):
-            leads = f"it is a symbolic link to {real}" if os.path.islink(file) else "it lies"
+            leads = f"it is a symbolic link to {real}" if os.path.islink(file) else "it is"
             wider = os.path.commonpath([self.folder, real])
             return (
                 f"{leads} outside {self.folder}; to allow it, load with folder={wider!r} (--folder on the"
@@ -92,7 +92,7 @@ class Confinement:
         """Counts bytes that are read; raises `UsdRejected` beyond the limit."""
         self._left -= size
         if self._left < 0:
-            raise UsdRejected(f"its files have more bytes than the budget of {self._most}")
+            raise UsdRejected(f"its files are too large; the limit is {self._most} bytes")
 
     def open_layers(self) -> list[Sdf.Layer]:
         """Opens all layers of the stage, starting with the root layer, without forbidden asset paths."""
@@ -104,7 +104,7 @@ class Confinement:
         self.charge(self._own.stat().st_size)
         first = Sdf.Layer.FindOrOpen(str(self._path))
         if first is None:
-            raise UsdRejected("not a USD layer that Pixar's library can read")
+            raise UsdRejected("Pixar's library cannot read it as a USD layer")
         self._layers[first.identifier] = first
         waiting: list[tuple[Sdf.Layer, dict[str, Any]]] = [(first, _variables(first))]
         while waiting:
@@ -154,7 +154,7 @@ class Confinement:
     def _opened(self, layer: Sdf.Layer, asset: str) -> Sdf.Layer | str:
         """The layer named by another layer, or the reason why it cannot be opened."""
         if re.match(r"[A-Za-z][\w+.-]+:", asset) and ":SDF_FORMAT_ARGS:" not in asset:
-            return "raycam reads nothing from a network or a database; download it into the folder"
+            return "raycam does not read from networks or databases; download it into the folder"
         place = layer.ComputeAbsolutePath(asset)
         if place in self._layers:
             return self._layers[place]
@@ -171,14 +171,14 @@ class Confinement:
             return reason
         suffix = os.path.splitext(inner or outer)[1].lstrip(".")
         if Sdf.FileFormat.FindByExtension(suffix) is None:
-            return f"Pixar's library, as installed here, cannot read .{suffix} files"
+            return f"the installed version of Pixar's library cannot read .{suffix} files"
         if not inner:
             self.charge(Path(outer).stat().st_size)
         try:
             found = Sdf.Layer.FindOrOpen(identifier)
         except Tf.ErrorException as error:
             return "; ".join(part.commentary.strip() for part in error.args)
-        return "no layer that Pixar's library can read" if found is None else found
+        return "Pixar's library cannot read it as a layer" if found is None else found
 
     def _shown(self, layer: Sdf.Layer) -> str:
         """The layer's path, relative to the folder of the stage."""

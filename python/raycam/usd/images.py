@@ -43,11 +43,11 @@ class Images:
             self._known[key] = None
             try:
                 if "<UDIM>" in place:
-                    raise UsdRejected("tiles (UDIM) are not read")
+                    raise UsdRejected("UDIM tiles are not supported")
                 if not asset.resolvedPath:
                     other = found_elsewhere(asset.path, self._confinement.stage_folder)
                     if other is None or self._confinement.fault(other):
-                        raise UsdRejected("no such file, or one of a network or a database")
+                        raise UsdRejected("no such file; networks and databases are not supported")
                     self._note("substituted_file", asset.path, f"file not found; {other} is used")
                     place = str(other)
                 self._known[key] = name = self._copied(place)
@@ -128,7 +128,9 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
     columns = _wrapped(width, wraps[0], *tiles[0])
     lines = _wrapped(height, wraps[1], 1 - high, 1 - low)
     if len(columns) * len(lines) > MOST_PIXELS:
-        raise UsdRejected(f"{len(columns)} x {len(lines)} pixels would be needed")
+        raise UsdRejected(
+            f"the image would need {len(columns)} x {len(lines)} pixels; the limit is {MOST_PIXELS} in total"
+        )
     if (pixels[..., 3] == 1).all():
         pixels = pixels[..., :3]  # black outside of the image, not transparent
     made = pixels[lines][:, columns]
@@ -153,7 +155,7 @@ def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
 def _pixels(file: Path) -> Any:
     """Values float32 [height, width, 4] in 0..1 of an integer image."""
     if file.suffix in (".exr", ".hdr"):
-        raise UsdRejected("it has floats, which raycam changes no images of")
+        raise UsdRejected("images of floats cannot be changed")
     return _core.read_picture(file, True)[0]
 
 

@@ -133,7 +133,9 @@ class StageReader:
         if key not in self._roles:
             self._roles[key] = _find_role(prim)
         if self._roles[key] is Role.NONE and kind and not _is_known(kind):
-            self._skipped[f"prims of type {kind}, which Pixar's library does not know here,"] += 1
+            self._skipped[
+                f"prims of type {kind}, which the installed version of Pixar's library does not support,"
+            ] += 1
         return self._roles[key]
 
     def _note(self, code: str, prim: Usd.Prim, text: str) -> None:

@@ -12,7 +12,7 @@ LIGHT_INPUTS: dict[str, tuple[str, Any]] = {
     "shaping:focus": ("its focus", 0.0),
     "diffuse": ("its factor of diffuse reflection", 1.0),
     "specular": ("its factor of specular reflection", 1.0),
-    "shadow:enable": ("that it casts no shadows", True),
+    "shadow:enable": ("its disabled shadows", True),
 }
 """Inputs of all lights: what is not used, and the value that changes nothing."""
 FORMATS = ("automatic", "latlong")
@@ -42,7 +42,9 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     kind = prim.GetTypeName()
     angle = value("shaping:cone:angle", 180.0)
     if kind in SHAPED and 90 < angle < 180:
-        said.append(f"its cone of {angle:g} degrees (90 are possible): it shines in all directions")
+        said.append(
+            f"its cone of {angle:g} degrees, because only 90 are supported: it shines in all directions"
+        )
     elif kind not in SHAPED and angle < 180 and prim.HasAPI(UsdLux.ShapingAPI):
         said.append(f"its cone of {angle:g} degrees")
     if kind.startswith("DomeLight") and (format := value("texture:format", "automatic")) not in FORMATS:
@@ -53,7 +55,7 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     light = UsdLux.LightAPI(prim)
     linked = (light.GetLightLinkCollectionAPI(), light.GetShadowLinkCollectionAPI())
     if any(_leaves_out(collection) for collection in linked):
-        said.append("its links: it lights all objects")
+        said.append("its light links: it lights all objects")
     old = [
         key
         for key in OLD_INPUTS
@@ -61,7 +63,7 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
         and not prim.GetAttribute(f"inputs:{key}").HasAuthoredValue()
     ]
     if old:
-        said.append(f"{', '.join(old)} in the words before USD 21.05 (now inputs:{old[0]})")
+        said.append(f"{', '.join(old)}, names from before USD 21.05 (now inputs:{old[0]})")
     return said
 
 
@@ -72,7 +74,7 @@ def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     if source.GetExposureAttr().Get(time):
         said.append("its exposure (render with exposure=)")
     if source.GetFStopAttr().Get(time) and not (source.GetFocusDistanceAttr().Get(time) or 0) > 0:
-        said.append("its f-stop, as it has no focusDistance: all is sharp")
+        said.append("its f-stop, because it has no focusDistance: the whole image is sharp")
     if source.GetClippingPlanesAttr().Get(time):
         said.append("its clipping planes")
     return said
@@ -89,7 +91,7 @@ def unused_of_model(prim: Usd.Prim) -> list[str]:
         if mode not in DRAWN:
             said.append(f"its draw mode {mode}: its meshes are shown")
     shining = [name for name in schemas if name in ("MeshLightAPI", "VolumeLightAPI")]
-    said.extend(f"the light that it gives ({name})" for name in shining)
+    said.extend(f"its light ({name})" for name in shining)
     return said
 
 

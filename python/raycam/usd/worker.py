@@ -105,7 +105,10 @@ def _notices_of_stage(
     others = len(reader.lights) + len(reader.cameras)
     if options.single and others:
         notices.append(
-            StageNotice("ignored_element", f"one object has no lights and cameras: {others} are dropped")
+            StageNotice(
+                "ignored_element",
+                f"{others} lights and cameras are ignored, because the file becomes one object",
+            )
         )
     if len(variants) > 1 and options.variant is None:
         more = f" and {len(variants) - MAX_VARIANTS} more" if len(variants) > MAX_VARIANTS else ""
@@ -127,7 +130,7 @@ def _describe_times(stage: Usd.Stage) -> str:
     rate = rate_of(stage)
     ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
     span = ends if stage.HasAuthoredTimeCodeRange() else " in seconds"
-    return f"it is animated and shown at its first time; raycam.load(path, time=SECONDS) shows another,{span}"
+    return f"it is animated and shown at its first time; to show another, use raycam.load(path, time=SECONDS),{span}"
 
 
 def main(path: Path, folder: Path, options: Options) -> None:

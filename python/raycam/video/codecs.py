@@ -75,8 +75,9 @@ CODECS: dict[tuple[str, bool, bool], Codec] = {
     (".webm", False, True): Codec("webm", "libvpx-vp9", "yuva420p", VP9 | {"crf": "20"}, "libopus"),
     (".webm", True, False): Codec("webm", "libvpx-vp9", "gbrp", VP9 | {"lossless": "1"}, "libopus"),
 }
-"""H.264 plays everywhere, without loss (High 4:4:4 Predictive) in FFmpeg, VLC and mpv. ProRes 4444 and QuickTime PNG
-are for editing. FFV1 (RFC 9043) is for archives, and always lossless. VP9 plays in browsers, also with opacity."""
+"""H.264 plays everywhere; its lossless profile (High 4:4:4 Predictive) plays in FFmpeg, VLC and mpv. ProRes 4444 and
+QuickTime PNG are for editing. FFV1 (RFC 9043) is for archives, and always lossless. VP9 plays in browsers, also with
+opacity."""
 
 
 def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:

@@ -87,7 +87,7 @@ def require_av(name: str) -> None:
         raise SettingsError(
             f"{name}: video files require PyAV ({error}); pip install 'raycam[video]', or write a .gif file "
             "or a folder of"
-            " PNG pictures",
+            " PNG images",
             code="missing_dependency",
         ) from None
     major = str(av.__version__).partition(".")[0]

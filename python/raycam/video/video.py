@@ -89,12 +89,10 @@ class VideoPlan:
         """The camera, before the video moves it."""
         if world.video is None and animation is None:
             world = with_orbit(world)
-            message = "the world has no [video], so the camera orbits its middle in 4 seconds"
+            message = "the world has no [video], so the camera orbits its centre for 4 seconds"
             self.notices.append(Notice(message, "default_video"))
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
-            message = (
-                "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
-            )
+            message = "time_limit: the number of samples per frame depends on the machine and differs from run to run"
             self.notices.append(Notice(message, "varying_samples"))
         video = world.video
         self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
@@ -107,7 +105,8 @@ class VideoPlan:
         """The duration."""
         if self.fps * self.seconds > MAX_FRAMES:
             raise SettingsError(
-                f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames",
+                f"the video is too long: {self.seconds:g} s at {self.fps:g} frames per second; the limit is "
+                f"{MAX_FRAMES} frames",
                 code="too_large",
             )
         self._world, self._pace, self._settings = world, length / self.seconds, settings
@@ -354,7 +353,8 @@ def _number(animations: list[Animation], wanted: str | int | None) -> int:
     number = names.index(wanted) if isinstance(wanted, str) and wanted in names else wanted or 0
     if isinstance(number, str) or not 0 <= number < len(names):
         raise SettingsError(
-            f"no animation {wanted!r}; there are {', '.join(map(repr, names)) or 'none'}", code="unknown_name"
+            f"no animation {wanted!r}; available: {', '.join(map(repr, names)) or 'none'}",
+            code="unknown_name",
         )
     return number
 

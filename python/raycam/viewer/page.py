@@ -179,7 +179,8 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
             )
         if not (isinstance(name, str) and name.isidentifier()):
             raise SettingsError(
-                f"arrays[{name!r}]: a name has letters, digits and _, as in 'flow'", code="invalid_value"
+                f"arrays[{name!r}]: names must consist of letters, digits and _, as in 'flow'",
+                code="invalid_value",
             )
         array = arrays[name] = numbers(f"arrays[{name!r}]", value)
         fits = array.shape[:2] == (height, width) and (
@@ -193,7 +194,8 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
             )
         if array.dtype.name not in DTYPES:
             raise SettingsError(
-                f"arrays[{name!r}] is of {array.dtype.name}; expected {', '.join(DTYPES)}", code="wrong_type"
+                f"arrays[{name!r}] has dtype {array.dtype.name}; expected {', '.join(DTYPES)}",
+                code="wrong_type",
             )
     return arrays
 
@@ -212,7 +214,7 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
         )
     if not set(other) & set(frame):
         raise SettingsError(
-            f"compare has {', '.join(other)}, this frame {', '.join(frame)}: nothing to compare",
+            f"compare has no channel in common with this frame: {', '.join(other)}; {', '.join(frame)}",
             code="conflicting_values",
         )
 
@@ -223,13 +225,15 @@ def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
         return
     if other.region[:2] != frame.region[:2]:
         message = (
-            f"compare begins at the pixel {other.region[:2]} of its image, but this frame at {frame.region[:2]}; "
+            f"compare starts at pixel {other.region[:2]} of its image, but this frame at {frame.region[:2]}; "
             "pixels at different positions are compared"
         )
         yield Notice(message, "differing_frames")
     alone = [name for name in other if name not in frame]
     if alone:
-        message = f"compare: its {', '.join(alone)} left out, this frame has {', '.join(frame)}"
+        message = (
+            f"compare: {', '.join(alone)} cannot be compared, because this frame has only {', '.join(frame)}"
+        )
         yield Notice(message, "differing_frames")
 
 

@@ -48,7 +48,7 @@ def load_frame(path: str | os.PathLike[str]) -> Frame:
         return ENDINGS[Path(path).suffix.lower()](path)
     except KeyError:
         raise FormatError(
-            f"{os.fspath(path)}: no frame; frames are saved as {' or '.join(ENDINGS)}", code="unknown_format"
+            f"{os.fspath(path)}: not a saved frame; expected {' or '.join(ENDINGS)}", code="unknown_format"
         ) from None
 
 
@@ -66,7 +66,7 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
         ) from None
     channels = {name: arrays[name] for name in CHANNELS if name in arrays}
     if not channels or "size" not in arrays or "region" not in arrays:
-        raise FormatError(f"{os.fspath(path)}: this .npz file has no frame of raycam")
+        raise FormatError(f"{os.fspath(path)}: this .npz file does not contain a frame of raycam")
     width, height = (int(side) for side in arrays["size"])
     x, y, columns, rows = (int(side) for side in arrays["region"])
     for name, array in channels.items():
@@ -85,7 +85,7 @@ def _load_exr(path: str | os.PathLike[str]) -> Frame:
     size, region, notices = _places(path, windows, notes)
     planes = _planes({name: _numbers(name, whole, bits) for name, whole, bits in channels})
     notices += [
-        Notice("float32, as the file holds it", "rounded_values", [name])
+        Notice("float32, as in the file", "rounded_values", [name])
         for name, array in planes.items()
         if name in CHANNELS and CHANNELS[name][0] != array.dtype
     ]
@@ -144,14 +144,14 @@ def _places(
             region = (0, 0, 0, 0)
         if region[2:] != (columns, rows):
             raise FormatError(
-                f"{os.fspath(path)}: its header has raycam.region {notes['raycam.region']!r} and raycam.size "
+                f"{os.fspath(path)}: its header contains raycam.region {notes['raycam.region']!r} and raycam.size "
                 f"{notes['raycam.size']!r}, which do not fit its {columns} x {rows} pixels"
             )
     is_within = 0 <= left - x <= width - columns and 0 <= top - y <= height - rows
     if is_within:
         return size, region, []
     message = (
-        "the data window leaves the display window: pixels are counted from the corner of the data window"
+        "the data window extends beyond the display window: pixels are counted from the data window's corner"
     )
     return (columns, rows), (0, 0, columns, rows), [Notice(message, "ignored_feature")]
 

@@ -238,15 +238,13 @@ class Server:
         try:
             hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
             if not isinstance(hello, Hello):
-                raise BadMessage("the first message is hello")
+                raise BadMessage("the first message must be hello")
         except (BadMessage, TimeoutError) as error:
-            await connection.close(POLICY_VIOLATION, str(error) or "the first message is hello")
+            await connection.close(POLICY_VIOLATION, str(error) or "the first message must be hello")
             return None
         session = self._session(hello.session)
         if session is None:
-            await connection.close(
-                TRY_AGAIN_LATER, f"{MOST_SESSIONS} clients are connected, as many as there may be"
-            )
+            await connection.close(TRY_AGAIN_LATER, f"too many clients: the limit is {MOST_SESSIONS}")
             return None
         session.images.show_again()
         loop = asyncio.get_running_loop()
@@ -292,7 +290,7 @@ class Server:
                 try:
                     message = parse_message(data)
                     if isinstance(message, Hello):
-                        raise BadMessage("hello: a connection sends it once")
+                        raise BadMessage("hello must be sent only once")
                     if isinstance(message, Probe):
                         now = time.monotonic()
                         if now - probes[0] > 1.0:
@@ -311,7 +309,7 @@ class Server:
                     strikes += 1
                     session.complain(str(error))
                     if strikes >= STRIKES:
-                        await connection.close(POLICY_VIOLATION, "too many messages that are none")
+                        await connection.close(POLICY_VIOLATION, "too many invalid messages")
                         break
                 except Error as error:
                     session.complain(str(error))
@@ -332,7 +330,7 @@ async def _send_all(connection: Any, outgoing: asyncio.Queue[bytes]) -> None:
 
 REMEDIES = {
     errno.EADDRINUSE: "use another port, or omit it for the next free one",
-    errno.EADDRNOTAVAIL: "expected an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all of them",
+    errno.EADDRNOTAVAIL: "expected an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all addresses",
     errno.EACCES: "ports below 1024 require administrator rights; use a larger one",
 }
 """Remedies of the most common errors when a socket starts to listen."""

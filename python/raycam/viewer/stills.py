@@ -137,7 +137,7 @@ class Slices(Refinement):
         started = time.monotonic()
         if self._given is not None:
             self._showing, self._given = started - self._given, None
-        if self._picture is None:  # not before, because acceleration structures may have to be built
+        if self._picture is None:  # the first image may wait for acceleration structures
             self._picture = Progressive(self.world, self.camera, samples=self.most, **self.settings)
         self.samples = self._picture.add_for(SLICE, cancel=cancel)
         self._spent += time.monotonic() - started

@@ -55,7 +55,7 @@ def pack(
     """The header and the bytes of a plane [h, w] or [h, w, components]; level 0 does not compress it."""
     dtype = np.dtype(array.dtype).newbyteorder("<")
     if dtype.name not in DTYPES:
-        raise ValueError(f"{name} is of {dtype.name}; the client knows {', '.join(DTYPES)}")
+        raise ValueError(f"{name} has dtype {dtype.name}; the client supports {', '.join(DTYPES)}")
     height, width = array.shape[:2]
     values = np.ascontiguousarray(array, dtype=dtype).reshape(height, width, -1)
     chosen = filter or (BEST.get(name, "left") if level else "plain")

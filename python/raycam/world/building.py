@@ -78,7 +78,7 @@ class WorldBuilding(WorldContents):
         for part in ({"name": name} if name is not None else {}, material or {}, placement):
             twice = description.keys() & part.keys()
             if twice:
-                raise WorldError(f"{', '.join(sorted(twice))}: given twice", code="duplicate_name")
+                raise WorldError(f"{', '.join(sorted(twice))}: passed twice", code="duplicate_name")
             description |= part
         with self._warning():
             return _core.world_add_object(self._core, plain(description), None)

@@ -52,7 +52,7 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
         and (array % 1 == 0).all()
     ):
         raise WorldError(
-            f"{name}: numbers are linear, from 0 to 1; these go up to {array.max():g}: bytes in sRGB are given as"
+            f"{name}: colours are linear numbers from 0 to 1, got values up to {array.max():g}; pass bytes in sRGB as"
             f" numpy.uint8({name})",
             code="out_of_range",
         )
@@ -71,7 +71,7 @@ def indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
             f"{name} must be whole numbers [m, 3], not of dtype {array.dtype}", code="wrong_type"
         )
     if array.size == 0:
-        raise WorldError(f"{name} is empty: a mesh needs at least one triangle", code="missing_value")
+        raise WorldError(f"{name} is empty; a mesh requires at least one triangle", code="missing_value")
     if array.ndim != 2 or array.shape[1] != 3:
         hint = "; cut polygons into triangles first" if array.ndim == 2 else ""
         raise WorldError(

@@ -41,7 +41,7 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
         keys["triangles"] = keys.pop("faces")
     if is_usd(keys.get("mesh")):
         raise WorldError(
-            f"mesh {keys['mesh']!r}: an object does not change into a USD file; remove_object, then add_object",
+            f"mesh {keys['mesh']!r}: an existing object cannot use a USD file; use remove_object, then add_object",
             code="conflicting_values",
         )
     if "triangles" in keys:

@@ -55,7 +55,7 @@ class ObjectKeys(TypedDict, total=False):
     yaw: float
     scale: float | npt.ArrayLike
     matrix: npt.ArrayLike
-    type: Literal["matte", "metal", "glass", "principled", "unlit"]
+    type: Literal["matte", "metal", "glass", "principled", "unlit", "boundary"]
     color: Color
     texture: Image
     textures: Mapping[str, Image]
@@ -74,6 +74,7 @@ class ObjectKeys(TypedDict, total=False):
     attenuation_color: Color
     attenuation_distance: float
     priority: int
+    medium: str | Mapping[str, Any]
     metallic: float
     specular_color: Color
     transmission: float
@@ -192,7 +193,7 @@ def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dic
         if key in given:
             if key in table:
                 raise WorldError(
-                    f"{key}: given twice, for the object and in its {shape}", code="duplicate_name"
+                    f"{key}: passed twice, for the object and in its {shape}", code="duplicate_name"
                 )
             table[key] = given.pop(key)
     return table
@@ -209,6 +210,6 @@ def merge_keys(description: Mapping[str, Any] | None, keys: Mapping[str, Any]) -
     """Merges a description with keywords; raises `WorldError` for a description that is not a dict."""
     if description is not None and not isinstance(description, Mapping):
         raise WorldError(
-            f"expected a dict, a text or keywords, not {type(description).__name__}", code="wrong_type"
+            f"expected a dict, a string or keywords, not {type(description).__name__}", code="wrong_type"
         )
     return {**(description or {}), **keys}

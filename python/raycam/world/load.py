@@ -215,7 +215,8 @@ def _load_robot(
             raise SettingsError(f"{os.fspath(path)}: {name}= is not supported for robots")
     if options.up == "y":
         raise SettingsError(
-            f"{os.fspath(path)}: robots are z up; add one to a y-up world with World('y').add_robot"
+            f"{os.fspath(path)}: up='y' is not supported for robots; add the robot to a y-up world with "
+            "World('y').add_robot"
         )
     if folder is not None:
         check_folder(path, folder)

@@ -49,7 +49,7 @@ def check_exists(path: str | os.PathLike[str]) -> None:
         return
     if os.path.islink(path):
         target = os.readlink(path)
-        way = ": git annex get brings it" if "annex/objects" in target else ""
+        way = "; to download it, run git annex get" if "annex/objects" in target else ""
         raise with_code(
             FileNotFoundError(
                 errno.ENOENT, f"a symbolic link to {target}, which leads to no file{way}", os.fspath(path)

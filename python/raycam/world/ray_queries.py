@@ -253,9 +253,7 @@ class RayQueries:
         if times is None:
             return None
         if self._core.is_animated and self._core.time is None:
-            text = (
-                "times have no effect: the world has animations, but it is not at a time; use world.at(time)"
-            )
+            text = "times have no effect, because no time is set for the animated world; use world.at(time)"
             warn(Notice(text, "unused_times"))
         array = limits("times", times, shape)
         if len(array) == 1:

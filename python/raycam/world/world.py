@@ -85,14 +85,18 @@ class World(WorldBuilding, RayQueries, PointQueries):
         folder: str | os.PathLike[str],
         texture_memory: int | str | None,
         robot_lines: Sequence[int] = (),
+        shared: _core.SharedFiles | None = None,
     ) -> World:
-        """`from_dict`; `robot_lines` are the lines of the tables `[[robot]]`, for messages."""
+        """`from_dict`; `robot_lines` are the lines of the tables `[[robot]]`, for messages.
+
+        Worlds with the same `shared` read each file of the folder once.
+        """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         robots: list[dict[str, Any]] = []
         video: dict[str, Any] = {}
         if has_robots(description):
             description, robots, video = split_robots(description)
-        world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit, shared))
         warn_all(world.notices)
         add_robot_tables(world, robots, folder, robot_lines)
         world._check_sensors()

@@ -210,7 +210,7 @@ def test_every_chapter_has_an_exercise() -> None:
 
 
 @pytest.mark.parametrize("exercise", MISTAKES)
-def test_named_mistakes_get_their_hints(exercise: str) -> None:
+def test_common_mistakes_get_their_hints(exercise: str) -> None:
     for found, (expression, word) in zip(verdicts(exercise), MISTAKES[exercise], strict=True):
         assert found.startswith("false "), (expression, found)
         assert word in found, (expression, found)

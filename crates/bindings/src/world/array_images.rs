@@ -6,10 +6,13 @@ use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyU
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_formats::{AssetRoot, FormatError};
-use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Texels, Texture, TextureSampler, Wrap};
+use raycam_scene::{
+    AssetLoader, ColorUse, IesProfile, Image, MeshFile, SingleMesh, Texels, Texture, TextureSampler, Up, Wrap,
+};
 
 use crate::arrays::NewArray;
 use crate::error::{check_memory, world_error};
+use crate::world::shared_files::SharedFiles;
 
 /// Prefix of an array's number in its name; no file has such a name.
 const MARK: &str = "\0array ";
@@ -141,26 +144,63 @@ fn texels_of<T: numpy::Element + Copy>(array: &NewArray<'_, T>, channels: usize,
 pub(crate) struct FilesAndArrays<'a> {
     pub(crate) files: &'a mut AssetRoot,
     pub(crate) arrays: &'a ArrayImages,
+    /// The files that other worlds have read.
+    shared: Option<&'a SharedFiles>,
+    /// The number of notices before the last mesh file was read.
+    notice_count: usize,
+}
+
+impl<'a> FilesAndArrays<'a> {
+    pub(crate) fn new(files: &'a mut AssetRoot, arrays: &'a ArrayImages) -> Self {
+        Self { files, arrays, shared: None, notice_count: 0 }
+    }
+
+    /// Reads the files of several worlds once.
+    pub(crate) fn sharing(self, shared: Option<&'a SharedFiles>) -> Self {
+        Self { shared, ..self }
+    }
 }
 
 impl AssetLoader for FilesAndArrays<'_> {
     type Error = FormatError;
 
     fn mesh(&mut self, file: &str) -> Result<MeshFile, FormatError> {
+        self.notice_count = self.files.notices().len();
         self.files.mesh(file)
     }
 
+    fn shared_mesh(&mut self, file: &str, up: Option<Up>) -> Option<SingleMesh> {
+        let (mesh, notices) = self.shared?.mesh(file, up)?;
+        self.files.repeat_notices(&notices);
+        Some(mesh)
+    }
+
+    fn share_mesh(&mut self, file: &str, up: Option<Up>, mesh: &SingleMesh) {
+        if let Some(shared) = self.shared {
+            shared.keep_mesh(file, up, mesh, &self.files.notices()[self.notice_count..]);
+        }
+    }
+
     fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture, FormatError> {
-        match self.arrays.image_named(file, color_use) {
-            Some(image) => Ok(Texture { image, sampler: TextureSampler { wrap, ..TextureSampler::default() } }),
-            None => self.files.texture(file, wrap, color_use),
+        if let Some(image) = self.arrays.image_named(file, color_use) {
+            return Ok(Texture { image, sampler: TextureSampler { wrap, ..TextureSampler::default() } });
+        }
+        let read = |files: &mut AssetRoot| files.texture(file, wrap, color_use);
+        match self.shared {
+            Some(shared) => shared.texture(self.files, (file, wrap, color_use), read),
+            None => read(self.files),
         }
     }
 
     fn environment(&mut self, file: &str) -> Result<Arc<Image>, FormatError> {
-        let Some(image) = self.arrays.image_named(file, ColorUse::Color) else { return self.files.environment(file) };
-        self.files.check_environment_shape("the environment's array", image.size);
-        Ok(image)
+        if let Some(image) = self.arrays.image_named(file, ColorUse::Color) {
+            self.files.check_environment_shape("the environment's array", image.size);
+            return Ok(image);
+        }
+        match self.shared {
+            Some(shared) => shared.environment(self.files, file, |files| files.environment(file)),
+            None => self.files.environment(file),
+        }
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {

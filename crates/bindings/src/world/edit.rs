@@ -77,7 +77,7 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
             Ok(id) => id,
             Err(error) => return Ok(Err(error)),
         };
-        spec.change(inner, id, &mut FilesAndArrays { files, arrays: &arrays })?;
+        spec.change(inner, id, &mut FilesAndArrays::new(files, &arrays))?;
         Ok(Ok(()))
     })?
 }
@@ -111,7 +111,7 @@ pub(crate) fn world_set_light(
             }
             _ => {}
         }
-        light.read(&mut FilesAndArrays { files, arrays: &arrays })?;
+        light.read(&mut FilesAndArrays::new(files, &arrays))?;
         name_array(&mut light);
         Ok(inner.set_light(number, light)?)
     })

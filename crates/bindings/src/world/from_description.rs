@@ -10,6 +10,7 @@ use raycam_scene::{Light, World as Inner};
 use crate::error::{OrRaise, detached};
 use crate::py_value::to_value;
 use crate::world::array_images::{ArrayImages, FilesAndArrays, NAME, is_array};
+use crate::world::shared_files::SharedFiles;
 use crate::world::state::{World, budget};
 
 /// Description, and the images in it that are arrays.
@@ -19,50 +20,66 @@ pub(crate) fn described(description: &Bound<'_, PyAny>) -> PyResult<(ArrayImages
     Ok((arrays, value))
 }
 
-/// Builds the world of a description, whose files must be in `folder`.
+/// Builds the world of a description, whose files must be in `folder`. Worlds with the same `shared` read each file once
+/// and share what is built of it; with `texture_memory`, every world has its own.
 #[pyfunction]
+#[pyo3(signature = (description, folder, texture_memory, shared=None))]
 pub(crate) fn world_from_dict(
     description: &Bound<'_, PyAny>,
     folder: PathBuf,
     texture_memory: Option<u64>,
+    shared: Option<Py<SharedFiles>>,
 ) -> PyResult<World> {
     let (arrays, value) = described(description)?;
+    let shared = shared.as_ref().map(Py::get).filter(|_| texture_memory.is_none());
     let build = || -> Result<Inner, FormatError> {
         let mut files = AssetRoot::new(&folder, &budget(texture_memory));
         let mut world =
-            from_value::<WorldFile>(&value)?.build(&mut FilesAndArrays { files: &mut files, arrays: &arrays })?;
+            from_value::<WorldFile>(&value)?.build(&mut FilesAndArrays::new(&mut files, &arrays).sharing(shared))?;
         world.lights.iter_mut().for_each(name_array);
         files.finish_world(&mut world)?;
         Ok(world)
     };
-    Ok(World::from_inner(detached(description.py(), build)?, PathBuf::new()))
+    let world = World::from_inner(detached(description.py(), build)?, PathBuf::new());
+    if let Some(shared) = shared {
+        world.state().family = shared.family.clone();
+    }
+    Ok(world)
 }
 
-/// Adds an object. Its files may be anywhere or, with `within`, only in that folder.
+/// Adds an object. Its files may be anywhere or, with `within`, only in that folder, which is that of the `shared` files.
 #[pyfunction]
+#[pyo3(signature = (world, description, within, shared=None))]
 pub(crate) fn world_add_object(
     world: &World,
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
+    shared: Option<Py<SharedFiles>>,
 ) -> PyResult<usize> {
     let (arrays, value) = described(description)?;
     let spec: ObjectSpec = from_value(&value).or_raise()?;
+    let shared = shared.as_ref().map(Py::get);
     world.add_description(description.py(), within, |inner, files| {
-        spec.build(inner, &mut FilesAndArrays { files, arrays: &arrays })
+        let shared = shared.filter(|_| inner.texture_cache.is_none());
+        spec.build(inner, &mut FilesAndArrays::new(files, &arrays).sharing(shared))
     })
 }
 
 /// Adds a light, with files as for [`world_add_object`].
 #[pyfunction]
+#[pyo3(signature = (world, description, within, shared=None))]
 pub(crate) fn world_add_light(
     world: &World,
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
+    shared: Option<Py<SharedFiles>>,
 ) -> PyResult<usize> {
     let (arrays, value) = described(description)?;
     let mut light: Light = from_value(&value).or_raise()?;
+    let shared = shared.as_ref().map(Py::get);
     world.add_description(description.py(), within, |inner, files| {
-        light.read(&mut FilesAndArrays { files, arrays: &arrays })?;
+        let shared = shared.filter(|_| inner.texture_cache.is_none());
+        light.read(&mut FilesAndArrays::new(files, &arrays).sharing(shared))?;
         name_array(&mut light);
         Ok(inner.add_light(light)?)
     })

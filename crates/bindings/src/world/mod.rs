@@ -9,6 +9,7 @@ pub(crate) mod many;
 pub(crate) mod polygons;
 pub(crate) mod rigs;
 pub(crate) mod settle;
+pub(crate) mod shared_files;
 pub(crate) mod state;
 
 use std::collections::BTreeMap;

@@ -94,7 +94,7 @@ pub(crate) fn world_add_polygons(
         let limits = *files.budget();
         let mut own = AssetRoot::new(&folder, &limits).extending(inner);
         let model = arrays.merge(&folder, &mut own)?;
-        spec.build(inner, &mut FilesAndModel { files: FilesAndArrays { files, arrays: &images }, model: Some(model) })
+        spec.build(inner, &mut FilesAndModel { files: FilesAndArrays::new(files, &images), model: Some(model) })
     })
 }
 

@@ -79,7 +79,7 @@ pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
     Aabb { lower: [a, b, c], upper: [-d, -e, -f] }
 }
 
-/// The extent along each axis, and 0.
+/// The extent along each axis; the fourth lane is 0.
 #[inline(always)]
 pub fn diagonal<I: Isa>(bounds: I::F32x8) -> F32x4 {
     let [lower, negated_upper] = I::split_f32x4(bounds);

@@ -186,14 +186,25 @@ impl<'a> Cursor<'a> {
             }
             return Ok(numbers);
         }
+        if let Some(numbers) = self.spaced_numbers() {
+            return Ok(numbers);
+        }
         let mut numbers = Vec::new();
         for item in self.list()? {
-            match item.node.value {
-                Value::Scalar(_) => numbers.push(item.number()?),
+            match (&item.node.value, item.spaced_numbers()) {
+                (_, Some(row)) => numbers.extend(row),
+                (Value::Scalar(_), None) => numbers.push(item.number()?),
                 _ => numbers.extend(item.numbers()?),
             }
         }
         Ok(numbers)
+    }
+
+    /// The finite numbers of a text with at least two, separated by spaces, as in `K: 500 0 320`.
+    fn spaced_numbers(&self) -> Option<Vec<f64>> {
+        let Value::Scalar(word) = &self.node.value else { return None };
+        let numbers = word.split_whitespace().map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()));
+        numbers.collect::<Option<Vec<f64>>>().filter(|numbers| numbers.len() > 1)
     }
 
     /// The `N` numbers of the node.
@@ -250,14 +261,18 @@ impl<'a> Cursor<'a> {
 pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     let last = [m[12], m[13], m[14], m[15]];
     if last != [0.0, 0.0, 0.0, 1.0] {
-        let transposed = [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0];
+        let reason = match last {
+            _ if [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0] => "the matrix is transposed, by columns",
+            [0.0, 0.0, 0.0, 0.0] => "write 0 0 0 1",
+            [0.0, 0.0, 0.0, _] => {
+                "the whole matrix is scaled by that number: divide all of it, or only R if the translation is already in \
+                 the unit that you want"
+            }
+            _ => "is the matrix transposed?",
+        };
         return Err(format!(
-            "the last row is {} {} {} {}; expected 0 0 0 1: {}",
-            last[0],
-            last[1],
-            last[2],
-            last[3],
-            if transposed { "the matrix is transposed (stored by columns)" } else { "is the matrix transposed?" }
+            "the last row is {} {} {} {}, expected 0 0 0 1: {reason}",
+            last[0], last[1], last[2], last[3]
         ));
     }
     let rows = std::array::from_fn(|i| m[i]);

@@ -33,3 +33,15 @@ pub(crate) fn looks_like(text: &str, count: usize) -> bool {
             words.clone().count() == count && words.all(|word| word.parse::<f64>().is_ok())
         })
 }
+
+/// True for a text with a matrix of KITTI in one line, which OpenCV's reader would accept too.
+pub(crate) fn has_kitti_matrix(text: &str) -> bool {
+    let numbers = |values: &str, count: usize| {
+        let mut words = values.split_whitespace();
+        words.clone().count() == count && words.all(|word| word.parse::<f64>().is_ok())
+    };
+    let counts = [("P0:", 12), ("P2:", 12), ("P_rect_00:", 12), ("K_00:", 9)];
+    data_lines(text).any(|(_, line)| {
+        counts.iter().any(|&(key, count)| line.strip_prefix(key).is_some_and(|values| numbers(values, count)))
+    })
+}

@@ -1,14 +1,18 @@
 //! Formats that are recognised but not supported, each with an alternative.
 
+const OCAM_REMEDY: &str = "calibrate as MEI or KANNALA_BRANDT with camodocal, or with cv2.fisheye";
+
 /// Name of a format, markers that must all be in its files, and the alternative.
-const UNREAD: [(&str, &[&str], &str); 11] = [
+const UNREAD: [(&str, &[&str], &str); 13] = [
     ("a ScanNet scene", &["axisAlignment", "colorWidth"], "open the folder with pose/ and intrinsic/"),
     (
         "Azure Kinect's raw calibration",
         &["CalibrationInformation", "ModelParameters"],
         "write K and the eight coefficients of k4a_calibration_t as JSON (K, dist, img_size)",
     ),
-    ("OCamCalib (Scaramuzza)", &["#polynomial coefficients"], "calibrate as MEI or KANNALA_BRANDT with camodocal"),
+    ("OCamCalib (Scaramuzza)", &["#polynomial coefficients"], OCAM_REMEDY),
+    ("OCamCalib (Scaramuzza) as JSON", &["\"invpol\"", "\"pol\""], OCAM_REMEDY),
+    ("Kimera with the polynomial of OCamCalib (Scaramuzza)", &["omni_pol_inv", "omni_affine"], OCAM_REMEDY),
     ("VisualSFM", &["NVM_V3"], "import it in COLMAP (model_converter), then read that"),
     ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
     ("NumPy arrays in YAML", &["!!python/object", "numpy"], "write lists (K.tolist()), or save with np.savez"),

@@ -14,6 +14,9 @@ use raycam_formats::{FormatError, Result};
 /// number.
 const MAX_COPIED_VALUES: usize = 1 << 16;
 
+/// Indent of the lines of a list in brackets after its first, deeper than the keys of a calibration.
+const LIST_INDENT: &str = "                                                                ";
+
 /// List or map being read: a map with the key whose value follows, and its previous keys.
 enum Open {
     List(Vec<DocumentNode>),
@@ -29,13 +32,50 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
         return parse_strict(&without_comments(&text.replace('\t', " ")), path);
     }
     let old = text.strip_prefix("%YAML:1.0").or_else(|| text.strip_prefix("%YAML 1.0"));
-    match old {
-        Some(body) => parse_strict(&with_spaces(body), path),
-        None => parse_strict(text, path).or_else(|error| {
-            let spaced = with_spaces(text);
-            if spaced == text { Err(error) } else { parse_strict(&spaced, path).map_err(|_| error) }
-        }),
+    let spaced = with_spaces(old.unwrap_or(text));
+    let first = if old.is_some() { parse_strict(&spaced, path) } else { parse_strict(text, path) };
+    first.or_else(|error| {
+        let attempts = [spaced.clone(), with_indented_lists(&spaced)];
+        let parsed = attempts.iter().filter(|attempt| *attempt != text).find_map(|text| parse_strict(text, path).ok());
+        parsed.ok_or(error)
+    })
+}
+
+/// The text with the lines of `[...]` indented, which OpenCV and PyYAML accept at any column, and with a comma between
+/// the rows of an array as NumPy prints it.
+fn with_indented_lists(text: &str) -> String {
+    let mut indented = String::with_capacity(text.len());
+    let mut depth = 0_usize;
+    let mut closed = false;
+    for line in text.split_inclusive('\n') {
+        let start = line.trim_start_matches([' ', '\t']);
+        let continues = depth > 0 && !start.trim().is_empty();
+        if continues {
+            indented.push_str(LIST_INDENT);
+        }
+        let (mut quote, mut last) = (None, '\n');
+        for c in (if continues { start } else { line }).chars() {
+            match (quote, c) {
+                (Some(open), c) if open == c => quote = None,
+                (None, '"' | '\'') => quote = Some(c),
+                (None, '#') if last.is_whitespace() => quote = Some('\n'),
+                (None, '[') => {
+                    if closed && depth > 0 {
+                        indented.push(',');
+                    }
+                    depth += 1;
+                }
+                (None, ']') => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            if quote.is_none() && !c.is_whitespace() {
+                closed = c == ']';
+            }
+            indented.push(c);
+            last = c;
+        }
     }
+    indented
 }
 
 /// Text with a space between `word:` and a value, as YAML requires.

@@ -37,7 +37,13 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
     if let Ok(four) = at.array::<4>() {
         return Ok(upper(four));
     }
-    let k = at.matrix3()?;
+    let k = match at.numbers()?[..] {
+        // K in the corner of a 3x4 or 4x4 matrix.
+        [a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0] | [a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0, 0.0, 0.0, 0.0, 1.0] => {
+            DMat3::from_cols_array(&[a, b, c, d, e, f, g, h, i]).transpose()
+        }
+        _ => at.matrix3()?,
+    };
     if k.z_axis.truncate() == glam::DVec2::ZERO && k.row(2).truncate() != glam::DVec2::ZERO && k.z_axis.z == 1.0 {
         return Err(at.fail(
             "cx and cy are in the last row, so the matrix is transposed (stored by columns, as in MATLAB and Open3D); \
@@ -134,7 +140,7 @@ pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibrat
             on_a_body(&mut record, "rig");
         }
     }
-    if let Some(named) = pose::read_named(view, hints, calibration)? {
+    if let Some(named) = pose::read_named(view, record.pose.as_ref(), hints, calibration)? {
         if record.pose.as_ref().is_some_and(|pose| *pose != named) {
             return Err(at.fail("two poses of one camera; expected only one"));
         }

@@ -101,7 +101,7 @@ pub(super) const SIZE: [&str; 14] = [
 ];
 /// Rows and columns, as in NumPy's `shape`.
 pub(super) const SHAPE: [&str; 3] = ["shape", "imageshape", "imgshape"];
-pub(super) const WIDTH: [&str; 11] = [
+pub(super) const WIDTH: [&str; 12] = [
     "imagewidth",
     "imgwidth",
     "width",
@@ -113,8 +113,9 @@ pub(super) const WIDTH: [&str; 11] = [
     "camerawidth",
     "camwidth",
     "widthpx",
+    "imgdistw",
 ];
-pub(super) const HEIGHT: [&str; 11] = [
+pub(super) const HEIGHT: [&str; 12] = [
     "imageheight",
     "imgheight",
     "height",
@@ -126,6 +127,7 @@ pub(super) const HEIGHT: [&str; 11] = [
     "cameraheight",
     "camheight",
     "heightpx",
+    "imgdisth",
 ];
 pub(super) const MODEL: [&str; 17] = [
     "distortionmodel",
@@ -289,10 +291,101 @@ pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
 pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
     let data = at.get("data").unwrap_or_else(|| at.clone());
     let rows = data.list().unwrap_or_default();
+    let rows = if rows.is_empty() { vec![data] } else { rows };
     let cells = rows.into_iter().flat_map(|row| row.list().unwrap_or_else(|_| vec![row]));
     let is_number = |word: &str| word.trim_start_matches('.').parse::<f64>().is_ok();
-    let found: Vec<bool> = cells.map(|cell| cell.word().is_ok_and(is_number)).collect();
+    let words = cells.flat_map(|cell| match cell.word() {
+        Ok(word) => word.split_whitespace().map(is_number).collect(),
+        Err(_) => vec![false],
+    });
+    let found: Vec<bool> = words.collect();
     (3..=16).contains(&found.len()) && 2 * found.iter().filter(|number| **number).count() > found.len()
+}
+
+/// The parts of a key before or after a mark; a number is a mark only if no other digit is next to it.
+fn without_mark<'k>(key: &'k str, mark: &str) -> impl Iterator<Item = &'k str> {
+    let number = mark.bytes().all(|c| c.is_ascii_digit());
+    let before = key.strip_suffix(mark).filter(|rest| !(number && rest.ends_with(|c: char| c.is_ascii_digit())));
+    let after = key.strip_prefix(mark).filter(|rest| !(number && rest.starts_with(|c: char| c.is_ascii_digit())));
+    [before, after].into_iter().flatten()
+}
+
+/// Parts of keys of 3x3 matrices that are not K.
+const OTHER_MATRICES: [&str; 13] = [
+    "rot",
+    "essential",
+    "fundamental",
+    "homog",
+    "proj",
+    "extrin",
+    "new",
+    "optimal",
+    "rect",
+    "transf",
+    "covar",
+    "pose",
+    "inv",
+];
+
+/// The marks of the cameras of a map whose keys are K and a name or a number, as `K_event` or `camera_matrix_2`, in the
+/// file's order. A single one counts only if its lens has the same mark.
+pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    let entries = root.entries().unwrap_or_default();
+    for (key, at) in &entries {
+        let name = plain(key);
+        let other = is_base(&name) && !COEFFICIENTS.contains(&&name[..])
+            || OTHER_MATRICES.iter().any(|word| name.contains(word));
+        if let Some(mark) = mark_of(key, &K).filter(|_| !other && looks_like_k(at))
+            && !found.contains(&mark)
+        {
+            found.push(mark);
+        }
+    }
+    if let [mark] = &found[..]
+        && !entries.iter().any(|(key, _)| mark_of(key, &LENS).as_ref() == Some(mark))
+    {
+        return vec![];
+    }
+    found
+}
+
+/// The rest of a key that begins or ends with one of some words, set off by `_`, `-`, `.`, a digit or a capital.
+fn mark_of(key: &str, words: &[&str]) -> Option<String> {
+    // The places in the key at which a word can end or begin.
+    let chars: Vec<(usize, char)> = key.char_indices().collect();
+    let breaks = chars.windows(2).filter(|pair| {
+        let (before, after) = (pair[0].1, pair[1].1);
+        let set_off = |c: char| matches!(c, '_' | '-' | '.' | ' ');
+        set_off(before)
+            || set_off(after)
+            || before.is_ascii_digit() != after.is_ascii_digit()
+            || before.is_lowercase() && after.is_uppercase()
+    });
+    let parts = breaks.map(|pair| (plain(&key[..pair[1].0]), plain(&key[pair[1].0..])));
+    let marks = parts.filter(|(first, last)| !first.is_empty() && !last.is_empty()).filter_map(|(first, last)| {
+        let known =
+            |word: &str| words.contains(&word) || word.strip_prefix("camera").is_some_and(|w| words.contains(&w));
+        match (known(&first), known(&last)) {
+            (true, _) => Some((first.len(), last)),
+            (_, true) => Some((last.len(), first)),
+            _ => None,
+        }
+    });
+    // The longest word: `camera_matrix_0` is no `matrix` of "camera".
+    marks.max_by_key(|(length, _)| *length).map(|(_, mark)| mark)
+}
+
+/// True for 9, 12 or 16 numbers of K.
+fn looks_like_k(at: &Cursor<'_>) -> bool {
+    let Ok(m) = at.numbers() else { return false };
+    let width = match m.len() {
+        9 => 3,
+        12 | 16 => 4,
+        _ => return false,
+    };
+    let zeros = m[width] == 0.0 && m[2 * width] == 0.0 && m[2 * width + 1] == 0.0;
+    zeros && m[2 * width + 2] == 1.0 && m[0] > 0.0 && m[width + 1] > 0.0
 }
 
 /// Keys of one camera: those without a marker, or those that end or begin with the marker of its side.
@@ -300,7 +393,7 @@ pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
 pub(super) struct KeyView<'a> {
     pub(super) at: Cursor<'a>,
     /// Markers of the side, such as `1` and `left`; empty for keys without a marker.
-    pub(super) side: &'static [&'static str],
+    pub(super) side: Vec<String>,
     /// Maps that contain this one, the innermost first: their size, skew and lens model also apply to the camera.
     pub(super) above: Vec<Cursor<'a>>,
 }
@@ -308,7 +401,7 @@ pub(super) struct KeyView<'a> {
 impl<'a> KeyView<'a> {
     /// Keys of a map, without a marker.
     pub(super) fn new(at: Cursor<'a>) -> Self {
-        Self { at, side: &[], above: vec![] }
+        Self { at, side: vec![], above: vec![] }
     }
 
     /// Value of these names here, or otherwise in the innermost enclosing map that has one.
@@ -318,14 +411,20 @@ impl<'a> KeyView<'a> {
         own.map_or_else(above, |own| Ok(Some(own)))
     }
 
-    /// Key without the marker of its side; None for keys of the other side.
-    fn base(&self, key: &str) -> Vec<String> {
+    /// The key without the mark of the side, and the same without `camera`; empty for keys of another side.
+    pub(super) fn base(&self, key: &str) -> Vec<String> {
         let key = plain(key);
-        if self.side.is_empty() {
-            return vec![key];
-        }
-        let stripped = |mark: &&str| [key.strip_suffix(*mark), key.strip_prefix(*mark)];
-        self.side.iter().flat_map(stripped).flatten().map(str::to_owned).collect()
+        let mut bases = match &self.side[..] {
+            [] => vec![key],
+            side => side.iter().flat_map(|mark| without_mark(&key, mark)).map(str::to_owned).collect(),
+        };
+        let short = |base: &String| {
+            let rest = base.strip_prefix("camera").or_else(|| base.strip_prefix("cam"))?;
+            let told_apart = !rest.is_empty() && !OTHER.contains(&rest) && !is_base(base);
+            told_apart.then(|| rest.to_owned())
+        };
+        bases.extend(bases.iter().filter_map(short).collect::<Vec<_>>());
+        bases
     }
 
     /// True if a key has one of these names.

@@ -66,8 +66,11 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
                 keys::COEFFICIENTS[i]
             )));
         }
-        let one = matches!(at.node.value, Value::Scalar(_));
-        return Ok((list.clone(), if one { vec![at.number()?] } else { at.numbers()? }));
+        let numbers = match (&at.node.value, at.numbers()) {
+            (Value::Scalar(_), Err(_)) => vec![at.number()?],
+            (_, numbers) => numbers?,
+        };
+        return Ok((list.clone(), numbers));
     }
     if let Some(at) = &list {
         at.unread_keys(|key| keys::COEFFICIENTS.contains(&plain(key).as_str()))?;

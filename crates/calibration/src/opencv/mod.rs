@@ -4,6 +4,7 @@ mod camera;
 mod keys;
 mod lens;
 pub(crate) mod pair_folder;
+mod partner;
 mod pose;
 pub(crate) mod read;
 mod stereo;

@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, check_rigid, check_rotation, rigid};
 use crate::opencv::keys::{self, KeyView};
+use crate::pose_map;
 use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::NoticeCode;
@@ -64,16 +65,29 @@ fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
 /// Pose of the camera on a body, whose axes then define the world.
 pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
     if let Some(at) = view.find_value(&keys::BODY_FROM_CAMERA)? {
-        let (r, c) = at.matrix4()?;
-        check_rotation(r).map_err(|message| at.fail(message))?;
+        let (r, c) = rigid(&rows_of(&at)?);
         return Ok(Some(Pose::world_from_camera(Rotation::Matrix(r), c)));
     }
     if let Some(at) = view.find_value(&keys::CAMERA_FROM_BODY)? {
-        let (r, t) = at.matrix4()?;
-        check_rotation(r).map_err(|message| at.fail(message))?;
+        let (r, t) = rigid(&rows_of(&at)?);
         return Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)));
     }
     Ok(None)
+}
+
+/// True for a key of the camera's side with a word of a pose.
+pub(super) fn is_named(view: &KeyView<'_>, key: &str) -> bool {
+    let words = [&CAMERA_FROM_WORLD[..], &WORLD_FROM_CAMERA, &OPEN_DIRECTION];
+    let named = |name: &String| words.iter().any(|words| words.iter().any(|word| name.contains(word)));
+    // `pose_timestamp_0` of OpenCV's multi-camera calibration is a pose of the board.
+    let board = |name: &String| name.contains("timestamp");
+    view.base(key).iter().any(|name| !board(name) && named(name) || matches!(&name[..], "rt" | "tcw" | "twc"))
+}
+
+/// True for a key of the camera's side with a word of a pose, and a value that may be one.
+fn is_named_pose(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
+    is_named(view, key)
+        && (at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9 | 12 | 16)) || keys::is_keyed(at))
 }
 
 /// True for a key whose name the reader does not know and whose value is a pose, judged by its numbers or its name.
@@ -91,22 +105,38 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
         .iter()
         .any(|words| words.iter().any(|word| name.contains(word)))
         || matches!(&name[..], "rt" | "tcw" | "twc");
-    let value = transform || keys::is_keyed(at) && read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some());
+    let value = transform
+        || keys::is_keyed(at)
+            && (read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some()) || pose_map::is_pose_map(at));
     if named {
         return value || at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9));
     }
     transform && rows_of(at).is_ok_and(|rows| check_rotation(rigid(&rows).0).is_ok())
 }
 
-/// Pose under a key that is not one of OpenCV's, read if the key or the caller specifies its direction.
-pub(super) fn read_named(view: &KeyView<'_>, hints: &ReadHints, calibration: &mut Calibration) -> Result<Option<Pose>> {
-    // The keys of a pair belong to both cameras.
-    if !view.side.is_empty() {
-        return Ok(None);
-    }
+/// The pose under a key that is not one of OpenCV's: read if the key or the caller specifies its direction. `known` is the
+/// camera's pose by OpenCV's keys or by its mount: a transform without a direction next to it, as `T_color_depth`, is
+/// then another one.
+pub(super) fn read_named(
+    view: &KeyView<'_>,
+    known: Option<&Pose>,
+    hints: &ReadHints,
+    calibration: &mut Calibration,
+) -> Result<Option<Pose>> {
     let mut found: Option<(Cursor<'_>, Pose)> = None;
     for (key, at) in view.at.entries()? {
-        if !is_pose_key(view, key, &at) {
+        // Of the keys of several cameras, those with the mark of this one and a word of a pose.
+        let own = if view.side.is_empty() { is_pose_key(view, key, &at) } else { is_named_pose(view, key, &at) };
+        if !own {
+            continue;
+        }
+        if known.is_some() && hints.poses.is_none() && world_from_camera(key).is_none() && !keys::is_keyed(&at) {
+            let subject = format!("{} (line {})", at.key, at.node.line);
+            calibration.note_about(
+                NoticeCode::IgnoredKey,
+                subject,
+                "not used; the camera has another pose in the file",
+            );
             continue;
         }
         let pose = pose_of_key(key, &at, hints, calibration)?;
@@ -120,20 +150,24 @@ pub(super) fn read_named(view: &KeyView<'_>, hints: &ReadHints, calibration: &mu
     Ok(found.map(|(_, pose)| pose))
 }
 
+/// True for a key of world_from_camera, false for one of camera_from_world; None if it specifies no direction.
+fn world_from_camera(key: &str) -> Option<bool> {
+    let name = plain(key);
+    let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    match (has(&CAMERA_FROM_WORLD) || name == "tcw", has(&WORLD_FROM_CAMERA) || name == "twc") {
+        (true, false) => Some(false),
+        (false, true) => Some(true),
+        _ => None,
+    }
+}
+
 fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut Calibration) -> Result<Pose> {
-    if keys::is_keyed(at) {
+    if keys::is_keyed(at) && !pose_map::is_pose_map(at) {
         let pose = read_r_t(&KeyView::new(at.clone()))?;
         return pose.ok_or_else(|| at.fail("expected R and T"));
     }
     let rows = rows_of(at)?;
-    let name = plain(key);
-    let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
-    let stated = match (has(&CAMERA_FROM_WORLD) || name == "tcw", has(&WORLD_FROM_CAMERA) || name == "twc") {
-        (true, false) => Some(false),
-        (false, true) => Some(true),
-        _ => None,
-    };
-    let convention = match (stated, hints.poses) {
+    let convention = match (world_from_camera(key), hints.poses) {
         (Some(world_from_camera), Some(given)) if given.world_from_camera != world_from_camera => {
             return Err(at.fail("direction= contradicts the key's name; expected only one of them"));
         }
@@ -164,6 +198,9 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
 
 /// First three rows of a pose.
 fn rows_of(at: &Cursor<'_>) -> Result<[f64; 12]> {
+    if let Some(rows) = pose_map::read(at)? {
+        return Ok(rows);
+    }
     let numbers = at.numbers()?;
     let rows: [f64; 12] = match numbers.len() {
         16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| at.fail(message))?,

@@ -5,14 +5,18 @@
 use std::path::Path;
 
 use crate::document::lens_keys::plain;
+use crate::document::number_lines::has_kitti_matrix;
 use crate::document::{Cursor, Value, npy, unread, yaml};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
-use crate::opencv::{camera, pose, stereo};
+use crate::opencv::{camera, partner, pose, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
+
+/// Keys of a map with the parameters of one camera, whose name is that of the map above.
+const PARAMETERS: [&str; 5] = ["param", "params", "parameters", "calibration", "values"];
 
 /// Maximum length of a text that is parsed to determine its format.
 const MAX_DETECTED_BYTES: usize = 4 << 20;
@@ -26,10 +30,10 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     }
     let path = &source.path;
     let has = |word: &str| text.contains(word);
-    if unread::name_of(&[], text).is_some() && !has("opencv_storage") {
+    if unread::name_of(&[], text).is_some() && !has("opencv_storage") || has_kitti_matrix(text) {
         return false;
     }
-    let own = has("%YAML:1.0") || has("opencv-matrix") || has("<opencv_storage>");
+    let own = has("%YAML:1.0") || has("!!opencv-matrix") || has("\"opencv-matrix\"") || has("<opencv_storage>");
     if own || has("T_BS") && has("intrinsics") {
         return true;
     }
@@ -39,7 +43,11 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     let Ok(node) = yaml::parse(text, path) else { return false };
     let root = Cursor::root(&node, path);
     let cameras = list_of_cameras(&root).unwrap_or_default();
-    has_camera(&root) || stereo::pair(&root).is_some() || cameras.iter().any(|(_, view)| has_camera(&view.at))
+    has_camera(&root)
+        || stereo::pair(&root).is_some()
+        || !keys::marks(&root).is_empty()
+        || source.stem().is_some_and(|stem| stem.contains("extrinsic")) && partner::has_poses(&root)
+        || cameras.iter().any(|(_, view)| has_camera(&view.at))
 }
 
 /// True if a map contains K.
@@ -50,10 +58,46 @@ fn has_camera(at: &Cursor<'_>) -> bool {
             || keys::FOCALS.iter().all(|key| !view.all(&[key]).is_empty()))
 }
 
+/// The cameras of one map whose keys are K, a lens and a pose with the name or number of each camera.
+fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
+    let marks = keys::marks(&root.at);
+    let views: Vec<KeyView<'_>> =
+        marks.iter().map(|mark| KeyView { at: root.at.clone(), side: vec![mark.clone()], above: vec![] }).collect();
+    let known = |key: &str| {
+        root.knows(key)
+            || views.iter().any(|view| view.knows(key) || pose::is_named(view, key) || view.is_rectified(key))
+    };
+    let mut calibration = Calibration { notices: root.at.unread_keys(known)?, ..Calibration::default() };
+    for (mark, view) in marks.iter().zip(&views) {
+        let number = mark.bytes().all(|c| c.is_ascii_digit());
+        camera::read(view, if number { format!("camera{mark}") } else { mark.clone() }, hints, &mut calibration)?;
+    }
+    let size = camera::size(root)?;
+    for record in &mut calibration.records {
+        record.size = record.size.or(size);
+    }
+    let pair_pose = pose::read_r_t(root)?;
+    match (&mut calibration.records[..], &pair_pose) {
+        (_, None) => {}
+        ([only], Some(_)) => {
+            only.pose = pair_pose;
+            return Ok(calibration);
+        }
+        ([first, second], Some(_)) => {
+            let (first, second) = (&first.name, &second.name);
+            let message = format!("R and T bring points from {first} to {second}, in the order of the file");
+            calibration.note(NoticeCode::AssumedConvention, message);
+        }
+        _ => return Err(root.at.fail("R and T next to several cameras: give each its own, as R_NAME and T_NAME")),
+    }
+    stereo::place_second(pair_pose, &mut calibration).map_err(|error| root.at.fail(error))?;
+    Ok(calibration)
+}
+
 /// Maps below the root by key, and the maps of a list by index.
 fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
     let mut found = Vec::new();
-    let below = |at: Cursor<'a>, above: Vec<Cursor<'a>>| KeyView { at, side: &[], above };
+    let below = |at: Cursor<'a>, above: Vec<Cursor<'a>>| KeyView { at, side: vec![], above };
     if let Ok(items) = root.list() {
         let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), below(at, vec![]));
         return Ok(items.into_iter().enumerate().map(named).collect());
@@ -74,7 +118,11 @@ fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> 
                 let entries = inner.entries()?;
                 if entries.iter().any(|(_, at)| has_camera(at)) {
                     let above = || vec![inner.clone(), root.clone()];
-                    found.extend(entries.into_iter().map(|(name, at)| (name.to_owned(), below(at, above()))));
+                    let named = |(key, at): (&str, Cursor<'a>)| {
+                        let holder = has_camera(&at) && PARAMETERS.contains(&&plain(key)[..]);
+                        (if holder { name } else { key }.to_owned(), below(at, above()))
+                    };
+                    found.extend(entries.into_iter().map(named));
                 } else {
                     found.push((name.to_owned(), below(inner, own())));
                 }
@@ -98,6 +146,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     if let Some(pair) = stereo::pair(&root) {
         return stereo::read(&root, pair, assets, hints);
+    }
+    if !keys::marks(&root).is_empty() {
+        return marked(&view, hints);
     }
     several(&view, source, assets, hints)
 }
@@ -164,6 +215,15 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
 }
 
+/// Refuses coefficients next to which K is missing.
+fn refuse_lens_without_k(view: &KeyView<'_>) -> Result<()> {
+    let Some(lens) = view.find_value(&keys::LENS)?.filter(|at| at.refuse_lens("d").is_err()) else { return Ok(()) };
+    Err(match view.all(&keys::K).first() {
+        Some(k) => k.fail("expected a camera matrix of 9 numbers, or fx fy cx cy"),
+        None => lens.fail("no camera matrix next to these coefficients: expected K, camera_matrix or fx fy cx cy"),
+    })
+}
+
 /// Cameras in separate maps; two cameras with R and T form a pair.
 fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let root = &view.at;
@@ -176,6 +236,9 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
             calibration.notices.extend(camera.notices);
             calibration.used_convention |= camera.used_convention;
         } else {
+            if view.has_name(&name, &keys::LENS) {
+                refuse_lens_without_k(view)?;
+            }
             inner.at.refuse_lens(&name)?;
             let is_pose = pair_pose.is_none() && keys::is_keyed(&inner.at);
             if is_pose {
@@ -193,6 +256,12 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
         }
     }
     if calibration.records.is_empty() {
+        if let Some(name) = stereo::partner(&source.path, "extrinsic", "intrinsic")
+            && partner::has_poses(root)
+            && let Ok(intrinsics) = assets.read_reference(Path::new(""), &name)
+        {
+            return read(&intrinsics, assets, hints);
+        }
         if pair_pose.is_some()
             && let Some(partner) = stereo::partner(&source.path, "extrinsic", "intrinsic")
             && let Ok(intrinsics) = assets.read_reference(Path::new(""), &partner)
@@ -203,6 +272,7 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
             root.fail("no camera found; expected a camera matrix such as K, camera_matrix, cameraMatrix or mtx")
         );
     }
+    partner::place_cameras(source, assets, &mut calibration)?;
     match (calibration.records.len(), pair_pose) {
         (2, Some(pose)) => {
             stereo::place_second(Some(pose), &mut calibration).map_err(|error| root.fail(error))?;

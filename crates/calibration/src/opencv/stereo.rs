@@ -22,8 +22,12 @@ const SIDES: [(&str, [&[&str]; 2]); 3] = [
 
 /// The two cameras, each with its name.
 pub(super) fn pair<'a>(root: &Cursor<'a>) -> Option<[(String, KeyView<'a>); 2]> {
+    if keys::marks(root).len() > 2 {
+        return None;
+    }
     SIDES.iter().find_map(|(name, sides)| {
-        let views = sides.map(|side| KeyView { at: root.clone(), side, above: vec![] });
+        let side = |side: &[&str]| side.iter().map(|mark| (*mark).to_owned()).collect();
+        let views = sides.map(|marks| KeyView { at: root.clone(), side: side(marks), above: vec![] });
         let has_k = |view: &KeyView<'_>| view.all(&keys::K).iter().any(keys::is_matrix) || view.intrinsics().is_some();
         let named = |view: KeyView<'a>| (format!("{name}{}", view.side[0]), view);
         views.iter().all(has_k).then(|| views.map(named))

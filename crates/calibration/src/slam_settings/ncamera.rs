@@ -4,8 +4,9 @@
 
 use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
-use crate::document::{Cursor, yaml};
+use crate::document::{Cursor, rigid, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
+use crate::pose_map;
 use crate::rig::on_a_body;
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
@@ -51,7 +52,19 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         record.size = Some([camera.require("image_width")?.count()?, camera.require("image_height")?.count()?]);
         set_lens(&camera, &mut record)?;
-        let (r, c) = at.require("T_B_C")?.matrix4()?;
+        let mount = at.require("T_B_C")?;
+        let (r, c) = match mount.numbers()?[..] {
+            // SVO does not read the last row, which some files leave at 0.
+            [a, b, c, x, d, e, f, y, g, h, i, z, 0.0, 0.0, 0.0, 0.0] => {
+                calibration.note_about(
+                    NoticeCode::RepairedRotation,
+                    mount.key.clone(),
+                    "its last row of 0 is read as 0 0 0 1",
+                );
+                rigid(&[a, b, c, x, d, e, f, y, g, h, i, z])
+            }
+            _ => mount.matrix4()?,
+        };
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
@@ -112,7 +125,11 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
 /// Camera of the flat keys.
 fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<CameraRecord> {
     let get = |key: &str| root.require(&format!("cam_{key}"))?.number();
-    let term = |i: usize| root.number_or(&format!("cam_d{i}"), 0.0);
+    // FAST-LIVO's fisheye cameras have k1 to k4.
+    let term = |i: usize| match root.get(&format!("cam_d{i}")) {
+        Some(at) => at.number(),
+        None => root.number_or(&format!("k{}", i + 1), 0.0),
+    };
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     let size = [root.require("cam_width")?.count()?, root.require("cam_height")?.count()?];
     let [width, height] = size.map(f64::from);
@@ -120,7 +137,9 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
     let focals = [get("fx")?, get("fy")?, get("cx")?, get("cy")?];
     let d = [term(0)?, term(1)?, term(2)?, term(3)?];
     let (focals, lens) = match model.word()? {
-        "Pinhole" | "pinhole" | "PinholeRadtan" | "PinholeNoDistortion" => (focals, lens_of(LensModel::OpenCv, &d)),
+        "Pinhole" | "pinhole" | "PinholeRadtan" | "PinholeRadialTangential" | "PinholeNoDistortion" => {
+            (focals, lens_of(LensModel::OpenCv, &d))
+        }
         "EquidistantCamera" | "Equidistant" | "PinholeEquidistant" => (focals, lens_of(LensModel::Fisheye, &d)),
         // In units of the image size, from the image's corner.
         "ATAN" | "PinholeAtan" => {
@@ -128,8 +147,9 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
             ([fx * width, fy * height, cx * width - 0.5, cy * height - 0.5], lens_of(LensModel::Fov, &d[..1]))
         }
         other => {
-            return Err(model
-                .fail(format_args!("unsupported cam_model {other:?}; expected Pinhole, ATAN or EquidistantCamera")));
+            return Err(model.fail(format_args!(
+                "unsupported cam_model {other:?}; expected Pinhole, PinholeRadialTangential, ATAN or EquidistantCamera"
+            )));
         }
     };
     record.k = Some(pinhole_matrix(focals));
@@ -140,6 +160,21 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
         let message = format!("the program scales images by {scale}; the returned camera has the full size");
         notices.push(Notice::new(NoticeCode::IgnoredKey, message));
     }
-    notices.extend(root.unread_keys(|key| key.starts_with("cam_") || key == "scale")?);
+    let mount = ["T_cam_body", "T_cam_base", "T_cam_imu"];
+    if let Some(at) = root.any(&mount) {
+        let rows = match pose_map::read(&at)? {
+            Some(rows) => rigid(&rows),
+            None => at.matrix4()?,
+        };
+        record.pose = Some(Pose::camera_from_world(Rotation::Matrix(rows.0), rows.1));
+        on_a_body(&mut record, "rig");
+        notices.push(Notice::new(
+            NoticeCode::PlacedCameras,
+            format!("the cameras are in the axes of the body ({})", at.key),
+        ));
+    }
+    let term = |key: &str| matches!(key, "k1" | "k2" | "k3" | "k4") && root.get("cam_d0").is_none();
+    let known = |key: &str| key.starts_with("cam_") || key == "scale" || mount.contains(&key) || term(key);
+    notices.extend(root.unread_keys(known)?);
     Ok(record)
 }

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{Notice, NoticeCode, PixelCenter};
+use raycam_scene::{LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, yaml_float};
 use crate::document::number_lines::{data_lines, looks_like, numbers};
-use crate::intrinsics::pinhole_matrix;
+use crate::intrinsics::{lens_of, pinhole_matrix};
 use crate::picture_size::size_of_picture;
 use crate::pose::normalized;
 use crate::trajectory::named_columns::{self, columns_of};
@@ -16,7 +16,7 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    looks_like(text, 8) || matches!(columns_of(text), Some(Ok(_)))
+    looks_like(text, 8) && line_of_intrinsics(text).is_none() || matches!(columns_of(text), Some(Ok(_)))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
@@ -24,6 +24,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if let Some(columns) = columns_of(text) {
         let columns = columns.map_err(|message| FormatError::whole(&source.path, message))?;
         let mut calibration = named_columns::read(text, &source.path, &columns)?;
+        note_odd_times(&mut calibration);
         if hints.intrinsics.is_none() {
             beside(source, assets, &mut calibration)?;
         }
@@ -48,24 +49,62 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
         calibration.records.push(record);
     }
+    note_odd_times(&mut calibration);
     if hints.intrinsics.is_none() {
         beside(source, assets, &mut calibration)?;
     }
     Ok(calibration)
 }
 
+/// Times beyond this many seconds after 1970, the year 5138, are in another unit.
+const LATEST_TIME: f64 = 1e11;
+
+/// Notes times that are no seconds.
+fn note_odd_times(calibration: &mut Calibration) {
+    let times = calibration.records.iter().filter_map(|record| record.time);
+    let latest = times.fold(0.0, |latest: f64, time| latest.max(time.abs()));
+    if latest > LATEST_TIME {
+        let unit = ["milliseconds", "microseconds", "nanoseconds"]
+            .into_iter()
+            .zip([1e14, 1e17, f64::INFINITY])
+            .find_map(|(unit, end)| (latest < end).then_some(unit))
+            .unwrap_or("another unit");
+        calibration.note(
+            NoticeCode::Implausible,
+            format!(
+                "times up to {latest:e}, read as seconds as in TUM's files, look like {unit}; the numbers are kept"
+            ),
+        );
+    }
+}
+
+/// The numbers of a text of one line: fx fy cx cy, then k1 k2 p1 p2 (k3) or none.
+fn line_of_intrinsics(text: &str) -> Option<Vec<f64>> {
+    let mut lines = data_lines(text);
+    let (Some((_, line)), None) = (lines.next(), lines.next()) else { return None };
+    let values: Vec<f64> = line.split_whitespace().map(|word| word.parse().ok()).collect::<Option<_>>()?;
+    // Eight numbers may also be a time and a pose.
+    let quaternion = values.iter().rev().take(4).fold(0.0, |sum, value| sum + value * value);
+    let plausible = matches!(values.len(), 4 | 8 | 9)
+        && values[..4].iter().all(|value| (1.0..1e6).contains(value))
+        && values[4..].iter().all(|value| value.abs() < 100.0);
+    (values.len() == 4 || plausible && (values.len() == 9 || (quaternion - 1.0).abs() > 0.1)).then_some(values)
+}
+
 /// True for `calibration.txt` of a sequence: a single line fx fy cx cy.
 pub(crate) fn detect_intrinsics(_: &InputFile, text: &str) -> bool {
-    looks_like(text, 4) && data_lines(text).count() == 1
+    line_of_intrinsics(text).is_some()
 }
 
 /// Camera of `calibration.txt`, which has no size.
 pub(crate) fn read_intrinsics(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
-    let Some((line, row)) = data_lines(source.text()?).next() else {
-        return Err(FormatError::whole(&source.path, "expected fx fy cx cy"));
+    let fail = |message: &str| FormatError::whole(&source.path, message);
+    let Some(values) = line_of_intrinsics(source.text()?) else {
+        return Err(fail("expected one line of fx fy cx cy, or of fx fy cx cy k1 k2 p1 p2 (k3)"));
     };
     let mut record = CameraRecord::new(source.stem().unwrap_or_else(|| "camera".into()), PixelCenter::Integer);
-    record.k = Some(pinhole_matrix(numbers(&source.path, line, row)?));
+    record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
+    record.lens = lens_of(LensModel::OpenCv, &values[4..]).map_err(|message| fail(&message))?;
     Ok(Calibration { records: vec![record], ..Calibration::default() })
 }
 

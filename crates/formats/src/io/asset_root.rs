@@ -89,6 +89,16 @@ impl AssetRoot {
         Self { texture_memory: world.texture_cache.clone(), ..self }
     }
 
+    /// The notices of the files that were read so far.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
+    /// Adds notices of files that another world has read.
+    pub fn repeat_notices(&mut self, notices: &[Notice]) {
+        self.notices.extend_from_slice(notices);
+    }
+
     /// Removes and returns the notices about images; a [`MeshFile`](raycam_scene::MeshFile) has separate notices.
     pub(crate) fn drain_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)

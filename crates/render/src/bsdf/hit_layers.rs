@@ -12,7 +12,7 @@ impl<'a> MaterialHit<'a> {
     pub fn layer_stack(&self) -> Option<LayerStack<'a>> {
         let base = self.base_color();
         match &self.material.material.model {
-            MaterialModel::Phong { .. } | MaterialModel::Unlit => None,
+            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Boundary => None,
             MaterialModel::Metal(metal) => Some(conductor::layer_stack(metal, base)),
             MaterialModel::Glass(glass) => {
                 let eta = dielectric::eta(glass, self);

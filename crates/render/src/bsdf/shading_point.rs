@@ -41,7 +41,7 @@ impl<'a> Bsdf<'a> {
                 return (Self::Phong(phong), frame);
             }
             MaterialModel::Principled(p) => anisotropy_tangent(p, hit),
-            MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Glass(_) => None,
+            MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Glass(_) | MaterialModel::Boundary => None,
         };
         let Some(stack) = hit.layer_stack() else {
             return (Self::Black, frame);

@@ -104,7 +104,10 @@ impl SpecularBsdf {
         let roughness = match &material.model {
             MaterialModel::Metal(metal) => metal.roughness,
             MaterialModel::Glass(glass) => glass.roughness,
-            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Principled(_) => return None,
+            MaterialModel::Phong { .. }
+            | MaterialModel::Unlit
+            | MaterialModel::Principled(_)
+            | MaterialModel::Boundary => return None,
         };
         if material.normal_map.is_some() || !is_smooth(roughness) {
             return None;

@@ -69,7 +69,7 @@ pub struct OutputPlane<'a> {
 }
 
 impl<'a> OutputPlane<'a> {
-    /// Output to a zeroed plane.
+    /// Writes to a plane whose values are all 0.
     pub(crate) fn zeroed((channel, plane): &'a mut (Channel, ImagePlane)) -> Self {
         Self {
             channel: *channel,

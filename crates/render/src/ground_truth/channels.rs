@@ -9,6 +9,7 @@ use crate::ground_truth::center_rays::{CenterRays, Normals};
 use crate::ground_truth::convert::{signed_id, to_f32_normal, to_float_hit};
 use crate::ground_truth::triangle_cache::TriangleCache;
 use crate::interaction::ray_cone::Footprint;
+use crate::media::map::{MediaMap, MediumRay};
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 
@@ -97,17 +98,18 @@ impl<'a> ChannelReader<'a> {
         to_f32_normal(*self.rotation(i) * normal(self.exact.normals(i)))
     }
 
-    /// Fraction of light that fog lets pass between the camera and the surface.
+    /// Fraction of light that fog and other media let pass between the camera and the surface.
     #[inline]
     pub fn transmittance(&self, i: usize) -> [f32; 3] {
         let geometry = self.geometry(i);
-        let Some(fog) = &geometry.fog else {
+        let Some(media) = MediaMap::new(geometry) else {
             return [1.0; 3];
         };
         let ray = &self.exact.rays[i];
         let origin = DVec3::from(ray.origin) - geometry.origin;
-        let length = fog.length_inside(origin, ray.direction.into(), self.hit(i).map_or(f64::INFINITY, |hit| hit.t));
-        fog.transmittance(length).to_array()
+        let end = self.hit(i).map_or(f64::INFINITY, |hit| hit.t);
+        let through = MediumRay { origin, direction: ray.direction.into(), begin: 0.0, end, is_camera_ray: true };
+        media.transmittance(geometry.interior_at(origin), &through).to_array()
     }
 
     /// Index of the object.

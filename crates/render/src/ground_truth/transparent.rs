@@ -96,6 +96,6 @@ fn is_refractive(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Glass(_) => true,
         MaterialModel::Principled(principled) => principled.transmission.value >= OPACITY_THRESHOLD,
-        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Boundary => false,
     }
 }

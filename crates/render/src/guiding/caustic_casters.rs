@@ -106,7 +106,11 @@ fn caustic_roughness(material: &Material) -> Option<CausticRoughness> {
         MaterialModel::Principled(p) if has_interior(p) && p.transmission.value > 0.5 => {
             (p.roughness.value, MAX_SMOOTH_DIELECTRIC)
         }
-        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Glass(_) | MaterialModel::Principled(_) => {
+        MaterialModel::Phong { .. }
+        | MaterialModel::Unlit
+        | MaterialModel::Boundary
+        | MaterialModel::Glass(_)
+        | MaterialModel::Principled(_) => {
             return None;
         }
     };

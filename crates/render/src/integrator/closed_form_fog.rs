@@ -9,8 +9,10 @@ use raycam_bvh::Hit;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::path_state::PathState;
 use crate::integrator::path_tracer::PathTracer;
-use crate::prepare::fog::PreparedFog;
+use crate::light::air_light::AirLight;
+use crate::media::map::{ClosedForm, MediaMap, MediumRay};
 use crate::prepare::geometry::Geometry;
+use crate::prepare::medium::Medium;
 use crate::settings::Catchers;
 
 /// The distances at which the rays of paths begin, from the points that scattered the paths last: surfaces that let a path
@@ -55,43 +57,45 @@ impl Geometry {
 }
 
 impl PathTracer<'_> {
-    /// Dims a path that no diffuse surface has scattered by the fog of its ray, and adds the fog's own light.
-    /// `begin` is the distance at which the ray begins.
-    pub(super) fn apply_closed_form_fog(
+    /// Dims a path that no diffuse surface has scattered by the media of its ray, and adds their own light. `begin` is the
+    /// distance at which the ray begins.
+    pub(super) fn apply_closed_form(
         &self,
-        fog: &PreparedFog,
+        (media, air_light): (&MediaMap, &AirLight),
         path: &mut PathState,
         hit: &Hit,
         begin: f64,
         out: &mut Vec3,
     ) {
-        let Some(air_light) = self.settings.air_light.filter(|_| path.specular_bounce) else {
-            return;
-        };
         let is_out = |hit: &Hit| is_miss(hit) || self.geometry.is_left_out(self.settings.catchers, hit.instance);
         let is_hidden = self.settings.catchers == Catchers::Only || self.settings.hide_environment && is_out(hit);
-        let direction = path.direction.as_dvec3();
-        let start = path.prev_context.position + direction * begin;
-        let length = self.geometry.ray_length(start, direction, hit);
-        let passed = fog.transmittance(fog.length_inside(start, direction, length));
-        if !(path.is_camera_ray && is_hidden) {
-            *out += path.throughput * (Vec3::ONE - passed) * air_light.radiance(path.direction, fog.albedo, fog.g);
+        let (origin, direction) = (path.prev_context.position, path.direction.as_dvec3());
+        let end = self.geometry.ray_length(origin, direction, hit);
+        let ray = MediumRay { origin, direction, begin, end, is_camera_ray: path.is_camera_ray };
+        let air_light = |medium: &Medium| air_light.radiance(path.direction, medium.albedo, medium.g);
+        let ClosedForm { passed, added, interior } = media.closed_form(path.interior_list, &ray, air_light);
+        if path.specular_bounce {
+            if !(path.is_camera_ray && is_hidden) {
+                *out += path.throughput * added;
+            }
+            path.throughput *= passed;
         }
-        path.throughput *= passed;
+        path.interior_list = interior;
     }
 }
 
-/// The fog in front of an unlit image: every object is as bright as its base colour, and the fog as its albedo.
+/// The fog in front of an unlit image: every object is as bright as its base colour, and media as their albedos.
 pub(super) fn fade_unlit(
-    fog: &PreparedFog,
+    media: &MediaMap,
     geometry: &Geometry,
     batch: &CameraRayBatch,
     index: usize,
     radiance: &mut Vec3,
 ) {
-    let (hit, direction) = (&batch.hits[index], batch.directions[index].as_dvec3());
-    let start = batch.origins[index] - direction * batch.start_depth;
-    let length = geometry.ray_length(start, direction, hit);
-    let passed = fog.transmittance(fog.length_inside(start, direction, length));
-    *radiance = *radiance * passed + fog.albedo * (Vec3::ONE - passed);
+    let (origin, direction) = (batch.origins[index], batch.directions[index].as_dvec3());
+    let end = geometry.ray_length(origin, direction, &batch.hits[index]);
+    let ray = MediumRay { origin, direction, begin: -batch.start_depth, end, is_camera_ray: true };
+    let interior = geometry.interior_at(origin - direction * batch.start_depth);
+    let ClosedForm { passed, added, .. } = media.closed_form(interior, &ray, |medium| medium.albedo);
+    *radiance = *radiance * passed + added;
 }

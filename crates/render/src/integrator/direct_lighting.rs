@@ -187,7 +187,7 @@ impl PathTracer<'_> {
         origin: DVec3,
         p_light: DVec3,
     ) -> Vec3 {
-        if interior_list.is_empty() || self.settings.media.is_some() {
+        if interior_list.is_empty() || self.geometry.has_media() {
             return Vec3::ONE;
         }
         let mut transmittance = Vec3::ONE;

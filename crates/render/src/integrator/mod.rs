@@ -132,7 +132,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
         ambient_term: None,
         hide_environment: settings.transparent_background,
         catchers: settings.catchers,
-        air_light: None,
+        closed_form: None,
         media: None,
         meets_white: false,
     };
@@ -154,7 +154,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
             Some(distance) if distance.is_infinite() => None,
             Some(distance) => Some(Some(distance as f32)),
         },
-        air_light: Some(lights.air_light()),
+        closed_form: MediaMap::new(geometry).map(|media| (media, lights.air_light())),
         ..paths
     }
 }
@@ -164,7 +164,7 @@ pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<V
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
         // Fog below a height depends on the ray.
-        Integrator::Flat if world.geometry.fog.is_some() => None,
+        Integrator::Flat if world.geometry.has_media() => None,
         Integrator::Flat => effective_lights(Integrator::Flat, world).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // A ray may cross lights that have no mesh.

@@ -3,7 +3,7 @@
 //! Every iteration of the loop is one bounce of all paths of a tile: escaped rays add the environment's light, hits are
 //! shaded in chunks, and then one batch of shadow rays and one batch of closest-hit rays are traced.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit};
 
 use crate::control::Control;
@@ -15,9 +15,9 @@ use crate::integrator::closed_form_fog::RayBegins;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
+use crate::light::air_light::AirLight;
 use crate::media::map::MediaMap;
 use crate::media::nested_dielectrics::InteriorList;
-use crate::prepare::fog::PreparedFog;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Catchers;
 use crate::soa::LANES;
@@ -68,6 +68,16 @@ impl PathScratch {
         self.queues.clear(tracer.max_light_samples(), tracer.settings.media.is_some());
         self.next_active.clear();
         self.paths.clear();
+        // Rays of a batch mostly start at one point.
+        let mut known = (DVec3::NAN, InteriorList::default());
+        let has_bodies = !tracer.geometry.bodies.is_empty();
+        let mut interior_at = |origin: DVec3, direction: Vec3| {
+            let start = origin - direction.as_dvec3() * batch.start_depth;
+            if has_bodies && known.0 != start {
+                known = (start, tracer.geometry.interior_at(start));
+            }
+            known.1
+        };
         let rays = batch.origins.iter().zip(batch.directions).enumerate();
         let paths = rays.map(|(ray_index, (&position, &direction))| PathState {
             ray_index,
@@ -81,7 +91,7 @@ impl PathScratch {
             split_count: 0,
             light_sampling: tracer.settings.light_sampling,
             depth: 1,
-            interior_list: InteriorList::default(),
+            interior_list: interior_at(position, direction),
             wavelength_channel: None,
             eta_scale: 1.0,
             ray_cone: batch.ray_cones[ray_index],
@@ -103,8 +113,8 @@ impl PathScratch {
     ) {
         if let Some(media) = &tracer.settings.media {
             self.scatter_in_media(tracer, media, batch, radiance, is_background);
-        } else if let Some(fog) = &tracer.geometry.fog {
-            self.apply_fog(tracer, fog, batch, radiance);
+        } else if let Some((media, air_light)) = &tracer.settings.closed_form {
+            self.apply_closed_form(tracer, (media, air_light), batch, radiance);
         }
     }
 
@@ -144,16 +154,22 @@ impl PathScratch {
         hits.truncate(count);
     }
 
-    /// Dims the paths by the fog of their rays, in closed form.
+    /// Dims the paths by the media of their rays, in closed form.
     #[inline(never)]
-    fn apply_fog(&mut self, tracer: &PathTracer, fog: &PreparedFog, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
+    fn apply_closed_form(
+        &mut self,
+        tracer: &PathTracer,
+        media: (&MediaMap, &AirLight),
+        batch: &CameraRayBatch,
+        radiance: &mut [Vec3],
+    ) {
         if tracer.bounce == 0 {
             self.ray_begins.clear();
         }
         for (&index, hit) in self.active.iter().zip(&self.hits) {
             let path = &mut self.paths[index as usize];
             let begin = self.ray_begins.advance(tracer.geometry, index as usize, path, hit, batch.start_depth);
-            tracer.apply_closed_form_fog(fog, path, hit, begin, &mut radiance[path.ray_index]);
+            tracer.apply_closed_form(media, path, hit, begin, &mut radiance[path.ray_index]);
         }
     }
 

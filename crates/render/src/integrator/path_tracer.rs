@@ -54,8 +54,8 @@ pub(crate) struct PathSettings<'a> {
     pub hide_environment: bool,
     /// Part that shadow catchers have in the image.
     pub catchers: Catchers,
-    /// Light that fog scatters into rays, if fog is computed in closed form.
-    pub air_light: Option<&'a AirLight>,
+    /// The media that are computed in closed form, and the light that they scatter into rays.
+    pub closed_form: Option<(MediaMap<'a>, &'a AirLight)>,
     /// The media that scatter paths, if they are not computed in closed form.
     pub media: Option<MediaMap<'a>>,
     /// True if camera rays meet a white Lambertian surface in place of any material.

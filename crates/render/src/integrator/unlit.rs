@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::closed_form_fog::fade_unlit;
 use crate::integrator::requirements::effective_lights;
+use crate::media::map::MediaMap;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
 
@@ -16,6 +17,7 @@ pub(crate) fn radiance(
     is_background: &mut [bool],
 ) {
     let lights = effective_lights(Integrator::Flat, world);
+    let media = MediaMap::new(&world.geometry);
     let rays = batch.hits.iter().zip(batch.directions).zip(batch.ray_cones).enumerate();
     for ((index, ((hit, &direction), cone)), (radiance, is_background)) in
         rays.zip(radiance.iter_mut().zip(is_background))
@@ -27,8 +29,8 @@ pub(crate) fn radiance(
             let footprint = world.geometry.footprint(hit, direction, &cone.propagate(hit.t));
             world.geometry.base_color(hit, &footprint)
         };
-        if let Some(fog) = &world.geometry.fog {
-            fade_unlit(fog, &world.geometry, batch, index, radiance);
+        if let Some(media) = &media {
+            fade_unlit(media, &world.geometry, batch, index, radiance);
         }
     }
 }

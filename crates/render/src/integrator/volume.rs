@@ -20,9 +20,9 @@ use crate::lobes::henyey_greenstein::{henyey_greenstein, sample_henyey_greenstei
 use crate::media::equiangular::Equiangular;
 use crate::media::free_flight::FreeFlight;
 use crate::media::map::{MediaMap, MediumPart, MediumRay};
-use crate::media::medium::Medium;
 use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::fog::transmittance;
+use crate::prepare::medium::Medium;
 use crate::sampling::dimension::Dimension;
 
 /// Offset of the numbers for free flights beyond the first medium of a ray: see
@@ -77,7 +77,8 @@ impl PathTracer<'_> {
             return true;
         }
         let mut index = 0;
-        let scattered = media.visit(path.interior_list, &ray, |part| {
+        let interior = path.interior_list;
+        let scattered = media.visit(interior, &ray, |part| {
             let found = self.cross_part(path, &ray, part, index, queues);
             index += 1;
             match found {
@@ -85,8 +86,12 @@ impl PathTracer<'_> {
                 None => ControlFlow::Continue(()),
             }
         });
-        let ControlFlow::Break(vertex) = scattered else {
-            return true;
+        let vertex = match scattered {
+            ControlFlow::Continue(interior) => {
+                path.interior_list = interior;
+                return true;
+            }
+            ControlFlow::Break(vertex) => vertex,
         };
         *continues = self.scatter(path, &vertex, queues);
         false

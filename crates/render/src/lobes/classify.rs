@@ -36,9 +36,8 @@ impl BatchKind {
             },
             MaterialModel::Glass(glass) if !glass.thin && glass.dispersion == 0.0 => Self::RoughDielectric,
             MaterialModel::Principled(p) => Self::from_principled(p, is_bare),
-            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Glass(_) => {
-                Self::General
-            }
+            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Boundary => Self::General,
+            MaterialModel::Metal(_) | MaterialModel::Glass(_) => Self::General,
         }
     }
 
@@ -90,7 +89,7 @@ pub(crate) fn is_solid_glass(material: &Material) -> bool {
         MaterialModel::Principled(p) => {
             has_interior(p) && p.transmission.value > 0.5 && p.roughness.value < MAX_ROUGHNESS
         }
-        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Boundary => false,
     }
 }
 
@@ -99,7 +98,7 @@ pub(crate) fn is_straight(material: &Material) -> bool {
     let is_thin = match &material.model {
         MaterialModel::Glass(glass) => glass.thin,
         MaterialModel::Principled(p) => p.transmission.value > 0.0 && !has_interior(p),
-        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Boundary => false,
     };
     is_thin && BatchKind::from_material(material) == BatchKind::Specular
 }
@@ -109,6 +108,7 @@ pub(crate) fn reflects_only(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Principled(p) => p.transmission.value == 0.0 && p.diffuse_transmission.value == 0.0,
         MaterialModel::Glass(_) => false,
+        MaterialModel::Boundary => false,
         MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => true,
     }
 }
@@ -118,7 +118,7 @@ pub(crate) fn is_dispersive(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Principled(p) => p.dispersion > 0.0 && has_interior(p),
         MaterialModel::Glass(glass) => glass.dispersion > 0.0 && !glass.thin,
-        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Boundary => false,
     }
 }
 
@@ -128,7 +128,9 @@ pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
         MaterialModel::Glass(glass) if !glass.thin => (glass.ior, glass.dispersion, FresnelModel::Exact),
         MaterialModel::Principled(p) if has_interior(p) => (p.ior, p.dispersion, FresnelModel::Schlick),
         MaterialModel::Glass(_) | MaterialModel::Principled(_) => return vec![],
-        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => return vec![],
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Boundary => {
+            return vec![];
+        }
     };
     let table = |channel| DielectricAlbedo::new(ior_of_channel(index, dispersion, channel), fresnel_model);
     match is_dispersive(material) {
@@ -148,6 +150,7 @@ pub(crate) fn interior_absorption(material: &Material) -> Option<Vec3> {
         MaterialModel::Glass(glass) => {
             (!glass.thin).then(|| absorption_coefficient(glass.attenuation_color, glass.attenuation_distance))
         }
+        MaterialModel::Boundary => Some(Vec3::ZERO),
         MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => None,
     }
 }
@@ -158,7 +161,7 @@ pub(crate) fn interior_ior(material: &Material, channel: Option<usize>) -> f32 {
         MaterialModel::Glass(glass) if !glass.thin => ior_of_channel(glass.ior, glass.dispersion, channel),
         MaterialModel::Principled(p) if has_interior(p) => ior_of_channel(p.ior, p.dispersion, channel),
         MaterialModel::Glass(_) | MaterialModel::Principled(_) => 1.0,
-        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => 1.0,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Boundary => 1.0,
     }
 }
 

@@ -3,11 +3,12 @@
 use std::ops::ControlFlow;
 
 use glam::{DVec3, Vec3};
+use raycam_bvh::{ExactHit, ExactRay, Hit, Scene};
 
-use crate::media::medium::Medium;
-use crate::media::nested_dielectrics::InteriorList;
+use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::prepare::fog::{PreparedFog, transmittance};
 use crate::prepare::geometry::Geometry;
+use crate::prepare::medium::Medium;
 
 /// The part of a ray between two distances, in one medium.
 #[derive(Clone, Copy, Debug)]
@@ -53,19 +54,55 @@ impl<'a> MediaMap<'a> {
         Self { fog, covers_camera_rays: true, ..self }
     }
 
-    /// Visits the parts of a ray that are in a medium, in order, until `visit` breaks.
+    /// Visits the parts of a ray that are in a medium, in order, until `visit` breaks. The path's media at the ray's end
+    /// otherwise.
     pub fn visit<B>(
         &self,
         interior: InteriorList,
         ray: &MediumRay,
         mut visit: impl FnMut(&MediumPart) -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
-        if ray.end > ray.begin
-            && let Some(part) = self.part(interior, ray)
-        {
-            return visit(&part);
+    ) -> ControlFlow<B, InteriorList> {
+        let mut visit_part =
+            |interior: InteriorList, ray: &MediumRay| match self.part(interior, ray).filter(|_| ray.end > ray.begin) {
+                Some(part) => visit(&part),
+                None => ControlFlow::Continue(()),
+            };
+        let Some(boundaries) = &self.geometry.boundaries else {
+            visit_part(interior, ray)?;
+            return ControlFlow::Continue(interior);
+        };
+        let (mut interior, mut begin) = (interior, ray.begin);
+        for hit in self.crossings(boundaries, ray) {
+            let end = ray.begin + hit.t;
+            visit_part(interior, &MediumRay { begin, end, ..*ray })?;
+            (interior, begin) = (self.beyond(interior, ray.direction, &hit), end);
         }
-        ControlFlow::Continue(())
+        visit_part(interior, &MediumRay { begin, ..*ray })?;
+        ControlFlow::Continue(interior)
+    }
+
+    /// The borders of media that a ray crosses, by their distances from its begin.
+    fn crossings(&self, boundaries: &Scene, ray: &MediumRay) -> Vec<ExactHit> {
+        let origin = ray.origin + ray.begin * ray.direction + self.geometry.origin;
+        let ray = ExactRay {
+            origin: origin.to_array(),
+            direction: ray.direction.to_array(),
+            t_min: 0.0,
+            t_max: (ray.end - ray.begin).max(0.0),
+        };
+        let (mut counts, mut found) = ([0], vec![]);
+        boundaries.crossings(&[ray], self.geometry, None, usize::MAX, (&mut counts, &mut found));
+        found
+    }
+
+    /// The media behind a border.
+    fn beyond(&self, interior: InteriorList, direction: DVec3, hit: &ExactHit) -> InteriorList {
+        let geometry = self.geometry;
+        let [a, b, c] = geometry.corners(hit.instance, hit.triangle);
+        let is_along = (b - a).cross(c - a).dot(direction) > 0.0;
+        let is_front = is_along == geometry.instances[hit.instance as usize].flips_orientation;
+        let hit = Hit { instance: hit.instance, triangle: hit.triangle, ..Hit::MISS };
+        InterfaceTransition::at_hit(geometry, interior, &hit, is_front, None).far_side
     }
 
     /// The part of a ray in the medium that surrounds it.
@@ -86,7 +123,7 @@ impl<'a> MediaMap<'a> {
     /// The fraction of light that passes along a ray.
     pub fn transmittance(&self, interior: InteriorList, ray: &MediumRay) -> Vec3 {
         let mut passed = Vec3::ONE;
-        let _: ControlFlow<()> = self.visit(interior, ray, |part| {
+        let _: ControlFlow<(), InteriorList> = self.visit(interior, ray, |part| {
             passed *= transmittance(part.medium.extinction, part.end - part.begin);
             ControlFlow::Continue(())
         });
@@ -102,4 +139,37 @@ fn highest_point(geometry: &Geometry, up: DVec3) -> f64 {
         up.dot(lower).max(up.dot(upper)) - up.dot(geometry.origin)
     });
     tops.reduce(f64::max).unwrap_or(0.0)
+}
+
+/// The closed form of light through media: what remains of it, and what the media add.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ClosedForm {
+    pub passed: Vec3,
+    pub added: Vec3,
+    /// The media at the ray's end.
+    pub interior: InteriorList,
+}
+
+impl MediaMap<'_> {
+    /// The light through the media of a ray, each of which sends `air_light` where it is without end (H. Koschmieder,
+    /// 1924).
+    pub fn closed_form(
+        &self,
+        interior: InteriorList,
+        ray: &MediumRay,
+        air_light: impl Fn(&Medium) -> Vec3,
+    ) -> ClosedForm {
+        let (mut passed, mut added) = (Vec3::ONE, Vec3::ZERO);
+        let end: ControlFlow<(), InteriorList> = self.visit(interior, ray, |part| {
+            let own = transmittance(part.medium.extinction, part.end - part.begin);
+            added += passed * (Vec3::ONE - own) * air_light(&part.medium);
+            passed *= own;
+            ControlFlow::Continue(())
+        });
+        let interior = match end {
+            ControlFlow::Continue(interior) => interior,
+            ControlFlow::Break(()) => interior,
+        };
+        ClosedForm { passed, added, interior }
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! * [`nested_dielectrics`]: the media that a path is in, selected by priority.
 //! * [`map`]: the medium at each part of a ray.
-//! * [`medium`]: coefficients.
+//! * [`interior`]: the bodies that contain a point.
 //! * [`free_flight`]: the distance after which a medium scatters a path, by transmittance.
 //! * [`equiangular`]: a distance near to a light, for light that arrives directly.
 //!
@@ -11,6 +11,6 @@
 
 pub(crate) mod equiangular;
 pub(crate) mod free_flight;
+pub(crate) mod interior;
 pub(crate) mod map;
-pub(crate) mod medium;
 pub(crate) mod nested_dielectrics;

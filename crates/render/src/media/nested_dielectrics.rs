@@ -9,8 +9,8 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
 use crate::lobes::classify::interior_ior;
-use crate::media::medium::Medium;
 use crate::prepare::geometry::Geometry;
+use crate::prepare::medium::Medium;
 
 /// Number of entries in an interior list. A deeper nesting discards the material that was entered first.
 const MAX_NESTING: usize = 6;
@@ -129,8 +129,7 @@ impl InteriorList {
 
     /// The medium that fills the space, unless it is empty or outside of bodies.
     pub fn medium(&self, geometry: &Geometry) -> Option<Medium> {
-        let absorption = geometry.materials[self.current(geometry)?].absorption?;
-        (absorption != Vec3::ZERO).then_some(Medium { extinction: absorption, albedo: Vec3::ZERO, g: 0.0 })
+        geometry.materials[self.current(geometry)?].medium
     }
 
     /// True if the path is inside a closed body and a light is outside the body's bounds.
@@ -150,7 +149,7 @@ impl InteriorList {
         known.map(|&material| material as usize).max_by_key(|&material| geometry.materials[material].material.priority)
     }
 
-    fn push(mut self, material: u32) -> Self {
+    pub fn push(mut self, material: u32) -> Self {
         if self.0[MAX_NESTING - 1] != EMPTY {
             self.0.rotate_left(1);
             self.0[MAX_NESTING - 1] = material;

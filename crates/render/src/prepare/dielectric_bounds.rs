@@ -21,7 +21,7 @@ pub(crate) fn closed_dielectric_bounds(
         })
         .collect();
     let opaque = |&material: &usize| materials[material].material.alpha == Alpha::Opaque;
-    for object in objects.iter().filter(|object| object.is_visible) {
+    for object in objects.iter().filter(|object| object.is_visible || object.is_boundary) {
         for &material in &object.materials {
             if let Some([lower, upper]) = bodies[material] {
                 let [l, u] = object.bounds();

@@ -61,18 +61,6 @@ impl PreparedFog {
             (false, false) => [crossing, length],
         }
     }
-
-    /// The metres of a ray's first `length` metres that are inside.
-    pub fn length_inside(&self, origin: DVec3, direction: DVec3, length: f64) -> f64 {
-        let [begin, end] = self.interval(origin, direction, length);
-        // Not a number for an infinite ray that never enters.
-        if end > begin { end - begin } else { 0.0 }
-    }
-
-    /// The fraction of light that passes this many metres of fog.
-    pub fn transmittance(&self, length: f64) -> Vec3 {
-        transmittance(self.extinction, length)
-    }
 }
 
 /// The fraction of light that passes matter of this extinction (Beer's law); 1 without extinction, even for an infinite
@@ -93,27 +81,33 @@ mod tests {
         PreparedFog { extinction: Vec3::new(0.1, 0.0, 2.0), albedo: Vec3::ONE, g: 0.0, up: DVec3::Z, top }
     }
 
+    /// The metres of a ray's first `length` metres that are inside.
+    fn length_inside(fog: &PreparedFog, origin: DVec3, direction: DVec3, length: f64) -> f64 {
+        let [begin, end] = fog.interval(origin, direction, length);
+        if end > begin { end - begin } else { 0.0 }
+    }
+
     #[test]
     fn length_inside_below_a_height_equals_the_plane_formula() {
         let fog = fog(Some(2.0));
         let from = |z: f64| DVec3::new(3.0, -1.0, z);
         let up = DVec3::new(0.6, 0.0, 0.8);
         // From 1 below the top, 1 / 0.8 metres lead out.
-        assert_eq!(fog.length_inside(from(1.0), up, 10.0), 1.25);
-        assert_eq!(fog.length_inside(from(1.0), up, f64::INFINITY), 1.25);
-        assert_eq!(fog.length_inside(from(1.0), up, 0.5), 0.5);
-        assert_eq!(fog.length_inside(from(1.0), -up, 10.0), 10.0);
-        assert_eq!(fog.length_inside(from(3.0), -up, 10.0), 8.75);
-        assert_eq!(fog.length_inside(from(3.0), -up, 1.0), 0.0);
-        assert_eq!(fog.length_inside(from(3.0), up, f64::INFINITY), 0.0);
-        assert_eq!(fog.length_inside(from(3.0), DVec3::X, f64::INFINITY), 0.0);
-        assert_eq!(fog.length_inside(from(1.0), DVec3::X, f64::INFINITY), f64::INFINITY);
+        assert_eq!(length_inside(&fog, from(1.0), up, 10.0), 1.25);
+        assert_eq!(length_inside(&fog, from(1.0), up, f64::INFINITY), 1.25);
+        assert_eq!(length_inside(&fog, from(1.0), up, 0.5), 0.5);
+        assert_eq!(length_inside(&fog, from(1.0), -up, 10.0), 10.0);
+        assert_eq!(length_inside(&fog, from(3.0), -up, 10.0), 8.75);
+        assert_eq!(length_inside(&fog, from(3.0), -up, 1.0), 0.0);
+        assert_eq!(length_inside(&fog, from(3.0), up, f64::INFINITY), 0.0);
+        assert_eq!(length_inside(&fog, from(3.0), DVec3::X, f64::INFINITY), 0.0);
+        assert_eq!(length_inside(&fog, from(1.0), DVec3::X, f64::INFINITY), f64::INFINITY);
     }
 
     #[test]
     fn transmittance_of_infinite_rays_is_0_or_1() {
-        assert_eq!(fog(None).transmittance(f64::INFINITY), Vec3::new(0.0, 1.0, 0.0));
-        let passed = fog(None).transmittance(5.0);
+        assert_eq!(transmittance(fog(None).extinction, f64::INFINITY), Vec3::new(0.0, 1.0, 0.0));
+        let passed = transmittance(fog(None).extinction, 5.0);
         assert!((passed - Vec3::new((-0.5f32).exp(), 1.0, (-10.0f32).exp())).abs().max_element() < 1e-7);
     }
 }

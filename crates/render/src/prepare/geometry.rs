@@ -4,8 +4,8 @@ use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use raycam_bvh::{BuildError, ExactTriangles, Ray, Scene, TlasLeaves};
-use raycam_scene::{Camera, Object, TextureCache, World};
+use raycam_bvh::{BuildError, ExactTriangles, Instance, Ray, Scene, TlasLeaves};
+use raycam_scene::{Camera, MaterialModel, Object, TextureCache, World};
 
 use crate::error::RenderError;
 use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
@@ -41,6 +41,12 @@ pub(crate) struct Geometry {
     dielectric_bounds: OnceLock<Vec<Option<[DVec3; 2]>>>,
     /// Fog outside of objects.
     pub fog: Option<PreparedFog>,
+    /// The borders of media, under the numbers of all instances; `None` without any.
+    pub boundaries: Option<Arc<Scene>>,
+    /// True if light is absorbed or scattered between surfaces, other than inside of clear bodies.
+    has_media: bool,
+    /// The instances with an interior, with their boxes: large ones first.
+    pub bodies: Vec<(usize, [DVec3; 2])>,
     /// True if any material is not opaque.
     pub has_transparency: bool,
     pub textures: Arc<Vec<Arc<PreparedTexture>>>,
@@ -114,6 +120,8 @@ impl Geometry {
             ),
             None => (build_scene(TlasLeaves::Subtrees, &instances, extent.origin)?.into(), Arc::default()),
         };
+        let fog = PreparedFog::of_world(world, extent.origin);
+        let boundaries = build_boundaries(&instances, extent.origin)?;
         Ok(Self {
             scene,
             on_demand,
@@ -121,8 +129,11 @@ impl Geometry {
             radius: extent.radius,
             object_bounds: vec![],
             dielectric_bounds: OnceLock::new(),
+            has_media: fog.is_some() || boundaries.is_some() || has_media(&instances, &materials),
+            fog,
+            boundaries,
+            bodies: bodies(&instances, &materials),
             instances,
-            fog: PreparedFog::of_world(world, extent.origin),
             has_transparency: materials.iter().any(PreparedMaterial::is_transparent),
             materials,
             textures,
@@ -143,7 +154,7 @@ impl Geometry {
     /// True if light is absorbed or scattered between surfaces, other than inside of clear bodies.
     #[inline]
     pub fn has_media(&self) -> bool {
-        self.fog.is_some()
+        self.has_media
     }
 
     /// True if camera rays show the background in place of an instance.
@@ -229,7 +240,9 @@ fn place_instances(
     let objects = world.objects.iter().zip(meshes).zip(world.categories().of_objects);
     let place = |((object, mesh), category): ((&Object, Arc<PreparedMesh>), i32)| {
         let stretched = stretched.of_instance(object, &mesh)?;
-        Ok(PreparedInstance::new(object, mesh, stretched, origin, category))
+        let is_boundary =
+            object.materials.iter().all(|&material| world.materials[material].model == MaterialModel::Boundary);
+        Ok(PreparedInstance::new(object, mesh, stretched, origin, category, is_boundary))
     };
     objects.map(place).collect()
 }
@@ -249,8 +262,42 @@ pub(crate) fn build_scene(
     instances: &[PreparedInstance],
     origin: DVec3,
 ) -> Result<Scene, RenderError> {
-    let instances = instances.iter().map(|object| object.bvh_instance(origin));
-    Scene::build_over(leaves, instances.collect(), origin.to_array()).map_err(|error| match error {
+    scene_of(leaves, instances.iter().map(|object| object.bvh_instance(origin)).collect(), origin)
+}
+
+/// The scene of the borders of media; `None` if there are none.
+///
+/// # Errors
+/// As [`build_scene`].
+fn build_boundaries(instances: &[PreparedInstance], origin: DVec3) -> Result<Option<Arc<Scene>>, RenderError> {
+    if !instances.iter().any(|object| object.is_boundary) {
+        return Ok(None);
+    }
+    let borders = instances.iter().map(|object| object.boundary_instance(origin)).collect();
+    Ok(Some(Arc::new(scene_of(TlasLeaves::Instances, borders, origin)?)))
+}
+
+/// True if the material of any object has a medium of its own.
+fn has_media(instances: &[PreparedInstance], materials: &[PreparedMaterial]) -> bool {
+    let seen = instances.iter().filter(|object| object.is_visible || object.is_boundary);
+    seen.flat_map(|object| &object.materials).any(|&material| materials[material].material.medium.is_some())
+}
+
+/// The instances with an interior and their boxes, the largest first.
+fn bodies(instances: &[PreparedInstance], materials: &[PreparedMaterial]) -> Vec<(usize, [DVec3; 2])> {
+    let has_interior = |object: &PreparedInstance| {
+        let is_there = object.is_visible || object.is_boundary;
+        is_there && object.materials.first().is_some_and(|&material| materials[material].absorption.is_some())
+    };
+    let found = instances.iter().enumerate().filter(|(_, object)| has_interior(object));
+    let mut bodies: Vec<_> = found.map(|(number, object)| (number, object.bounds())).collect();
+    let volume = |[lower, upper]: [DVec3; 2]| (upper - lower).element_product();
+    bodies.sort_by(|a, b| volume(b.1).total_cmp(&volume(a.1)));
+    bodies
+}
+
+fn scene_of(leaves: TlasLeaves, instances: Vec<Instance>, origin: DVec3) -> Result<Scene, RenderError> {
+    Scene::build_over(leaves, instances, origin.to_array()).map_err(|error| match error {
         BuildError::NonFinite { what } => {
             RenderError::world(format!("coordinates of {what} exceed float32; keep them below 1e30"))
         }

@@ -32,6 +32,8 @@ pub(crate) struct PreparedInstance {
     pub error_bounds: ErrorBounds,
     /// False for an instance that nothing hits.
     pub is_visible: bool,
+    /// True for the border of a medium, which only media cross.
+    pub is_boundary: bool,
     /// True for a shadow catcher: compositions show only its shadows.
     pub is_catcher: bool,
 }
@@ -73,6 +75,7 @@ impl PreparedInstance {
         stretched: Option<StretchedBvh>,
         origin: DVec3,
         category: i32,
+        is_boundary: bool,
     ) -> Self {
         let linear = object.world_from_mesh.matrix3;
         let stretch = stretched.as_ref().map_or(DMat3::IDENTITY, |own| own.stretch);
@@ -92,7 +95,8 @@ impl PreparedInstance {
             flips_orientation: linear.determinant() < 0.0,
             materials: object.materials.clone(),
             category,
-            is_visible: object.visible,
+            is_visible: object.visible && !is_boundary,
+            is_boundary: object.visible && is_boundary,
             is_catcher: object.shadow_catcher,
             mesh,
             stretched,
@@ -114,7 +118,16 @@ impl PreparedInstance {
     /// Instance of the mesh's BVH, or of its stretched BVH, in scene-local coordinates. An invisible instance is
     /// flattened to a point, which rays cannot hit.
     pub fn bvh_instance(&self, origin: DVec3) -> Instance {
-        if !self.is_visible {
+        self.instance_if(self.is_visible, origin)
+    }
+
+    /// The same for a scene of the borders of media alone.
+    pub fn boundary_instance(&self, origin: DVec3) -> Instance {
+        self.instance_if(self.is_boundary, origin)
+    }
+
+    fn instance_if(&self, is_there: bool, origin: DVec3) -> Instance {
+        if !is_there {
             return Instance { bvh: self.mesh.bvh.clone(), world_from_mesh: [[0.0; 4]; 3] };
         }
         let linear = self.world_from_mesh.matrix3;

@@ -9,6 +9,7 @@ use raycam_scene::{Alpha, Material};
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
 use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, is_straight, reflects_only};
 use crate::lobes::phong_lobe::PhongLobe;
+use crate::prepare::medium::Medium;
 
 /// Material and the data that depends only on it.
 #[derive(Clone, Debug)]
@@ -22,6 +23,8 @@ pub(crate) struct PreparedMaterial {
     pub is_straight: bool,
     /// True if light passes its surface only because of its opacity.
     pub reflects_only: bool,
+    /// The medium inside, in worlds with media.
+    pub medium: Option<Medium>,
     /// Absorption per metre of its interior, if it has one.
     pub absorption: Option<Vec3>,
     /// Albedo tables of its interface, if it refracts.
@@ -63,6 +66,7 @@ pub(crate) fn prepare_materials(
             kind: BatchKind::from_material(material),
             is_straight: is_straight(material),
             reflects_only: reflects_only(material),
+            medium: Medium::inside_of(material),
             absorption: interior_absorption(material),
             dielectric_tables: dielectric_tables(material).into(),
         },

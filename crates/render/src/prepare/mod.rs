@@ -9,6 +9,7 @@ pub(crate) mod fog;
 pub(crate) mod geometry;
 pub(crate) mod instance;
 pub(crate) mod material;
+pub(crate) mod medium;
 pub(crate) mod mesh;
 pub(crate) mod on_demand_scenes;
 pub(crate) mod stretch;

@@ -1,6 +1,6 @@
 //! Validation of a world before it is prepared.
 
-use raycam_scene::{Object, World};
+use raycam_scene::{MaterialModel, Object, World};
 
 use crate::error::RenderError;
 
@@ -34,6 +34,15 @@ pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
         if let Some(material) = materials.iter().find(|&&material| material >= world.materials.len()) {
             let count = world.materials.len();
             return fail(format!("object {name:?} refers to material {material}, but the world has {count} materials"));
+        }
+        let is_boundary = |&&material: &&usize| world.materials[material].model == MaterialModel::Boundary;
+        let borders = materials.iter().filter(is_boundary).count();
+        if borders != 0 && borders != materials.len() {
+            return fail(format!(
+                "object {name:?}: {borders} of its {} materials are of type \"boundary\", which must be the material of \
+                 the whole object",
+                materials.len()
+            ));
         }
         if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
             return fail(format!(

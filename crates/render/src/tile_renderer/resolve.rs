@@ -119,7 +119,7 @@ impl TileRenderer<'_> {
     pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
         let Settings { time_limit, clamp, .. } = self.settings;
         let has_transmittance = self.settings.channels.contains(&Channel::Transmittance);
-        let is_foggy = has_transmittance && self.world.geometry.fog.is_some();
+        let is_foggy = has_transmittance && self.world.geometry.has_media();
         if self.needs.error || time_limit.is_some() || self.camera.vignetting().is_some() || is_foggy {
             return None;
         }

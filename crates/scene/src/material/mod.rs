@@ -9,6 +9,7 @@ use crate::error::{Result, SceneError};
 use crate::material::glass::Glass;
 use crate::material::metal::Metal;
 use crate::material::principled::{NormalMap, Principled, Textured};
+use crate::medium::Medium;
 use crate::mesh::Mesh;
 use crate::texture::TextureSlot;
 
@@ -38,6 +39,9 @@ pub struct Material {
     /// Priority among overlapping dielectrics: the highest wins; among equals, the inner body wins.
     #[serde(default)]
     pub priority: i32,
+    /// Matter inside of a closed mesh, in place of the attenuation of a clear material.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub medium: Option<Medium>,
     /// Reflection model of the base colour.
     pub model: MaterialModel,
 }
@@ -78,6 +82,8 @@ pub enum MaterialModel {
     Glass(Glass),
     /// glTF's metallic-roughness with its extensions.
     Principled(Box<Principled>),
+    /// The border of a medium: nothing by itself.
+    Boundary,
 }
 
 impl MaterialModel {
@@ -103,7 +109,7 @@ impl MaterialModel {
     /// [`SceneError::World`] for a value that is not finite or outside its range.
     pub fn validate(&self) -> Result<()> {
         match self {
-            Self::Unlit => Ok(()),
+            Self::Unlit | Self::Boundary => Ok(()),
             Self::Metal(metal) => metal.validate(),
             Self::Glass(glass) => glass.validate(),
             Self::Principled(principled) => principled.validate(),
@@ -135,6 +141,7 @@ impl Default for Material {
             normal_map: None,
             occlusion: None,
             priority: 0,
+            medium: None,
             model: MaterialModel::DEFAULT,
         }
     }
@@ -192,6 +199,9 @@ impl Material {
                 "emission {:?}; expected finite red, green and blue >= 0",
                 self.emission.value
             )));
+        }
+        if let Some(medium) = &self.medium {
+            medium.validate().map_err(|error| error.in_context("medium"))?;
         }
         self.model.validate()
     }

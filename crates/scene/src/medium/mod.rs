@@ -1,6 +1,7 @@
 //! Participating media: matter that absorbs and scatters light on its way, the same everywhere in its volume.
 
 pub mod fog;
+pub mod preset;
 
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};
@@ -12,6 +13,29 @@ use crate::error_code::ErrorCode;
 /// (World Meteorological Organization, Guide to Instruments and Methods of Observation, WMO-No. 8, 9.1.1).
 pub fn visibility_constant() -> f64 {
     20f64.ln()
+}
+
+/// Matter inside of a closed mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Medium {
+    /// The fraction of light that is absorbed, per metre.
+    pub absorption: Rgb,
+    /// The fraction of light that is scattered, per metre.
+    pub scattering: Rgb,
+    /// The mean cosine of scattering angles, between -1 and 1 (L. G. Henyey and J. L. Greenstein, 1941).
+    pub g: f32,
+}
+
+impl Medium {
+    /// Checks its values.
+    ///
+    /// # Errors
+    /// [`SceneError::Schema`]: a value that is not finite or outside of its range.
+    pub fn validate(&self) -> Result<()> {
+        check_coefficients("absorption", self.absorption)?;
+        check_coefficients("scattering", self.scattering)?;
+        check_mean_cosine(self.g)
+    }
 }
 
 /// Coefficients that are finite and at least 0.

@@ -98,6 +98,7 @@ impl ObjectSpec {
         let (mesh, materials) = self.changed_parts(world, id, &keys, files)?;
         // Nothing fails after this point.
         let before = world.parts_in_use();
+        let changes_medium = self.medium.is_some() || !matches!(mesh, ChangedMesh::Same);
         let name = self.name.take();
         if let Some(materials) = materials {
             put_materials(world, id, materials);
@@ -135,6 +136,9 @@ impl ObjectSpec {
             let others = world.objects.iter().enumerate().filter(|(i, _)| *i != id);
             world.names = Names::from_used(others.map(|(_, object)| &object.name[..]));
             world.objects[id].name = world.names.unique(&name);
+        }
+        if changes_medium {
+            world.note_open_medium(id);
         }
         world.remove_unused(&before);
         Ok(())

@@ -11,7 +11,7 @@ use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::mesh::primitive;
 use crate::mesh::subdivide;
-use crate::model::AssetLoader;
+use crate::model::{AssetLoader, SingleMesh};
 use crate::notice::{Notice, NoticeCode};
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::shorthand::{Refine, Scheme};
@@ -100,26 +100,16 @@ impl ObjectSpec {
             Some(file) => Some(match known.get(&(file.clone(), axes.target())) {
                 Some(known) => known.clone(),
                 None => {
-                    let model = files.mesh(file).map_err(|error| BuildFailure::File("mesh".into(), error))?;
-                    let (mesh, slots) = model.as_single_mesh().map_err(|error| error.in_context("mesh"))?;
-                    let mut materials: Vec<Material> =
-                        slots.iter().map(|&slot| model.materials[slot].clone()).collect();
+                    let single = read_single_mesh(file, axes.target(), files)?;
+                    let mut materials = single.materials;
                     for material in &mut materials {
                         material.texture_slots_mut().for_each(|slot| slot.texture += next_texture);
                     }
-                    (textures, notices) = (model.textures, model.notices);
-                    let mesh = match model.up {
-                        Some(from) if from != axes.world_up => {
-                            let (from_name, to_name) = (from.name(), axes.world_up.name());
-                            notices.extend(axes.notice(file, from_name, to_name));
-                            match axes.target() {
-                                Some(to) => mesh.transformed(DAffine3::from_mat3(to.rotation_from(from))),
-                                None => mesh,
-                            }
-                        }
-                        _ => mesh,
-                    };
-                    LoadedMesh { mesh: Arc::new(mesh), index: None, materials }
+                    (textures, notices) = (single.textures, single.notices);
+                    if let Some(from) = single.up.filter(|from| *from != axes.world_up) {
+                        notices.extend(axes.notice(file, from.name(), axes.world_up.name()));
+                    }
+                    LoadedMesh { mesh: single.mesh, index: None, materials }
                 }
             }),
         };
@@ -213,6 +203,28 @@ impl ObjectSpec {
         let vertices = self.vertices.take().unwrap_or_default();
         Ok(Mesh { vertices: vertices.into_iter().map(DVec3::from_array).collect(), triangles, ..Mesh::default() })
     }
+}
+
+/// A mesh file as one mesh, turned to `up` if it specifies another axis.
+fn read_single_mesh<F: AssetLoader>(
+    file: &str,
+    up: Option<Up>,
+    files: &mut F,
+) -> Result<SingleMesh, BuildFailure<F::Error>> {
+    if let Some(shared) = files.shared_mesh(file, up) {
+        return Ok(shared);
+    }
+    let model = files.mesh(file).map_err(|error| BuildFailure::File("mesh".into(), error))?;
+    let (mesh, slots) = model.as_single_mesh().map_err(|error| error.in_context("mesh"))?;
+    let mesh = match (model.up, up) {
+        (Some(from), Some(to)) if from != to => mesh.transformed(DAffine3::from_mat3(to.rotation_from(from))),
+        _ => mesh,
+    };
+    let materials = slots.iter().map(|&slot| model.materials[slot].clone()).collect();
+    let (textures, notices) = (model.textures, model.notices);
+    let single = SingleMesh { mesh: Arc::new(mesh), materials, textures, notices, up: model.up };
+    files.share_mesh(file, up, &single);
+    Ok(single)
 }
 
 /// Normalises normals to length 1.

@@ -18,6 +18,7 @@ const COMMON_KEYS: [&str; 10] =
 const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
 const METAL_KEYS: [&str; 1] = ["metal"];
 const GLASS_KEYS: [&str; 6] = ["ior", "thin", "dispersion", "attenuation_color", "attenuation_distance", "priority"];
+const MEDIUM_KEYS: [&str; 1] = ["medium"];
 const PRINCIPLED_KEYS: [&str; 14] = [
     "metallic",
     "specular_color",
@@ -37,7 +38,7 @@ const PRINCIPLED_KEYS: [&str; 14] = [
 
 /// True if a key that changes a material is present.
 pub(crate) fn has_material_keys(keys: &Keys<KEYS>) -> bool {
-    let all = [&COMMON_KEYS[..], &PHONG_KEYS, &METAL_KEYS, &GLASS_KEYS, &PRINCIPLED_KEYS];
+    let all = [&COMMON_KEYS[..], &PHONG_KEYS, &METAL_KEYS, &GLASS_KEYS, &PRINCIPLED_KEYS, &MEDIUM_KEYS];
     all.into_iter().any(|some| !keys.given(some).is_empty())
 }
 
@@ -69,6 +70,12 @@ impl ObjectSpec {
                     "type = \"principled\" has metallic and roughness; omit the type for diffuse and shininess";
                 keys.refuse(&PHONG_KEYS, reason)?;
             }
+            Some(MaterialType::Boundary) => {
+                let reason = "type = \"boundary\" is invisible by itself; it has only medium and priority";
+                keys.refuse(&COMMON_KEYS[1..], reason)?;
+                keys.refuse(&PHONG_KEYS, reason)?;
+                keys.refuse(&GLASS_KEYS[..GLASS_KEYS.len() - 1], reason)?;
+            }
             None if known => {}
             None => {
                 let reason = needs("\"metal\", \"glass\" or \"principled\"");
@@ -78,7 +85,19 @@ impl ObjectSpec {
         if self.type_ != Some(MaterialType::Metal) {
             keys.refuse(&METAL_KEYS, &needs("\"metal\""))?;
         }
-        if !known && !matches!(self.type_, Some(MaterialType::Glass | MaterialType::Principled)) {
+        let is_clear = matches!(self.type_, Some(MaterialType::Glass | MaterialType::Principled));
+        let is_boundary = self.type_ == Some(MaterialType::Boundary);
+        if !known && !is_clear && !is_boundary {
+            keys.refuse(&MEDIUM_KEYS, &needs("\"glass\", \"principled\" or \"boundary\""))?;
+        }
+        if self.medium.is_some() {
+            let reason = "medium is given too, which includes absorption; use one of them";
+            keys.refuse(&["attenuation_color", "attenuation_distance"], reason)?;
+            if self.thin == Some(true) {
+                return Err(SceneError::schema("medium", "thin = true is given too: a thin wall has no inside"));
+            }
+        }
+        if !known && !is_clear && !is_boundary {
             keys.refuse(&GLASS_KEYS, &needs("\"glass\" or \"principled\""))?;
         }
         if !known && self.type_ != Some(MaterialType::Principled) {
@@ -130,6 +149,9 @@ impl ObjectSpec {
                 format!("{given}; expected a finite number >= 0, the Phong exponent"),
             ));
         }
+        if let Some(medium) = &self.medium {
+            medium.build().map_err(|error| error.in_context("medium"))?;
+        }
         let mut material = Material::default();
         self.apply_material(&mut material, &[]);
         material.validate().map_err(|error| SceneError::schema("type", error.to_string()))
@@ -158,12 +180,14 @@ impl ObjectSpec {
         // If there is a type, `check_material` has already checked this.
         let takes = |material: &Material, key: &str| match &material.model {
             MaterialModel::Principled(_) => !METAL_KEYS.contains(&key),
-            MaterialModel::Glass(_) => GLASS_KEYS.contains(&key) || key == "roughness",
+            MaterialModel::Glass(_) => GLASS_KEYS.contains(&key) || MEDIUM_KEYS.contains(&key) || key == "roughness",
+            MaterialModel::Boundary => MEDIUM_KEYS.contains(&key) || key == "priority",
             MaterialModel::Metal(_) => key == "roughness",
             MaterialModel::Phong { .. } | MaterialModel::Unlit => false,
         };
         let mut given = keys.given(&GLASS_KEYS);
         given.extend(keys.given(&PRINCIPLED_KEYS));
+        given.extend(keys.given(&MEDIUM_KEYS));
         given.extend(keys.given(&["roughness"]));
         let lacking = |key: &&&str| !materials.iter().any(|material| takes(material, key));
         match given.iter().find(lacking) {
@@ -201,6 +225,12 @@ impl ObjectSpec {
         // With a type, the material starts from its defaults.
         let known = if self.type_.is_some() { 0 } else { material.priority };
         material.priority = self.priority.unwrap_or(known);
+        // `check_material` has refused what cannot be built.
+        match &self.medium {
+            Some(medium) => material.medium = medium.build().ok(),
+            None if self.type_.is_some() || self.attenuation_distance.is_some() => material.medium = None,
+            None => {}
+        }
         let reflectance = std::mem::replace(&mut material.model, MaterialModel::Unlit);
         material.model = self.material_model(reflectance);
         textures.iter().map(|put| put.bind(material, !self.has_value(put.key))).collect()
@@ -210,6 +240,8 @@ impl ObjectSpec {
     fn material_model(&self, base: MaterialModel) -> MaterialModel {
         match (self.type_, base) {
             (Some(MaterialType::Unlit), _) => MaterialModel::Unlit,
+            (Some(MaterialType::Boundary), _) => MaterialModel::Boundary,
+            (None, MaterialModel::Boundary) => MaterialModel::Boundary,
             (Some(MaterialType::Matte), _) => {
                 MaterialModel::Phong { diffuse: self.diffuse.unwrap_or(1.0), specular: [0.0; 3], shininess: 32.0 }
             }

@@ -27,6 +27,7 @@ pub use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
 pub use crate::schema::spec::camera::{CameraSpec, Projection};
 pub use crate::schema::spec::fog::FogSpec;
+pub use crate::schema::spec::medium::{MediumSpec, MediumTable};
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
 pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use crate::schema::spec::pose::PoseSpec;

@@ -109,6 +109,7 @@ impl World {
         }
         object.name = self.names.unique(if object.name.is_empty() { "object" } else { &object.name });
         self.objects.push(object);
+        self.note_open_medium(self.objects.len() - 1);
         Ok(self.objects.len() - 1)
     }
 

@@ -9,6 +9,7 @@ mod edit;
 mod find;
 mod mesh_file;
 mod names;
+mod open_media;
 mod rigs;
 pub(crate) mod statistics;
 mod texture_paging;

@@ -45,4 +45,4 @@ def uninstall() -> None:
 
 def __getattr__(name: str) -> Any:
     """Raises `AttributeError` with an alternative."""
-    return raise_missing("open3d", name, "install Open3D for it")
+    return raise_missing("open3d", name, "install Open3D")

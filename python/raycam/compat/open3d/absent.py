@@ -9,10 +9,10 @@ __all__ = ["HintingType", "Hints", "raise_missing"]
 ALTERNATIVES = {
     "camera": "use raycam.Camera, or Camera.from_opencv(K, R, t, size)",
     "data": "use raycam.data.path(name), or files of your own with io.read_triangle_mesh",
-    "ml": "install Open3D for it; raycam.dataset writes training data",
-    "pipelines": "install Open3D for it (registration, reconstruction)",
+    "ml": "install Open3D; for training data, use raycam.dataset",
+    "pipelines": "install Open3D for registration and reconstruction",
     "visualization": "use raycam.render(world, camera) for images and raycam.view(world) for a live view; "
-    "a world is built by world.add_mesh(mesh.vertices, mesh.triangles)",
+    "create the world with world.add_mesh(mesh.vertices, mesh.triangles)",
     "PointCloud": "use NumPy arrays [n, 3]: raycam has no point clouds",
     "LineSet": "use NumPy arrays [n, 2, 3]: raycam has no lines",
     "TetraMesh": "use its outer triangles as a TriangleMesh",
@@ -24,7 +24,7 @@ ALTERNATIVES = {
     "write_triangle_mesh": "use raycam: world.add_mesh(mesh.vertices, mesh.triangles), then world.to_gltf(path)",
     "read_image": "use imageio or Pillow",
     "write_image": "use imageio or Pillow",
-    "cuda": "raycam works on the CPU",
+    "cuda": "raycam supports only the CPU",
     "HashMap": "use a dict, or numpy.unique",
     "HashSet": "use a set, or numpy.unique",
 }
@@ -52,7 +52,7 @@ class HintingType(type):
 class Hints(metaclass=HintingType):
     """Base of classes whose missing attributes raise an error that names an alternative."""
 
-    _ALTERNATIVE = "install Open3D for it, or use trimesh"
+    _ALTERNATIVE = "install Open3D, or use trimesh"
 
     def __getattr__(self, name: str) -> Any:
         """Raises `AttributeError` with an alternative."""

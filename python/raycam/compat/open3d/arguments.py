@@ -25,7 +25,7 @@ def array_of(name: str, values: Any) -> Array:
     try:
         return np.asarray(values).view(np.ndarray)
     except ValueError:
-        raise RaycastingError(f"{name} must be an array, and its rows are of several lengths") from None
+        raise RaycastingError(f"{name} must be an array, but its rows have different lengths") from None
 
 
 def last(name: str, values: Any, width: int) -> Array:

@@ -37,7 +37,7 @@ __all__ = [
     "uint64",
 ]
 
-NUMPY_INSTEAD = "tensors are NumPy arrays here: use NumPy on tensor.numpy(), which shares the memory"
+NUMPY_INSTEAD = "raycam's tensors are NumPy arrays; use NumPy on tensor.numpy(), which shares the memory"
 
 float32, float64 = np.dtype(np.float32), np.dtype(np.float64)
 int8, int16, int32, int64 = (np.dtype(name) for name in ("int8", "int16", "int32", "int64"))

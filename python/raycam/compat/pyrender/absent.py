@@ -12,7 +12,7 @@ class AbsentModule(ModuleType):
     """A module that can be imported, but whose names raise `ImportError` with an alternative."""
 
     def __init__(self, name: str, way: str) -> None:
-        super().__init__(f"pyrender.{name}", f"Not here: {way}.")
+        super().__init__(f"pyrender.{name}", f"Not supported: {way}.")
         self._said = f"pyrender.{name} is not in raycam.compat.pyrender: {way}"
 
     def __getattr__(self, name: str) -> Any:
@@ -25,15 +25,15 @@ class AbsentModule(ModuleType):
 ABSENT = {
     name: AbsentModule(name, way)
     for name, way in (
-        ("font", "draw text over the picture, as PIL.ImageDraw does"),
-        ("platforms", "nothing of OpenGL or EGL is needed; OffscreenRenderer renders on the CPU"),
+        ("font", "draw text on the image, for example with PIL.ImageDraw"),
+        ("platforms", "raycam does not use OpenGL or EGL; OffscreenRenderer renders on the CPU"),
         (
             "shader_program",
-            'there are no shaders; set raycam.compat.pyrender.shading = "raycam" for another light',
+            'raycam has no shaders; set raycam.compat.pyrender.shading = "raycam" for path tracing',
         ),
         (
             "trackball",
-            "Viewer has a navigation of its own; place cameras by scene.set_pose or raycam.Camera.look_at",
+            "Viewer has its own mouse navigation; place cameras with scene.set_pose or raycam.Camera.look_at",
         ),
     )
 }

@@ -23,14 +23,16 @@ def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
     array = np.asarray(value)
     whole = array.dtype.kind in "iu"
     if whole and array.size > 0 and array.max() == 1:
-        said = f"the colour {array.tolist()} is of 255, as pyrender takes whole numbers: nearly black; 1.0 is full"
+        said = f"the colour {array.tolist()} is nearly black, because integers range to 255; use floats for 0 to 1"
         warnings.warn(raycam.Notice(said, "implausible"), stacklevel=2)
     color = array.astype(np.float64) / (255.0 if whole else 1.0)
     if color.ndim == 0:
         color = np.repeat(color, length)
     color = color.squeeze()
     if color.ndim != 1:
-        raise ValueError(f"a colour of shape {list(array.shape)}: expected one number or a list of {length}")
+        raise ValueError(
+            f"a colour has the shape {list(array.shape)}: expected one number or a list of {length}"
+        )
     return np.concatenate([color, np.ones(max(0, length - len(color)))])[:length].astype(np.float32)
 
 
@@ -44,7 +46,7 @@ def format_color_array(value: Any, shape: tuple[int, int]) -> npt.NDArray[np.flo
     if (color.ndim == 1 and len(color) in (3, 4)) or (color.ndim == 2 and len(color) == 1):
         color = np.broadcast_to(color, (shape[0], color.shape[-1]))
     if color.ndim != 2:
-        raise ValueError(f"colours of shape {list(array.shape)}: expected [n, {shape[1]}]")
+        raise ValueError(f"colours have the shape {list(array.shape)}: expected [n, {shape[1]}]")
     missing = np.ones((len(color), max(0, shape[1] - color.shape[1])))
     return np.concatenate([color, missing], axis=1)[:, : shape[1]].astype(np.float32)
 
@@ -59,12 +61,14 @@ def format_texture_source(texture: Any, target_channels: str = "RGB") -> npt.NDA
     if texture is None:
         return None
     if target_channels not in CHANNELS:
-        raise ValueError(f"the channels are {target_channels!r}: expected one of {', '.join(CHANNELS)}")
+        raise ValueError(f"target_channels is {target_channels!r}: expected one of {', '.join(CHANNELS)}")
     if hasattr(texture, "convert") and texture.mode == "P":
         texture = texture.convert("RGBA" if target_channels == "RGBA" else "RGB")
     array = np.asarray(texture)
     if array.dtype.kind not in "fiub" or array.ndim not in (2, 3):
-        raise TypeError(f"a texture of type {type(texture).__name__}: expected an image [h, w] or [h, w, c]")
+        raise TypeError(
+            f"a texture has the type {type(texture).__name__}: expected an image [h, w] or [h, w, c]"
+        )
     image = (array * 255.0 if array.dtype.kind in "fb" else array).astype(np.uint8)
     image = image[..., np.newaxis] if image.ndim == 2 else image
     given, wanted = image.shape[2], CHANNELS[target_channels]
@@ -76,7 +80,7 @@ def format_texture_source(texture: Any, target_channels: str = "RGB") -> npt.NDA
     elif target_channels == "GB":
         image = image[..., 1:3] if given > 2 else image
     elif given < min(wanted, 3):
-        raise ValueError(f"an image of {given} channels has no {target_channels}")
+        raise ValueError(f"an image with {given} channels does not contain {target_channels}")
     elif given < wanted:
         image = np.concatenate([image, np.full_like(image[..., :1], 255)], axis=2)
     return np.ascontiguousarray(image[..., :wanted])

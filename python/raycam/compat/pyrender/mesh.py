@@ -77,7 +77,7 @@ class Mesh(Bounded):
             if not all(hasattr(one, name) for name in ("faces", "vertices", "visual")):
                 raise TypeError(
                     f"expected a trimesh.Trimesh or a list of them, not {type(one).__name__}; "
-                    "arrays go to Primitive(positions, normals, indices=faces)"
+                    "for arrays, use Primitive(positions, normals, indices=faces)"
                 )
         made = []
         for one in meshes:

@@ -58,7 +58,7 @@ class Scene(Bounded):
                 self.add_node(node)
         for node in given:
             if node not in self._parents:
-                raise ValueError(f"the node {node.name!r} is below itself")
+                raise ValueError(f"the node {node.name!r} is its own descendant")
 
     # Nodes ------------------------------------------------------------------------------------------------
 
@@ -90,7 +90,7 @@ class Scene(Bounded):
     def add_node(self, node: Node, parent_node: Node | None = None) -> None:
         """Adds a node with its children; raises `ValueError` if the scene contains it already."""
         if node in self._parents:
-            raise ValueError("the node is in the scene already")
+            raise ValueError("the scene already contains the node")
         if parent_node is not None and parent_node not in self._parents:
             raise ValueError("the parent is not a node of the scene")
         if parent_node is not None and node not in parent_node.children:

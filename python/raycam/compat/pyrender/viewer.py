@@ -91,7 +91,9 @@ class Viewer:
         idle = [name for name in given if name not in EFFECTIVE and not _same(given[name], known.get(name))]
         idle += ["registered_keys"] if registered_keys else []
         if idle:
-            said = raycam.Notice(f"no effect in raycam's viewer: {', '.join(idle)}", "unused_option")
+            said = raycam.Notice(
+                f"arguments without effect in raycam's viewer: {', '.join(idle)}", "unused_option"
+            )
             warnings.warn(said, stacklevel=2)
         self.render_lock = threading.RLock()
         self._seen: Any = None

@@ -80,7 +80,7 @@ def _top_view(place: Path) -> str:
     try:
         cameras = [camera for camera in load_cameras(place).values() if not camera.is_parallel]
     except (FormatError, SettingsError, ValueError):
-        return "<p>the data set has no poses of its cameras</p>"
+        return "<p>the data set contains no camera poses</p>"
     return _plan_of(cameras) if cameras else ""
 
 
@@ -99,9 +99,7 @@ def _plan_of(cameras: list[Camera]) -> str:
         )
         fans += f'<path d="M{x:.1f} {320 - y:.1f}{corners}z"/>'
         lines += f'<circle cx="{x:.2f}" cy="{320 - y:.2f}" r="2"/><path d="M{x:.2f} {320 - y:.2f}l{u:.2f} {-v:.2f}"/>'
-    caption = (
-        f"{len(cameras)} cameras from above, and what they see: x to the right, y up, {reach:.3g} m across"
-    )
+    caption = f"{len(cameras)} cameras and their fields of view from above: x to the right, y up, {reach:.3g} m across"
     fill = f'<g fill="#4363d8" fill-opacity="{max(0.3 / len(cameras) ** 0.5, 0.02):.3f}" stroke="none">{fans}</g>'
     drawn = f'<svg width="320" height="320">{fill}<g stroke="#333">{lines}</g></svg>'
     return f"<figure>{drawn}<figcaption>{caption}</figcaption></figure>"

@@ -82,7 +82,7 @@ def library() -> ModuleType:
         return importlib.import_module("mcap.writer")
     except ImportError:
         raise SettingsError(
-            "mcap needs the package mcap: pip install 'raycam[mcap]'", code="missing_dependency"
+            "the format mcap requires mcap; pip install 'raycam[mcap]'", code="missing_dependency"
         ) from None
 
 
@@ -100,7 +100,8 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
     if camera.model == "fisheye":
         return "equidistant", values
     raise SettingsError(
-        f"ROS has no lens {camera.model!r} with {len(values)} coefficients: give opencv with 4, 5 or 8, or fisheye",
+        f"ROS does not support lens model {camera.model!r} with {len(values)} coefficients; supported: opencv (4, 5 "
+        "or 8), fisheye",
         code="unsupported_camera",
     )
 

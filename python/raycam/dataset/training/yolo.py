@@ -31,7 +31,7 @@ def check(plan: Plan) -> None:
         raise SettingsError(f"task is {task!r}, expected one of {', '.join(TASKS)}", code="invalid_value")
     if bool(points) != (task == "pose"):
         raise SettingsError(
-            'task "pose" and the option keypoints go together: {"points": [[x, y, z], ...]}, of all categories',
+            'task "pose" requires the option keypoints and vice versa: keypoints={"points": [[x, y, z], ...]}',
             code="missing_value",
         )
     if points and (not isinstance(points, dict) or np.ndim(points.get("points", 0)) != 2):
@@ -42,7 +42,7 @@ def check(plan: Plan) -> None:
     flip = plan.options["flip_idx"]
     if flip is not None and (not points or sorted(flip) != list(range(len(points["points"])))):
         raise SettingsError(
-            f"flip_idx is {flip!r}, expected the numbers of the keypoints in another order",
+            f"flip_idx is {flip!r}, expected a permutation of the keypoints' numbers",
             code="invalid_value",
         )
 

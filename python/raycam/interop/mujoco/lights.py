@@ -34,15 +34,15 @@ class LightSources:
             ambient += np.asarray(model.light_ambient[light])
             kind, name = int(model.light_type[light]), element_name(model, "light", int(light))
             if kind not in (DIRECTIONAL, SPOT, POINT):
-                text = f"light {name!r}: image lights are not supported; it is left out"
+                text = f"light {name!r}: image lights are not supported; the light is ignored"
                 notices.append(Notice(text, "ignored_element"))
             elif (np.asarray(model.light_diffuse[light]) > 0).any():
                 self._add(int(light), data)
                 faded += [name] if kind != DIRECTIONAL else []
         if faded:
             text = (
-                f"lights {', '.join(faded)}: light decreases with the square of the distance, unlike in MuJoCo; its "
-                "strength is right at the centre of the model"
+                f"lights {', '.join(faded)}: light decreases with the square of the distance, unlike in MuJoCo; the "
+                "strength is equal at the centre of the model"
             )
             notices.append(Notice(text, "approximated_value"))
         if ambient.any():

@@ -129,7 +129,7 @@ def _check(firings: Firings) -> None:
         )
     if firings.returns not in RETURN_MODES:
         raise LidarError(
-            f"{firings.device}: packets have no mode of returns {firings.returns!r}; supported: "
+            f"{firings.device}: packets do not support returns={firings.returns!r}; supported: "
             f"{', '.join(RETURN_MODES)}",
             code="cannot_write",
         )
@@ -149,7 +149,8 @@ def _layers(
     counts = np.rint(columns["distance"][kept] / firings.step)
     if len(counts) and (counts.max() > 65535 or counts.min() < 1):
         raise LidarError(
-            f"distances are {columns['distance'][kept].min():g} to {columns['distance'][kept].max():g} m; packets hold "
+            f"distances are {columns['distance'][kept].min():g} to {columns['distance'][kept].max():g} m; packets "
+            "support "
             f"{firings.step:g} to {65535 * firings.step:g} m",
             code="cannot_write",
         )

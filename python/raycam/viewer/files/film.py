@@ -42,7 +42,9 @@ def filmed(
     ending, media = (".mp4", "video/mp4") if has_av() else (".gif", "image/gif")
     view = session.view
     if degrees == 0 and view.seconds == 0:
-        raise SettingsError("nothing moves in this world: a video of it needs a turn", code="missing_value")
+        raise SettingsError(
+            "nothing moves in this world; record a turn around it instead", code="missing_value"
+        )
     if degrees == 0:
         seconds = min(seconds, view.seconds)
     width, height = view.camera.size
@@ -58,7 +60,7 @@ def filmed(
         with open_video(path, size, FPS[ending], lossless=False, alpha=False, audio=None) as add:
             for i in range(count):
                 if not session.connection.is_open or session.connection.film_stop.is_set():
-                    raise Cancelled("the film was stopped")
+                    raise Cancelled("the video was stopped")
                 world, seen = shots(i)
                 frame = render(
                     world,

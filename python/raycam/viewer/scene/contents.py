@@ -9,7 +9,7 @@ from ...world import World
 
 __all__ = ["matrix_of_object", "names_of_objects", "visibilities"]
 
-NAME, MATRIX, VISIBLE = 0, 4, 5  # of an object of the core
+NAME, MATRIX, VISIBLE = 0, 4, 5  # indices into an object's tuple
 
 
 def names_of_objects(world: World) -> list[str]:

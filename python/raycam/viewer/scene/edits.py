@@ -227,14 +227,14 @@ def _require_placeable(world: World, number: int) -> None:
     if number < world._core.object_count and is_animated(world, number):
         name = names_of_objects(world)[number] or str(number)
         raise WorldError(
-            f"object {name}: cannot be moved here, because an animation of the file moves it",
+            f"object {name}: cannot be moved, because an animation of the file moves it",
             code="conflicting_values",
         )
 
 
 def _within(key: str, value: Any, most: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most:
-        raise SettingsError(f"{key} is a number from 0 to {most:g}, not {value!r}", code="out_of_range")
+        raise SettingsError(f"{key} must be a number from 0 to {most:g}, not {value!r}", code="out_of_range")
     return float(value)
 
 
@@ -259,14 +259,14 @@ def _placed(world: World, number: int, key: str, value: Any) -> Floats:
     step = np.eye(4)
     if key == "move":
         if not isinstance(value, list) or len(value) != 3:
-            raise SettingsError("move is three numbers, in metres", code="wrong_shape")
+            raise SettingsError("move must be three numbers, in metres", code="wrong_shape")
         step[:3, 3] = value
         return np.asarray(step @ matrix)
     if key == "scale":
         step[:3, :3] *= _factor(value)
     else:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise SettingsError("turn is a number of degrees", code="wrong_type")
+            raise SettingsError("turn must be a number of degrees", code="wrong_type")
         c, s = math.cos(math.radians(value)), math.sin(math.radians(value))
         first, second = (0, 1) if world.up == "z" else (2, 0)
         step[first, first] = step[second, second] = c

@@ -35,14 +35,15 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
     before, after = _objects(opened), _objects(world)
     if len(before) != len(after):
         raise WorldError(
-            f"a script made {len(after)} objects from the file's {len(before)}; use Save GLB to keep them",
+            f"a script changed the number of objects from {len(before)} to {len(after)}; use Save GLB to keep them",
             code="cannot_write",
         )
     changed = [i for i, found in enumerate(after) if before[i : i + 1] != [found]]
     if changed and len(entries) != len(after):
         names = ", ".join(after[i].name for i in changed[:3])
         raise WorldError(
-            f"{names}: objects of a file that holds several cannot be changed in a world file; Save GLB keeps them",
+            f"{names}: a world file cannot change single objects of a file with several; use Save GLB to keep the "
+            "changes",
             code="cannot_write",
         )
     for i in changed:
@@ -55,7 +56,7 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
     name = next(f"view{i or ''}" for i in range(len(taken) + 1) if f"view{i or ''}" not in taken)
     document["camera"] = [{"name": name, **camera.to_dict()}, *cameras]
     _check(document, source, world, camera)
-    return "# A world of raycam. Keep it beside the files that it names.\n\n" + toml_text(document)
+    return "# A world of raycam. Keep it next to the files that it names.\n\n" + toml_text(document)
 
 
 def _document(source: Path) -> dict[str, Any]:
@@ -65,8 +66,8 @@ def _document(source: Path) -> dict[str, Any]:
             return tomllib.loads(source.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise WorldError(
-                f"{source.name}: the file of this world cannot be read any more ({error}): put it back as it was, or "
-                "Save GLB, which needs no file",
+                f"{source.name}: the file of this world cannot be read any more ({error}); restore it, or use Save "
+                "GLB, which does not require it",
                 code="file_unreadable",
             ) from None
     return {"object": [{"mesh": source.name}]}
@@ -121,7 +122,9 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
         with collected():
             built = World.from_dict(document, folder=source.parent)
     except (Error, OSError) as error:
-        raise WorldError(f"a world file of this world would not load: {error}", code="cannot_write") from None
+        raise WorldError(
+            f"this world cannot be saved as a world file: {error}", code="cannot_write"
+        ) from None
     if built.counts["triangles"] != world.counts["triangles"] or not _same_place(built, world):
         raise WorldError(
             f"{source.name} or a file that it names has changed since it was opened; open it again, or use Save GLB",

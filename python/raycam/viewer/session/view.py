@@ -135,7 +135,9 @@ class View:
         time = real("time", given.get("time", 0.0), 0.0, what="seconds")
         if time > seconds:
             lasts = f"its motion lasts {seconds:g} s" if seconds else "nothing in it moves"
-            raise SettingsError(f"time {time:g} s is too late for this world: {lasts}", code="out_of_range")
+            raise SettingsError(
+                f"time {time:g} s is after the end of the motion: {lasts}", code="out_of_range"
+            )
         animations, variants = [each.name for each in base.animations], base.variants
         animation, variant = given.get("animation", ""), given.get("variant", "")
         exposure = given.get("exposure", settings.get("exposure", 0.0))

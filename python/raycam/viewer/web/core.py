@@ -25,8 +25,8 @@ def core_blocks() -> list[str]:
     """Returns the elements of a page that contain raycam; raises `SettingsError` if it was not built."""
     if not is_built():
         raise SettingsError(
-            "live pages need raycam compiled for WebAssembly, which this installation lacks: a wheel from the index has"
-            " it, and in a clone `make web` builds it",
+            "live pages require raycam compiled for WebAssembly, which this installation does not contain; install a "
+            "wheel from PyPI, or run `make web` in a clone",
             code="missing_dependency",
         )
     folder = files(__package__) / FOLDER

@@ -42,7 +42,8 @@ def live_page(
     for name, value in unused.items():
         if value is not None and value is not False and value != ():
             raise SettingsError(
-                f"{name} is for pages of numbers; a live page renders its own", code="conflicting_values"
+                f"{name} cannot be combined with live; a live page renders its own values",
+                code="conflicting_values",
             )
     if world is None or frame.camera is None:
         raise SettingsError(

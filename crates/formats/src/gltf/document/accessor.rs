@@ -120,7 +120,7 @@ impl<'a> Document<'a> {
         };
         if sparse.count > count as u64 {
             return Err(fault(format!(
-                "count: {} of {count} elements (ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE)",
+                "count: {}; expected at most {count} elements (ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE)",
                 sparse.count
             )));
         }

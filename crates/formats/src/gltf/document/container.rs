@@ -7,9 +7,12 @@ use std::path::Path;
 
 use raycam_scene::{ErrorCode, NoticeCode};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use crate::error::{FormatError, Result};
 use crate::gltf::json::Root;
+use crate::gltf::json::lenient::json_words;
+use crate::gltf::json::objects_only::ObjectsOnly;
 use crate::io::{Diagnostics, InputFile};
 
 const MAGIC: &[u8; 4] = b"glTF";
@@ -113,7 +116,7 @@ impl Container {
         let text = text.trim_end_matches('\0');
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         // Tracking the path takes time, so it is done only for errors.
-        let root = match serde_json::from_str::<Root>(text) {
+        let root = match parse_objects::<Root>(text) {
             Ok(root) => root,
             Err(error) => {
                 // Other versions use a different structure.
@@ -195,10 +198,18 @@ fn check_version(version: &str, path: &Path) -> Result<()> {
     Err(FormatError::unsupported(path, message))
 }
 
+/// A document of which no list stands for an object.
+fn parse_objects<T: DeserializeOwned>(text: &str) -> serde_json::Result<T> {
+    let mut reader = serde_json::Deserializer::from_str(text);
+    let root = T::deserialize(ObjectsOnly(&mut reader))?;
+    reader.end()?;
+    Ok(root)
+}
+
 /// Error with its position in the document.
 fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError {
     let reader = &mut serde_json::Deserializer::from_str(text);
-    let found: Result<Root, _> = serde_path_to_error::deserialize(reader);
+    let found: Result<Root, _> = serde_path_to_error::deserialize(ObjectsOnly(reader));
     let code = match error.classify() {
         serde_json::error::Category::Data => "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY",
         _ => "INVALID_JSON",
@@ -206,8 +217,8 @@ fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError
     match found {
         Err(found) if found.path().to_string() != "." => {
             let (place, inner) = (found.path().to_string(), found.into_inner());
-            FormatError::line(path, inner.line(), format!("{place}: {inner} ({code})"))
+            FormatError::line(path, inner.line(), format!("{place}: {} ({code})", json_words(&inner.to_string())))
         }
-        _ => FormatError::line(path, error.line().max(1), format!("{error} ({code})")),
+        _ => FormatError::line(path, error.line().max(1), format!("{} ({code})", json_words(&error.to_string()))),
     }
 }

@@ -3,6 +3,8 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
 
+use crate::gltf::json::objects_only::ObjectsOnly;
+
 /// Element whose fault invalidates only the element instead of the whole document: a light, a camera, an animation.
 #[derive(Debug)]
 pub(crate) enum Lenient<T> {
@@ -14,9 +16,33 @@ pub(crate) enum Lenient<T> {
 impl<'de, T: DeserializeOwned> Deserialize<'de> for Lenient<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = serde_json::Value::deserialize(deserializer)?;
-        Ok(match T::deserialize(value) {
+        Ok(match T::deserialize(ObjectsOnly(value)) {
             Ok(element) => Self::Valid(element),
-            Err(error) => Self::Faulty(error.to_string()),
+            Err(error) => Self::Faulty(json_words(&error.to_string())),
         })
     }
+}
+
+/// The JSON reader's text in the words of JSON instead of Rust's types.
+pub(crate) fn json_words(text: &str) -> String {
+    let (found, expected) = text.split_once(", expected ").unwrap_or((text, ""));
+    let found = found
+        .replace("invalid type: sequence", "a list")
+        .replace("invalid type: map", "an object")
+        .replace("invalid type: ", "");
+    let (expected, place) = match expected.find(" at line ") {
+        Some(at) => expected.split_at(at),
+        None => (expected, ""),
+    };
+    let expected = match expected {
+        "" => return text.to_owned(),
+        "a sequence" => "a list",
+        "a map" => "an object",
+        "a string" => "a text",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
+        "f32" | "f64" => "a number",
+        kind if kind.starts_with("struct ") => "an object",
+        kind => &kind.replace("an array of length", "a list of length"),
+    };
+    format!("{found}, expected {expected}{place}")
 }

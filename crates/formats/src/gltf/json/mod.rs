@@ -18,6 +18,7 @@ macro_rules! json_objects {
 pub(crate) mod extensions;
 pub(crate) mod lenient;
 pub(crate) mod material;
+pub(crate) mod objects_only;
 pub(crate) mod texture_info;
 use serde::Deserialize;
 

@@ -5,10 +5,9 @@ use raycam_scene::{Material, MaterialModel, NoticeCode, Principled};
 use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
-    /// Material in glTF's terms: the principled model, and its base colour. Approximations cause a notice. `None` is
-    /// unlit.
-    pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
-        let (color, name) = (material.color, &material.name);
+    /// Notes the properties of a body that glTF does not have.
+    fn note_bodies(&mut self, material: &Material) {
+        let name = &material.name;
         if material.priority != 0 {
             self.note(
                 NoticeCode::NotWritten,
@@ -18,8 +17,35 @@ impl Writer<'_> {
                 ),
             );
         }
+        if material.medium.is_some() {
+            self.note(
+                NoticeCode::NotWritten,
+                format!("material {name:?}: its medium is not written: glTF has no media"),
+            );
+        }
+    }
+
+    /// Material in glTF's terms: the principled model, and its base colour. Approximations cause a notice. `None` is
+    /// unlit.
+    pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
+        let (color, name) = (material.color, &material.name);
+        self.note_bodies(material);
         match &material.model {
             MaterialModel::Unlit => (color, None),
+            MaterialModel::Boundary => {
+                let message =
+                    format!("material {name:?}: the border of a medium is written as clear matter of index 1");
+                self.note(NoticeCode::ApproximatedValue, message);
+                let transmission = 1.0.into();
+                let clear = Principled {
+                    metallic: 0.0.into(),
+                    ior: 1.0,
+                    transmission,
+                    thickness: 1.0.into(),
+                    ..Principled::default()
+                };
+                (color, Some(clear))
+            }
             MaterialModel::Principled(principled) => (color, Some((**principled).clone())),
             MaterialModel::Phong { diffuse, specular, shininess } => {
                 let mut principled = Principled { metallic: 0.0.into(), specular: 0.0.into(), ..Principled::default() };

@@ -88,7 +88,7 @@ impl PreethamSky {
     #[inline(always)]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let up = direction.dot(self.up);
-        // Colours outside of Rec. 709 are clipped at 0.
+        // Colours outside Rec. 709 are clipped at 0.
         let values = self.zenith_curves.lookup(up.max(0.0)) * self.sun_curves.lookup(sun_distance(direction, self.sun));
         let [luminance, x, y] = values.to_array();
         let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);

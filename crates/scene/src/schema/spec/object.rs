@@ -6,6 +6,7 @@ use serde::Deserialize;
 use crate::camera::sensor::LidarSurface;
 use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::{Category, Color, Refine, Splat, Wraps};
+use crate::schema::spec::medium::MediumSpec;
 use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
 
@@ -125,6 +126,9 @@ pub struct ObjectSpec {
     /// With type = "glass" or "principled": a whole number, default 0. Where closed meshes of clear media overlap, the
     /// medium with the highest priority fills the space; among equals, the inner one.
     pub priority: Option<i32>,
+    /// With type = "glass", "principled" or "boundary": the matter inside of the closed mesh, by the name of a preset or by
+    /// its coefficients per metre.
+    pub medium: Option<MediumSpec>,
     /// With type = "principled": 0 for a dielectric (default) to 1 for a metal.
     pub metallic: Option<f32>,
     /// With type = "principled": colour of the dielectric's reflection.
@@ -156,7 +160,7 @@ pub struct ObjectSpec {
 }
 
 /// Number of optional keys of [`ObjectSpec`], except name, category, visible, shadow_catcher and lidar.
-pub(crate) const KEYS: usize = 55;
+pub(crate) const KEYS: usize = 56;
 
 impl ObjectSpec {
     /// Returns the keys that are present.
@@ -166,7 +170,7 @@ impl ObjectSpec {
             refine, face_colors, vertex_colors, uvs, normals,
             location, roll, pitch, yaw, scale, matrix,
             "type" type_, color, texture, textures, wrap, diffuse, specular, shininess, emission, opacity, alpha,
-            metal, roughness, ior, thin, dispersion, attenuation_color, attenuation_distance, priority,
+            metal, roughness, ior, thin, dispersion, attenuation_color, attenuation_distance, priority, medium,
             metallic, specular_color, transmission, clearcoat, clearcoat_roughness, sheen_color, sheen_roughness,
             iridescence, iridescence_ior, iridescence_thickness, anisotropy, anisotropy_rotation,
             diffuse_transmission, diffuse_transmission_color,
@@ -198,4 +202,6 @@ pub enum MaterialType {
     Principled,
     /// The base colour itself, independent of light.
     Unlit,
+    /// The border of a `medium`: it neither reflects nor refracts, and is in no ground truth.
+    Boundary,
 }

@@ -10,4 +10,4 @@ __all__ = ["geometry", "io"]
 
 def __getattr__(name: str) -> Any:
     """Raises `AttributeError` with an alternative."""
-    return raise_missing("open3d.t", name, "install Open3D for it")
+    return raise_missing("open3d.t", name, "install Open3D")

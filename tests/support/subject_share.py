@@ -1,0 +1,76 @@
+"""How much of a picture shows its subject: objects other than the ground, or pixels that differ from the border."""
+
+from __future__ import annotations
+
+import functools
+import os
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from raycam.world.framing import without_ground
+
+MIN_SHARE = 0.05
+"""Least share of a picture's pixels that show its subject."""
+WIDTH = 96
+"""Width in pixels of the ground truth that is counted."""
+
+
+def subject_share(world: Any, camera: raycam.Camera) -> float:
+    """The share of a camera's pixels that show an object, without the ground that may hide it."""
+    if isinstance(world, str | os.PathLike):
+        world = raycam.load(world)
+    width, height = camera.size
+    scale = min(1.0, WIDTH / width)
+    small = camera.resized((max(1, round(width * scale)), max(1, round(height * scale))))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", raycam.Notice)
+        truth = _render(without_ground(world), small, channels=["instance"])
+    return float((truth["instance"] >= 0).mean())
+
+
+def border_share(picture: Path) -> float:
+    """The share of a picture's pixels whose colour differs from that of most pixels of its border by more than 5 %."""
+    with Image.open(picture) as image:
+        pixels = np.asarray(image.convert("RGBA").convert("RGB"), np.int16)
+    border = np.concatenate([pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]])
+    colors, counts = np.unique(border // 8, axis=0, return_counts=True)
+    main = colors[counts.argmax()] * 8 + 4
+    return float((np.abs(pixels - main).max(axis=2) > 13).mean())
+
+
+class SavedPictures:
+    """Records the subject's share in each frame that a page renders with `raycam.render` and saves."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.shares: dict[str, float] = {}
+        """The subject's share by the saved file's name."""
+        self._rendered: dict[int, tuple[raycam.Frame, float]] = {}
+        save = raycam.Frame.save
+
+        @functools.wraps(_render)
+        def render(world: Any, *arguments: Any, **options: Any) -> raycam.Frame:
+            frame = _render(world, *arguments, **options)
+            if frame.camera is not None and "region" not in options:
+                self._rendered[id(frame)] = (frame, subject_share(world, frame.camera))
+            return frame
+
+        @functools.wraps(save)
+        def save_and_record(frame: raycam.Frame, path: Any, **options: Any) -> None:
+            save(frame, path, **options)
+            if id(frame) in self._rendered:
+                self.shares[Path(path).name] = self._rendered[id(frame)][1]
+
+        monkeypatch.setattr(raycam, "render", render)
+        monkeypatch.setattr(raycam.Frame, "save", save_and_record)
+
+    def share_of(self, frame: object) -> float | None:
+        """The subject's share in a frame that `raycam.render` has returned; None for other objects."""
+        return self._rendered[id(frame)][1] if id(frame) in self._rendered else None
+
+
+_render = raycam.render
