@@ -52,7 +52,7 @@ def test_scannet_poses_are_read(tmp_path: Path) -> None:
         told = " ".join(map(str, cameras.notices))
         assert "1 lost frames" in told
         assert "world_from_camera" in told
-        assert "intrinsic_depth.txt has another K" in told
+        assert "intrinsic_depth.txt contains another K" in told
     assert cameras["3"].size == SIZE
     (tmp_path / "color/0.jpg").rename(tmp_path / "color/000000.jpg")
     assert raycam.load_cameras(tmp_path)["3"].size == SIZE

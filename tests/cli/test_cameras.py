@@ -140,7 +140,7 @@ def test_folder_opens_with_the_calibration_that_it_contains(
         ("calib.yaml -o a.yaml", "--to"),
         ("calib.yaml --to opencvv", "did you mean 'opencv'"),
         ("stereo.yaml:cam2", "did you mean 'cam1'"),
-        ("calib.yaml --direction camera_from_world", "leave them out"),
+        ("calib.yaml --direction camera_from_world", "omit these arguments"),
         ("calib.yaml --lens fish", "did you mean"),
         ("calib.yaml --format kalibrr", "did you mean"),
         ("none.yaml", "No such file"),

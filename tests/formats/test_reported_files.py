@@ -341,7 +341,7 @@ def test_color_multiplied_with_mesh_colors_gives_a_notice(tmp_path: Path) -> Non
     (tmp_path / "a.obj").write_text("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n")
     world = raycam.World()
     world.add_object(mesh=tmp_path / "a.obj", color="#00ff00")
-    assert any("which color = multiplies" in str(notice) for notice in world.notices)
+    assert any("color multiplies the colours" in str(notice) for notice in world.notices)
     world = raycam.World()
     world.add_object(mesh=tmp_path / "a.obj")
     assert world.notices == []
