@@ -268,7 +268,7 @@ def _towards(light: Light, position: Floats) -> tuple[Single, Single]:
 
 def _lengths(vectors: Single) -> Single:
     """The lengths [n] of vectors [n, 3]."""
-    return np.sqrt(np.einsum("nc,nc->n", vectors, vectors))
+    return np.asarray(np.sqrt(np.einsum("nc,nc->n", vectors, vectors)), np.float32)
 
 
 def _edges(colors: Single) -> npt.NDArray[np.bool_]:
