@@ -154,7 +154,7 @@ export function buildSign(fig) {
   fig.readout(() => {
     const { forward, along, line } = shared.ray;
     return [
-      [["v", `v = r₃ = ${tuple(forward, 3)}`], "    ", ["X′", `X′ − C = ${tuple(line, 3)}`]],
+      [["v", `v = third row of R = ${tuple(forward, 3)}`], "    ", ["X′", `X′ − C = ${tuple(line, 3)}`]],
       [["v", "v"], " · ", ["X′", "(X′ − C)"], ` = ${fixed(along, 3)} ${along > 0 ? "> 0: " : "< 0: "}`, ["r", along > 0 ? "r = X′ − C" : "r = C − X′"], along > 0 ? "  X′ is in front of the camera" : "  X′ is behind the camera"],
     ];
   });

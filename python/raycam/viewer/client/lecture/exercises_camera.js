@@ -78,7 +78,7 @@ export const CAMERA_EXERCISES = [
   },
   {
     id: "line",
-    title: "A point of the pixel's line: X' = P⁺ x. Every point of the line except C is accepted. On paper, choose z = 0: (first number of P (X', 1)) = u · (third number) and (second number) = v · (third number) are two linear equations for x and y",
+    title: "A point of the pixel's line: X' = P⁺ x. Every point of the line except C is accepted. On paper, choose z = 0: (first number of P (X', 1)) = u · (third number) and (second number) = v · (third number) are two linear equations for the first two coordinates of X'",
     asked: triple("X'"),
     given: ({ P, pixel }) => ["P =", ...rowsOf(P, 4), `x = (${general(pixel[0])}, ${general(pixel[1])}, 1)`],
     answer: ({ ray }) => /** @type {number[]} */ (ray.XPrime),

@@ -58,14 +58,14 @@ export const LIGHT_EXERCISES = [
   },
   {
     id: "throughput",
-    title: "A path bounces from surfaces with the red reflectances 0.9, 0.5 and 0.2. What is its throughput in red?",
+    title: "A path bounces from diffuse surfaces whose colours are k = 0.9, 0.5 and 0.2 in red. What is its throughput in red?",
     asked: ["throughput"],
     given: () => ["0.9, 0.5, 0.2"],
     answer: () => [0.09],
     hint: ([value]) => {
       if (areClose([value], [1.6])) return "This is the sum. Each surface multiplies the throughput.";
       if (areClose([value], [1.6 / 3])) return "This is the mean. Each surface multiplies the throughput.";
-      return "Multiply the three reflectances.";
+      return "Multiply the three colours.";
     },
   },
   {
