@@ -116,7 +116,7 @@ def test_panoramas_with_inconsistent_intrinsics_give_a_notice(
 ) -> None:
     keys: dict[str, Any] = {"w": 800, "h": 400, "fl_x": fl_x, "fl_y": 400, "cx": 400, "cy": 200}
     cameras = raycam.load_cameras(nerf(tmp_path / "a.json", camera_model="EQUIRECTANGULAR", **keys))
-    assert any("whole panorama" in str(notice) for notice in cameras.notices) == told
+    assert any("complete panorama" in str(notice) for notice in cameras.notices) == told
     np.testing.assert_allclose(cameras["a.png"].K[0, 0], 800 / (2 * np.pi))
 
 

@@ -119,7 +119,7 @@ def test_folder_opens_with_the_calibration_that_it_contains(
     assert run("session") == 0
     (folder / "empty").mkdir()
     assert run("empty") != 0
-    assert "finds no calibration" in capsys.readouterr().err
+    assert "no calibration found" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -306,7 +306,7 @@ def test_mtl_image_without_kd_is_shown_unchanged(tmp_path: Path) -> None:
         world = raycam.load(tmp_path / "a.obj")
         seen = raycam.render(world, camera, samples=1, channels=["albedo"])["albedo"][4, 4]
         np.testing.assert_allclose(seen, factor * shown, rtol=1e-3)
-        assert any("it is black" in str(notice) for notice in world.notices) == (factor == 0)
+        assert any("makes it black" in str(notice) for notice in world.notices) == (factor == 0)
 
 
 @pytest.mark.parametrize("value", ["inf 0 0", "nan 0 0", "0 -inf 0"])

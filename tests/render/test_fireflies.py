@@ -72,7 +72,7 @@ def test_firefly_notice_names_the_light_and_the_object(lamp: str) -> None:
     notice = next(notice for seed in range(8) for notice in fireflies(world, seed=seed))
     ways = str(notice).split(": ", 2)[2].split(". ")[0].split("; ")
     # Only the rarest path is counted.
-    named = [way for way in ways if not way.startswith("other ways")]
+    named = [way for way in ways if not way.startswith("other paths")]
     assert named
     for way in named:
         assert f"light of {lamp} " in way

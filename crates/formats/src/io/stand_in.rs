@@ -66,9 +66,9 @@ mod tests {
             ("\u{feff}\r\n  <!DOCTYPE HTML PUBLIC \"-//W3C\">", "HTML page"),
             ("<HTML lang=\"en\">", "HTML page"),
             ("<?xml version=\"1.0\"?>\n<!DOCTYPE html PUBLIC>\n<html>", "HTML page"),
-            ("<?xml version=\"1.0\"?>\n<Error><Code>NoSuchKey</Code></Error>", "error message of a server"),
-            ("404: Not Found", "error message of a server"),
-            ("{\"message\": \"Not Found\", \"documentation_url\": \"https://docs\"}", "error message of a server"),
+            ("<?xml version=\"1.0\"?>\n<Error><Code>NoSuchKey</Code></Error>", "server's error message"),
+            ("404: Not Found", "server's error message"),
+            ("{\"message\": \"Not Found\", \"documentation_url\": \"https://docs\"}", "server's error message"),
         ] {
             assert!(reason(bytes.as_bytes()).is_some_and(|reason| reason.contains(expected)), "{bytes:?}");
         }
