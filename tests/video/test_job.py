@@ -205,9 +205,9 @@ def test_job_commands_report_and_finish_shards(
     assert "frames    7 of 8 finished" in out
     assert f"damaged   1\n  {book}: the line at byte 0 is damaged" in out
     assert run("verify frames") == 1
-    assert "line at byte 0 was damaged" in capsys.readouterr().out
+    assert "line at byte 0 is damaged" in capsys.readouterr().out
     assert run(video) == 0
-    assert "line at byte 0 was damaged" in capsys.readouterr().err
+    assert "line at byte 0 is damaged" in capsys.readouterr().err
     assert run("verify frames") == 0
     assert len(results(here / "frames")) == len(whole) + 1
 
@@ -219,7 +219,7 @@ def test_job_commands_report_and_finish_shards(
     with monkeypatch.context() as short:
         short.setattr(memory_limits, "available_bytes", lambda share: -1)
         assert run("video box.toml -o few --samples 1 --integrator flat --workers 2") == 0
-    assert "raycam: notice: 1 of 2 workers were started" in capsys.readouterr().err
+    assert "raycam: notice: only 1 of 2 workers were started" in capsys.readouterr().err
     assert run("status .") == 1
     assert ".raycam/job.json" in capsys.readouterr().err
     assert run("video box.toml -o a.gif --samples 1 --integrator flat --shard 1/2") == 0

@@ -69,7 +69,7 @@ def test_world_files_turn_gltf_models_upright(tower: Path) -> None:
     world = raycam.load(path)
     heights = [np.ptp(world.triangles(i).reshape(-1, 3), axis=0) for i in range(3)]
     assert heights == pytest.approx(np.array([[0.5, 1, 3], [0.5, 3, 1], [1, 0.5, 3]]))
-    assert sum("turned" in str(notice) for notice in world.notices) == 1
+    assert sum("is rotated to" in str(notice) for notice in world.notices) == 1
     path.write_text(f'up = "y"\n[[object]]\nmesh = "{tower.name}"\n')
     assert raycam.load(path).notices == []
 

@@ -23,7 +23,7 @@ mod tests {
         assert_eq!(check_memory(|| "little".into(), 1 << 24), Ok(()));
         for bytes in [1 << 62, u64::MAX] {
             let error = check_memory(|| "everything".into(), bytes).unwrap_err();
-            assert!(error.to_string().contains(&format!("everything needs {bytes} bytes")), "{error}");
+            assert!(error.to_string().contains(&format!("everything requires {bytes} bytes")), "{error}");
         }
     }
 }

@@ -342,7 +342,7 @@ fn queries_accept_rays_of_any_length_and_position() {
     let message = error(RayArrays { directions: &directions[1..], ..all });
     assert!(message.contains("14 origins and 13 directions"), "{message}");
     let message = error(RayArrays { t_max: &[1.0; 3], ..all });
-    assert!(message.contains("3 values of t_max for 14 rays"), "{message}");
+    assert!(message.contains("t_max has 3 values for 14 rays"), "{message}");
     let message = error(RayArrays { t_min: &[nan], ..all });
     assert!(message.contains("t_min[0] is NaN"), "{message}");
     let none = Hits::new(ray_queries::cast_rays(&prepared, &all_of(&[], &[]), &FIELDS, None, &control).unwrap());

@@ -323,8 +323,7 @@ export class LiveView {
 
   /** Orbits, or looks around while flying and walking. @param {number} dx pixels @param {number} dy */
   turn(dx, dy) {
-    if (this.way === "orbit") this.navigator.orbit(dx, dy);
-    else this.navigator.look(dx, dy);
+    this.navigator[this.way === "orbit" ? "orbit" : "look"](dx, dy);
   }
 
   /** @returns {Record<string, (...words: string[]) => void>} */

@@ -131,8 +131,8 @@ class Look:
     def notice(self) -> str | None:
         """The sentence that explains a light that is not in the file."""
         return {
-            "studio": "the model has no lights: it is shown in the studio, whose floor is not part of the ground truth",
-            "default": "the world has no lights: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4",
+            "studio": "the model has no lights; it is shown in the studio, whose floor is not part of the ground truth",
+            "default": "the world has no lights; it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4",
         }.get(self.light)
 
     @property

@@ -38,7 +38,7 @@ export const HIT_EXERCISES = [
       if (areClose([t], [1 / found.t])) return "This is n·r / n·(a - C): upside down.";
       if (areClose([t], [found.above])) return "This is n·(a - C): divide it by n·r.";
       if (areClose([t], [rangesOf(ray, found.t).distance])) return "This is the distance t |r|: t is measured in lengths of r.";
-      if (areClose([t], [rangesOf(ray, found.t).depth])) return "This is the distance along the principal axis, t (v·r). But t is measured in lengths of r.";
+      if (areClose([t], [rangesOf(ray, found.t).depth])) return "This is the depth t (v·r), the distance along the principal axis. But t is measured in lengths of r.";
       return `n·(a - C) = ${general(found.above)}. Divide it by n·r.`;
     },
   },
