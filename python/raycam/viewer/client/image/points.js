@@ -1,6 +1,6 @@
 // Points over the picture, such as those of a lidar.
 
-const RADIUS = 1.8; // CSS pixels of a point
+const POINT_RADIUS = 1.8; // CSS pixels of a point
 
 /**
  * Draws points: number, column and row of each.
@@ -13,8 +13,8 @@ export function drawPoints(context, points, { left, top, zoom }, color) {
   for (let i = 0; i < points.length; i += 3) {
     const x = left + points[i + 1] * zoom, y = top + points[i + 2] * zoom;
     context.fillStyle = "#000";
-    context.fillRect(x - RADIUS - 0.5, y - RADIUS - 0.5, 2 * RADIUS + 1, 2 * RADIUS + 1);
+    context.fillRect(x - POINT_RADIUS - 0.5, y - POINT_RADIUS - 0.5, 2 * POINT_RADIUS + 1, 2 * POINT_RADIUS + 1);
     context.fillStyle = color(points[i]);
-    context.fillRect(x - RADIUS, y - RADIUS, 2 * RADIUS, 2 * RADIUS);
+    context.fillRect(x - POINT_RADIUS, y - POINT_RADIUS, 2 * POINT_RADIUS, 2 * POINT_RADIUS);
   }
 }
