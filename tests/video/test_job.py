@@ -205,9 +205,9 @@ def test_job_commands_report_and_finish_shards(
     assert "frames    7 of 8 finished" in out
     assert f"damaged   1\n  {book}: the line at byte 0 is damaged" in out
     assert run("verify frames") == 1
-    assert "line at byte 0 was damaged" in capsys.readouterr().out
+    assert "line at byte 0 is damaged" in capsys.readouterr().out
     assert run(video) == 0
-    assert "line at byte 0 was damaged" in capsys.readouterr().err
+    assert "line at byte 0 is damaged" in capsys.readouterr().err
     assert run("verify frames") == 0
     assert len(results(here / "frames")) == len(whole) + 1
 
