@@ -219,7 +219,7 @@ def test_job_commands_report_and_finish_shards(
     with monkeypatch.context() as short:
         short.setattr(memory_limits, "available_bytes", lambda share: -1)
         assert run("video box.toml -o few --samples 1 --integrator flat --workers 2") == 0
-    assert "raycam: notice: 1 of 2 workers were started" in capsys.readouterr().err
+    assert "raycam: notice: only 1 of 2 workers were started" in capsys.readouterr().err
     assert run("status .") == 1
     assert ".raycam/job.json" in capsys.readouterr().err
     assert run("video box.toml -o a.gif --samples 1 --integrator flat --shard 1/2") == 0
