@@ -75,11 +75,11 @@ def test_impossible_view_raises_with_the_closest_attempt() -> None:
     with pytest.raises(raycam.WorldError) as raised:
         raycam.sample(recipe)
     said = str(raised.value)
-    share = float(said.partition("closest try shows ")[2].split()[0])
+    share = float(said.partition("best try: coverage ")[2].split(",")[0])
     # A ball of radius 0.5 at 4 m, in an image 40 degrees high with the aspect ratio 4/3.
     nearest = np.pi * 0.25 / 16 / (np.tan(np.radians(20)) ** 2 * 4 * 4 / 3)
     assert share == pytest.approx(nearest, rel=0.25)
-    assert "it measures 1 x 1 x 1 m" in said
+    assert "size 1 x 1 x 1 m" in said
 
 
 @pytest.mark.parametrize(

@@ -225,7 +225,7 @@ def test_images_become_textures_with_the_requested_channels() -> None:
 
 
 def test_viewer_opens_the_live_view_and_follows_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("raycam.viewer.viewer.open_browser", lambda *_: False)
+    monkeypatch.setattr("raycam.viewer.view.open_browser", lambda *_: False)
     scene = pyrender.Scene()
     node = scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(1)))
     with warns(raycam.Notice, code="unused_option", mentions=["registered_keys"]):

@@ -41,7 +41,7 @@ def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
             if hasattr(mesh, "faces"):
                 meshes[name] = _trimesh(collector, name, mesh, smooth)
             else:
-                collector.add_notice(name, f"not shown, because a {type(mesh).__name__} has no surface")
+                collector.add_notice(name, f"a {type(mesh).__name__} has no surface and is not shown")
                 meshes[name] = None
         collector.add_object(str(node), meshes[name], matrix)
     camera = None
