@@ -51,7 +51,7 @@ export const HIT_EXERCISES = [
       `f(t) = ${vectorText(facts.found.f)}`,
       `g = a + v3 = ${vectorText(facts.found.g)}`,
       `u = g - f(t) = ${vectorText(facts.found.u)}`,
-      `Leave out ${"xyz"[mainAxis(facts.found.n)]} and draw the other two coordinates: the crossings are the same, because n is not 0 along this axis.`,
+      `Leave out ${"xyz"[mainAxis(facts.found.n)]} and draw the other two coordinates: the crossings are the same, because this coordinate of n is not 0: the triangle does not become a line.`,
     ],
     answer: ({ found }) => [found.crossings],
     hint: ([count], { found }) => {
