@@ -106,7 +106,7 @@ def test_points_and_lines_are_omitted_with_a_notice(tmp_path: Path, mode: int, w
     document.node(mesh=document.square())
     world = load(document, tmp_path)
     assert world.counts["triangles"] == 2
-    assert any(f"meshes[0].primitives[0]: {word} are not shown" in str(notice) for notice in world.notices)
+    assert any(f"meshes[0].primitives[0]: {word} are not supported" in str(notice) for notice in world.notices)
 
 
 def test_strips_and_fans_keep_their_winding(tmp_path: Path) -> None:
@@ -233,7 +233,7 @@ def test_gpu_instances_become_objects(tmp_path: Path) -> None:
         expected[:3, :3] = turns[i].as_matrix() * scales[i]
         expected[:3, 3] = places[i] + [10, 0, 0]
         np.testing.assert_allclose(thing.matrix, expected, atol=3e-4)
-    assert any("_ID: not used" in str(notice) for notice in world.notices)
+    assert any("_ID: ignored" in str(notice) for notice in world.notices)
 
 
 def test_hidden_nodes_are_omitted_with_a_notice(tmp_path: Path) -> None:
@@ -257,7 +257,7 @@ def test_default_scene_is_shown_with_a_notice(tmp_path: Path) -> None:
     document.json |= {"scenes": [{"nodes": [first]}, {"nodes": [second]}], "scene": 1}
     world = load(document, tmp_path)
     assert [thing.name for thing in world.objects] == ["second"]
-    assert any("scenes: number 1" in str(notice) for notice in world.notices)
+    assert any("scenes: scene 1" in str(notice) for notice in world.notices)
 
 
 def test_compressed_geometry_is_read() -> None:

@@ -273,7 +273,7 @@ def test_world_built_in_python_is_written_with_notices(tmp_path: Path) -> None:
     world.add_camera(raycam.Camera(k, np.eye(3), [1, 2, 3], size=(640, 480)), "off the middle")
     _, _, notices = written(world, tmp_path)
     for word in (
-        "z is up",
+        "up is z",
         "rounded to float32",
         "area is omitted",
         "its radius",

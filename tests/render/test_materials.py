@@ -130,4 +130,4 @@ def test_unlimited_paths_in_clear_glass_terminate(direction: list[int], radiance
     camera = raycam.Camera.look_at(eye, eye + direction, size=(8, 8), fov=8)
     with pytest.warns(raycam.Notice):  # all pixels are brighter than white, or black
         color = raycam.render(world, camera, integrator="path", samples=16, channels="color")["color"]
-    np.testing.assert_allclose(color, radiance, rtol=0.02)
+    np.testing.assert_allclose(color, radiance, rtol=0.03)  # noise of 16 samples
