@@ -106,7 +106,9 @@ def test_points_and_lines_are_omitted_with_a_notice(tmp_path: Path, mode: int, w
     document.node(mesh=document.square())
     world = load(document, tmp_path)
     assert world.counts["triangles"] == 2
-    assert any(f"meshes[0].primitives[0]: {word} are not supported" in str(notice) for notice in world.notices)
+    assert any(
+        f"meshes[0].primitives[0]: {word} are not supported" in str(notice) for notice in world.notices
+    )
 
 
 def test_strips_and_fans_keep_their_winding(tmp_path: Path) -> None:
