@@ -9,12 +9,11 @@ import numpy.typing as npt
 
 from ..arguments import Floats
 from ..lidar import Lidar
+from ..lidar.echoes import FWHM_TO_SIGMA
 from ..lidar.scanning import LIGHT_SPEED
 from ..one_line import one_line
 
 __all__ = ["BeamSteps"]
-
-FWHM_TO_SIGMA = 1.0 / (2.0 * np.sqrt(2.0 * np.log(2.0)))
 
 
 @one_line

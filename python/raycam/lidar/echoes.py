@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,9 +12,10 @@ import numpy.typing as npt
 from ..arguments import Floats
 from .paths import Contributions
 
-__all__ = ["Echoes", "find_echoes"]
+__all__ = ["FWHM_TO_SIGMA", "Echoes", "find_echoes"]
 
-FWHM_TO_SIGMA = 1.0 / (2.0 * np.sqrt(2.0 * np.log(2.0)))
+FWHM_TO_SIGMA = 1.0 / (2.0 * math.sqrt(2.0 * math.log(2.0)))
+"""The standard deviation of a Gaussian pulse of width 1 at half its maximum."""
 APART = 8.0
 """Gaps in standard deviations of the pulse across which surfaces do not change each other's maxima."""
 MERGED = 2.0

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from .echoes import FWHM_TO_SIGMA
 from .paths import HIT_FIELDS, Contributions
 
 __all__ = ["attenuation", "fog_contributions", "soft_echo"]
@@ -19,7 +20,6 @@ STEP = 0.01
 """Metres between the points of the integral."""
 REACH = 12.0
 """Metres after which fog adds nothing to the maximum."""
-FWHM_TO_SIGMA = 1.0 / (2.0 * math.sqrt(2.0 * math.log(2.0)))
 
 
 def attenuation(visibility: float) -> float:

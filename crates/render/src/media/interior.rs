@@ -1,27 +1,11 @@
 //! The bodies that contain a point, such as the water around a camera.
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, HitFilter};
+use raycam_bvh::ExactRay;
 
 use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::geometry::Geometry;
-
-/// Hits of one instance.
-struct OneInstance(u32);
-
-impl HitFilter for OneInstance {
-    fn accepts_instance(&self, _: usize, instance: u32) -> bool {
-        instance == self.0
-    }
-
-    fn accepts_every_hit(&self) -> bool {
-        true
-    }
-
-    fn accepts(&self, _: usize, _: &ExactHit) -> bool {
-        true
-    }
-}
+use crate::prepare::one_instance::OneInstance;
 
 impl Geometry {
     /// The media that contain a scene-local point: larger bodies first. Open meshes contain nothing.

@@ -12,6 +12,7 @@ pub(crate) mod material;
 pub(crate) mod medium;
 pub(crate) mod mesh;
 pub(crate) mod on_demand_scenes;
+pub(crate) mod one_instance;
 pub(crate) mod stretch;
 pub(crate) mod texture;
 pub(crate) mod validate;

@@ -8,9 +8,10 @@ use raycam_bvh::ExactRay;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::geometry::Geometry;
+use crate::prepare::one_instance::OneInstance;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
-use crate::queries::winding::{OneObject, chosen_objects, half_line, residual_edges, winding_numbers};
+use crate::queries::winding::{chosen_objects, half_line, residual_edges, winding_numbers};
 
 /// Rounding errors of a placed vertex, as a fraction of its coordinates and of those of its box.
 const BOX_ERROR: f64 = 32.0 * f64::EPSILON;
@@ -96,7 +97,7 @@ impl<'a> Bodies<'a> {
         let rays: Vec<ExactRay> =
             points.iter().map(|point| half_line(*point, way_out((*point).into(), body.bounds))).collect();
         let mut counts = vec![0; rays.len()];
-        let filter = OneObject(body.instance as u32);
+        let filter = OneInstance(body.instance as u32);
         geometry.two_level().count_crossings(&rays, geometry, Some(&filter), body.rule == Rule::Signed, &mut counts);
         let is_inside = |count: i32| if body.rule == Rule::Signed { count != 0 } else { count % 2 != 0 };
         counts.into_iter().map(is_inside).collect()

@@ -9,11 +9,12 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, HitFilter};
+use raycam_bvh::ExactRay;
 
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::geometry::Geometry;
+use crate::prepare::one_instance::OneInstance;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::in_tasks;
 
@@ -32,23 +33,6 @@ const DIRECTIONS: [DVec3; 8] = [
 /// Squared sine of the minimum angle between the ray and any boundary vertex as seen from the point: closer to the ray,
 /// the cone is undefined.
 const MIN_SQUARED_SINE: f64 = 1e-6;
-
-/// Triangles of a single object.
-pub(super) struct OneObject(pub u32);
-
-impl HitFilter for OneObject {
-    fn accepts_instance(&self, _: usize, instance: u32) -> bool {
-        instance == self.0
-    }
-
-    fn accepts_every_hit(&self) -> bool {
-        true
-    }
-
-    fn accepts(&self, _: usize, _: &ExactHit) -> bool {
-        true
-    }
-}
 
 /// Residual edges of a placed object: their end points in the world, and how many more times each is used in one
 /// direction than in the other.
@@ -71,7 +55,7 @@ pub(super) fn winding_numbers(
     let directions: Vec<DVec3> = points.iter().map(|point| cone_direction((*point).into(), edges)).collect();
     let rays: Vec<ExactRay> = points.iter().zip(&directions).map(|(point, s)| half_line(*point, -*s)).collect();
     let mut counts = vec![0; points.len()];
-    geometry.two_level().count_crossings(&rays, geometry, Some(&OneObject(instance as u32)), true, &mut counts);
+    geometry.two_level().count_crossings(&rays, geometry, Some(&OneInstance(instance as u32)), true, &mut counts);
     let of_point = |((point, s), count): ((&[f64; 3], &DVec3), &i32)| {
         let angles: f64 = edges.iter().map(|(ends, excess)| excess * cone_angle(*point, *s, *ends)).sum();
         f64::from(*count) + angles / (4.0 * PI)

@@ -76,48 +76,56 @@ def model_lights(model: Any, data: Any) -> list[Light]:
     return lights
 
 
+@dataclass(frozen=True)
+class _View:
+    """What an image is computed for."""
+
+    camera: Camera
+    lights: list[Light]
+    """The model's lights and the headlight."""
+    pixel: float
+    """The angle between neighbouring pixels in the middle of the image, in radians."""
+
+
 class MujocoLook:
     """Computes images of a model's world in MuJoCo's own light."""
 
     def __init__(self, model: Any, world: World, surfaces: Surfaces) -> None:
         self._model, self._world, self._surfaces = model, world, surfaces
         self._skybox = skybox_faces(model)
-        self._pixel = 1e-3
 
     def image(self, camera: Camera, lights: list[Light], *, samples: int = 4) -> npt.NDArray[np.uint8]:
         """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples a pixel."""
         width, height = camera.size
         v, u = np.mgrid[:height, :width] + 0.5 + camera.corner
         pixels = np.stack([u.ravel(), v.ravel()], axis=1)
-        middle = camera.rays(np.array([[width / 2, height / 2], [width / 2 + 1, height / 2]]) + camera.corner)
-        self._pixel = float(np.nan_to_num(np.linalg.norm(middle[1][1] - middle[1][0]), nan=1e-3))
-        colors = self._colors(camera, pixels, lights)
+        view = _View(camera, [*lights, *self._headlight(camera)], _pixel_angle(camera))
+        colors = self._colors(view, pixels)
         if samples > 1:
             edges = _edges(colors.reshape(height, width, 3))
             places = (pixels[edges][:, None] + CORNERS).reshape(-1, 2)
             if len(places):
-                colors[edges] = self._colors(camera, places, lights).reshape(-1, len(CORNERS), 3).mean(axis=1)
+                colors[edges] = self._colors(view, places).reshape(-1, len(CORNERS), 3).mean(axis=1)
         return np.round(255 * colors).astype(np.uint8).reshape(height, width, 3)
 
-    def _colors(self, camera: Camera, pixels: Floats, lights: list[Light]) -> Single:
+    def _colors(self, view: _View, pixels: Floats) -> Single:
         """The colours [n, 3] seen at points of the image [n, 2]."""
-        origins, directions = camera.rays(pixels)
-        lights = [*lights, *self._headlight(camera)]
+        origins, directions = view.camera.rays(pixels)
         colors = np.zeros((len(directions), 3), np.float32)
         hit = np.zeros(len(directions), bool)
         if self._surfaces.opaque:
             hits = self._cast(origins, directions, self._surfaces.opaque)
             hit = hits["instance"] >= 0
             chosen = hits if hit.all() else {name: value[hit] for name, value in hits.items()}
-            colors[hit] = self._light(chosen, directions[hit], lights, shadows=True)
+            colors[hit] = self._light(chosen, directions[hit], view, shadows=True)
             if self._surfaces.mirror is not None:
-                colors[hit] += self._reflection(chosen, directions[hit], lights)
+                colors[hit] += self._reflection(chosen, directions[hit], view)
                 np.minimum(colors, 1, out=colors)
         if self._skybox is not None:
             sky = ~hit & np.isfinite(directions).all(axis=1)
             x, y, z = directions[sky].T
             colors[sky] = sample_cube_map(self._skybox, np.stack([x, z, -y], axis=1))
-        self._blend(colors, origins, directions, lights)
+        self._blend(colors, origins, directions, view)
         return colors
 
     def _cast(self, origins: Floats, directions: Floats, objects: list[int] | None) -> dict[str, Any]:
@@ -129,7 +137,7 @@ class MujocoLook:
         colors: Single,
         origins: Floats,
         directions: Floats,
-        lights: list[Light],
+        view: _View,
         *,
         strength: float = 1.0,
         travelled: Floats | None = None,
@@ -142,12 +150,12 @@ class MujocoLook:
         chosen = {name: value[blended] for name, value in hits.items()}
         if travelled is not None:
             chosen["distance"] = chosen["distance"] + travelled[blended]
-        front = self._light(chosen, directions[blended], lights, shadows=False, strength=strength)
+        front = self._light(chosen, directions[blended], view, shadows=False, strength=strength)
         # MuJoCo blends transparent geoms twice: front to back, then back to front.
         alpha = 1 - (1 - self._surfaces.alpha[chosen["instance"]][:, None]) ** 2
         colors[blended] = alpha * front + (1 - alpha) * colors[blended]
 
-    def _reflection(self, hits: dict[str, Any], directions: Floats, lights: list[Light]) -> Single:
+    def _reflection(self, hits: dict[str, Any], directions: Floats, view: _View) -> Single:
         """What the reflecting plane or box top shows at hits [n, 3]; without shadows, as in MuJoCo."""
         assert self._surfaces.mirror is not None
         number, strength = self._surfaces.mirror
@@ -168,8 +176,8 @@ class MujocoLook:
             met = seen["instance"] >= 0
             chosen = {name: value[met] for name, value in seen.items()}
             chosen["distance"] = chosen["distance"] + travelled[met]
-            light[met] = self._light(chosen, reflected[met], lights, shadows=False, strength=strength)
-        self._blend(light, start, reflected, lights, strength=strength, travelled=travelled)
+            light[met] = self._light(chosen, reflected[met], view, shadows=False, strength=strength)
+        self._blend(light, start, reflected, view, strength=strength, travelled=travelled)
         colors[shown] = light
         return colors
 
@@ -177,20 +185,20 @@ class MujocoLook:
         self,
         hits: dict[str, Any],
         directions: Floats,
-        lights: list[Light],
+        view: _View,
         *,
         shadows: bool,
         strength: float = 1.0,
     ) -> Single:
         """The light [n, 3] of hits towards the rays' origins; `strength` scales the colour of the surface."""
         instance, normal = hits["instance"], hits["shading_normal"].astype(np.float32)
-        view = -directions.astype(np.float32)
+        to_camera = -directions.astype(np.float32)
         color = strength * self._surfaces.colors(instance)
-        ambient = np.float32(0.0 if lights else NO_LIGHT)
+        ambient = np.float32(0.0 if view.lights else NO_LIGHT)
         plain = color * (self._surfaces.emission[instance][:, None] + ambient)
         shadowed = np.zeros_like(plain)
-        for light in lights:
-            one = self._one_light(light, hits, normal, view, color)
+        for light in view.lights:
+            one = self._one_light(light, hits, normal, to_camera, color)
             if shadows and light.shadow:
                 lit = np.flatnonzero(one.any(axis=1))
                 lit = lit[~self._shadowed(light, {name: hits[name][lit] for name in SHADOW_FIELDS})]
@@ -199,17 +207,17 @@ class MujocoLook:
                 plain += one
         total = shadowed + np.minimum(plain, 1)
         facing = np.maximum(abs(np.einsum("nc,nc->n", hits["normal"], directions)), 0.05)
-        footprint = (self._pixel * hits["distance"] / facing).astype(np.float32)
+        footprint = (view.pixel * hits["distance"] / facing).astype(np.float32)
         factors = self._surfaces.texture_factors(hits, footprint)
         return np.asarray(np.minimum(total if factors is None else total * factors, 1), np.float32)
 
     def _one_light(
-        self, light: Light, hits: dict[str, Any], normal: Single, view: Single, color: Single
+        self, light: Light, hits: dict[str, Any], normal: Single, to_camera: Single, color: Single
     ) -> Single:
         """The light [n, 3] that surfaces of a colour [n, 3] send back of one light, without shadow."""
         towards, fade = _towards(light, hits["position"])
         cosine = np.maximum(np.einsum("nc,nc->n", normal, towards), 0)
-        half = towards + view
+        half = towards + to_camera
         half /= np.maximum(_lengths(half), 1e-12)[:, None]
         aligned = np.maximum(np.einsum("nc,nc->n", normal, half), 0)
         instance = hits["instance"]
@@ -248,6 +256,14 @@ class MujocoLook:
                 exponent=0.0,
             )
         ]
+
+
+def _pixel_angle(camera: Camera) -> float:
+    """The angle between neighbouring pixels in the middle of the image, in radians; 0 where there are no rays."""
+    width, height = camera.size
+    middle = np.array([[width / 2, height / 2], [width / 2 + 1, height / 2]]) + camera.corner
+    _, (first, second) = camera.rays(middle)
+    return float(np.nan_to_num(np.linalg.norm(second - first)))
 
 
 def _towards(light: Light, position: Floats) -> tuple[Single, Single]:
