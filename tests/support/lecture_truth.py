@@ -14,7 +14,7 @@ import numpy.typing as npt
 import raycam
 from raycam import reference
 
-__all__ = ["MINUS", "NAMES", "TRUTHS", "Truth", "camera_of"]
+__all__ = ["MINUS", "NAMES", "TRUTHS", "Truth", "camera_of", "to_sun"]
 
 Floats = npt.NDArray[np.float64]
 Expected = list[float]

@@ -4,7 +4,7 @@ import { dot, plusTimes, rowOf } from "../core/vectors.js";
 import { litPicture } from "./chapter_light.js";
 import { fixed } from "../figure/numbers.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addPicture, drawPixel } from "./views.js";
+import { addPicture, drawPixel } from "./picture_view.js";
 import { SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -62,7 +62,7 @@ export function buildFocus(fig) {
   const { shared } = fig;
   const depth = () => (shared.steps.winner ? shared.steps.winner.t * dot(shared.ray.r, shared.ray.forward) : 6);
   fig.canvas({
-    ratio: 0.62, label: "The lens from the side: rays of one point pass the aperture and meet behind it, in front of the sensor, on it or behind it",
+    ratio: 0.6, label: "The lens from the side: rays of one point pass the aperture and meet behind it, in front of the sensor, on it or behind it",
     draw: (pen) => drawLens(pen, aperture, focus, depth()),
   });
   addPicture(fig, { label: "The picture through a lens with an aperture", image: () => picture().canvas });

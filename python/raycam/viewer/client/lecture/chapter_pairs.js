@@ -6,7 +6,7 @@ import { randomOf } from "./chapter_paths.js";
 import { addMatrices } from "./matrices.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addPicture } from "./views.js";
+import { addPicture } from "./picture_view.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 

@@ -7,7 +7,8 @@ import { litPicture } from "./chapter_light.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { OutsideView } from "../figure/outside.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addOutside, addPicture, rigFor, worldContent } from "./views.js";
+import { addPicture } from "./picture_view.js";
+import { addOutside, rigFor, worldContent } from "./views.js";
 import { SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -99,7 +100,7 @@ export function buildTriangulate(fig) {
     return { f: winner.f, exact: [exact.u, exact.v], pixel, ray, P, ...midpointOfRays(shared.ray, ray) };
   };
   addOutside(fig, {
-    label: "Two cameras, the rays of their pixels, and the midpoint of the closest points", view: new OutsideView({ azimuth: -14, elevation: 46, center: [1.2, -1.9, 0.9], radius: 2.45 }), picksPixel: true,
+    label: "Two cameras, the rays of their pixels, and the midpoint of the closest points", view: new OutsideView({ azimuth: -14, elevation: 46, center: [0.9, -2.1, 0.9], radius: 2.5 }), picksPixel: true,
     content: () => ({ ...worldContent(fig), faded: 0.5, second: rigFor(second(), picture().canvas), ...contentOfMidpoint(shared, now()) }),
   });
   const setError = (/** @type {number[]} */ values) => values.forEach((value, i) => { error[i] = Math.max(-LARGEST_ERROR, Math.min(LARGEST_ERROR, Math.round(2 * value) / 2)); });
