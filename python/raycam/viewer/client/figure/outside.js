@@ -25,6 +25,7 @@ import { drawArrow, drawDot, drawLine } from "./shapes.js";
  * @property {number} [chosen] the outlined triangle
  * @property {number} [grid] half the side of a grid on the ground, in units
  * @property {Rig | null} [rig]
+ * @property {Rig} [second] another camera
  * @property {Stroke[]} [strokes]
  * @property {Spot[]} [spots]
  * @property {Patch[]} [patches]
@@ -91,6 +92,7 @@ export class OutsideView {
     for (const patch of content.patches || []) this.addPatch(pen, patch, parts);
     const strokes = [...(content.strokes || [])];
     if (content.rig) strokes.push(...this.addCamera(pen, content.rig, parts));
+    if (content.second) strokes.push(...this.addCamera(pen, content.second, parts).map((stroke) => ({ ...stroke, text: "" })));
     for (const stroke of strokes) this.addStroke(pen, stroke, parts);
     parts.sort((a, b) => a.near - b.near);
     for (const part of parts) part.paint();

@@ -32,7 +32,7 @@ export function buildMatrix(fig) {
   fig.group("K", "K: five intrinsic parameters");
   numberSlider(fig, "fx", { name: "fₓ", symbol: "K", min: 120, max: 700 });
   numberSlider(fig, "fy", { name: "fᵧ", symbol: "K", min: 120, max: 700 });
-  numberSlider(fig, "skew", { name: "s", symbol: "K", min: -150, max: 150 });
+  numberSlider(fig, "skew", { name: "skew", symbol: "K", min: -150, max: 150 });
   numberSlider(fig, "cx", { name: "cₓ", symbol: "K", min: 0, max: 319, step: 0.5, digits: 1 });
   numberSlider(fig, "cy", { name: "cᵧ", symbol: "K", min: 0, max: 239, step: 0.5, digits: 1 });
   fig.group("R", "R: three angles");
@@ -98,8 +98,8 @@ export function buildAngles(fig) {
       return {
         ...worldContent(fig), faded: 0.7,
         strokes: [
-          { from: C, to: plusTimes(C, 0.7, right), color: "R", text: "r₁ right", symbol: "R", arrow: true },
-          { from: C, to: plusTimes(C, 0.7, down), color: "R", text: "r₂ down", symbol: "R", arrow: true },
+          { from: C, to: plusTimes(C, 0.7, right), color: "R", text: "right", symbol: "R", arrow: true },
+          { from: C, to: plusTimes(C, 0.7, down), color: "R", text: "down", symbol: "R", arrow: true },
         ],
         spots: [{ at: C, color: "C", symbol: "C", text: "C" }],
       };

@@ -128,7 +128,7 @@ export function buildReflection(fig) {
   fig.slider({ name: "light θ", symbol: "L", min: 0, max: 85, step: 1, digits: 0, unit: "°", get: () => light, set: (value) => { light = value; } });
   fig.slider({ name: "camera", symbol: "C", min: -85, max: 85, step: 1, digits: 0, unit: "°", get: () => view, set: (value) => { view = value; } });
   fig.slider({ name: "diffuse share k", min: 0, max: 1, step: 0.01, get: () => diffuse, set: (value) => { diffuse = value; } });
-  fig.slider({ name: "shininess s", min: 1, max: 200, step: 1, digits: 0, get: () => shininess, set: (value) => { shininess = value; } });
+  fig.slider({ name: "shininess h", min: 1, max: 200, step: 1, digits: 0, get: () => shininess, set: (value) => { shininess = value; } });
   fig.readout(() => {
     const now = parts(view);
     return [

@@ -67,9 +67,9 @@ export function buildFocus(fig) {
   });
   addPicture(fig, { label: "The picture through a lens with an aperture", image: () => picture().canvas });
   fig.host.classList.add("double");
-  fig.slider({ name: "aperture a", symbol: "L", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
+  fig.slider({ name: "aperture A", symbol: "L", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
   fig.slider({ name: "focus z₀", symbol: "t", min: 2, max: 8, step: 0.1, digits: 1, get: () => focus, set: (value) => { focus = value; } });
-  fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f a |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
+  fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f A |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
 }
 
 /** A thin lens from the side, not to scale behind it. @param {import("../figure/board.js").Pen} pen @param {number} aperture @param {number} focus @param {number} depth */

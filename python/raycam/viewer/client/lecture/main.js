@@ -5,7 +5,7 @@ import { byId } from "../dom.js";
 import { buildAngles, buildBackProject, buildMatrix, buildNormal, buildPlane, buildProject, buildSign } from "./chapter_camera.js";
 import { buildLights, buildReflection, buildShadow } from "./chapter_light.js";
 import { buildDistortion, buildFocus, buildMaterial, buildShutter, buildVideo } from "./chapter_optics.js";
-import { buildCalibration, buildEpipolar, buildExact, buildFloor } from "./chapter_pairs.js";
+import { buildCalibration, buildExact, buildFloor } from "./chapter_pairs.js";
 import { buildAliasing, buildMean, buildNoise, buildPath } from "./chapter_paths.js";
 import { buildClosest, buildCrossings, buildTreeFigure } from "./chapter_inside.js";
 import { buildBox, buildColor, buildHero, buildOrigin, buildRefine } from "./chapter_world.js";
@@ -14,6 +14,7 @@ import { Figure, isStill } from "./figure.js";
 import { Pictures } from "./pictures.js";
 import { buildQuiz } from "./quiz.js";
 import { Shared } from "./state.js";
+import { buildEpipolar, buildTriangulate } from "./triangulation.js";
 import { serveLecture } from "./worker.js";
 
 /** What fills each figure of the page. @type {Record<string, (fig: Figure) => void>} */
@@ -21,9 +22,9 @@ const FIGURES = {
   hero: buildHero, origin: buildOrigin, box: buildBox, refine: buildRefine, color: buildColor, project: buildProject, matrix: buildMatrix, angles: buildAngles,
   "back-project": buildBackProject, sign: buildSign, normal: buildNormal, plane: buildPlane, crossings: buildCrossings, closest: buildClosest, tree: buildTreeFigure,
   lights: buildLights, reflection: buildReflection, shadow: buildShadow, aliasing: buildAliasing, noise: buildNoise, path: buildPath, mean: buildMean,
-  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, shutter: buildShutter, video: buildVideo, epipolar: buildEpipolar, floor: buildFloor, calibration: buildCalibration, exact: buildExact,
+  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, shutter: buildShutter, video: buildVideo, epipolar: buildEpipolar, triangulate: buildTriangulate, floor: buildFloor, calibration: buildCalibration, exact: buildExact,
 };
-const SYMBOLS = ["K", "R", "C", "P", "x", "X", "X′", "r", "t", "f(t)", "n", "a", "b", "c", "u", "g", "v", "L"];
+const SYMBOLS = ["K", "R", "C", "P", "x", "X", "X′", "r", "t", "f(t)", "n", "a", "b", "c", "u", "g", "v", "L", "C′", "r′", "M"];
 
 /** Symbols in the text highlight their arrows and numbers. @param {Shared} shared */
 function bindSymbols(shared) {

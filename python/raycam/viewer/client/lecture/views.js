@@ -4,6 +4,7 @@ import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";
 import { pixelOf, rayOfPixel } from "../core/steps.js";
 import { OutsideView } from "../figure/outside.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
+import { cameraOf } from "./camera.js";
 import { FLOOR, SIZE, toSun, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -232,17 +233,25 @@ export function worldContent(fig, withCamera = true) {
 
 /** The shared camera, as views from outside draw it. @param {Figure} fig @returns {import("../figure/outside.js").Rig} */
 export function rigOf(fig) {
-  const { camera, numbers } = fig.shared;
-  const [right, bottom] = SIZE.map((side) => side - 0.5);
-  const corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]].map(([u, v]) => imagePoint(fig, u, v));
-  return { C: numbers.C, v: rowOf(camera.R, 2), size: SIZE, distance: IMAGE_DISTANCE, corners, picture: sharedPicture(fig) };
+  return rigFor(fig.shared.numbers, sharedPicture(fig));
 }
 
-/** The point of the drawn image plane at pixel coordinates. @param {Figure} fig @param {number} u @param {number} v */
-export function imagePoint({ shared }, u, v) {
-  const { r, C, forward } = rayOfPixel(shared.camera.P, u, v);
+/** A camera, as views from outside draw it. @param {import("./world.js").Numbers} numbers @param {CanvasImageSource | null} picture @returns {import("../figure/outside.js").Rig} */
+export function rigFor(numbers, picture) {
+  const { P, R } = cameraOf(numbers);
+  const [right, bottom] = SIZE.map((side) => side - 0.5);
+  const corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]].map(([u, v]) => onImagePlane(P, u, v));
+  return { C: numbers.C, v: rowOf(R, 2), size: SIZE, distance: IMAGE_DISTANCE, corners, picture };
+}
+
+/** The point of a camera's drawn image plane at pixel coordinates. @param {number[]} P @param {number} u @param {number} v */
+function onImagePlane(P, u, v) {
+  const { r, C, forward } = rayOfPixel(P, u, v);
   return plusTimes(C, IMAGE_DISTANCE / dot(r, forward), r);
 }
+
+/** The point of the shared camera's drawn image plane at pixel coordinates. @param {Figure} fig @param {number} u @param {number} v */
+export const imagePoint = ({ shared }, u, v) => onImagePlane(shared.camera.P, u, v);
 
 /** The three axes at the origin. @returns {import("../figure/outside.js").Stroke[]} */
 export function axisStrokes(length = 1.2) {
