@@ -111,7 +111,7 @@ def run_cell(tab: Tab, cell: str, code: str) -> list[str]:
 
 def test_every_figure_is_drawn_without_overlapping_labels(tab: Tab) -> None:
     names = figures(tab)
-    assert len(names) >= 31
+    assert len(names) >= 32
     for name in names:
         selector = show(tab, name)
         tab.wait(f"[...document.querySelectorAll('{selector} canvas')].every((canvas) => {COLORS} > 4)")
@@ -234,17 +234,17 @@ def test_pointing_at_a_symbol_highlights_all_its_occurrences(tab: Tab) -> None:
 
 
 def test_answers_are_checked_and_mistakes_get_hints(tab: Tab) -> None:
-    tab.evaluate("document.getElementById('reset').click()")
-    tab.wait("document.querySelector('[data-exercise=edges] pre').textContent.includes('a =')")
-    assert answer(tab, "edges", [1.3, 0.8, 0])[0] == "right"
-    kind, text = answer(tab, "edges", [-1.3, -0.8, 0])
+    assert answer(tab, "edges", [3, 1, 0])[0] == "right"
+    kind, text = answer(tab, "edges", [-3, -1, 0])
     assert (kind, "from b to a" in text) == ("wrong", True)
-    assert answer(tab, "refined", [896])[0] == "right"
-    assert "multiplies" in answer(tab, "refined", [168])[1]
+    assert answer(tab, "refined", [1280])[0] == "right"
+    assert "multiplies" in answer(tab, "refined", [240])[1]
     assert "decimal point" in answer(tab, "edges", ["1,3", 0.8, 0])[1]
-    assert "minus" not in answer(tab, "normal", [0.8, -1.3, 0.3])[1]
-    assert answer(tab, "normal", [-0.8, 1.3, -0.3])[0] == "right"
-    assert "order" in answer(tab, "normal", [0.8, -1.3, 0.3])[1]
+    distance = "document.querySelector('[data-exercise=distance] pre').textContent"
+    assert "your answer from the chapter" in tab.evaluate(distance)
+    assert answer(tab, "normal", [-2, 6, -2])[0] == "right"
+    assert "order" in answer(tab, "normal", [2, -6, 2])[1]
+    tab.wait(f"{distance}.includes('n = (-2, 6, -2)')")
     stored = tab.evaluate("JSON.parse(localStorage.getItem('raycam-lecture'))")
     assert [stored["edges"], stored["normal"]] == [True, True]
 

@@ -7,7 +7,8 @@ import { drawCrossings } from "../figure/crossings.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
 import { buildTree, traverse } from "./tree.js";
 import { planePatch } from "./chapter_camera.js";
-import { addOutside, addPicture, worldContent } from "./views.js";
+import { addPicture } from "./picture_view.js";
+import { addOutside, worldContent } from "./views.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 

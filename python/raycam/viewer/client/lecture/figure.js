@@ -47,7 +47,9 @@ export class Figure {
   /** Adds a canvas. @param {import("../figure/board.js").Drawing} drawing @returns {HTMLCanvasElement} */
   canvas(drawing) {
     const canvas = document.createElement("canvas");
-    this.stage.append(canvas);
+    const frame = element("div", "", { class: "frame" });
+    frame.append(canvas);
+    this.stage.append(frame);
     const board = new Board(canvas, drawing, this.shared);
     this.updates.push(() => board.paint());
     return canvas;

@@ -1,6 +1,7 @@
 // The form of a typed exercise: given numbers, fields, a verdict with a hint, and remembered success.
 
 import { element } from "../dom.js";
+import { factsOf } from "./exercise_world.js";
 import { EXERCISES, verdictOn } from "./exercises.js";
 
 /** @typedef {import("./figure.js").Shared} Shared */
@@ -22,32 +23,19 @@ export function buildQuiz(host, shared) {
   const verdict = element("p", "", { class: "verdict", role: "status" });
   form.append(element("button", "Check", { type: "submit" }));
   host.append(numbers, form, verdict);
-  /** @returns {import("./answers.js").Facts | null} */
-  const factsNow = () => {
-    const { ray, found, camera, numbers: all } = shared;
-    return found && ray.XPrime && Number.isFinite(found.t) ? { P: camera.P, R: camera.R, pixel: all.pixel, ray, found, numbers: all } : null;
-  };
+  const facts = factsOf();
   const show = () => {
-    const facts = factsNow();
-    numbers.textContent = facts ? given(facts).join("\n") : "Select a pixel that shows a triangle.";
+    host.classList.toggle("solved", Boolean(shared.progress[id]));
+    numbers.textContent = given(facts, (other) => Boolean(shared.progress[other])).join("\n");
   };
-  const mark = () => host.classList.toggle("solved", Boolean(shared.progress[id]));
-  let isVisible = false;
-  new IntersectionObserver(([entry]) => {
-    isVisible = entry.isIntersecting;
-    if (isVisible) show();
-  }, { rootMargin: "200px" }).observe(host);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    const facts = factsNow();
-    if (!facts) return;
     const { right, text } = verdictOn(id, fields.map(({ value }) => value), facts);
     verdict.textContent = text;
     verdict.className = `verdict ${right ? "right" : "wrong"}`;
     if (right) shared.remember(id, true);
     shared.redraw();
   });
-  shared.listeners.push(() => (mark(), isVisible && show()));
-  mark();
+  shared.listeners.push(show);
   show();
 }
