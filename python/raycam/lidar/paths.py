@@ -24,6 +24,7 @@ HIT_FIELDS = (
     "category",
     "material",
     "normal",
+    "front",
     "barycentric",
     "uv",
     "position",

@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from ..world import World
 
 __all__ = [
+    "KEPT",
     "LIGHT_SPEED",
     "LOST",
     "detect_echoes",
     "lidar_named",
+    "lost_reasons",
     "scan",
     "scan_many",
     "select_echoes",
@@ -106,7 +108,7 @@ def scan(
     echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
     chosen = select_echoes(echoes, lost == KEPT, lidar)
     columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
-    reasons = _reasons(len(pattern), echoes, lost, found, chosen)
+    reasons = lost_reasons(len(pattern), echoes, lost, found, chosen)
     if not len(chosen):
         warn_of_empty_scan(lidar, reasons)
     if keep_lost:
@@ -155,8 +157,12 @@ def trace_pulses(
     frame: int,
     threads: int | None,
     pulses: tuple[int, int] | None = None,
+    uses_energy: bool = True,
 ) -> Contributions:
-    """Returns the contributions of all pulses, or of the pulses from `pulses[0]` to before `pulses[1]`."""
+    """Returns the contributions of all pulses, or of the pulses from `pulses[0]` to before `pulses[1]`.
+
+    Unless the caller uses the energy (`uses_energy`), no notice reports that reflectances are derived from colours.
+    """
     settings = lidar.settings
     count, samples = len(pattern), settings["beam_samples"]
     surfaces = SurfaceTable(world)
@@ -192,7 +198,7 @@ def trace_pulses(
         )
         part.pulse = part.pulse + first
         parts.append(part)
-    warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored)
+    warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored and uses_energy)
     found = Contributions.joined(parts, np.concatenate([part.deflected for part in parts]))
     if math.isfinite(settings["visibility"] or math.inf):
         found.energy = found.energy * np.exp(-2.0 * attenuation(settings["visibility"]) * found.length)
@@ -400,7 +406,7 @@ def _noisy(
     return counted
 
 
-def _reasons(
+def lost_reasons(
     pulses: int,
     echoes: Echoes,
     lost: npt.NDArray[np.int8],
