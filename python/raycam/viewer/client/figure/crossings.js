@@ -28,8 +28,11 @@ export function drawCrossings(pen, { corners, edges, f, g, alongEdge, crossed, i
   corners.forEach((corner, i) => {
     if (i >= step || Number.isNaN(alongEdge[i])) return;
     const at = place(plusTimes(corner, alongEdge[i], edges[i]));
-    if (crossed[i]) drawDot(pen, at, "r", 8);
-    else if (at.every((value, k) => value > 0 && value < [pen.width, pen.height][k])) drawDot(pen, at, "soft-ink", 4);
+    if (crossed[i]) {
+      drawDot(pen, at, "r", 8);
+      pen.avoid(at);
+    }
+    if (!crossed[i] && at.every((value, k) => value > 0 && value < [pen.width, pen.height][k])) drawDot(pen, at, "soft-ink", 4);
   });
   corners.forEach((corner, i) => {
     drawRing(pen, place(corner), "edge", 11);
