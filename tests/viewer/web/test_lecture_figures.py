@@ -214,11 +214,15 @@ HANDLES: dict[tuple[str, str], list[list[str]]] = {
     ("matrix", ""): [[*CAMERA, *CORNERS], CORNERS],
     ("angles", ""): [CAMERA, []],
     ("sign", ""): [CAMERA],
-    ("project", ""): [["X"], ["X"]],
+    ("project", ""): [["X", *CAMERA], ["X"]],
     ("normal", ""): [CORNERS],
-    ("lights", ""): [["sun"], ["sun"]],
-    ("lights", "Bulb"): [["bulb"], ["bulb"]],
-    ("shadow", ""): [["bulb"], ["bulb"]],
+    ("lights", ""): [["sun", *CAMERA], ["sun"]],
+    ("lights", "Bulb"): [["bulb", *CAMERA], ["bulb"]],
+    ("shadow", ""): [["bulb", *CAMERA], ["bulb"]],
+    ("closest", ""): [CAMERA, []],
+    ("plane", ""): [CAMERA, []],
+    ("back-project", ""): [CAMERA, []],
+    ("path", ""): [CAMERA],
 }
 """The points that are dragged in each view of a figure, after a click on a button."""
 
