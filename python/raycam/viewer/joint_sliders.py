@@ -34,6 +34,7 @@ class JointSliders:
         self._others: list[Control] = []
         self._shown: tuple[object, ...] = ()
         self._lock = threading.RLock()
+        self._moved = threading.local()
         if edits.allowed:
             edits.listen(self)
             self.rebase()
@@ -50,7 +51,9 @@ class JointSliders:
             for robot in robots:
                 for joint, value in _single_values(robot).items():
                     slider = self._sliders.get((robot.name, joint))
-                    if slider is not None and slider.value != value:
+                    # A slider that is being moved may already have a newer value than the world.
+                    is_moved = getattr(self._moved, "slider", None) is slider
+                    if slider is not None and slider.value != value and not is_moved:
                         low, high = _range(robot, joint, value)
                         slider.set_range(min(low, value), max(high, value), value)
 
@@ -74,9 +77,13 @@ class JointSliders:
 
     def _move(self, robot: str, joint: str, slider: Control) -> None:
         """Moves a joint to the slider's value; consecutive changes of one slider are one step of undo."""
-        self._edits.change(
-            lambda world: world.set_joints(robot, {joint: float(slider.value)}), ("joint", robot, joint)
-        )
+        self._moved.slider = slider
+        try:
+            self._edits.change(
+                lambda world: world.set_joints(robot, {joint: float(slider.value)}), ("joint", robot, joint)
+            )
+        finally:
+            self._moved.slider = None
 
 
 def _single_values(robot: Robot) -> dict[str, float]:

@@ -67,8 +67,8 @@ def settle(
     second, and each is within its target: completely for `into`, with its centre for `on`. Penetrating objects are
     lifted and fall again. Objects that fail another check, for example because they fell next to the bin, are thrown
     again while the others stay; after 10 draws, all objects are thrown again, and after 20, settling fails. The poses
-    become matrices of the objects. The same arguments return the same bytes on any number of threads. A notice reports robots that overlap
-    other objects.
+    become matrices of the objects. The same arguments return the same bytes on any number of threads. A notice reports
+    robots that overlap other objects.
 
     Raises `WorldError` with the code "not_settled" and the check that failed if no attempt succeeds (the world is then
     unchanged), "no_volume" for a flat object, "unknown_name", and "conflicting_values" for links of robots.
