@@ -11,6 +11,7 @@ import { placeLabels } from "./labels.js";
  * @property {(name: string) => string} color of a symbol or of a part of the page
  * @property {(symbol?: string) => boolean} lit true if the reader points at the symbol
  * @property {(label: Label) => void} label adds a label, which is drawn last
+ * @property {(at: number[]) => void} avoid keeps labels away from a point
  * @property {(symbol: string | undefined, points: number[][]) => void} touch makes the symbol light up where the line is
  */
 /**
@@ -88,6 +89,8 @@ export class Board {
     const style = getComputedStyle(canvas);
     /** @type {Label[]} */
     const labels = [];
+    /** @type {number[][]} */
+    const marked = [];
     this.touches = [];
     const { highlight } = this.marks;
     /** @type {Pen} */
@@ -96,17 +99,18 @@ export class Board {
       color: (name) => style.getPropertyValue(`--${name === "f(t)" ? "t" : name}`).trim() || name,
       lit: (symbol) => symbol !== undefined && highlight !== "" && (symbol === highlight || PARTS[symbol] === highlight),
       label: (label) => label.text && labels.push(label),
+      avoid: (at) => marked.push(at),
       touch: (symbol, points) => symbol && this.touches.push({ symbol, points }),
     };
     drawing.draw(pen);
-    this.drawLabels(pen, labels, style.fontFamily);
+    this.drawLabels(pen, labels, marked, style.fontFamily);
   }
 
-  /** @param {Pen} pen @param {Label[]} labels @param {string} family */
-  drawLabels(pen, labels, family) {
+  /** @param {Pen} pen @param {Label[]} labels @param {number[][]} marked @param {string} family */
+  drawLabels(pen, labels, marked, family) {
     const { ctx, width, height, color } = pen;
     ctx.font = `600 13.5px ${family}`;
-    const boxes = placeLabels(labels.map(({ at, text }) => ({ at, width: ctx.measureText(text).width + 10, height: LABEL_HEIGHT })), width, height);
+    const boxes = placeLabels(labels.map(({ at, text }) => ({ at, width: ctx.measureText(text).width + 10, height: LABEL_HEIGHT })), width, height, marked);
     this.canvas.dataset.labels = JSON.stringify(boxes.flatMap((box, i) => (box ? [{ ...box, text: labels[i].text }] : [])));
     labels.forEach(({ text, color: own, symbol }, i) => {
       const box = boxes[i];

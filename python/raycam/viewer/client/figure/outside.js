@@ -107,6 +107,7 @@ export class OutsideView {
       else if (glows === "bulb") drawBulb(pen, [x, y], size);
       else drawDot(pen, [x, y], color, size);
       pen.touch(symbol, [[x, y]]);
+      pen.avoid([x, y]);
       if (text) pen.label({ at: [x, y], text, symbol, color: pen.color(color) });
     }
   }

@@ -24,6 +24,10 @@ export function buildCrossings(fig) {
     point[0] = snap(x, -1.25, 3);
     point[1] = snap(y, -1.75, 2);
   };
+  const glideTo = (/** @type {number[]} */ to) => {
+    const from = [...f];
+    fig.glide((share) => move(f, [0, 1].map((i) => from[i] + share * (to[i] - from[i]))));
+  };
   let selected = 0;
   const points = () => [f, ...flat];
   const found = () => triangleSteps(flat.flat(), 0, { C: [f[0], f[1], 1], r: [0, 0, -1], forward: [0, 0, -1] });
@@ -52,10 +56,10 @@ export function buildCrossings(fig) {
   fig.stepper({ last: () => 3, get: () => step, set: (i) => { step = i; } });
   fig.button("Send u through vertex b", () => {
     const { g } = found();
-    move(f, plusTimes(flat[1], 0.25, minus(flat[1], g)));
+    glideTo(plusTimes(flat[1], 0.25, minus(flat[1], g)));
     step = 3;
   });
-  fig.button("Put f(t) inside", () => move(f, [0, 1].map((i) => flat.reduce((sum, corner) => sum + corner[i] / 3, 0))));
+  fig.button("Put f(t) inside", () => glideTo([0, 1].map((i) => flat.reduce((sum, corner) => sum + corner[i] / 3, 0))));
   fig.readout(() => {
     const { alongU, alongEdge, crossed, crossings, u, inside } = found();
     const lines = [0, 1, 2].slice(0, step).map((i) => {

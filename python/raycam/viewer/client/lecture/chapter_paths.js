@@ -166,7 +166,10 @@ export function buildMean(fig) {
     draw: (pen) => {
       const means = runningMeans(seed, count);
       const place = (/** @type {number} */ i, /** @type {number} */ value) => [40 + (i / (count - 1)) * (pen.width - 60), pen.height / 2 - (value - Math.PI) * (pen.height / 4)];
+      const band = [1, -1].map((sign) => means.map((_, i) => place(i, Math.PI + (sign * Math.PI) / Math.sqrt(3 * (i + 1)))));
+      drawLine(pen, [...band[0], ...band[1].reverse()], { color: "plane", width: 0, fill: "plane", close: true });
       drawLine(pen, [place(0, Math.PI), place(count - 1, Math.PI)], { color: "soft-ink", dash: [5, 5] });
+      pen.label({ at: band[0][Math.floor(count / 3)], text: "expected error", color: pen.color("n") });
       pen.label({ at: place(0, Math.PI), text: "π", color: pen.color("soft-ink") });
       drawLine(pen, means.map((value, i) => place(i, Math.max(1, Math.min(5, value)))), { color: "r", width: 2 });
     },

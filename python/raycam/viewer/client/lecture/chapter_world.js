@@ -73,7 +73,7 @@ export function buildBox(fig) {
 
 /** A coarse mesh, refined by the core. @param {Figure} fig */
 export function buildRefine(fig) {
-  let level = 0;
+  let level = 2;
   /** @type {number[]} */
   let corners = [];
   const [p, q] = [0.35, 1];

@@ -115,6 +115,7 @@ export function addPicture(fig, { label = "The picture", handles: given, overlay
       handles().forEach((handle, i) => drawPictureHandle(pen, handle, placeOf(handle), keys.isSelected(i), shared.numbers));
       const pixel = place(shared.numbers.pixel[0], shared.numbers.pixel[1]);
       drawPixel(pen, pixel);
+      pen.avoid(pixel);
       pen.touch("x", [pixel]);
     },
     isHandle: (at) => nearest(at) !== null,

@@ -6,12 +6,16 @@ import { EXERCISES, verdictOn } from "./exercises.js";
 
 /** @typedef {import("./figure.js").Shared} Shared */
 
+/** A text with the page's symbols for plain characters. @param {string} text */
+const inSymbols = (text) => text.replaceAll("X'", "X′").replaceAll(" - ", " − ").replaceAll(") x (", ") × (");
+
 /** @param {HTMLElement} host @param {Shared} shared */
 export function buildQuiz(host, shared) {
   const exercise = EXERCISES.find(({ id }) => id === host.dataset.exercise);
   if (!exercise) throw new Error(`the lecture has no exercise ${host.dataset.exercise}`);
-  const { id, title, asked, given } = exercise;
-  host.append(element("h3", "Exercise"), element("p", title));
+  const { id, given } = exercise;
+  const [title, ...asked] = [exercise.title, ...exercise.asked].map(inSymbols);
+  host.append(element("h3", "Exercise"), element("p", /[.?]$/.test(title) ? title : `${title}.`));
   const numbers = element("pre", "", { tabindex: "0", "aria-label": "Given numbers" });
   const form = element("form");
   const fields = asked.map((name) => /** @type {HTMLInputElement} */ (element("input", "", { type: "text", inputmode: "text", autocomplete: "off", "aria-label": name })));
@@ -26,12 +30,12 @@ export function buildQuiz(host, shared) {
   const facts = factsOf();
   const show = () => {
     host.classList.toggle("solved", Boolean(shared.progress[id]));
-    numbers.textContent = given(facts, (other) => Boolean(shared.progress[other])).join("\n");
+    numbers.textContent = inSymbols(given(facts, (other) => Boolean(shared.progress[other])).join("\n"));
   };
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const { right, text } = verdictOn(id, fields.map(({ value }) => value), facts);
-    verdict.textContent = text;
+    verdict.textContent = inSymbols(text);
     verdict.className = `verdict ${right ? "right" : "wrong"}`;
     if (right) shared.remember(id, true);
     shared.redraw();
