@@ -4,7 +4,7 @@ import { dot, plusTimes, rowOf } from "../core/vectors.js";
 import { litPicture } from "./chapter_light.js";
 import { fixed } from "../figure/numbers.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addPicture, drawPixel } from "./views.js";
+import { addPicture, drawPixel } from "./picture_view.js";
 import { SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -62,14 +62,14 @@ export function buildFocus(fig) {
   const { shared } = fig;
   const depth = () => (shared.steps.winner ? shared.steps.winner.t * dot(shared.ray.r, shared.ray.forward) : 6);
   fig.canvas({
-    ratio: 0.62, label: "The lens from the side: rays of one point pass the aperture and meet behind it, in front of the sensor, on it or behind it",
+    ratio: 0.6, label: "The lens from the side: rays of one point pass the aperture and meet behind it, in front of the sensor, on it or behind it",
     draw: (pen) => drawLens(pen, aperture, focus, depth()),
   });
   addPicture(fig, { label: "The picture through a lens with an aperture", image: () => picture().canvas });
   fig.host.classList.add("double");
-  fig.slider({ name: "aperture a", symbol: "L", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
+  fig.slider({ name: "aperture A", symbol: "L", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
   fig.slider({ name: "focus z₀", symbol: "t", min: 2, max: 8, step: 0.1, digits: 1, get: () => focus, set: (value) => { focus = value; } });
-  fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f a |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
+  fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f A |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
 }
 
 /** A thin lens from the side, not to scale behind it. @param {import("../figure/board.js").Pen} pen @param {number} aperture @param {number} focus @param {number} depth */

@@ -1,6 +1,7 @@
 // Chapters 1 and 2: the world and its origin, a box from triangles, refined faces, colours.
 
-import { addOutside, addPicture, axisStrokes, bulbHandle, centerHandle, cornerHandles, sunHandle, sunStrokes, vertexHandle, worldContent } from "./views.js";
+import { addPicture } from "./picture_view.js";
+import { addOutside, axisStrokes, bulbHandle, cameraHandles, cornerHandles, sunHandle, sunStrokes, vertexHandle, worldContent } from "./views.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { OutsideView } from "../figure/outside.js";
 
@@ -12,7 +13,7 @@ const CUBE = { first: 2, count: 12 };
 export function buildHero(fig) {
   const { shared } = fig;
   addOutside(fig, {
-    label: "The world, its lights, the camera, and the picture on its image plane", ratio: 0.66, picksPixel: true,
+    label: "The world, its lights, the camera, and the picture on its image plane", ratio: 0.6, picksPixel: true,
     content: () => {
       const { ray, steps, numbers } = shared;
       const t = steps.winner?.t ?? 3 / Math.hypot(...ray.r);
@@ -23,9 +24,9 @@ export function buildHero(fig) {
         spots: steps.winner ? [{ at: end, color: "r", symbol: "f(t)", text: "hit" }] : [],
       };
     },
-    handles: () => [...cornerHandles(fig), centerHandle(fig), bulbHandle(fig), sunHandle(fig)],
+    handles: () => [...cornerHandles(fig), ...cameraHandles(fig), bulbHandle(fig), sunHandle(fig)],
   });
-  addPicture(fig, { handles: () => [...cornerHandles(fig), bulbHandle(fig)] });
+  addPicture(fig, { handles: () => [...cornerHandles(fig), bulbHandle(fig), sunHandle(fig)] });
   fig.host.classList.add("double");
 }
 
@@ -72,7 +73,7 @@ export function buildBox(fig) {
 
 /** A coarse mesh, refined by the core. @param {Figure} fig */
 export function buildRefine(fig) {
-  let level = 0;
+  let level = 2;
   /** @type {number[]} */
   let corners = [];
   const [p, q] = [0.35, 1];
