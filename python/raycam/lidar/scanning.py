@@ -104,7 +104,6 @@ def scan(
     warn_of_times(world, lidar)
     pattern = lidar.pattern(frame)
     found = trace_pulses(world, lidar, pattern, frame, threads)
-    axis = _along_axis(found, len(pattern))
     echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
     chosen = select_echoes(echoes, lost == KEPT, lidar)
     columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
@@ -112,7 +111,7 @@ def scan(
     if not len(chosen):
         warn_of_empty_scan(lidar, reasons)
     if keep_lost:
-        columns = _with_lost(pattern, columns, reasons, axis)
+        columns = _with_lost(pattern, columns, reasons, _along_axis(found, len(pattern)))
     return Scan(columns, lidar=lidar, pattern=pattern, up=world.up)
 
 
@@ -183,7 +182,10 @@ def trace_pulses(
             turns[block],
         )
         n = len(starts)
-        turn = np.repeat(rotations, samples, axis=0)
+        if rotations.strides[0]:
+            turn = np.repeat(rotations, samples, axis=0)
+        else:  # one pose
+            turn = np.broadcast_to(lidar.track.rotations[0], (n * samples, 3, 3))
         origins = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3) + places[:, None]
         directions = transform(turn, ways.reshape(-1, 3)).reshape(n, samples, 3)
         part = trace_paths(
@@ -304,6 +306,8 @@ def _rank(pulse: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     if not len(pulse):
         return np.zeros(0, np.int64)
     first = np.concatenate([[True], np.diff(pulse) != 0])
+    if first.all():
+        return np.zeros(len(pulse), np.int64)
     start = np.flatnonzero(first)
     ranks: npt.NDArray[np.int64] = np.arange(len(pulse)) - np.repeat(
         start, np.diff(np.append(start, len(pulse)))
@@ -316,6 +320,8 @@ def select_echoes(echoes: Echoes, heard: npt.NDArray[np.bool_], lidar: Lidar) ->
     at = np.flatnonzero(heard)
     pulse = echoes.pulse[at]
     rank = _rank(pulse)
+    if not rank.any():
+        return at
     last = np.append(np.diff(pulse) != 0, True) if len(pulse) else np.zeros(0, bool)
     order = np.lexsort((at, -echoes.energy[at], pulse))
     by_energy = np.empty(len(at), np.int64)
@@ -416,8 +422,11 @@ def lost_reasons(
     """Returns for each pulse the reason why it has no point, from its strongest echo; 0 if it has a point."""
     reasons = np.full(pulses, NOTHING_HIT, np.int8)
     reasons[found.deflected] = REFLECTED_AWAY
-    order = np.argsort(echoes.energy, kind="stable")
-    reasons[echoes.pulse[order]] = lost[order]
+    if (np.diff(echoes.pulse) > 0).all():
+        reasons[echoes.pulse] = lost
+    else:
+        order = np.argsort(echoes.energy, kind="stable")
+        reasons[echoes.pulse[order]] = lost[order]
     reasons[echoes.pulse[chosen]] = KEPT
     return reasons
 
