@@ -192,7 +192,7 @@ def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: n
         rotation, center = camera.R.tolist(), camera.location.tolist()
         given = [mpmath.mpf(value) for value in coefficients or []]
         for point, pixel in zip(points.tolist(), pixels.tolist(), strict=True):
-            if model == "affine":  # as the matrix was given, and not as it was taken apart
+            if model == "affine":  # compared with the given matrix, not with its decomposition
                 u, v, _ = (mpmath.fdot(row, [*map(mpmath.mpf, point), 1]) for row in AFFINE)
                 worst = max(worst, mpmath.hypot(u - pixel[0], v - pixel[1]))
                 continue

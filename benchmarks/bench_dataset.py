@@ -62,7 +62,8 @@ def work(name: str, frames: int) -> None:
     def progress(done: int, total: int, failed: int) -> None:
         if done in (total // 8, total // 2, total):
             peaks[done] = peak()
-            Path("/proc/self/clear_refs").write_text("5")  # from now on it is that of the part that follows
+            # Resets the peak memory, so that it is that of the following part.
+            Path("/proc/self/clear_refs").write_text("5")
 
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
@@ -71,7 +72,7 @@ def work(name: str, frames: int) -> None:
         )
         seconds = time.perf_counter() - start
     _, early, late = peaks.values()
-    growth = max(late, peak()) / early - 1  # the last is that of the index files
+    growth = max(late, peak()) / early - 1  # the last peak belongs to the index files
     print(json.dumps({"seconds": seconds, "growth": growth, "peak": max(*peaks.values(), peak())}))
 
 

@@ -34,7 +34,7 @@ SIZE = (64, 48)
 REFERENCE = 16384
 LADDER = (16, 64, 256, 1024)
 TARGET = 256
-PAUSE = 0.1  # seconds
+PAUSE = 0.1  # seconds between two measurements
 MITSUBA = [
     {"variant": variant, "sampler": sampler}
     for variant in ("scalar_rgb", "llvm_ad_rgb")
@@ -74,7 +74,7 @@ def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]
     images: dict[str, list[list[Array]]] = {key: [] for key in pictures}
     times: dict[str, list[float]] = {key: [] for key in pictures}
     for samples in LADDER:
-        # Some renderers compile something for each number of samples.
+        # Some renderers compile code for each number of samples.
         for picture in pictures.values():
             picture(samples, 0)
         found = [

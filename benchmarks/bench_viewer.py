@@ -37,8 +37,8 @@ from support.viewer_client import Client
 
 SAMPLES = 16
 VIEWS = [(640, 480), (1280, 720)]
-RATE = 60  # moves a second
-PATIENCE = 100  # seconds of a part of the measurement, at most
+RATE = 60  # camera moves per second
+PATIENCE = 100  # maximum seconds of a part of the measurement
 RIVALS = ("viser", "f3d", "open3d")
 SOFTWARE = (
     "--use-gl=angle",
@@ -134,7 +134,7 @@ class Served:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.process.kill()  # first, so that no socket waits for its farewell
+        self.process.kill()  # first, so that no socket waits for a closing handshake
         self.process.wait(30)
         self._opened.close()
 

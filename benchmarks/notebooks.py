@@ -40,8 +40,8 @@ FIND = """(() => { const roots = [document];
     for (const each of root.querySelectorAll("*")) if (each.shadowRoot) roots.push(each.shadowRoot);
   }
   return null; })()"""
-PATIENCE = 60.0  # seconds
-SHIFT = 8  # of the modifiers of a key
+PATIENCE = 60.0  # seconds to wait for a result
+SHIFT = 8  # bit of the Shift key in the modifiers of a key event
 
 
 def jupyterlab(folder: Path, port: int) -> tuple[list[str], str]:
@@ -116,7 +116,7 @@ def walk(tab: Tab, url: str, out: Path, name: str) -> None:
     tab.call("Page.navigate", url=url)
     if name == "jupyterlab":
         tab.wait("document.querySelectorAll('.jp-Notebook .jp-Cell').length >= 2")
-        time.sleep(5)  # the kernel starts
+        time.sleep(5)  # the kernel needs time to start
         tab.click(700, 160)
         for _ in range(2):
             for kind in ("keyDown", "keyUp"):

@@ -27,7 +27,7 @@ def test_floats_accepts_every_kind_of_number() -> None:
 
 
 @pytest.mark.parametrize("value", [["1", "2", "3"], [1j, 0, 0], [True, False, True], None, {}, [[1], [2, 3]]])
-def test_floats_refuses_other_values(value: object) -> None:
+def test_floats_refuses_values_that_are_not_numbers(value: object) -> None:
     with raises(CameraError, code="wrong_type", mentions=["points", "[3]"]):
         floats("points", value, (3,), error=CameraError)  # type: ignore[arg-type]
 

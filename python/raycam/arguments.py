@@ -123,7 +123,7 @@ def _device_of(value: object) -> str | None:
 
 def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[Any]:
     """The array of a DLPack producer."""
-    cpu_device = 1  # kDLCPU
+    cpu_device = 1  # kDLCPU in DLPack
     describe = getattr(value, "__dlpack_device__", None)
     kind = describe()[0] if describe is not None else cpu_device
     if kind != cpu_device:
@@ -235,7 +235,7 @@ def several(name: str, values: object, what: str, *, error: type[Error] = Settin
             raise TypeError
         return list(values)  # type: ignore[call-overload, no-any-return]
     except TypeError:
-        raise error(f"{name} must be several {what}, not {values!r}", code="wrong_type") from None
+        raise error(f"{name} must be a list of {what}, not {values!r}", code="wrong_type") from None
 
 
 def wholes(
@@ -321,5 +321,6 @@ def size_of(
         width, height = value
     except (TypeError, ValueError):
         raise error(f"size must be (width, height) in pixels, not {value!r}", code="wrong_type") from None
-    limit = (1 << 32) - 1  # what the core takes; its own limits are lower and say why
+    # The core's integer type; the core's own limits are lower, and its messages explain them.
+    limit = (1 << 32) - 1
     return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)

@@ -48,7 +48,7 @@ def _lines() -> Iterator[str]:
     yield f"processor    {processor()}"
     yield f"instructions {_core.instruction_set()} (the kernel in use)"
     threads = _core.available_threads()
-    yield f"threads      {threads} of {os.cpu_count()} (as affinity and control groups allow)"
+    yield f"threads      {threads} of {os.cpu_count()} (limited by CPU affinity and control groups)"
     yield f"self-test    {_self_test()}"
 
 
@@ -80,7 +80,7 @@ def wheel() -> str:
         return "none; raycam runs from its source folder"
     tags = [line.partition(":")[2].strip() for line in about.splitlines() if line.startswith("Tag:")]
     editable = source.get("dir_info", {}).get("editable", False)
-    return f"{', '.join(tags) or 'of unknown tags'}{' (editable, built from source)' if editable else ''}"
+    return f"{', '.join(tags) or 'unknown tags'}{' (editable, built from source)' if editable else ''}"
 
 
 def processor() -> str:

@@ -64,7 +64,7 @@ def _lines(world: World) -> Iterator[str]:
     if world.rigs:
         yield from _rigs(world.rigs)
     if not world.cameras and bounds is not None:
-        yield from _camera("(none: this one frames everything)", world.default_camera())
+        yield from _camera("(none; this default camera shows the whole world)", world.default_camera())
     if world.video is not None:
         video = world.video
         yield f"video      {video.frames} frames, {video.seconds:g} s at {video.fps:g} fps"

@@ -114,7 +114,7 @@ def test_same_bytes_for_any_threads_and_after_an_image() -> None:
     np.testing.assert_array_equal(one["irradiance"], two["irradiance"])
 
 
-def test_light_of_a_source_is_that_of_the_source_world() -> None:
+def test_light_of_a_source_equals_that_of_the_source_world() -> None:
     low, high = panel(), floor(1.2)
     high.add_light(type="point", position=[0, 0, 1], intensity=[1.0, 1.0, 1.0])
     low.add_light(type="point", position=[0, 0, 1], intensity=[9.0, 9.0, 9.0])

@@ -167,7 +167,7 @@ def test_green_down_reverses_y_of_tangent_normals(tmp_path: Path) -> None:
     np.testing.assert_allclose(up["tangent_normal"][..., 1], normal[..., 1], atol=2e-3)
 
 
-def test_maps_of_materials_are_those_of_the_source(tmp_path: Path) -> None:
+def test_material_maps_show_the_source(tmp_path: Path) -> None:
     source = raycam.World()
     half = [[-1, 1, 0], [-1, -1, 0], [0, -1, 0], [0, 1, 0]]
     faces = [[0, 1, 2], [0, 2, 3]]

@@ -88,7 +88,7 @@ def test_light_and_its_error_are_means_over_the_faces() -> None:
     assert (baked["irradiance_error"] < 0.2).all()
 
 
-def test_detailed_source_and_missed_vertices() -> None:
+def test_vertices_without_a_source_surface_are_reported() -> None:
     low, high = raycam.World(), raycam.World()
     low.add_object(plane={"size": [2, 2]})
     high.add_object(plane={"size": [4, 4]}, location=[2.5, 0, 0.01])

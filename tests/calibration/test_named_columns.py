@@ -81,7 +81,7 @@ def test_gnss_poses_of_4seasons_have_w_last(tmp_path: Path) -> None:
     "header",
     ["# timestamp tx ty tz qx qy qz", "# timestamp tx ty tz qx qy qz qw scale", "# t x y z qx qx qz qw"],
 )
-def test_headers_that_contradict_the_rows_are_errors(tmp_path: Path, header: str) -> None:
+def test_headers_that_contradict_the_rows_are_refused(tmp_path: Path, header: str) -> None:
     (tmp_path / "poses.txt").write_text(f"{header}\n1.0 1 2 3 0 0 0 1\n2.0 1 2 3 0 0 0 1\n")
     with raises(FormatError, code="syntax", mentions=["poses.txt"]):
         raycam.load_cameras(tmp_path / "poses.txt")

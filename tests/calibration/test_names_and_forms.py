@@ -107,14 +107,14 @@ def test_camera_one_is_not_camera_eleven(tmp_path: Path) -> None:
         check(cameras[f"camera{i}"], K + np.diag([i, i, 0]), R, -R.T @ [i, 0, 0])
 
 
-def test_rotation_that_is_the_identity_is_not_a_camera_matrix(tmp_path: Path) -> None:
+def test_identity_rotation_is_not_read_as_a_camera_matrix(tmp_path: Path) -> None:
     document = {"K": K.tolist(), "rotation_matrix": np.eye(3).tolist(), "t": [0, 0, 1.0], "size": SIZE}
     cameras, _ = load(tmp_path / "one.json", document)
     check(cameras["one"], K, np.eye(3), np.array([0, 0, -1.0]))
 
 
 @pytest.mark.parametrize("form", ["nested", "flat", "position"])
-def test_pose_as_a_map_of_a_quaternion_needs_its_direction(tmp_path: Path, form: str) -> None:
+def test_pose_with_a_quaternion_table_requires_its_direction(tmp_path: Path, form: str) -> None:
     translation = dict(zip("xyz", (-R @ C).tolist(), strict=True))
     maps: dict[str, Any] = {
         "nested": {"transform": {"rotation": quaternion(R), "translation": translation}},
@@ -130,7 +130,7 @@ def test_pose_as_a_map_of_a_quaternion_needs_its_direction(tmp_path: Path, form:
     check(cameras["front"], K, R, C, lens)
 
 
-def test_pose_as_a_map_with_a_named_direction_is_read(tmp_path: Path) -> None:
+def test_pose_with_a_quaternion_table_and_direction_is_read(tmp_path: Path) -> None:
     world_from_camera = {
         "rotation": quaternion(R.T),
         "translation": dict(zip("xyz", C.tolist(), strict=True)),
@@ -139,7 +139,7 @@ def test_pose_as_a_map_with_a_named_direction_is_read(tmp_path: Path) -> None:
     check(cameras["a"], K, R, C)
 
 
-def test_quaternion_of_another_length_is_refused(tmp_path: Path) -> None:
+def test_quaternion_with_a_length_other_than_1_is_refused(tmp_path: Path) -> None:
     transform = {"rotation": {"w": 0.9, "x": 0.9, "y": 0, "z": 0}, "translation": [0, 0, 0]}
     with raises(FormatError, code="syntax", mentions=["cam2world", 1.2728]):
         load(tmp_path / "a.json", {"K": K.tolist(), "size": SIZE, "cam2world": transform})
@@ -187,7 +187,7 @@ def test_extrinsics_in_a_second_file_place_the_cameras(tmp_path: Path) -> None:
         check(again[name], K, r, c, lens)
 
 
-def test_parameters_below_the_name_of_a_camera_are_that_camera(tmp_path: Path) -> None:
+def test_parameters_below_a_camera_name_belong_to_that_camera(tmp_path: Path) -> None:
     matrix = {"rows": 3, "cols": 3, "type": 6, "continuous": True, "data": K.tolist()}
     coefficients = {"rows": 1, "cols": 5, "type": 6, "continuous": True, "data": [[*COEFFICIENTS, 0.0]]}
     parameters = {"img_dist_w": 640, "img_dist_h": 480, "cam_K": matrix, "cam_dist": coefficients}
@@ -235,7 +235,7 @@ def test_coefficients_without_a_camera_matrix_name_what_is_missing(tmp_path: Pat
     ("row", "reason"),
     [([0, 0, 0, 0], "0 0 0 1"), ([0, 0, 0, 0.5], "scaled"), ([1, 2, 3, 1], "transposed")],
 )
-def test_last_row_of_a_pose_has_its_own_reason(tmp_path: Path, row: list[float], reason: str) -> None:
+def test_invalid_last_row_of_a_pose_is_reported(tmp_path: Path, row: list[float], reason: str) -> None:
     matrix = matrix4(R, C)
     matrix[3] = row
     document = {
@@ -249,13 +249,13 @@ def test_last_row_of_a_pose_has_its_own_reason(tmp_path: Path, row: list[float],
 
 
 @pytest.mark.parametrize("count", [4, 8, 9])
-def test_one_line_of_intrinsics_has_a_lens_as_in_droid_slam(tmp_path: Path, count: int) -> None:
+def test_intrinsics_on_one_line_include_the_lens_as_in_droid_slam(tmp_path: Path, count: int) -> None:
     values = [500.0, 501.0, 320.5, 240.5, *COEFFICIENTS, 0.0][:count]
     cameras, _ = load(tmp_path / "euroc.txt", " ".join(map(str, values)) + "\n", size=SIZE)
     check(cameras["euroc"], K, ROTATION, CENTRE, None if count == 4 else lens)
 
 
-def test_one_line_of_a_trajectory_is_a_pose(tmp_path: Path) -> None:
+def test_trajectory_with_one_line_is_read_as_a_pose(tmp_path: Path) -> None:
     numbers = [3.5, *C, *Rotation.from_matrix(R.T).as_quat()]
     cameras, _ = load(
         tmp_path / "a.txt",
@@ -265,7 +265,7 @@ def test_one_line_of_a_trajectory_is_a_pose(tmp_path: Path) -> None:
     check(cameras["3.5"], K, R, C)
 
 
-def test_times_that_repeat_keep_both_poses(tmp_path: Path) -> None:
+def test_poses_at_equal_times_are_both_kept(tmp_path: Path) -> None:
     rows = "".join(
         f"{time} {x} 0 0 0 0 0 1\n" for time, x in [(1.0, 0.1), (2.0, 0.2), (2.0, 0.3), (2.0, 0.4)]
     )
@@ -283,7 +283,7 @@ def test_times_that_repeat_keep_both_poses(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("time", ["1403636580863555584.0", "1.4036365808e+15", "1403636580863"])
-def test_times_that_are_no_seconds_are_noted(tmp_path: Path, time: str) -> None:
+def test_times_in_other_units_than_seconds_give_a_notice(tmp_path: Path, time: str) -> None:
     cameras, codes = load(
         tmp_path / "a.txt", f"{time} 0 0 0 0 0 0 1\n", intrinsics=raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE)
     )
@@ -291,7 +291,7 @@ def test_times_that_are_no_seconds_are_noted(tmp_path: Path, time: str) -> None:
     assert next(iter(cameras.times.values())) == float(time)
 
 
-def test_flat_keys_of_vikit_have_their_lens_and_mount(tmp_path: Path) -> None:
+def test_flat_keys_of_vikit_are_read_with_lens_and_mount(tmp_path: Path) -> None:
     x, y, z, w = Rotation.from_matrix(R).as_quat()
     tx, ty, tz = -R @ C
     text = (
@@ -304,7 +304,7 @@ def test_flat_keys_of_vikit_have_their_lens_and_mount(tmp_path: Path) -> None:
     assert codes == ["placed_cameras"]
 
 
-def test_fisheye_of_fast_livo_has_its_coefficients(tmp_path: Path) -> None:
+def test_fisheye_coefficients_of_fast_livo_are_read(tmp_path: Path) -> None:
     text = (
         "cam_model: EquidistantCamera\ncam_width: 640\ncam_height: 480\nscale: 1.0\ncam_fx: 500.0\ncam_fy: 501.0\n"
         "cam_cx: 320.5\ncam_cy: 240.5\nk1: -0.03\nk2: 0.002\nk3: 0.0\nk4: 0.0\n"

@@ -463,7 +463,7 @@ def test_poses_in_archives_of_any_layout_are_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("length", [0.0, 0.5, 0.98, 2.0])
-def test_quaternions_of_another_length_are_refused(tmp_path: Path, length: float) -> None:
+def test_quaternions_with_a_length_other_than_1_are_refused(tmp_path: Path, length: float) -> None:
     R, C = pose(1)
     x, y, z, w = length * Rotation.from_matrix(R.T).as_quat()
     c = [float(v) for v in C]

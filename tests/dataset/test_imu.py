@@ -30,7 +30,7 @@ def circle(times: np.ndarray, sign: np.ndarray | float = 1.0) -> BodyMotion:
     return BodyMotion.of(times, quaternions(angle + np.pi / 2) * np.reshape(sign, (-1, 1)), places)
 
 
-def test_positions_and_accelerations_are_those_of_scipys_spline() -> None:
+def test_positions_and_accelerations_equal_scipys_spline() -> None:
     random = np.random.default_rng(3)
     times = np.cumsum(random.uniform(0.1, 0.3, 12))
     places = random.normal(size=(12, 3))
@@ -43,7 +43,7 @@ def test_positions_and_accelerations_are_those_of_scipys_spline() -> None:
     np.testing.assert_allclose(spins, 0, atol=1e-12)
 
 
-def test_circle_has_its_spin_and_its_centripetal_force() -> None:
+def test_motion_on_a_circle_gives_spin_and_centripetal_acceleration() -> None:
     times = np.linspace(0, 4, 81)
     motion = circle(times, np.where(np.arange(81) % 3, 1.0, -1.0))
     turns, _, accelerations, spins = motion.at(np.linspace(0, 4, 200))

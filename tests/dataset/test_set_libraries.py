@@ -19,7 +19,7 @@ pytestmark = pytest.mark.filterwarnings(
 )
 
 
-def test_panopticapi_finds_the_set_equal_to_itself(tmp_path: Path) -> None:
+def test_panopticapi_scores_identical_data_sets_as_perfect(tmp_path: Path) -> None:
     evaluation = pytest.importorskip("panopticapi.evaluation", exc_type=ImportError)
     write(table(), tmp_path, "panoptic", cameras=ring(3), stuff=["box"], samples=1)
     (file,) = tmp_path.glob("annotations/*.json")
@@ -30,7 +30,7 @@ def test_panopticapi_finds_the_set_equal_to_itself(tmp_path: Path) -> None:
     assert quality["All"]["n"] == len(categories)
 
 
-def test_panopticapi_colours_by_categories(tmp_path: Path) -> None:
+def test_panopticapi_assigns_category_colours(tmp_path: Path) -> None:
     utils = pytest.importorskip("panopticapi.utils", exc_type=ImportError)
     write(table(), tmp_path, "panoptic", cameras=ring(2), stuff=["box"], samples=1)
     categories = json.loads((tmp_path / "annotations/panoptic.json").read_text())["categories"]

@@ -153,7 +153,7 @@ def test_kept_picture_shows_more_than_its_border(picture: Path) -> None:
     )
 
 
-def test_empty_picture_is_noticed(tmp_path: Path) -> None:
+def test_empty_image_of_a_page_is_reported(tmp_path: Path) -> None:
     """The fault that this checks: a ground so large that cameras which show all of it show nothing of the model."""
     world = raycam.data.spot()
     far = raycam.Camera.look_at([0, -400, 60], [0, 0, 0], size=(64, 48), fov=30)

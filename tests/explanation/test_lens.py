@@ -131,7 +131,7 @@ def test_global_shutter_is_explained_at_the_middle_of_the_exposure() -> None:
 def test_text_contains_the_steps_of_the_lens() -> None:
     text = str(raycam.explain(made_world(), camera_with(**LENSES["fisheye"]), (60, 40)))
     assert "THROUGH THE LENS (fisheye)" in text
-    assert "projected again, C + r is at  (60, 40): the same pixel" in text
+    assert "C + r, projected again        (60, 40): the same pixel" in text
     assert "pseudo" not in text
     assert "P⁺" not in text
 

@@ -94,7 +94,7 @@ def figure_of_lines(camera: raycam.Camera, subject: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("subject", ["light", "tree"])
-def test_lines_in_the_picture_are_the_lines_in_the_world(subject: str) -> None:
+def test_figure_lines_in_the_image_equal_those_in_the_world(subject: str) -> None:
     found = figure_of_lines(CAMERA, subject)
     json.dumps(found, allow_nan=False)
     P = np.asarray(CAMERA.P)

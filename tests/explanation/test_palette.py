@@ -8,7 +8,7 @@ from raycam.explanation.palette import BRIGHT, PALETTE, SHADES
 from raycam.viewer.bundle import client_file
 
 
-def test_colors_equal_those_of_the_pages() -> None:
+def test_palette_colors_equal_those_of_the_pages() -> None:
     light, dark = client_file("figure.css").split("@media")[:2]
     in_light, in_dark = (dict(re.findall(r"--([^:\s]+): (#\w+);", text)) for text in (light, dark))
     assert {name: in_light[name] for name in PALETTE} == PALETTE

@@ -147,7 +147,7 @@ def test_cube_map_shows_the_colors_of_its_directions(tmp_path: Path) -> None:
     np.testing.assert_allclose(2 * found - 1, expected, atol=2e-3)
 
 
-def test_image_of_all_directions_that_is_not_twice_as_wide_gets_a_notice(tmp_path: Path) -> None:
+def test_panorama_that_is_not_twice_as_wide_as_high_gives_a_notice(tmp_path: Path) -> None:
     for name, shape, noticed in [
         ("a.exr", (16, 32), False),
         ("b.exr", (16, 16), True),

@@ -32,7 +32,7 @@ def png_with(points: tuple[int, int, int, int]) -> bytes:
         ((1, 13, 0, 1), []),
     ],
 )
-def test_color_space_that_is_not_applied_gets_a_notice(
+def test_unsupported_color_space_gives_a_notice(
     tmp_path: Path, points: tuple[int, int, int, int], words: list[str]
 ) -> None:
     (tmp_path / "a.png").write_bytes(png_with(points))

@@ -45,7 +45,7 @@ def test_machine_without_groups_is_limited_by_its_memory(machine: Path) -> None:
     assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (10 * GIB, 2 * GIB)
 
 
-def test_parent_groups_count_and_page_caches_do_not(machine: Path) -> None:
+def test_parent_groups_reduce_free_memory_and_page_caches_do_not(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/slice/job/task")
     slice = machine / "cgroup/slice"
     group(slice / "job/task", limit="max", used=GIB)

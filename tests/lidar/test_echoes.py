@@ -73,7 +73,7 @@ def test_purity_is_the_energy_share_of_the_strongest_surface() -> None:
     assert found.main.tolist() == [1]
 
 
-def test_pulses_do_not_mix() -> None:
+def test_echoes_of_different_pulses_are_independent() -> None:
     found = find_echoes(contributions([5.0, 5.01, 5.02], 1.0, [0, 1, 1]), 0.6)
     assert found.pulse.tolist() == [0, 1]
 

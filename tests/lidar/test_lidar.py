@@ -138,7 +138,7 @@ def test_description_restores_an_equal_lidar() -> None:
     np.testing.assert_array_equal(again.pattern().directions, lidar.pattern().directions)
 
 
-def test_lidar_is_a_sensor() -> None:
+def test_lidar_implements_the_sensor_protocol() -> None:
     lidar = raycam.Lidar("vlp16")
     assert isinstance(lidar, raycam.Sensor)
     assert len(lidar.times) == 28928

@@ -64,6 +64,6 @@ def test_video_samples_the_lidar_at_its_times() -> None:
     np.testing.assert_allclose(x, 10 + 4 * (0.5 + arrays["time"][rear]), atol=1e-9)
 
 
-def test_object_that_is_no_sensor_is_refused() -> None:
+def test_object_that_is_not_a_sensor_is_refused() -> None:
     with pytest.raises(raycam.SettingsError):
         raycam.Rig({"camera": vehicle()["camera"], "top": "vlp16"})  # type: ignore[dict-item]

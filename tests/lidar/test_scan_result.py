@@ -31,7 +31,7 @@ def test_in_world_applies_the_pose_of_each_point(scan: raycam.Scan) -> None:
     np.testing.assert_allclose(scan.in_world(), scan["true_position"], atol=1e-9)
 
 
-def test_deskewed_points_are_seen_from_one_pose(scan: raycam.Scan) -> None:
+def test_deskewed_points_refer_to_one_pose(scan: raycam.Scan) -> None:
     lidar = raycam.Lidar("vlp16").placed([0.25, 0, 1.8], yaw=2.5)
     points = scan.deskewed(0.025)
     back = points @ lidar.pose[:3, :3].T + lidar.pose[:3, 3]

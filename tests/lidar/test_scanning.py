@@ -74,7 +74,7 @@ def test_points_lie_on_the_surfaces_at_their_own_times() -> None:
     np.testing.assert_allclose(points, scan["true_position"], atol=1e-9)
 
 
-def test_points_of_a_static_scan_would_be_displaced() -> None:
+def test_points_of_a_moving_scan_differ_from_a_static_scan() -> None:
     """The points of the moving scan are centimetres away from the surfaces as they are at the frame's start."""
     world = turning_boxes()
     scan = raycam.scan(world.at(0.5), raycam.Lidar("vlp16", noise=False))

@@ -26,7 +26,7 @@ def test_solution_and_products_equal_scipys() -> None:
     assert (found[:, 1] == 0).all()
 
 
-def test_parts_are_scipys_connected_components() -> None:
+def test_parts_equal_scipys_connected_components() -> None:
     random = np.random.default_rng(1)
     path = np.stack([np.arange(99), np.arange(1, 100)])
     pairs = np.concatenate([path, 100 + random.integers(0, 60, (2, 30))], axis=1)

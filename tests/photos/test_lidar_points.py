@@ -98,7 +98,7 @@ def test_faces_of_wide_beams_are_those_of_the_scan() -> None:
     assert seen.fraction[seen.views > 0].min() > 0
 
 
-def test_camera_and_lidars_add_up() -> None:
+def test_visibility_from_cameras_and_lidars_is_combined() -> None:
     world = table()
     camera = ring(1)[0]
     lidars = [fan(2000).placed(place) for place in ([-2, 0, 1.5], [2, 1, 1.5])]

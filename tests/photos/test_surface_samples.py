@@ -44,7 +44,7 @@ def test_points_visible_to_a_camera_are_on_the_cap_that_it_sees() -> None:
     assert (raycam.sample_surface(world, 5000).points[:, 2] < 0).mean() == pytest.approx(0.5, abs=0.03)
 
 
-def test_points_behind_an_occluder_are_left_out() -> None:
+def test_points_behind_an_occluder_are_omitted() -> None:
     world = ball_world()
     camera = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], up=[0, 1, 0], fov=60, size=(64, 64))
     world.add_object(plane={"size": [10, 10]}, location=[5, 0, 2], name="lid")  # hides x > 0

@@ -51,7 +51,7 @@ def test_second_world_shares_the_trees_of_the_first(tmp_path: Path) -> None:
     assert first._core.objects_shared_with(alone._core) == 0
 
 
-def test_shared_files_change_no_world(tmp_path: Path) -> None:
+def test_sharing_files_does_not_change_the_worlds(tmp_path: Path) -> None:
     recipe = Recipe(description(tmp_path), folder=tmp_path)
     recipe.world(0)
     for number in (1, 2):
@@ -80,7 +80,7 @@ def test_pickled_recipe_reads_the_files_again(tmp_path: Path) -> None:
     assert "_shared" not in pickle.loads(pickle.dumps(recipe)).__dict__
 
 
-def test_change_of_one_world_leaves_the_others(tmp_path: Path) -> None:
+def test_changing_one_world_leaves_the_others_unchanged(tmp_path: Path) -> None:
     recipe = Recipe(description(tmp_path), folder=tmp_path)
     expected = recipe.world(1).to_bytes()
     world = recipe.world(0)

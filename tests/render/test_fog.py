@@ -162,7 +162,7 @@ def test_world_without_fog_has_a_transmittance_of_one() -> None:
     assert (raycam.render(scene(), camera(), channels=["transmittance"])["transmittance"] == 1).all()
 
 
-def test_removed_fog_leaves_every_byte_of_the_image() -> None:
+def test_removed_fog_restores_the_image() -> None:
     world = scene()
     before = raycam.render(world, camera(), integrator="flat", channels=["color", "distance"])
     world.set_fog(visibility=10)

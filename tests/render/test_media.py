@@ -56,7 +56,7 @@ def test_absorbing_medium_equals_beers_law(integrator: Any) -> None:
     np.testing.assert_allclose(frame["distance"], 10 / cosines(camera)[..., 0], rtol=1e-6)
 
 
-def test_boundary_is_in_no_ground_truth() -> None:
+def test_medium_boundary_is_not_part_of_the_ground_truth() -> None:
     channels = ["depth", "position", "normal", "instance", "material", "albedo", "alpha", "coverage"]
     plain = wall()
     frames = []
@@ -81,7 +81,7 @@ def test_boundary_without_a_medium_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
-def test_camera_inside_of_a_medium_is_dimmed_from_its_place(integrator: Any) -> None:
+def test_image_inside_a_medium_is_dimmed_from_the_camera(integrator: Any) -> None:
     world = wall()
     world.add_object(
         box=[100, 8, 100], location=[0, 1, 0], type="boundary", medium={"absorption": ABSORPTION}
@@ -182,7 +182,7 @@ def test_medium_in_a_large_box_equals_fog() -> None:
     np.testing.assert_allclose(images[0], images[1], rtol=1e-2)
 
 
-def test_open_mesh_with_a_medium_has_a_notice_with_its_edges() -> None:
+def test_open_mesh_with_a_medium_gives_a_notice_with_its_edges() -> None:
     world = raycam.World()
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -198,7 +198,7 @@ def test_open_mesh_with_a_medium_has_a_notice_with_its_edges() -> None:
 @pytest.mark.parametrize(
     "row", [("jerlov_I", 0.063, 0.305), ("jerlov_III", 0.12, 0.375), ("jerlov_9C", 0.63, 0.65)]
 )
-def test_presets_of_water_are_those_of_jerlov(row: tuple[str, float, float]) -> None:
+def test_water_presets_equal_jerlovs_water_types(row: tuple[str, float, float]) -> None:
     """At 550 nm the table has an entry next to the green primary, and at 625 nm one beyond the red."""
     name, green, red = row
     world = wall()
@@ -240,7 +240,7 @@ def test_invalid_media_are_refused(keys: dict[str, Any], key: str, code: str) ->
     assert not world.objects
 
 
-def test_media_of_world_files_survive_bytes(tmp_path: Path) -> None:
+def test_media_are_kept_by_world_files_and_bytes(tmp_path: Path) -> None:
     path = tmp_path / "tank.toml"
     path.write_text(
         '[[object]]\nbox = { size = [100, 2, 100] }\nlocation = [0, 5, 0]\ntype = "boundary"\n'

@@ -148,7 +148,7 @@ def test_images_with_fog_are_the_same_on_any_number_of_threads() -> None:
     np.testing.assert_array_equal(images[0][5:16, 7:27], part)
 
 
-def test_fog_leaves_the_ground_truth_of_surfaces() -> None:
+def test_fog_does_not_change_the_ground_truth_of_surfaces() -> None:
     world = raycam.World()
     world.add_object(sphere=1, location=[0, 5, 0])
     channels = ["depth", "distance", "position", "normal", "instance", "coverage", "alpha"]

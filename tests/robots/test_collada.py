@@ -105,7 +105,7 @@ def test_colours_are_srgb(load: Callable[..., raycam.World]) -> None:
 @pytest.mark.parametrize(
     ("mode", "opacity"), [("A_ONE", 0.6), ("A_ZERO", 0.4), ("RGB_ONE", 0.4), ("RGB_ZERO", 0.6)]
 )
-def test_transparency_has_four_modes(tmp_path: Path, mode: str, opacity: float) -> None:
+def test_four_transparency_modes_are_read(tmp_path: Path, mode: str, opacity: float) -> None:
     extra = f'<transparent opaque="{mode}"><color>0.5 0.5 0.5 0.75</color></transparent>'
     path = tmp_path / "a.dae"
     path.write_text(cube(extra=extra + "<transparency><float>0.8</float></transparency>"), encoding="utf-8")

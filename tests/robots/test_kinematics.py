@@ -66,7 +66,7 @@ def test_matrices_of_floating_joints_are_restored(axis: list[float], angle: floa
     np.testing.assert_allclose(robot.pose("b", {"j": given})[:3, :3], rotation, atol=4e-15)
 
 
-def test_vectors_of_many_images_give_many_poses() -> None:
+def test_many_joint_vectors_give_many_poses() -> None:
     robot = robot_of(random_robot(3))
     q = np.random.default_rng(0).uniform(-1, 1, (7, len(robot.joints)))
     poses = robot.pose(robot.links[-1], q)
@@ -92,7 +92,7 @@ def test_jacobian_is_the_derivative_of_the_pose(seed: int) -> None:
             np.testing.assert_allclose(jacobian[:, column], numeric, atol=1e-7)
 
 
-def test_jacobians_of_planar_and_floating_joints_are_closed_forms() -> None:
+def test_jacobians_of_planar_and_floating_joints_equal_closed_forms() -> None:
     planar = one_joint("planar").jacobian("b", [0.5, 0.25, 1.0])
     np.testing.assert_allclose(planar, np.eye(6)[:, [0, 1, 5]], atol=1e-15)
     floating = one_joint("floating").jacobian("b", [0.5, 0.25, 1.0, 0, 0, 0, 1])

@@ -57,7 +57,7 @@ def test_links_are_at_their_poses_and_joints_turn_about_their_own_frames(tmp_pat
     np.testing.assert_allclose(world.objects[2].matrix, lower, atol=1e-14)
 
 
-def test_jacobian_equals_differences(tmp_path: Path) -> None:
+def test_jacobian_equals_finite_differences(tmp_path: Path) -> None:
     arm = load(tmp_path, ARM).robots["arm"]
     q, h = np.array([0.3, -0.7]), 1e-6
     jacobian = arm.jacobian("lower", q)

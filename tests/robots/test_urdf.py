@@ -116,7 +116,7 @@ def test_materials_are_found_at_the_top_level_or_in_another_visual() -> None:
     assert "'tap'" in str(robot.notices[0])
 
 
-def test_mimic_of_an_unknown_joint_is_set_on_its_own_with_a_notice() -> None:
+def test_joint_that_mimics_an_unknown_joint_gives_a_notice() -> None:
     robot = read_urdf(urdf(LINKS + joint(more='<mimic joint="k"/>')), "r.urdf")
     assert robot.joints["j"].mimic is None
     assert "r.urdf:4" in str(robot.notices[0])

@@ -73,7 +73,7 @@ def test_xacro_expansion_equals_that_of_ros(folder: Path, name: str) -> None:
     assert expanded(path) == run.stdout
 
 
-def test_arguments_replace_defaults(folder: Path) -> None:
+def test_xacro_arguments_replace_defaults(folder: Path) -> None:
     path = written(folder, ROBOTS["argument"])
     assert list(raycam.load(path).robots["r"].links) == ["base"]
     assert list(raycam.load(path, xacro_args={"n": "foot"}).robots["r"].links) == ["foot"]
@@ -87,7 +87,7 @@ def test_world_files_pass_arguments(folder: Path) -> None:
     assert list(raycam.load(folder / "world.toml").robots["r"].links) == ["foot"]
 
 
-def test_packages_of_find_are_found_and_their_meshes_too(tmp_path: Path) -> None:
+def test_packages_named_by_find_and_their_meshes_are_found(tmp_path: Path) -> None:
     package = tmp_path / "src" / "arm"
     (package / "meshes").mkdir(parents=True)
     (package / "package.xml").write_text("<package/>")
@@ -152,7 +152,7 @@ def test_expressions_cannot_leave_their_sandbox(folder: Path, name: str) -> None
         expanded(path)
 
 
-def test_environment_is_empty(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_xacro_process_has_an_empty_environment(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RAYCAM_SECRET", "password")
     path = written(folder, HEAD + '<link name="$(env RAYCAM_SECRET)"/></robot>')
     with raises(FormatError, mentions=["RAYCAM_SECRET"]) as refused:
@@ -203,7 +203,7 @@ def test_entities_are_refused(folder: Path) -> None:
         expanded(path)
 
 
-def test_warnings_become_notices(folder: Path) -> None:
+def test_xacro_warnings_become_notices(folder: Path) -> None:
     path = written(folder, HEAD + '<xacro:property name="x" value="1" what="2"/><link name="a"/></robot>')
     _, notices = expand_xacro(path, FileResolver(path), {})
     assert {notice.code for notice in notices} == {"xacro_warning"}

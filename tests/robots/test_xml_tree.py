@@ -32,7 +32,7 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 @pytest.mark.parametrize("read", [parse_xml, check_xml])
-def test_refused_documents_raise(case: str, read: object) -> None:
+def test_unsupported_xml_documents_raise(case: str, read: object) -> None:
     data, expected = BAD[case]
     with raises(raycam.FormatError, **expected):
         read(data, "x.xml")  # type: ignore[operator]

@@ -31,7 +31,7 @@ def later(clock: list[float], seconds: float = 5) -> None:
     clock[0] += seconds
 
 
-def test_moves_without_a_pause_are_one_step(session: Session, clock: list[float]) -> None:
+def test_moves_without_a_pause_are_one_step_of_undo(session: Session, clock: list[float]) -> None:
     first = session.view.camera
     for _ in range(5):
         orbit(session, 3)
@@ -112,14 +112,14 @@ def test_moves_of_one_client_are_not_undone_by_another(small_world: raycam.World
     assert first.view.camera == moved
 
 
-def test_display_is_no_step(session: Session) -> None:
+def test_display_changes_are_not_steps_of_undo(session: Session) -> None:
     receive(session, {"type": "channel", "name": "depth"})
     receive(session, {"type": "display", "exposure": 1, "view": "agx"})
     receive(session, {"type": "size", "width": 300, "height": 200, "ratio": 2})
     assert session.history.counts == (0, 0)
 
 
-def test_restored_camera_has_the_shape_of_the_window_now(clock: list[float]) -> None:
+def test_restored_camera_has_the_current_shape_of_the_window(clock: list[float]) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     session = Session(world)
@@ -133,7 +133,7 @@ def test_restored_camera_has_the_shape_of_the_window_now(clock: list[float]) -> 
     np.testing.assert_allclose(session.view.camera.forward, forward, atol=1e-12)
 
 
-def test_client_is_told_of_steps_and_of_the_restored_look(session: Session) -> None:
+def test_client_receives_undo_steps_and_the_restored_look(session: Session) -> None:
     sent: list[dict] = []
     session.connection.open(lambda message, buffers: sent.append(message))
     session.greet()

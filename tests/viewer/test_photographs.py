@@ -29,7 +29,7 @@ def decoded(data: bytes) -> np.ndarray:
         return np.array(image.convert("RGB")).astype(int)
 
 
-def test_photograph_is_sent_as_it_was_taken(small_world: raycam.World, tmp_path: Path) -> None:
+def test_photograph_is_sent_without_changes(small_world: raycam.World, tmp_path: Path) -> None:
     Image.fromarray(picture()).save(tmp_path / "IMG_1.png")
     data, notices = Photographs(tmp_path, {"front": "IMG_1.png"}).jpeg("front", small_world.camera("front"))
     assert np.abs(decoded(data) - picture()).max() <= 6

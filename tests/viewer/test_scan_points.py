@@ -65,7 +65,7 @@ def test_message_contains_the_fields_of_the_points(hall: raycam.World) -> None:
     assert lidar_names(raycam.World()) == []
 
 
-def test_session_draws_a_scan_and_forgets_it_with_its_world(hall: raycam.World) -> None:
+def test_session_removes_a_drawn_scan_when_its_world_changes(hall: raycam.World) -> None:
     heard: list[dict[str, Any]] = []
     session = Session(hall, camera([0, 6, 3]))
     session.connection.open(lambda message, buffers: heard.append(message))

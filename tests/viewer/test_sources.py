@@ -23,7 +23,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_file_is_its_own_world(folder: Path) -> None:
+def test_file_is_opened_as_a_world(folder: Path) -> None:
     assert find_world(folder / "a.obj", folder) == (folder / "a.obj", None)
 
 
@@ -35,7 +35,7 @@ def test_folder_shows_the_world_nearest_to_the_top(folder: Path) -> None:
     assert raycam.load(path, folder=root).counts["triangles"] == 1
 
 
-def test_folder_with_rivals_is_noticed(folder: Path) -> None:
+def test_folder_with_several_worlds_gives_a_notice(folder: Path) -> None:
     (folder / "c.obj").write_text(TRIANGLE)
     with pytest.warns(raycam.Notice) as found:
         assert find_world(folder, folder)[0] == folder / "a.obj"

@@ -35,7 +35,7 @@ def change(path: Path, text: str) -> None:
     os.replace(new, path)
 
 
-def test_used_files_are_those_that_are_named(path: Path) -> None:
+def test_used_files_are_the_files_named_in_the_world(path: Path) -> None:
     assert used_files(path) == sorted([path, path.parent / "parts" / "a b.obj"])
 
 

@@ -32,7 +32,7 @@ def test_light_keys_equal_the_schema() -> None:
     assert set(get_type_hints(LightKeys)) == described | AIM_KEYS
 
 
-def test_keys_of_fog_are_those_of_the_schema() -> None:
+def test_fog_keys_equal_the_schema() -> None:
     assert set(get_type_hints(FogKeys)) == set(SCHEMA["FogSpec"]["properties"])
 
 

@@ -160,7 +160,7 @@ def test_wrong_arguments_are_refused(arguments: dict, code: str, fact: str) -> N
     assert world.to_bytes() == before
 
 
-def test_into_and_on_are_alternatives() -> None:
+def test_into_and_on_cannot_be_combined() -> None:
     world, things = bin_of_parts(1)
     with pytest.raises(raycam.SettingsError) as refused:
         raycam.settle(world, things, into="bin", on="bin")

@@ -400,7 +400,7 @@ fn unknown_file(source: &InputFile) -> FormatError {
     if looks_like(text, 7) {
         return FormatError::unsupported(
             &source.path,
-            "7 numbers a line: poses without times. If they are tx ty tz qx qy qz qw with north, east, down axes, as in \
+            "each line has 7 numbers: poses without times. If they are tx ty tz qx qy qz qw with north, east, down axes, as in \
              TartanAir, give format=\"tartanair\" (--format tartanair); otherwise write a time in front of each line and \
              load it as a TUM trajectory",
         );
@@ -465,7 +465,8 @@ fn name_repeated_times(records: &mut [CameraRecord]) -> Option<Notice> {
         }
     }
     let first = repeated.first()?;
-    let message = format!("{} poses have a time that another pose has; they are named as {first}#2", repeated.len());
+    let message =
+        format!("{} poses have the same time as another pose; they are named as in {first}#2", repeated.len());
     Some(about_cameras(NoticeCode::Renamed, repeated.iter().map(String::as_str), message))
 }
 

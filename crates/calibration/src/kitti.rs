@@ -84,7 +84,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 path,
                 line,
                 format!(
-                    "{key}: it looks like a lens, which the cameras of P have none of: remove it if the images are \
+                    "{key} looks like a lens, but cameras that are given by P have none; remove it if the images are \
                      rectified, or write K and D of the camera as YAML or JSON"
                 ),
             ));

@@ -93,7 +93,12 @@ pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) 
         let mut cameras = cameras(&source)?;
         match (cameras.pop(), cameras.is_empty()) {
             (Some(node), true) => sides.push((source, node)),
-            _ => return Err(FormatError::whole(&source.path, "several cameras; expected one camera of a pair")),
+            _ => {
+                return Err(FormatError::whole(
+                    &source.path,
+                    "the file contains several cameras; expected one camera of a pair",
+                ));
+            }
         }
     }
     pair(&sides.iter().map(|(source, node)| (source, node)).collect::<Vec<_>>())
@@ -187,7 +192,7 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
         notices.push(Notice::new(
             NoticeCode::AssumedConvention,
             format!(
-                "roi and binning: the camera has {} x {} of {} x {} pixels, with K as in image_geometry",
+                "roi and binning are applied: the camera shows {} x {} of {} x {} pixels, with K as in image_geometry",
                 size[0], size[1], full[0], full[1]
             ),
         ));

@@ -149,7 +149,7 @@ class Camera(Constructors, Copies):
         rows = [line.partition(" = ")[::2] for line in re.split(r"\n {4}(?=\S)", "\n".join(lines)[4:])]
         return html_table(name, ("", ""), [(key, " ".join(value.split())) for key, value in rows])
 
-    if not TYPE_CHECKING:  # type checkers shall see what is missing
+    if not TYPE_CHECKING:  # type checkers must report missing attributes
 
         def __getattr__(self, name: str) -> Any:
             """Raises `AttributeError`, which says what is meant by a name of another library."""

@@ -177,7 +177,7 @@ def _open_closed_streams() -> None:
         if getattr(sys, name) is None:
             with contextlib.suppress(OSError):
                 os.fstat(number)
-                continue  # the descriptor is open, as another file
+                continue  # the descriptor is open, but belongs to another file
             null = os.open(os.devnull, os.O_RDWR)
             if null != number:
                 os.dup2(null, number)
@@ -210,7 +210,7 @@ def _join_values(words: Sequence[str]) -> list[str]:
             joined += word.split(",")
             continue
         if joined and joined[-1] in ("-o", "--output") and word.startswith("-."):
-            joined[-1] = f"--output={word}"  # -.npz and so on: the standard output
+            joined[-1] = f"--output={word}"  # `-.npz` and similar names mean the standard output
             continue
         after = joined and joined[-1].startswith("--") and "=" not in joined[-1]
         if after and re.fullmatch(r"-[\d.][\d.eE]*[:,][\d.eE,:+-]*", word):

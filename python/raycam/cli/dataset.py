@@ -197,7 +197,7 @@ def _rigs(
     rig = mount_lidars(rig, options.lidar)
     if options.poses is None:
         return rig, None
-    # A trajectory has poses only, so any camera serves for the rest.
+    # A trajectory contains poses only, so any camera can provide the intrinsics.
     body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
     poses = load_cameras(options.poses, intrinsics=body)
     print_notices(poses.notices)

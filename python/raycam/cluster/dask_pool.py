@@ -123,7 +123,7 @@ class DaskPool:
         self._alone_since: float | None = None
         self._next_report = SILENCE_TIMEOUT
         self._polled_at = float("-inf")
-        self._workers: dict[str, dict[str, Any]] = {}  # by address, at the last poll
+        self._workers: dict[str, dict[str, Any]] = {}  # worker information by address, as of the last poll
         self._registry: WorkerRegistry | None = None
         self._submitted: dict[Future[FrameResult], tuple[Future[FrameResult], frozenset[str]]] = {}
         """Futures of submitted frames: for each, Dask's future and the addresses of the workers it was sent to."""
@@ -202,7 +202,7 @@ class DaskPool:
     def _poll(self) -> None:
         """Updates the list of workers."""
         self._polled_at = time.monotonic()
-        with contextlib.suppress(Exception):  # the frames report a scheduler that has gone
+        with contextlib.suppress(Exception):  # if the scheduler has stopped, the frames report it
             self._workers = dict(self._client.scheduler_info(n_workers=-1)["workers"])
             if self._registry is not None:
                 self._registry.poll(self._workers)
@@ -221,7 +221,7 @@ class DaskPool:
             name for name, nanny in self._cluster.workers.items() if nanny.status.name in ("closed", "failed")
         ]
         if ended:
-            with contextlib.suppress(Exception):  # tried again at the next poll
+            with contextlib.suppress(Exception):  # the next poll tries again
                 self._cluster.sync(self._cluster.scale_down, ended)
                 self._cluster.scale(self._processes)
 

@@ -47,7 +47,7 @@ def keep_package(job: str, data: bytes) -> None:
     atomic_files.write(folder / job, data)
     for old in sorted(folder.iterdir(), key=os.path.getmtime)[
         :-MAX_PACKAGES
-    ]:  # a job that still runs sends its package again
+    ]:  # if the job still runs, it sends its package again
         old.unlink()
     if folder not in worker.PACKAGE_PATHS:
         worker.PACKAGE_PATHS.append(folder)

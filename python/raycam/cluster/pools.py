@@ -78,7 +78,7 @@ class InProcessPool:
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
         """Starts a frame on a thread of this process."""
-        folder = os.path.dirname(task.package)  # the job's folder, on the disk of the results
+        folder = os.path.dirname(task.package)  # the job's folder, which is on the disk of the results
         return self._executor.submit(
             render_frame, task, self._check_stopped, None, lambda pieces: TempStream(folder, pieces)
         )

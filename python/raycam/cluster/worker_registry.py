@@ -100,7 +100,8 @@ class WorkerRegistry:
 
     def _send_package_to(self, address: str) -> None:
         with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "Sending large graph")  # intended, once per worker
+            # Large graphs are intended, once per worker.
+            warnings.filterwarnings("ignore", "Sending large graph")
             self._start(
                 self._sending, address, lambda _: self._fit.add(address),
                 dask_worker.keep_package, self._task.job, self._package.to_bytes(),
@@ -125,7 +126,8 @@ class WorkerRegistry:
         from distributed import KilledWorker
 
         with self._changed:
-            if address not in under_way or under_way[address] is not future:  # the worker went away meanwhile
+            # The worker has left in the meantime.
+            if address not in under_way or under_way[address] is not future:
                 return
             del under_way[address]
             fault = future.exception() if future.status == "error" else None

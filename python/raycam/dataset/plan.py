@@ -58,7 +58,7 @@ class Format:
     """A format of data sets, a row of `raycam.dataset.FORMATS`."""
 
     make: Callable[[Plan, int], Made]
-    """Makes the files of a unit of work, as a pure function of plan and number."""
+    """Returns the files of a unit of work; depends on plan and number only."""
     index: Callable[[Plan, Callable[[], Iterator[Record]]], Index]
     """Makes the files over all units, in pieces; each call of the given function iterates over all records."""
     check: Callable[[Plan], None]
@@ -161,7 +161,7 @@ class Plan:
             )
             kept = [part.replace(":", "_") for part in parts if part not in ("/", ".", "..")]
             name = "/".join(kept) or f"{number:06d}"
-            # Some systems take names that differ in case for one.
+            # Some file systems do not distinguish upper and lower case.
             name = name if name.casefold() not in known else f"{name}_{number:06d}"
             known.add(name.casefold())
             names[name] = None

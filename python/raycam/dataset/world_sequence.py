@@ -45,7 +45,7 @@ class WorldSequence:
         if self._sequence is not None:
             if count is not None and count != len(self._sequence):
                 raise SettingsError(
-                    f"count is {count}, but worlds has {len(self._sequence)}; omit count",
+                    f"count is {count}, but worlds contains {len(self._sequence)}; omit count",
                     code="conflicting_values",
                 )
             count = len(self._sequence)

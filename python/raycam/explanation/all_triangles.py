@@ -20,7 +20,7 @@ HITS_SHOWN = 3
 MISSES_SHOWN = 1
 MISSES_SHOWN_WITHOUT_A_HIT = 2
 BLOCK = 1 << 15
-"""Triangles at once: some megabytes of temporary arrays, whatever the world holds."""
+"""Triangles processed at a time, which limits temporary arrays to a few megabytes."""
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class Explanation(PixelSteps):
     def __repr__(self) -> str:
         """The pixel and the object it shows, in one line; `str` returns all steps."""
         seen = text.name(self.winner) if self.winner else "no triangle"
-        return f"Explanation of pixel {self.pixel}: sees {seen}; print it for all steps"
+        return f"Explanation of pixel {self.pixel}: shows {seen}; print it for all steps"
 
     def _repr_svg_(self) -> str:
         """The figure that a notebook shows."""
@@ -119,7 +119,7 @@ def explain(
 
     Raises SettingsError for a pixel outside the image, and CameraError for a pixel that the lens maps to no ray.
     """
-    if pixel is None:  # explain(world, pixel)
+    if pixel is None:  # called as explain(world, pixel)
         camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
     if pixel is None:
         raise SettingsError(
@@ -199,7 +199,7 @@ def _converter(suffix: str) -> Callable[..., bytes]:
     """CairoSVG's function for a file extension; raises `SettingsError` if it is not installed."""
     try:
         import cairosvg
-    except (ImportError, OSError) as error:  # OSError: without the library cairo
+    except (ImportError, OSError) as error:  # OSError: the library cairo is missing
         raise SettingsError(
             f"{suffix} figures require CairoSVG ({error}); pip install 'raycam[figure]', or write .svg",
             code="missing_dependency",

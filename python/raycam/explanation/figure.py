@@ -46,7 +46,10 @@ def figure(e: PixelSteps) -> str:
     inner = panel(svg, low, "The ray, the plane and the triangle" if shown else "The ray")
     if shown is None:
         svg.text(
-            (inner.x + 16, inner.y + 30), "No triangle's plane is met in front of the camera.", 14, FAINT
+            (inner.x + 16, inner.y + 30),
+            "The ray meets no triangle's plane in front of the camera.",
+            14,
+            FAINT,
         )
     else:
         ray_and_triangle(svg, inner, e, shown)
@@ -70,7 +73,7 @@ def heading(svg: Svg, e: PixelSteps) -> None:
     """Draws the heading: the pixel, its colour and the triangle."""
     r, g, b = srgb(e.color)
     svg.rectangle(MARGIN, 20, 32, 32, f"#{r:02x}{g:02x}{b:02x}", RULE)
-    seen = f"sees {shortened(name(e.winner), 70)}" if e.winner else "sees no triangle"
+    seen = f"shows {shortened(name(e.winner), 70)}" if e.winner else "shows no triangle"
     svg.text((MARGIN + 46, 43), f"Pixel ({e.pixel[0]}, {e.pixel[1]}) {seen}", 21, bold=True)
 
 
@@ -200,10 +203,10 @@ def ray_and_triangle(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     svg.labels(labels, strokes, (box.x + 4, box.y, box.width - 8, box.height - 22))
     note = f"C is {number(distance * e.units.scale)} away from f(t)"
     if shown_distance == distance:
-        note += "; all is to scale"
+        note += "; everything is drawn to scale"
     else:
         longer = "shorter" if shown_distance < distance else "longer"
-        note += f": the ray is drawn {longer}, directions and the plane are true"
+        note += f": the ray is drawn {longer}; directions and the plane are to scale"
     svg.text((box.x + 14, box.y + box.height - 10), note, 12, FAINT)
 
 

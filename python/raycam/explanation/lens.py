@@ -102,7 +102,7 @@ def lens_section(steps: LensSteps, C: Floats) -> Iterator[str]:
     else:
         yield f"1. THE RAY OF THE PIXEL, THROUGH THE LENS ({steps.model})"
         yield ""
-        yield "   A lens bends rays, so that no camera matrix P has them. Each step is taken back instead:"
+        yield "   A lens bends rays, so no camera matrix P describes them. Each step is inverted instead:"
         yield "   from the pixel to the distorted point, to the direction without the lens, to the world."
     yield ""
     yield f"   x  = (u, v, 1)                {vector(np.append(steps.pixel, 1.0))}, the centre of the pixel"
@@ -111,7 +111,7 @@ def lens_section(steps: LensSteps, C: Floats) -> Iterator[str]:
         listed = ", ".join(number(each) for each in steps.coefficients)
         yield f"   coefficients                  {listed}"
         if steps.undistorted is not None:
-            yield f"   m, whose distortion is m'     {vector(steps.undistorted)}, the point without the lens, at z = 1"
+            yield f"   m, whose distortion is m'     {vector(steps.undistorted)}, the undistorted point, at z = 1"
         angle = float(np.degrees(np.arccos(np.clip(steps.in_camera[2], -1, 1))))
         yield f"   d, its direction              {vector(steps.in_camera)}, {number(angle)} degrees off the axis"
     else:
@@ -119,7 +119,7 @@ def lens_section(steps: LensSteps, C: Floats) -> Iterator[str]:
     yield f"   r  = Rᵀ d                     {vector(steps.direction)}, in the world, of length 1"
     place = "the start of the ray, beside the camera" if steps.model == "parallel" else "the camera centre"
     yield f"   C                             {vector(C)}, {place}"
-    yield f"   projected again, C + r is at  {vector(steps.back, 9)}: the same pixel"
+    yield f"   C + r, projected again        {vector(steps.back, 9)}: the same pixel"
     yield "   The ray is f(t) = C + t r, and t, the distance, is greater than 0 in front of the camera."
 
 
@@ -129,10 +129,10 @@ def _pinhole(camera: Camera, pixel: Floats, origin: Floats, direction: Floats) -
     has = np.linalg.solve(camera.K, np.append(pixel, 1.0))
     has /= np.linalg.norm(has)
     middle = wanted + has
-    if np.linalg.norm(middle) < 1e-9:  # opposite directions: any half turn that swaps them
+    if np.linalg.norm(middle) < 1e-9:  # opposite directions: any half turn that exchanges them
         middle = np.cross(has, [1.0, 0.0, 0.0] if abs(has[0]) < 0.9 else [0.0, 1.0, 0.0])
     middle /= np.linalg.norm(middle)
-    half_turn = 2.0 * np.outer(middle, middle) - np.eye(3)  # swaps the two directions
-    mirror = 2.0 * np.outer(has, has) - np.eye(3)  # keeps `has`
+    half_turn = 2.0 * np.outer(middle, middle) - np.eye(3)  # exchanges the two directions
+    mirror = 2.0 * np.outer(has, has) - np.eye(3)  # leaves `has` unchanged
     left, _, right = np.linalg.svd(mirror @ half_turn @ camera.R)
     return Camera(camera.K, left @ right, origin, camera.size, pixel_center=camera.pixel_center, up=camera.up)

@@ -53,14 +53,14 @@ class BeamExplanation(BeamSteps):
         if len(self.ray) > MAX_ROWS:
             lines.append(f"  ... and {len(self.ray) - MAX_ROWS} more")
         if not len(self.ray):
-            lines.append("  none: the beam meets nothing that returns light")
+            lines.append("  none: no surface in the beam returns light")
         lines += [
             "",
             f"Echoes: maxima of the sum of pulses of {number(2.355 * self.sigma, 4)} m (half maximum)",
         ]
         for row, length in enumerate(self.echo_length):
             ratio = (
-                "not known, because range_10 is unknown"
+                "unknown, because range_10 is unknown"
                 if np.isinf(self.signal[row])
                 else number(self.signal[row], 4)
             )

@@ -68,7 +68,7 @@ def _beam(svg: Svg, e: BeamSteps, reach: float, colors: dict[str, str]) -> None:
     svg.dot((MARGIN, middle), 6, INK)
     if not len(e.ray):
         svg.text(
-            (WIDTH / 2, middle - 10), "The beam meets nothing that returns light.", 14, FAINT, anchor="middle"
+            (WIDTH / 2, middle - 10), "No surface in the beam returns light.", 14, FAINT, anchor="middle"
         )
 
 

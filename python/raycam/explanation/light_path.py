@@ -88,7 +88,8 @@ def light_path(explanation: PixelSteps, seed: int = 0, max_bounces: int = 5) -> 
         probed = facing_light(dark, surface.point, towards, distance)
         cosine = float(towards @ surface.shading_normal)
         without = radiance(dark, origin, direction, 2, seed=seed).value
-        leaves = radiance(probed, origin, direction, 2, seed=seed).value - without  # reflectance times cosine
+        # Reflectance times cosine of the direction.
+        leaves = radiance(probed, origin, direction, 2, seed=seed).value - without
         weight = weight * np.maximum(leaves, 0) * np.pi / cosine
         if not weight.any():
             break
@@ -113,10 +114,10 @@ def _cosine_direction(normal: Floats, random: np.random.Generator) -> Floats:
 
 def _text(path: LightPath) -> Iterator[str]:
     """The lines of the text."""
-    yield f"ONE PATH OF LIGHT (seed {path.seed}): THE PICTURE IS THE MEAN OF MANY"
+    yield f"ONE PATH OF LIGHT (seed {path.seed}): THE IMAGE IS THE MEAN OF MANY PATHS"
     yield ""
-    yield "   Each direction is random, likelier near the normal by the cosine; the weight is multiplied by"
-    yield "   reflectance times π. The part of a point is its weight times the light it gathers from lamps."
+    yield "   Each direction is random, with a density proportional to its cosine with the normal. Each bounce"
+    yield "   multiplies the weight by reflectance times π. A point adds its weight times its direct light."
     for index, each in enumerate(path.bounces):
         yield ""
         yield f"   {index + 1}. {each.object_name}"
@@ -125,7 +126,7 @@ def _text(path: LightPath) -> Iterator[str]:
             way = float(np.linalg.norm(each.point - path.bounces[index - 1].point))
             yield f"      after                  {number(way)} m"
         yield f"      weight                 {vector(each.weight)}"
-        yield f"      light it gathers       {vector(each.gathered)}"
-        yield f"      its part               {vector(each.weight * each.gathered)}"
+        yield f"      direct light           {vector(each.gathered)}"
+        yield f"      contribution           {vector(each.weight * each.gathered)}"
     yield ""
-    yield f"   The sum of this path      {vector(path.radiance)}, linear RGB, W/(m² sr)"
+    yield f"   Sum of this path         {vector(path.radiance)}, linear RGB, W/(m² sr)"

@@ -61,17 +61,17 @@ class LightTerm:
     cosine: float
     """The cosine between shading normal and light; NaN for lights with an extent."""
     blocker: str | None
-    """The object that the shadow ray meets; None where it meets none, and for lights with an extent."""
+    """The object that the shadow ray meets; None if it meets no object, and for lights with an extent."""
     reach: float
-    """The length of the shadow ray up to the light or what it meets, metres; NaN for lights with an extent."""
+    """The length of the shadow ray up to the light or the object, metres; NaN for lights with an extent."""
     diffuse: Floats
-    """The closed form of the diffuse term; NaN where there is none."""
+    """The closed form of the diffuse term; NaN if the material has none."""
     specular: Floats
-    """The closed form of the specular term; NaN where there is none."""
+    """The closed form of the specular term; NaN if the material has none."""
     radiance: Floats
-    """The light's part of the pixel, as the renderer finds it with this light alone."""
+    """The light's contribution to the pixel: its radiance in a rendering with this light alone."""
     error: float
-    """The standard error of its luminance; 0 where each sample is the same."""
+    """The standard error of its luminance; 0 if all samples are equal."""
 
     @property
     def is_exact(self) -> bool:
@@ -84,11 +84,11 @@ class Lighting:
     """The direct light of one pixel's centre ray, without indirect light. Radiances in W/(m² sr)."""
 
     surface: Surface | None
-    """The point that is seen; None for a miss."""
+    """The visible point; None for a miss."""
     emission: Floats
-    """The radiance that is seen without a light's doing, [3]: emission, or the sky."""
+    """The radiance that does not come from a light, [3]: the surface's emission, or the sky."""
     terms: tuple[LightTerm, ...]
-    """The lights, and last those objects that shine, if any do."""
+    """The lights, followed by the emissive objects, if any."""
     total: Floats
     """The sum of emission and terms, [3]."""
     rendered: Estimate
@@ -113,7 +113,7 @@ def lighting(explanation: PixelSteps, samples: int = 256) -> Lighting:
             terms.append(_term(world, surface, f"{light['type']} {index}", light, found, emission))
         found = radiance(only_light(world, None), origin, direction, samples)
         if found.value.max() > 1e-6 + emission.max() * (1 + 1e-4):
-            terms.append(_extended("objects that shine", found, emission))
+            terms.append(_extended("emissive objects", found, emission))
     return Lighting(
         surface=surface,
         emission=emission,
@@ -258,7 +258,7 @@ def _text(found: Lighting) -> Iterator[str]:
     yield ""
     surface = found.surface
     if surface is None:
-        yield f"   The ray meets nothing, and sees the sky: {vector(found.emission)}"
+        yield f"   The ray meets no surface; the pixel shows the sky: {vector(found.emission)}"
         return
     yield f"   The point p               {vector(surface.point)} on {surface.object_name}"
     yield f"   n, the shading normal     {vector(surface.shading_normal)}"
@@ -270,14 +270,14 @@ def _text(found: Lighting) -> Iterator[str]:
         yield "   m = 2 (n·w) n - w, the mirror direction of w"
     else:
         yield f"   The material              {surface.model}"
-    yield f"   It shines by itself       {vector(found.emission)}"
+    yield f"   Its own emission          {vector(found.emission)}"
     for term in found.terms:
         yield ""
         yield from _term_lines(term, surface)
     yield ""
-    yield f"   The sum of all            {vector(found.total)}, W/(m² sr)"
+    yield f"   Sum                       {vector(found.total)}, W/(m² sr)"
     spread = f" ± {number(found.rendered.error, 2)}" if found.rendered.error > 0 else ""
-    yield f"   The renderer, all at once {vector(found.rendered.value)}{spread}"
+    yield f"   Rendered, all lights      {vector(found.rendered.value)}{spread}"
     yield f"   as sRGB bytes             {', '.join(map(str, srgb(found.rendered.value)))}"
 
 
@@ -286,22 +286,22 @@ def _term_lines(term: LightTerm, surface: Surface) -> Iterator[str]:
     yield f"   {term.name.upper()}"
     if term.to_light is None:
         spread = f" ± {number(term.error, 2)}" if term.error > 0 else ""
-        yield "   has an extent: the mean over shadow rays to random points of it"
-        yield f"   its part                  {vector(term.radiance)}{spread}"
+        yield "   has an area: the mean over shadow rays to random points on it"
+        yield f"   contribution              {vector(term.radiance)}{spread}"
         return
     yield f"   l, to the light           {vector(term.to_light)}, {number(term.distance)} m"
     yield f"   E, facing it              {vector(term.irradiance)}, W/m²"
     yield f"   cosine n·l                {number(term.cosine)}"
     if term.cosine <= 0:
-        yield "   The light is behind the surface: its part is 0."
+        yield "   The light is behind the surface: its contribution is 0."
         return
-    seen = "meets nothing: lit" if term.blocker is None else f"meets {term.blocker}: in shadow"
+    seen = "meets no surface: lit" if term.blocker is None else f"meets {term.blocker}: in shadow"
     yield f"   the shadow ray            {seen}"
     if not term.is_exact:
-        yield f"   its part                  {vector(term.radiance)}, by the formulas of {surface.model}"
+        yield f"   contribution              {vector(term.radiance)}, by the formulas of {surface.model}"
         return
     yield f"   kd colour / π · E n·l     {vector(term.diffuse)}, diffuse"
     yield f"   ks (s+2)/2π (m·l)^s E n·l {vector(term.specular)}, specular"
-    yield f"   its part                  {vector(term.diffuse + term.specular)}"
+    yield f"   contribution              {vector(term.diffuse + term.specular)}"
     if not np.allclose(term.diffuse + term.specular, term.radiance, rtol=1e-3, atol=1e-5):
-        yield f"   the renderer's            {vector(term.radiance)}: what is see-through or detailed counts there"
+        yield f"   rendered                  {vector(term.radiance)}: includes transparency and normal maps"

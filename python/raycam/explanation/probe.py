@@ -19,7 +19,7 @@ WIDTH = 1e-5
 ROUNDING = 1e-6
 """The relative error of samples that are all the same, in float32."""
 DARK = {"type": "sun", "direction": [0, 0, -1], "irradiance": [0, 0, 0]}
-"""A light without light: a world that has it gets no default lights."""
+"""A light of zero strength, which prevents default lights."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Estimate:
     value: Floats
     """Linear RGB, [3], W/(m² sr)."""
     error: float
-    """The standard error of the luminance; 0 where each sample is the same."""
+    """The standard error of the luminance; 0 if all samples are equal."""
 
 
 def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, seed: int = 0) -> Estimate:

@@ -41,7 +41,7 @@ WIDTH, HEIGHT, MARGIN, HEADING = 1280.0, 560.0, 24.0, 34.0
 BOXES = 60
 """The boxes that are drawn."""
 FAR = 0.75
-"""The drawn length of a way that does not end, as a share of the ray's length."""
+"""The drawn length of a segment without an end, as a fraction of the ray's length."""
 PIECES = 24
 """Pieces of a line, which a lens bends."""
 CORNERS = [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)]
@@ -86,7 +86,7 @@ def light_lines(world: World, lighting: Lighting, path: LightPath) -> list[Line]
             continue
         reach = term.reach if np.isfinite(term.reach) else far
         end = lighting.surface.point + reach * term.to_light
-        name = term.name if term.blocker is None else f"{term.name}: {term.blocker} in the way"
+        name = term.name if term.blocker is None else f"{term.name}: occluded by {term.blocker}"
         symbol = "L" if term.blocker is None else "axis"
         way = np.array([lighting.surface.point, end])
         lines.append(symbol_line(symbol, way, name, is_dashed=True, is_arrow=True))
@@ -125,10 +125,11 @@ def focus(e: PixelSteps) -> tuple[Floats, Floats]:
 def light_figure(explanation: PixelSteps, lighting: Lighting, path: LightPath) -> str:
     """The figure of the light as SVG text."""
     notes = [f"{term.name}: {vector(term.radiance, 3)}" for term in lighting.terms]
-    sum_ = f"sum {vector(lighting.total, 4)}, the renderer {vector(lighting.rendered.value, 4)} W/(m² sr)"
+    sum_ = f"sum {vector(lighting.total, 4)}, rendered {vector(lighting.rendered.value, 4)} W/(m² sr)"
     notes.append(sum_)
     notes.append(
-        f"numbered: a path of light, whose bounces gather {vector(path.radiance, 4)}; dashed: the ways to the lights"
+        f"numbered: a light path, whose bounces contribute {vector(path.radiance, 4)};"
+        " dashed: the segments to the lights"
     )
     return _figure(
         explanation,

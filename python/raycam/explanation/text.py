@@ -36,9 +36,9 @@ def title(e: PixelSteps) -> Iterator[str]:
     yield f"{DIGITS} digits are printed, 16 were used: by hand, the last printed digits may differ."
     if not e.units.are_ordinary:
         yield ""
-        yield "P⁺ mixes lengths with the plain number 1, and would lose digits in a world this small, large"
-        yield "or far from its origin. So below, points count from"
-        yield f"{vector(e.units.origin)} of the world, in lengths of {number(e.units.scale)}."
+        yield "P⁺ combines lengths with the number 1, and would lose digits in a world this small, large"
+        yield "or far from its origin. Below, points are therefore relative to"
+        yield f"{vector(e.units.origin)}of the world, in units of {number(e.units.scale)}."
 
 
 def ray_section(e: PixelSteps) -> Iterator[str]:
@@ -54,14 +54,14 @@ def ray_section(e: PixelSteps) -> Iterator[str]:
     yield from matrix(e.P)
     yield f"   X' = P⁺ x = Pᵀ (P Pᵀ)⁻¹ x      {vector(e.X)}, homogeneous"
     if e.X_prime is None:
-        yield "   The fourth coordinate is 0: X' lies at infinity. The first three are then the direction of"
-        yield "   the line itself, and take the place of X' - C."
+        yield "   The fourth coordinate is 0: X' is at infinity. The first three are then the direction of"
+        yield "   the line itself, and replace X' - C."
     else:
         yield f"      = divided by the fourth    {vector(e.X_prime)}, some point on the line"
-    yield f"   C, where P (C, 1) = 0         {vector(e.C)}, the camera centre, another one"
+    yield f"   C, where P (C, 1) = 0         {vector(e.C)}, the camera centre, another point on the line"
     yield f"   X' - C                        {vector(e.line)}"
     yield ""
-    yield "   POINT THE LINE FORWARD"
+    yield "   ORIENT THE LINE FORWARD"
     yield ""
     yield "   M, the left 3 x 3 of P, is K R times a scale. The third row of K is (0, 0, 1), so the third row"
     yield "   of M, M3, is that of R times the scale, and the sign of the scale is that of det M."
@@ -85,14 +85,14 @@ def triangles_section(e: PixelSteps) -> Iterator[str]:
         (e.without_area, "have no area, n = 0: never hit"),
         (e.parallel, "are edge-on, n·r = 0: never hit"),
         (e.behind, "are behind the camera, t < 0: discarded"),
-        (e.outside, "lie in planes that the ray meets outside of them"),
+        (e.outside, "are missed: the ray meets their plane outside of them"),
         (e.inside, "are hit"),
     ):
         yield f"   {count:>9} {meaning}"
     if not e.candidates:
         return
     yield ""
-    yield "   The nearest that are hit, and the most narrowly missed, worked out below:"
+    yield "   The nearest hits and the closest misses, with all steps below:"
     yield ""
     names = [name(c) for c in e.candidates]
     width = max(map(len, names))
@@ -131,7 +131,7 @@ def triangle_section(c: Candidate) -> Iterator[str]:
     count = f"   {c.crossings} {'crossing' if c.crossings == 1 else 'crossings'}, {parity}: "
     if c.on_edge.any():
         edges = " and ".join(edge for (edge, _), on in zip(EDGES, c.on_edge, strict=True) if on)
-        yield f"{count}but f(t) lies on {edges}, and what lies on an edge is inside."
+        yield f"{count}but f(t) lies on {edges}, and points on an edge count as inside."
     else:
         yield f"{count}f(t) is {'inside' if c.inside else 'outside'}."
 
@@ -145,7 +145,7 @@ def color_section(e: PixelSteps) -> Iterator[str]:
         if e.triangles == 0:
             yield "   There are no triangles in this world: the pixel shows the background."
         elif e.outside == 0:
-            yield "   No triangle's plane is met in front of the camera: the pixel shows the background."
+            yield "   The ray meets no triangle's plane in front of the camera: the pixel shows the background."
         else:
             yield "   The ray meets no triangle: it meets every plane in front of the camera outside of the"
             yield "   triangle. The pixel shows the background."

@@ -35,7 +35,7 @@ class Box:
     high: Floats
     """The greatest coordinates, [3]."""
     depth: int
-    """The level; 0 for the box around everything."""
+    """The level; 0 for the outermost box."""
     triangles: int
     """The number of triangles in it."""
     enters: float
@@ -149,8 +149,8 @@ def _text(search: TreeSearch) -> Iterator[str]:
     """The lines of the text."""
     yield "THE TREE: BOXES AROUND TRIANGLES, SO THAT FEW OF THEM ARE TESTED"
     yield ""
-    yield "   A box that the ray misses spares all of its triangles. Each box is halved along its longest side;"
-    yield "   the half that the ray enters first is opened first, and a box behind the closest hit is left out."
+    yield "   If the ray misses a box, none of its triangles is tested. Each box is halved along its longest"
+    yield "   side; the half that the ray enters first is opened first. Boxes behind the closest hit are skipped."
     yield "   The ray is in the box while it is in all three slabs: t from (low - C) / r to (high - C) / r."
     yield ""
     yield f"   {search.triangles:>9} triangles in the world"
@@ -161,7 +161,7 @@ def _text(search: TreeSearch) -> Iterator[str]:
     yield f"   {search.tested_triangles:>9} triangles tested"
     yield ""
     if not search.boxes:
-        yield "   The ray misses the box around everything."
+        yield "   The ray misses the outermost box."
         return
     yield f"   {'level':<8}{'triangles':>9}  {'t enters':>10}  {'t leaves':>10}  from, to"
     for box in search.boxes[:SHOWN]:

@@ -72,7 +72,7 @@ def _find_destination(target: str) -> _Destination:
         except (FileNotFoundError, NotADirectoryError):
             return _Destination(path, is_stream=False, is_replaceable=True)
         folder = os.path.realpath(os.path.dirname(path))
-        if folder == "/proc" or folder.startswith("/proc/"):  # /dev/stdout and its like: an open file
+        if folder == "/proc" or folder.startswith("/proc/"):  # /dev/stdout and similar names: an open file
             return _Destination(path, is_stream=True, is_replaceable=False)
         if not stat.S_ISLNK(mode):
             stream = not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
@@ -198,7 +198,7 @@ def _move(temporary: str, found: _Destination) -> None:
             os.replace(temporary, found.path)
             return
         except OSError as fault:
-            # EBUSY: a file that is mounted into a container.
+            # EBUSY: the file is mounted into a container.
             if fault.errno not in (errno.EBUSY, errno.EXDEV):
                 raise
     from shutil import copyfileobj  # imported here: `import raycam` does not wait for it
@@ -277,7 +277,7 @@ def _check_destination(target: str, size: int = 0) -> _Destination:
     from shutil import disk_usage  # imported here: `import raycam` does not wait for it
 
     free = disk_usage(folder).free
-    # An empty file needs a block too.
+    # An empty file also occupies a block.
     if free < max(size, 1):
         text = f"has {free} bytes free; about {size} are needed" if size else "is full"
         raise with_code(OSError(errno.ENOSPC, f"the disk {text}", target))

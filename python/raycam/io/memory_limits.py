@@ -76,7 +76,8 @@ def limits() -> list[tuple[int, int]]:
         for path in [folder, *folder.parents]:
             statistics = path / "memory.stat"
             own = [_number(path / name) for name in files.limits]
-            # Version 1 lists the limits of parent groups that a container does not see here.
+            # Version 1 also lists the limits of parent groups that are not visible inside a
+            # container.
             own.append(_line(statistics, "hierarchical_memory_limit") or None)
             limit = min((value for value in own if value is not None), default=total)
             used = _number(path / files.used)
@@ -124,7 +125,7 @@ class _Files(NamedTuple):
 VERSION_1 = _Files(
     ("memory.limit_in_bytes",), "memory.usage_in_bytes", ("total_inactive_file", "total_active_file")
 )
-# Beyond "high" a group is not killed, but throttled almost to a standstill.
+# Above "high", a group is not killed, but slowed down almost to a standstill.
 VERSION_2 = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
 
 

@@ -49,7 +49,7 @@ def sync_file(file: int) -> None:
         try:
             fcntl.fcntl(file, fcntl.F_FULLFSYNC)
             return
-        except OSError:  # network disks may not support it
+        except OSError:  # network file systems may not support it
             pass
     os.fsync(file)
 
@@ -93,11 +93,11 @@ def lower_own_priority() -> None:
 
 
 IDLE_PRIORITY_CLASS = 0x40
-"""Windows: runs while nobody else wants to; processes that such a process starts have it too."""
+"""Windows: the idle priority class, which child processes inherit."""
 SYNCHRONIZE = 0x00100000
 """Windows: the right to wait for a process."""
 WAIT_OBJECT_0 = 0
-"""Windows: the answer of waiting for a process that has ended."""
+"""Windows: the result of waiting for a process that has ended."""
 
 
 def parent_watch() -> Callable[[], bool]:

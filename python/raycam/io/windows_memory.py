@@ -7,7 +7,7 @@ from typing import Any
 __all__ = ["limit_and_used", "peak_bytes"]
 
 QUERY_LIMITED = 0x1000
-"""The right to ask about a process."""
+"""The right to query a process."""
 
 
 def limit_and_used() -> tuple[int, int]:

@@ -314,7 +314,7 @@ class Job:
                     code="changed_input",
                 )
             if not package.exists_in(path) and not (there is not None and self._is_released()):
-                if there is None:  # journals of an earlier job in this folder do not belong to this one
+                if there is None:  # journals of an earlier job in this folder are not used
                     for book in self._state.glob("journal*.jsonl"):
                         book.unlink()
                 self._write_package(package, scratch)
@@ -427,7 +427,8 @@ class Job:
         """Removes the closed locks of a removed job, and its folders if nothing else is in them (Windows)."""
         if os.name != "nt":
             return
-        with contextlib.suppress(OSError):  # another process may hold a lock still: the last one removes them
+        # Another process may still hold a lock; the last process removes the files.
+        with contextlib.suppress(OSError):
             for path in self._state.glob("lock*"):
                 path.unlink()
             self._state.rmdir()

@@ -20,7 +20,7 @@ Progress = Callable[[int, int], object]
 FrameMaker = Callable[[int, Progress | None], tuple[Mapping[str, bytes | Iterable[Piece]], list[Notice]]]
 """`make(number, progress)` returns the files of a frame by name, and notices.
 
-A file is bytes, or, where it is large, pieces that are made one by one. `progress` goes to `raycam.render`, where an
+A file is bytes or, if it is large, an iterator of pieces. `progress` goes to `raycam.render`, where an
 exception from it stops the frame.
 """
 FrameMakerFactory = Callable[[World, Mapping[str, Any], int | None], FrameMaker]

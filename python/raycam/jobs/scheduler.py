@@ -141,7 +141,7 @@ class _Scheduler:
         self._settled: set[int] = set()  # completed frames of which another copy is still running
         self._arrived: queue.SimpleQueue[Future[FrameResult]] = queue.SimpleQueue()
         self._usual = 0.0
-        self._alone = False  # True while a suspect runs
+        self._alone = False  # True while a suspect frame is rendered alone
 
     def run(self) -> Generator[FrameResult | FailedFrame, None, None]:
         """Runs all tasks; see `schedule`."""
@@ -183,7 +183,7 @@ class _Scheduler:
 
     def _complete(self, future: Future[FrameResult]) -> FrameResult | FailedFrame | None:
         """The outcome of a finished future; None if the frame has no outcome yet, or had one before."""
-        if future not in self._under_way:  # reported twice
+        if future not in self._under_way:  # a future that was reported twice
             return None
         task, started = self._under_way.pop(future)
         alone, self._alone = self._alone, self._alone and bool(self._under_way)
@@ -200,7 +200,7 @@ class _Scheduler:
             made = future.result()
         except (PoolLost, CancelledError) as fault:
             raise _lost_worker_error(fault) from fault
-        except TempStreamError:  # the job's own disk, for which no frame is to blame
+        except TempStreamError:  # an error of the job's own disk, not of a frame
             raise
         except WorkerUnfit:  # the pool chooses another worker
             outcome: FrameResult | FailedFrame | None = None

@@ -115,7 +115,7 @@ def free_pattern(
 def unit_vectors(vectors: Floats) -> Floats:
     """Returns `vectors` [n, 3] divided by their lengths; raises `LidarError` for a zero vector, with its row."""
     largest = np.abs(vectors).max(axis=1, initial=0.0)
-    is_extreme = (largest < 1e-100) | (largest > 1e100)  # squares could overflow or vanish
+    is_extreme = (largest < 1e-100) | (largest > 1e100)  # squares would overflow or underflow
     scale = np.where(is_extreme & (largest > 0.0) & np.isfinite(largest), largest, 1.0)
     vectors = vectors / scale[:, None]
     length = np.sqrt(vectors[:, 0] ** 2 + vectors[:, 1] ** 2 + vectors[:, 2] ** 2)

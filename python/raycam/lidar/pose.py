@@ -89,7 +89,7 @@ def rotation_of(roll: float, pitch: float, yaw: float, up: str) -> Floats:
 
 def transform(turns: Floats, vectors: Floats) -> Floats:
     """Returns the vectors [n, 3] turned by the matrices [n, 3, 3], the same to the last bit on every processor."""
-    if len(turns) and not turns.strides[0]:  # one matrix for all
+    if len(turns) and not turns.strides[0]:  # the same matrix for all pulses
         turns = turns[:1]
     x, y, z = vectors.T
     turned = np.empty(vectors.shape)

@@ -9,7 +9,7 @@ from ..arguments import Floats
 __all__ = ["standard_normals", "uniform_numbers"]
 
 USES = {"distance": 1, "detection": 2, "azimuth": 3, "beam": 4}
-"""What random numbers are for, each with a stream of its own."""
+"""Uses of random numbers; each has its own stream."""
 
 
 def _generator(seed: int, frame: int, use: str, echo: int) -> np.random.Generator:

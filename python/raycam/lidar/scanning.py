@@ -184,7 +184,7 @@ def trace_pulses(
         n = len(starts)
         if rotations.strides[0]:
             turn = np.repeat(rotations, samples, axis=0)
-        else:  # one pose
+        else:  # the same pose for all pulses
             turn = np.broadcast_to(lidar.track.rotations[0], (n * samples, 3, 3))
         origins = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3) + places[:, None]
         directions = transform(turn, ways.reshape(-1, 3)).reshape(n, samples, 3)
@@ -235,7 +235,7 @@ def _along_axis(found: Contributions, count: int) -> Columns:
 
 def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length: Floats) -> Columns:
     """Returns the surface on the axis of each echo's pulse that is nearest to the echo: its length and position."""
-    axis = np.flatnonzero(found.ray == 0)  # ordered by pulse and length
+    axis = np.flatnonzero(found.ray == 0)  # hits are sorted by pulse and length
     result: Columns = {"length": np.full(len(pulse), np.inf), "position": np.full((len(pulse), 3), np.nan)}
     if not len(axis) or not len(pulse):
         return result

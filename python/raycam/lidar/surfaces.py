@@ -94,7 +94,7 @@ class SurfaceTable:
         if most >= len(self._of_material) - 1:
             grown = np.full(most + 2, UNKNOWN, np.int64)
             grown[: len(self._of_material)] = self._of_material
-            grown[-1] = -1  # the last entry is that of material -1, no hit
+            grown[-1] = -1  # the last entry is for material -1, a miss
             if len(self._of_material):
                 grown[len(self._of_material) - 1] = UNKNOWN
             self._of_material = grown
@@ -188,7 +188,7 @@ def _principled(values: dict[str, Any], opacity: float) -> Surface:
         return Surface("mirror", ior=0.0, tinted=True, opacity=opacity)
     f0 = _normal_reflectance(ior) * value("specular") * (1.0 - metallic)
     diffuse = (1.0 - metallic) * (1.0 - transmission)
-    # A smooth coat reflects away from the sensor: only a rough one returns light.
+    # A smooth coat reflects light away from the sensor; only a rough coat returns light.
     alpha = rough * rough if rough > SMOOTH else 0.0
     return Surface("solid", diffuse=diffuse, alpha=alpha, f0=f0, metallic=metallic, opacity=opacity)
 

@@ -19,7 +19,7 @@ ROUNDS = 6
 MAX_POINT_VIEWS = 16
 """Views of a point that are compared, those with the largest weights."""
 RIDGE = 1e-10
-"""Weight of the wish that gains are 1, relative to the views'; it decides for photographs without overlap."""
+"""Weight of the prior that gains are 1, relative to the views'; it decides for photographs without overlap."""
 OUTLIER_SCALE = 0.05
 """Differences of log colour above which views count less, such as highlights and wrong poses."""
 

@@ -52,7 +52,7 @@ class _Level:
         for here, there in ((links.first, links.second), (links.second, links.first)):
             diagonal = diagonal + np.bincount(here, weights=weight, minlength=count)
             for some in (across, ~across):
-                place = np.full(count, count, np.int32)  # the zero behind the last value
+                place = np.full(count, count, np.int32)  # index of the zero after the last value
                 factor = np.zeros((count, 1), np.float32)
                 place[here[some]], factor[here[some], 0] = there[some], weight[some]
                 self.neighbors.append((place, factor))
@@ -118,7 +118,7 @@ def solve_poisson(links: GridLinks, right: Floats) -> Floats:
 
     def cycle(number: int, residual: Single) -> Single:
         level = levels[number]
-        if number == len(levels) - 1:  # nothing is linked
+        if number == len(levels) - 1:  # a level without links is the coarsest one
             return np.asarray(residual / level.diagonal, np.float32)
         x: Single = level.inverse * residual
         rest = level.sums_in_squares(

@@ -39,7 +39,7 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     counts = {1.0: fronts}
     for factor in (*SCALE_FACTORS, *OTHER_FACTORS):
         if inside and factor < 0:
-            continue  # an inside-out mesh around the origin fits as well, and is more common
+            continue  # an inside-out mesh around the origin is equally possible, and more common
         counts[factor] = count_cameras(world, given, factor)[1]
         if counts[factor] == len(given):
             break

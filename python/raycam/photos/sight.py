@@ -75,7 +75,7 @@ def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats
 
     `distance` [n] is the distance to the camera. NaN if the lens cannot project the neighbourhood of a point.
     """
-    # Duff et al., Building an orthonormal basis, revisited, 2017.
+    # Orthonormal basis after Duff et al., Building an orthonormal basis, revisited, 2017.
     x, y, z = normals.T
     sign = np.where(z >= 0, 1.0, -1.0)
     a = -1.0 / (sign + z)

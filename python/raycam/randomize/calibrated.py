@@ -38,7 +38,7 @@ def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[s
     for key in INTRINSICS:
         if key in more:
             raise WorldError(
-                f"{what}: {key} and calibration: the file {path.name} already contains it",
+                f"{what}: {key} cannot be combined with calibration: the file {path.name} already contains it",
                 code="duplicate_name",
             )
     try:

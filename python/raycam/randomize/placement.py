@@ -147,7 +147,8 @@ class PlacementSampler:
     """Samples poses of one object after another on the surfaces of a world, by rejection."""
 
     def __init__(self, world: World) -> None:
-        self._world = world = world.at(0.0)  # a copy: objects added later are known by their prisms
+        # A copy, because objects that are added later are represented by their prisms.
+        self._world = world = world.at(0.0)
         self._axes = AXES[world.up]
         self._names = [item.name for item in world.objects]
         self._ids = world.triangle_ids()[:, 0] if self._names else np.empty(0, np.int32)
@@ -226,7 +227,7 @@ class PlacementSampler:
             return True
         if np.ptp(ground[..., 2]) > 1e-6 * (shape.high - shape.low):
             return False
-        # All objects on a surface of one level lie next to each other in its hull.
+        # The areas of all objects on a level surface must fit side by side into its hull.
         others = [prism for prism, on in zip(self._taken, self._surface_of, strict=True) if on == surface]
         total = sum(_area(prism.outline) for prism in [*others, shape])
         return bool(others) and (total > _area(hull) * (1 + SLACK) or gap > _diameter(hull) * (1 + SLACK))
@@ -307,7 +308,8 @@ class PlacementSampler:
         """True if no object, present before or placed, is closer than `gap`."""
         if any(prism.intersects(other, gap) for other in self._taken):
             return False
-        # The base is excluded: it touches the ground, and may sink in a little where the ground is not quite level.
+        # The base is excluded: it touches the ground, and may overlap it slightly if the ground is
+        # not exactly level.
         wide = ConvexPrism(
             _inflate(prism.outline, gap), prism.low + 2e-3 * (prism.high - prism.low), prism.high + gap
         )
@@ -316,7 +318,7 @@ class PlacementSampler:
     def _world_axes(self, pose: Floats) -> Floats:
         """Converts a transform from axes with up last to the world's axes."""
         order = np.eye(4)
-        order[:3, :3] = np.eye(3)[self._axes]  # up-last from world
+        order[:3, :3] = np.eye(3)[self._axes]  # rotation from world axes to axes whose last one is up
         found: Any = product(product(order.T, pose), order)
         return np.asarray(found)
 

@@ -383,7 +383,7 @@ class Recipe:
             pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), gap, what)
             row = {key: value for key, value in item.items() if key not in POSE}
             if "mesh" in row and "matrix" not in item:
-                row.setdefault("upright", True)  # the pose is that of the mesh as `_shape` has measured it
+                row.setdefault("upright", True)  # the pose is relative to the mesh as `_shape` measured it
             self._add_shared(world, {**row, "matrix": product(pose, matrix).tolist()}, first)
 
     def _add_shared(self, world: World, item: Mapping[str, Any], first: dict[str, str]) -> str:

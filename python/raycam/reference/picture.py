@@ -89,7 +89,7 @@ def render_triangles(
     t = np.where(hit, seen.t, 0.0)
     f = C + t[:, None] * r
     row = np.where(hit, seen.index, 0)
-    last = np.zeros((1, 3))  # so that a world without triangles can be indexed too
+    last = np.zeros((1, 3))  # a placeholder, so that worlds without triangles can be indexed
     color = np.where(hit[:, None], np.vstack([rgb, last])[row], _floats("background", background, (3,)))
     name = np.where(hit[:, None], np.vstack([names, last.astype(np.int32)[:, :2]])[row], -1)
 

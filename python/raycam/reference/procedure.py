@@ -153,7 +153,8 @@ def crossings(triangles: Floats, n: Floats, f: Floats, tolerance: Floats) -> Cro
     starts = triangles - f[..., None, :]
     g = triangles[..., 0, :] + edges[..., 2, :]
     u = g - f
-    # In the plane, n x u is u turned by 90 degrees: its dot product says on which side of u a vertex lies.
+    # In the plane, n x u is u turned by 90 degrees; the sign of its dot product is the vertex's side
+    # of u.
     left = cross(n, u)
     side = dot(left[..., None, :], starts)
     end_side = np.roll(side, -1, axis=-1)

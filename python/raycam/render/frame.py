@@ -268,7 +268,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
                 )
             return _core.encode_png(channel_picture(shown, self._channels[shown]))
         if bits not in (8, 16):
-            raise SettingsError(f"bits is {bits}, a PNG has 8 or 16", code="invalid_value")
+            raise SettingsError(f"bits is {bits}; a PNG supports 8 or 16", code="invalid_value")
         pixels = self._srgba if self.transparent else self._srgb
         return _core.encode_png(pixels(bits, exposure, view))
 
@@ -295,7 +295,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         planes = dict(self._channels)
         if (
             self.transparent and "color" in planes and "alpha" in planes
-        ):  # R, G, B, A, premultiplied as EXR has it
+        ):  # R, G, B, A, premultiplied as in EXR
             planes["color"] = np.concatenate([planes["color"], planes.pop("alpha")[..., np.newaxis]], axis=2)
         layers = [(name, np.ascontiguousarray(array)) for name, array in planes.items()]
         notes = [
@@ -384,7 +384,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             notices=notices,
         )
 
-    if not TYPE_CHECKING:  # type checkers shall see what is missing
+    if not TYPE_CHECKING:  # type checkers must report missing attributes
 
         def __getattr__(self, name: str) -> Any:
             """Raises `AttributeError`, with raycam's counterpart for names of other libraries."""
@@ -523,4 +523,4 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
         if name not in SAVERS[ending][1]:
             raise SettingsError(f"{name} is not an option of {ending} files", code="unknown_key")
     if whole("bits", options.get("bits", 8), 0, 64) not in (8, 16):
-        raise SettingsError(f"bits is {options['bits']}, a PNG has 8 or 16", code="invalid_value")
+        raise SettingsError(f"bits is {options['bits']}; a PNG supports 8 or 16", code="invalid_value")

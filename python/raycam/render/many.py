@@ -291,7 +291,8 @@ def _check_sizes(cameras: Sequence[Camera]) -> None:
     if any(camera.size != cameras[0].size for camera in cameras):
         sizes = " and ".join(sorted({"{} x {}".format(*camera.size) for camera in cameras}))
         raise SettingsError(
-            f"cameras of {sizes} pixels; all images of a call must have the same size", code="wrong_shape"
+            f"the cameras have different sizes: {sizes} pixels; all images of a call must have the same size",
+            code="wrong_shape",
         )
 
 

@@ -98,7 +98,8 @@ class Progressive:
             region=region,
         )
         self._max_samples = request["samples"]
-        request |= {"noise_threshold": None, "time_limit": None}  # of the world file
+        # These options of the world file are not used.
+        request |= {"noise_threshold": None, "time_limit": None}
         self._clear = transparent_background
         self._core = _core.Progressive(self._world._core, self._camera._core, request)
 

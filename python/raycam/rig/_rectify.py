@@ -43,7 +43,7 @@ def rotation(left: Camera, right: Camera) -> Floats:
     halfway = looking[0].moving(looking[1], exposure=1.0).R
     baseline = product(halfway, right.C - left.C)
     length = float(lengths(baseline))
-    nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # rounding error of the baseline
+    nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # tolerance for the rounding error of the baseline
     if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
         raise CameraError(
             f"the second camera must be to the right of the first; its position relative to the first is {baseline}, "

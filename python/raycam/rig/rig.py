@@ -145,7 +145,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         rows, tables = core.sensors(), table.get("sensor", ())
         descriptions = iter([tables] if isinstance(tables, Mapping) else tables)
         for place, (name, kind, _, pose, files) in enumerate(rows):
-            if kind != LIDAR:  # the description as it was given: JSON of the core has no infinite numbers
+            if kind != LIDAR:  # the description as given, because the core's JSON cannot represent infinity
                 settings = json.dumps(next(descriptions).get("description", {}))
                 rows[place] = (name, kind, settings, pose, files)
         return cls._of(core, up, read_mounted_sensors(rows, "z", imports=True))

@@ -55,7 +55,7 @@ def collada_to_glb(
         )
     data = read_bytes(path, XmlLimits().bytes)
     check_xml(data, os.fspath(path))
-    import collada  # an extra
+    import collada  # an optional package
 
     try:
         document = collada.Collada(
@@ -64,7 +64,7 @@ def collada_to_glb(
         return _Converter(path, document, find_image, scale, up_axis).convert()
     except (FormatError, MemoryError, OSError):
         raise
-    except Exception as error:  # pycollada raises many kinds for malformed documents
+    except Exception as error:  # pycollada raises various exceptions for malformed documents
         raise FormatError(f"{path}: not a valid Collada document: {type(error).__name__}: {error}") from None
 
 
@@ -232,7 +232,7 @@ class _Converter:
         factor = float(factor) if isinstance(factor, int | float) else 1.0
         if not isinstance(transparent, tuple):
             if transparent is not None:
-                return 1.0  # a texture; its alpha channel is not used
+                return 1.0  # an image; its alpha channel is not used
             opacity = factor
         else:
             luminance = float(np.dot(transparent[:3], (0.212671, 0.715160, 0.072169)))

@@ -126,7 +126,9 @@ class _Document:
         if uri is None or not uri.text.strip():
             raise self.fail(include, "<include> has no <uri>")
         if self.depth >= MAX_INCLUDES:
-            raise self.fail(include, f"more than {MAX_INCLUDES} files include each other; is there a circle?")
+            raise self.fail(
+                include, f"more than {MAX_INCLUDES} files include each other in a row; check for a circle"
+            )
         text = uri.text.strip()
         names = [text] if text.endswith(".sdf") else [f"{text.rstrip('/')}/model.sdf", text]
         path = None
@@ -263,7 +265,7 @@ class _Model:
         name, kind = f"{prefix}{part.attributes['name'].strip()}", part.attributes.get("type", "").strip()
         parent, child = (_text(document, part, tag) for tag in ("parent", "child"))
         if parent == "world":
-            return None  # the child is a root already
+            return None  # the child link is already a root
         ends = [f"{prefix}{end}" for end in (parent, child)]
         for end in ends:
             if end not in self.links:

@@ -72,12 +72,15 @@ def _check_mimics(robot: RobotDescription) -> None:
             at = f"{robot.file}:{robot.joints[path[-1]].line}: joint {path[-1]!r}"
             if mimic[0] not in robot.joints:
                 text = nearest("joint", mimic[0], list(robot.joints))
-                robot.notices.append(Notice(f"{at} mimics an {text}; it is set on its own", "ignored_key"))
+                robot.notices.append(
+                    Notice(f"{at}: mimic: {text}; the joint is set independently", "ignored_key")
+                )
                 robot.joints[path[-1]].mimic = None
                 break
             if robot.joints[mimic[0]].type not in ("revolute", "continuous", "prismatic"):
                 raise FormatError(
-                    f"{at} mimics {mimic[0]!r}, a {robot.joints[mimic[0]].type} joint without one value"
+                    f"{at} mimics {mimic[0]!r};"
+                    f" expected a revolute, continuous or prismatic joint, not {robot.joints[mimic[0]].type}"
                 )
             if mimic[0] in path:
                 raise FormatError(

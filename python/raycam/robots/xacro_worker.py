@@ -65,7 +65,7 @@ class Guard:
             self._refuse(f"{event} {arguments[:1]} is not allowed in a robot description")
 
     def _refuse(self, text: str) -> None:
-        self._is_active = False  # the answer is written next
+        self._is_active = False  # no further checks: only the answer is written after this
         raise Refused(text)
 
 

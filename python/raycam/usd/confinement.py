@@ -30,7 +30,7 @@ FIRST_BYTES = (
     (b'{"error":', SERVER),
     (b'{"message":', SERVER),
 )
-"""First bytes, in lower case, of files that are not what their names say."""
+"""First bytes, in lower case, of files whose contents do not match their names."""
 
 OTHER_KINDS = (
     (b"<?xml", "it is an XML document (a server's error page, or another kind of model), not a USD file"),
@@ -45,7 +45,7 @@ OTHER_KINDS = (
     (b"\x89png", "it is a PNG image, not a USD file"),
     (b"\xff\xd8\xff", "it is a JPEG image, not a USD file"),
 )
-"""First bytes, in lower case, of files that are no stage."""
+"""First bytes, in lower case, of files that are not USD stages."""
 
 
 class UsdRejected(Exception):
@@ -58,7 +58,7 @@ class Confinement:
     def __init__(self, path: Path, folder: Path, most: int) -> None:
         self.notices: list[StageNotice] = []
         self.has_lost = False
-        """True if a layer is left out that may have had something to see: all but MaterialX."""
+        """True if an ignored layer may contain something visible: any layer except MaterialX."""
         self.folder = Path(os.path.realpath(folder))
         self._own = Path(os.path.realpath(path))
         self._path = path

@@ -20,10 +20,10 @@ USUAL_FOLDERS = (
     "../materials/textures",
     "../textures",
 )
-"""Folders in which images lie by custom, from the folder of the stage."""
+"""Conventional names of image folders, relative to the stage's folder."""
 
 MOST_LISTED = 10_000
-"""Names of a folder that are looked at."""
+"""Maximum number of names in a folder that are compared."""
 
 
 def found_elsewhere(written: str, folder: Path) -> Path | None:

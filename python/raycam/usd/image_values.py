@@ -14,7 +14,7 @@ from ..srgb import linear_from_srgb, srgb_from_linear
 __all__ = ["ValueChange", "is_grey", "value_change"]
 
 FLOATS = (".exr", ".hdr")
-"""Endings of images of floats, which are linear whatever is said."""
+"""Endings of images of floats, which are linear whatever the shader states."""
 USED_CHANNEL = {"roughness": 1, "metallic": 2}
 """The channel of an image that an MTL file's map is, as in glTF."""
 

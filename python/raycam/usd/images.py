@@ -20,7 +20,7 @@ from .notices import StageNotice
 __all__ = ["Images", "bake_opacity", "bake_wrap"]
 
 MOST_PIXELS = 1 << 26
-"""The most pixels of an image that is made here."""
+"""Maximum number of pixels of a converted image."""
 
 
 class Images:
@@ -132,7 +132,7 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
             f"the image would need {len(columns)} x {len(lines)} pixels; the limit is {MOST_PIXELS} in total"
         )
     if (pixels[..., 3] == 1).all():
-        pixels = pixels[..., :3]  # black outside of the image, not transparent
+        pixels = pixels[..., :3]  # pixels outside of the image are black, not transparent
     made = pixels[lines][:, columns]
     made[lines < 0] = 0
     made[:, columns < 0] = 0

@@ -37,17 +37,17 @@ def light_spec(
 
     color, fault = _color(kind, value)
     if fault:
-        return None, f"no light: {fault}"
+        return None, f"ignored: {fault}"
     matrix = np.array(rows(world_from_local))
     place, axes = matrix[:3, 3], matrix[:3, :3]
     scale = np.linalg.norm(axes, axis=0)
     if not np.isfinite(matrix).all() or (kind != "SphereLight" and np.linalg.matrix_rank(axes) < 3):
-        return None, "no light: its transform has scale 0 or is not finite"
+        return None, "ignored: its transform has scale 0 or is not finite"
     forward = (-axes[:, 2]).tolist()
     normalized = value("normalize", False)
     fault = _odd_size(kind, value, normalized)
     if fault:
-        return None, f"no light: {fault}"
+        return None, f"ignored: {fault}"
 
     def radiance(area: float) -> list[float]:
         return [float(value) for value in color / (area if normalized else 1.0)]
@@ -65,7 +65,7 @@ def light_spec(
         bulb: dict[str, Any] = {"position": place.tolist(), "power": power.tolist()}
         cone = value("shaping:cone:angle", 180.0)
         if not cone > 0:
-            return None, f"no light: its cone angle is {cone:g}"
+            return None, f"ignored: its cone angle is {cone:g}"
         if cone <= 90:
             # Intensity on the axis: radiance times the area of the visible disk.
             intensity = (power / (4 * np.pi)).tolist()
@@ -86,7 +86,7 @@ def light_spec(
         return disk | {"radiance": radiance(np.pi * radius**2)}, None
     if kind in ("DomeLight", "DomeLight_1"):
         return _dome_light(prim, color, axes, image, up, time)
-    return None, f"no light: {kind or 'a prim without a type'} is not supported as a light"
+    return None, f"ignored: {kind or 'a prim without a type'} is not supported as a light"
 
 
 def _dome_light(
@@ -104,7 +104,7 @@ def _dome_light(
         return {"type": "sky", "radiance": color.tolist()}, None
     file = image(asset)
     if file is None:
-        return None, "no light: its image cannot be used"
+        return None, "ignored: its image cannot be used"
     # The middle of a latlong image is at the light's +z, its top at +y.
     middle, pole = axes[:, 2], axes[:, 1]
     if kind == "DomeLight_1" and _pole_axis(prim, up) == "Z":
@@ -144,7 +144,7 @@ def _color(kind: str, value: Callable[[str, Any], Any]) -> tuple[Any, str | None
     color = color * value("intensity", fallback) * 2.0 ** value("exposure", 0.0)
     if not np.isfinite(color).all():
         return color, "its colour or intensity is not finite"
-    return np.maximum(color, 0.0), None if (color > 0).any() else "it gives no light"
+    return np.maximum(color, 0.0), None if (color > 0).any() else "it emits no light"
 
 
 def _file(prim: Usd.Prim, time: Usd.TimeCode) -> Sdf.AssetPath | None:
@@ -180,7 +180,7 @@ def cylinder_light(
     if fault is None and not (np.isfinite(axes).all() and np.linalg.matrix_rank(axes) == 3):
         fault = "its transform has scale 0 or is not finite"
     if fault:
-        raise ValueError(f"no light: {fault}")
+        raise ValueError(f"ignored: {fault}")
     turns = np.linspace(0, 2 * np.pi, CYLINDER_SIDES, endpoint=False)
     # The prism's area is that of the cylinder.
     sides = np.pi / (CYLINDER_SIDES * np.sin(np.pi / CYLINDER_SIDES))

@@ -16,9 +16,9 @@ class StageNotice:
     """A notice about a stage."""
 
     code: str
-    """What happened, for programs."""
+    """The notice's code."""
     text: str
-    """What happened, for people."""
+    """The notice's text."""
     subject: str = ""
     """The kind and path of the prim, written in front of the text; empty if the notice is about the whole stage."""
 

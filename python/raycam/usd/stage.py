@@ -177,7 +177,7 @@ class StageReader:
         if rank < 2:
             self._note("ignored_element", prim, "not shown: its transform has scale 0 along two axes or more")
             return
-        # A matrix that flattens has no inverse: the points are written in the coordinates of the world.
+        # A matrix of rank 2 has no inverse, so the points are written in world coordinates.
         appearance = self._meshes.describe(prim, baked=matrix if rank < 3 else None)
         if appearance is not None:
             self._add_object(prim.GetName(), appearance, matrix if rank == 3 else np.eye(4))

@@ -55,7 +55,7 @@ class AudioTrack:
 
         layout = "mono" if check_audio(path) == 1 else "stereo"
         stream = file.add_stream(encoder, rate=RATE, layout=layout)
-        if not isinstance(stream, av.AudioStream):  # the table contains no other codecs
+        if not isinstance(stream, av.AudioStream):  # for mypy: the table contains only audio codecs
             raise TypeError(encoder)
         self._file, self._stream = file, stream
         self._stream.options = {"flags": "+bitexact"}
@@ -78,7 +78,7 @@ class AudioTrack:
         wanted = round(time * RATE) - self._given
         while self._rest.shape[1] < wanted:
             more = next(self._source, None)
-            if more is None:  # silence
+            if more is None:  # pad with silence
                 more = np.zeros((len(self._rest), wanted - self._rest.shape[1]), self._rest.dtype)
             self._rest = np.concatenate([self._rest, more], axis=1)
         self._given += wanted

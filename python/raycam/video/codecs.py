@@ -58,7 +58,7 @@ VP9 = {"b": "0", "deadline": "good", "cpu-used": "2", "row-mt": "0", "tile-colum
 FASTSTART = {"movflags": "+faststart"}  # puts the index first, for players that start while downloading
 
 CODECS: dict[tuple[str, bool, bool], Codec] = {
-    # (ending, lossless, alpha)
+    # container and encoder by (ending, lossless, alpha)
     (".mp4", False, False): Codec("mp4", "libx264", "yuv420p", X264 | {"crf": "17"}, "aac", FASTSTART),
     (".mp4", True, False): Codec("mp4", "libx264rgb", "rgb24", X264 | {"qp": "0"}, "aac", FASTSTART),
     (".mov", False, False): Codec(
@@ -83,7 +83,7 @@ opacity."""
 def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
     """Returns the codec for an ending and options; raises `SettingsError` if there is none."""
     codec = CODECS.get((ending, lossless, alpha))
-    if codec is None and not lossless:  # always lossless
+    if codec is None and not lossless:  # .mkv is always lossless
         codec = CODECS.get((ending, True, alpha))
     if codec is not None:
         return codec
@@ -125,7 +125,7 @@ def open_encoder(
         ) as file,
     ):
         stream = file.add_stream(codec.encoder, rate=rate)
-        if not isinstance(stream, av.VideoStream):  # the table contains no others
+        if not isinstance(stream, av.VideoStream):  # for mypy: the table contains only video codecs
             raise TypeError(codec.encoder)
         stream.width, stream.height = size
         stream.pix_fmt = codec.pixels

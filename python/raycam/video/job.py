@@ -60,7 +60,7 @@ def make_video(
         Job.run, pool=pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress
     )
     if not target.suffix:
-        with opened:  # only to raise its errors: the job writes the images
+        with opened:  # only checks that the file can be opened; the job writes the images
             pass
         job = Job(target, film.package(), resume=resume)
         film.notices += job.status().notices

@@ -30,13 +30,13 @@ from .wire import pack
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
 
 SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph, Scan, Tile)
-"""The messages whose answers take their time."""
+"""The messages whose answers take long, and are computed in threads."""
 AT_ONCE = 4
-"""Answers that are made at the same time, of all clients."""
+"""Maximum number of answers computed at the same time, for all clients."""
 MOST_WAITING = 4
-"""Messages of a client that wait for their answers, at most."""
+"""Maximum number of a client's messages that wait for their answers."""
 GRACE = 2.0
-"""Seconds that the end waits for answers that are being made."""
+"""Seconds for which closing waits for unfinished answers."""
 
 
 class Answers:
@@ -82,7 +82,7 @@ class Answers:
             session, message = taken
             try:
                 answer(session, message)
-            except Exception as fault:  # a fault in raycam: further answers are still computed
+            except Exception as fault:  # an error in raycam; later answers are still computed
                 traceback.print_exc()
                 session.complain(failure(fault))
             finally:

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Page", "page", "show", "write_page"]
 
-NOTEBOOK_HEIGHT = 640  # CSS pixels of the page in a cell
+NOTEBOOK_HEIGHT = 640  # height in CSS pixels of the page in a notebook cell
 MOST_COMPONENTS = 4
-HALF = ("color", "albedo")  # channels rounded by `half`
-MOST_TOLD = 5  # ids listed in a notice
+HALF = ("color", "albedo")  # channels that `half` rounds
+MOST_TOLD = 5  # maximum number of ids in a notice
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 
@@ -312,7 +312,7 @@ def _explanations(
 def _document(document: dict[str, Any], planes: Mapping[str, bytes], still: str) -> str:
     """The HTML text. Its policy allows only its own script, and no loading."""
     blocks = [still, f'<script type="application/json" id="document">{json_text(document)}</script>']
-    for number, data in enumerate(planes.values()):  # names come from untrusted files
+    for number, data in enumerate(planes.values()):  # a number as id, because names come from untrusted files
         text = base64.b64encode(data).decode()
         blocks.append(f'<script type="text/plain" id="plane-{number}">{text}</script>')
     return assembled(str(document["title"]), blocks)

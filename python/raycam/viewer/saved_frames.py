@@ -160,7 +160,7 @@ def _numbers(name: str, whole: bool, bits: npt.NDArray[np.uint32]) -> npt.NDArra
     """The samples of a channel: float32, int32, or float64 for integers beyond int32."""
     if not whole:
         return bits.view(np.float32)
-    is_id = name.endswith(".id")  # ids of raycam: -1 is stored as 4294967295
+    is_id = name.endswith(".id")  # an id channel of raycam, in which -1 is stored as 4294967295
     return bits.view(np.int32) if is_id or bits.max() < 1 << 31 else bits.astype(np.float64)
 
 

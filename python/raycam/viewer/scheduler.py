@@ -28,7 +28,7 @@ MOVING_QUALITY, REFINING_QUALITY, STILL_QUALITY = 70, 80, 93
 REST_S = 0.06
 """Time without a change after which a view is at rest: longer than between two steps of a flight."""
 IDLE_S = 0.03
-"""Time between two looks for work, unless something wakes the thread."""
+"""Time between two checks for work, unless something wakes the thread."""
 MIN_WAIT_S = 0.001
 RETRY_S = 1.0
 """Time before the next image after one that failed."""
@@ -78,7 +78,7 @@ class Scheduler(threading.Thread):
                 continue
             except (Error, MemoryError) as error:
                 self._failed(session, str(error) or "out of memory")
-            except Exception as error:  # a fault in raycam: the other sessions continue
+            except Exception as error:  # an error in raycam; the other sessions continue
                 traceback.print_exc()
                 self._failed(session, failure(error))
 

@@ -32,14 +32,14 @@ PORTS = range(7421, 7431)
 """The ports that are tried where none is given."""
 MOST_SESSIONS = 8
 MOST_CONNECTIONS = 32
-HANDSHAKE_TIME = 5.0  # seconds
+HANDSHAKE_TIME = 5.0  # seconds for the handshake
 KEPT = 600.0  # seconds for which a session waits for its client to reconnect
 QUEUED_IN = 8
 SHARED = (Move, Home, LookThrough, Time, Variant, Lens, Pose)
 """The messages that all clients follow with `follow=True`."""
 QUEUED_OUT = 64
 WILDCARDS = ("0.0.0.0", "::")
-MOST_PROBES = 60  # per second
+MOST_PROBES = 60  # probes per second
 STRIKES = 3
 TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
 
@@ -116,7 +116,7 @@ class Server:
         """Notifies all clients, and stops the server."""
         loop, ending = self._loop, self._ending
         if loop is not None and ending is not None:
-            with contextlib.suppress(RuntimeError):  # the loop has ended
+            with contextlib.suppress(RuntimeError):  # the event loop has ended
                 loop.call_soon_threadsafe(ending.set)
         self._ended.wait()
         self.answers.close()
@@ -190,9 +190,9 @@ class Server:
         from websockets.datastructures import Headers
         from websockets.http11 import Response
 
-        method = getattr(request, "method", "GET")  # websockets before 16 refuses other methods by itself
+        method = getattr(request, "method", "GET")  # websockets 16 and later also pass other methods here
         allowed = self._allowed
-        if self.address[0] in WILDCARDS:  # an address is not a name that a foreign DNS server could control
+        if self.address[0] in WILDCARDS:  # an IP address cannot be redirected by a foreign DNS server
             own = connection.local_address[0].removeprefix("::ffff:")
             allowed = [*allowed, f"[{own}]" if ":" in own else own]
         forwarded = connection.remote_address[0].removeprefix("::ffff:") in self._proxies
@@ -251,10 +251,10 @@ class Server:
 
         def send(message: dict[str, Any], buffers: Sequence[bytes]) -> None:
             data = packed(message, buffers)
-            with contextlib.suppress(RuntimeError):  # the loop has ended
+            with contextlib.suppress(RuntimeError):  # the event loop has ended
                 loop.call_soon_threadsafe(_put, outgoing, data)
 
-        # Before the welcome message, whose camera may depend on the window's shape.
+        # Sent before the welcome message, whose camera may depend on the window's shape.
         session.receive(Size(hello.width, hello.height, hello.ratio))
         session.connection.open(send)
         self.emptied = None

@@ -32,7 +32,7 @@ __all__ = [
 COLORS = ("color", "alpha", "coverage")
 """The channels that get better with samples."""
 SAMPLED = (*COLORS, "error")
-"""The same, and the estimate of their error, which is asked for alone: it costs samples."""
+"""`COLORS` and the error estimate, which is rendered only on request, because it requires samples."""
 LIT_CHANNELS = ("color", "error")
 """The channels that depend on light; the others describe the world without the studio."""
 TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error"))

@@ -144,7 +144,7 @@ class Views:
 
     def _greet(self, view: str, hello: Hello) -> Session:
         if view not in self.sessions and len(self.sessions) >= MOST_SESSIONS:
-            self.sessions.pop(next(iter(self.sessions))).connection.close()  # the oldest one
+            self.sessions.pop(next(iter(self.sessions))).connection.close()  # close the oldest session
         session = self.sessions[view] = self._make_session()
         if self.scheduler is None:
             self.scheduler = Scheduler(lambda: list(self.sessions.values()))

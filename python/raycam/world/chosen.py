@@ -59,7 +59,7 @@ def one_object(which: object) -> int | str:
         raise WorldError(f"expected an object index or name, got {which!r}", code="wrong_type") from None
     if abs(number) > MAX_NUMBER:
         raise WorldError(
-            f"object {number} of a world with fewer than {MAX_NUMBER}", code="index_out_of_range"
+            f"object index {number} is out of range; the limit is {MAX_NUMBER}", code="index_out_of_range"
         )
     return number
 
@@ -78,7 +78,8 @@ def _numbers(names: list[str], chosen: Chosen) -> list[int]:
             number = one_object(which)
             if isinstance(number, str) or not 0 <= number < len(names):
                 raise WorldError(
-                    f"object {number} of a world with {len(names)} objects", code="index_out_of_range"
+                    f"object {number} does not exist; the world has {len(names)} objects, numbered from 0",
+                    code="index_out_of_range",
                 )
             found.append(number)
     return found

@@ -83,9 +83,7 @@ def describe_light_change(
         for new, old in ((one, other), (other, one)):
             if new in given and old in merged and old not in given:
                 value = merged.pop(old)
-                if (
-                    old == "radiance"
-                ):  # of a uniform sky: switching between the two forms keeps its brightness
+                if old == "radiance":  # replacing a uniform sky by a gradient keeps its brightness
                     merged.setdefault("zenith", value)
                     merged.setdefault("horizon", value)
     if "radiance" in given:

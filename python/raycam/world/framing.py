@@ -106,7 +106,8 @@ def framing_camera(
         return _fitting_pose(camera, facing.R, points, middle, zoom)
     seen = product(points - middle, facing.R.T)
     reach = FILLED_SHARE * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
-    # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points; so too for y. The nearest such eye is wanted.
+    # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points, and the same for y. This
+    # computes the nearest such eye.
     left_of = (-seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
     right_of = (seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
     depth = float((-(left_of + right_of) / (2 * reach)).min())
@@ -156,7 +157,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
             low, high = (low, between) if (excess(between, cloud) <= 1).all() else (between, high)
         return high
 
-    # A few extreme points decide; points still outside are added to them.
+    # A few extreme points determine the distance; points that are still outside are added to them.
     few = points[np.unique([int(product(points, way).argmax()) for way in EXTREME_DIRECTIONS])]
     while True:
         distance = nearest(few)
@@ -172,13 +173,13 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
     ray = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(ray).all():
         raise CameraError(
-            f"the image centre has no ray, pixel {pixel.tolist()}, of {camera!r}",
+            f"the image centre, pixel {pixel.tolist()}, has no ray in {camera!r}",
             code="unsupported_camera",
         )
     x, y, z = ray / np.sqrt((ray * ray).sum())
     if z < -0.999:
         raise CameraError(
-            f"the image centre, pixel {pixel.tolist()}, looks backwards in {camera!r}",
+            f"the image centre, pixel {pixel.tolist()}, has a ray that points backwards in {camera!r}",
             code="unsupported_camera",
         )
     # Rodrigues' rotation of (0, 0, 1) to (x, y, z).

@@ -43,7 +43,7 @@ class Object:
     def __setattr__(self, name: str, value: object) -> None:
         """Raises `WorldError` with the call that changes the object."""
         if name not in self.__dict__ and name in self.__dataclass_fields__:
-            object.__setattr__(self, name, value)  # once, at creation
+            object.__setattr__(self, name, value)  # set once, at creation
             return
         raise WorldError(
             f"objects are read-only; world.set_object({self.name!r}, {name}=...) changes the object",

@@ -142,7 +142,7 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
     _, front, upward = axes_of(world.up)
     if camera is None:
         camera = world.default_camera()
-    for axis in (camera.R[2], -camera.R[1], front):  # forward; of a camera that looks down, the image's up
+    for axis in (camera.R[2], -camera.R[1], front):  # forward; if the camera looks down, the image's up axis
         level = axis - (axis * upward).sum() * upward
         length = float(np.sqrt((level * level).sum()))
         if length > 0.05:
@@ -168,7 +168,8 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     # The middle column shows +x of a z-up world, -z of a y-up one; columns run to the right.
     ahead = np.array([1.0, 0, 0]) if up == "z" else np.array([0, 0, -1.0])
     start = math.degrees(math.atan2((ahead * right).sum(), (ahead * toward).sum()))
-    # To the right in the image is clockwise from above; to the right of the camera is the other way.
+    # To the right in the image is clockwise seen from above; to the right of the camera is
+    # counterclockwise.
     azimuth = start - (np.arange(2 * ROOM_IMAGE_ROWS) + 0.5 - ROOM_IMAGE_ROWS)[None] * (
         180.0 / ROOM_IMAGE_ROWS
     )

@@ -54,7 +54,7 @@ def test_shadows_follow_the_state() -> None:
         assert (shadow, lit) == (0, 180)  # 255 cos 45 degrees
 
 
-def test_samples_smooth_edges() -> None:
+def test_more_samples_smooth_edges() -> None:
     model, data = load("lit")
     scene = raycam.from_mujoco(model, data)
     camera = scene.world.camera("main")

@@ -67,7 +67,7 @@ def test_saved_packets_have_the_ranges_of_the_scan_and_the_metadata_of_the_unit(
     assert unit.pixel_shifts(count) == lidar.pixel_shifts(count)
 
 
-def test_metadata_of_others_is_not_replaced(tmp_path: Path) -> None:
+def test_metadata_of_other_programs_is_not_replaced(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": [40, 60, 20]}, name="hall", color=[0.5] * 3)
     scan = raycam.scan(world, raycam.Lidar("os1-16", mode="512x10"))
@@ -80,7 +80,7 @@ def test_metadata_of_others_is_not_replaced(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other.json", "other.pcap", "scan.json"]
 
 
-def test_scans_with_two_returns_or_large_distances_have_no_packets(tmp_path: Path) -> None:
+def test_packets_of_two_returns_or_large_distances_are_refused(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": [4000, 60, 20]}, name="hall", color=[0.5] * 3)
     lidar = raycam.Lidar("os1-16", mode="512x10")

@@ -143,7 +143,7 @@ def test_packets_of_an_hdl64e_are_decoded(unit: str, flat: bool, hall: raycam.Wo
 
 
 @pytest.mark.parametrize("unit", ["HDL-64E_S2.1-sztaki", "HDL-64E_S3-VeloView"])
-def test_packets_of_an_hdl64e_are_the_points_of_the_driver(
+def test_packets_of_an_hdl64e_are_decoded_as_by_the_driver(
     unit: str, hall: raycam.World, tmp_path: Path
 ) -> None:
     path = calibration_file(unit, tmp_path, flat=False)

@@ -31,7 +31,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         found => Err(FormatError::unsupported(
             &folder.path,
             format!(
-                "{} scenes, each of them a separate world; open the folder of one scene: {} ...",
+                "the folder contains {} scenes, each of them a separate world; open the folder of one scene: {} ...",
                 found.len(),
                 found[0]
             ),

@@ -38,7 +38,7 @@ fn table(source: &InputFile) -> Result<DocumentNode> {
     for (i, line) in lines {
         let cells = words(line);
         if cells.len() != header.len() {
-            let message = format!("{} columns; the header has {}", cells.len(), header.len());
+            let message = format!("the row has {} columns; the header has {}", cells.len(), header.len());
             return Err(FormatError::line(&source.path, i + 1, message));
         }
         let scalar = |word| DocumentNode { value: Value::Scalar(word), line: i + 1 };

@@ -71,7 +71,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     calibration.note(
         NoticeCode::FirstOnly,
         format!(
-            "the sections of {name}, {} x {}, are used (use size= for another); Baseline, {base} mm, is converted to \
+            "the sections of {name}, {} x {}, are used (use size= to select another); Baseline, {base} mm, is converted to \
          metres, with the right camera to the right of the left one",
             size[0], size[1]
         ),

@@ -52,7 +52,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
         let name = file_of(folder, side).ok_or_else(fail)?;
         let mut found = read(&folder.read(name, assets)?, assets, hints)?;
         let [record] = &mut found.records[..] else {
-            let message = format!("{} cameras; expected only the {side} one", found.records.len());
+            let message = format!("the file contains {} cameras; expected only the {side} one", found.records.len());
             return Err(FormatError::whole(&folder.file(name), message));
         };
         record.name = side.into();
@@ -68,7 +68,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
             if pose.is_some() {
                 calibration.note(
                     NoticeCode::UsedOtherFile,
-                    format!("R and T are those of {name}: from the left camera to the right one"),
+                    format!("R and T were read from {name}: from the left camera to the right one"),
                 );
             }
         }

@@ -40,7 +40,7 @@ pub(super) fn place_cameras(source: &InputFile, assets: &mut AssetRoot, calibrat
     if placed == 0 {
         return Ok(());
     }
-    calibration.note(NoticeCode::UsedOtherFile, format!("R and T of {placed} cameras are those of {name}"));
+    calibration.note(NoticeCode::UsedOtherFile, format!("R and T of {placed} cameras were read from {name}"));
     if placed == calibration.records.len() {
         one_rig(&mut calibration.records, "rig");
     }

@@ -35,10 +35,10 @@ pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
         // R and P of a rectified camera.
         (Some(_), None) if rectified => return Ok(None),
         (Some(r), None) => {
-            return Err(r.fail("a rotation without a translation: add T (0 0 0 if the camera is at the origin)"));
+            return Err(r.fail("a rotation without a translation; add T (0 0 0 if the camera is at the origin)"));
         }
         (None, Some(t)) => {
-            return Err(t.fail("a translation without a rotation: add R (the identity if the camera is not rotated)"));
+            return Err(t.fail("a translation without a rotation; add R (the identity if the camera is not rotated)"));
         }
     };
     let r = rotation(&r_at)?;

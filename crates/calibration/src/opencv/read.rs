@@ -85,10 +85,15 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
         }
         ([first, second], Some(_)) => {
             let (first, second) = (&first.name, &second.name);
-            let message = format!("R and T bring points from {first} to {second}, in the order of the file");
+            let message =
+                format!("R and T are interpreted as mapping points from {first} to {second}, in the order of the file");
             calibration.note(NoticeCode::AssumedConvention, message);
         }
-        _ => return Err(root.at.fail("R and T next to several cameras: give each its own, as R_NAME and T_NAME")),
+        _ => {
+            return Err(root
+                .at
+                .fail("R and T next to several cameras are ambiguous; write R_NAME and T_NAME for each camera"));
+        }
     }
     stereo::place_second(pair_pose, &mut calibration).map_err(|error| root.at.fail(error))?;
     Ok(calibration)
@@ -182,7 +187,7 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
         let fractions = numbers.iter().any(|value| value.fract() != 0.0);
         if fractions && !view.knows(key) && may_be_coefficients(key, &at, &numbers) {
             return Err(at.fail(format_args!(
-                "{} numbers that may be a lens, which the camera does not have; rename the key to dist_coeffs, or \
+                "these {} numbers look like lens coefficients, but their key is unknown; rename it to dist_coeffs, or \
                  remove it",
                 numbers.len()
             )));

@@ -120,7 +120,7 @@ fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibrati
     let root = Cursor::root(&node, &source.path);
     let pose = pose::read_r_t(&KeyView::new(root))?;
     if pose.is_some() {
-        calibration.note(NoticeCode::UsedOtherFile, format!("R and T are those of {partner}"));
+        calibration.note(NoticeCode::UsedOtherFile, format!("R and T were read from {partner}"));
     }
     Ok(pose)
 }

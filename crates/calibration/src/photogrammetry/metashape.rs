@@ -49,7 +49,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.note(
             NoticeCode::FirstOnly,
             format!(
-                "{} chunks, each of them a separate world; the first enabled chunk is used, {:?}",
+                "the file contains {} chunks, each of them a separate world; the first enabled chunk is used, {:?}",
                 chunks.len(),
                 chunk.attribute("label").unwrap_or("without a label")
             ),

@@ -33,7 +33,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.note(
             NoticeCode::FirstOnly,
             format!(
-                "{} reconstructions, each of them a separate world; the cameras of the first one are used",
+                "the file contains {} reconstructions, each of them a separate world; the cameras of the first one are used",
                 all.len()
             ),
         );

@@ -54,7 +54,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let fail = |message: String| FormatError::line(path, i + 1, message);
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         if cells.len() != words.len() {
-            return Err(fail(format!("{} columns; the header has {}", cells.len(), words.len())));
+            return Err(fail(format!("the row has {} columns; the header has {}", cells.len(), words.len())));
         }
         let find = |name: &str| words.iter().position(|word| word == name).map(|column| cells[column]);
         let term = |name: &str| match find(name) {

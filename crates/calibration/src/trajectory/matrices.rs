@@ -239,7 +239,7 @@ fn lens_beside(
     let fail = |message: String| FormatError::whole(&file.path, message);
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
     let numbers = listed.ok_or_else(|| fail("expected lens coefficients, because of the file's name".into()))?.concat();
-    calibration.note(NoticeCode::UsedOtherFile, format!("the lens is that of {name}"));
+    calibration.note(NoticeCode::UsedOtherFile, format!("the lens was read from {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
 }
 
@@ -254,7 +254,7 @@ fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
         let k = pinhole_matrix([get("fx")?, get("fy")?, get("cx")?, get("cy")?]);
         let size = Some([camera.require("w")?.count()?, camera.require("h")?.count()?]);
         camera.unknown_keys(&["fx", "fy", "cx", "cy", "w", "h", "scale"])?;
-        calibration.note(NoticeCode::UsedOtherFile, format!("K and size are those of {name}"));
+        calibration.note(NoticeCode::UsedOtherFile, format!("K and size were read from {name}"));
         for record in &mut calibration.records {
             (record.k, record.size) = (Some(k), size);
         }

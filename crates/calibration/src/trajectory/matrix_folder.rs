@@ -76,7 +76,10 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let source = place.read(name, assets)?;
         let found = poses_of(&source, assets)?;
         let [(_, line, matrix)] = found.matrices[..] else {
-            return Err(FormatError::whole(&source.path, format!("{} matrices; expected one", found.matrices.len())));
+            return Err(FormatError::whole(
+                &source.path,
+                format!("the file contains {} matrices; expected one", found.matrices.len()),
+            ));
         };
         if found.key != first.key {
             return Err(FormatError::whole(
@@ -149,9 +152,9 @@ fn with_intrinsics(
     calibration.note(
         NoticeCode::UsedOtherFile,
         format!(
-            "K is that of {name}{}",
+            "K was read from {name}{}",
             match size {
-                Some([width, height]) => format!(", and the size is that of the first image, {width} x {height}"),
+                Some([width, height]) => format!(", and the size, {width} x {height}, from the first image"),
                 None => String::new(),
             }
         ),

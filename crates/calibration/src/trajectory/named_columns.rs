@@ -146,7 +146,7 @@ fn role_of(name: &str) -> Role {
 fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns, String> {
     let (mut time, mut position, mut quaternion) = (None, [None; 3], [None; 4]);
     let (mut unread, mut north_east_down) = (Vec::new(), false);
-    let twice = |name: &str| format!("the header names {name:?} twice");
+    let twice = |name: &str| format!("the header contains column {name:?} twice");
     let quaternion_named = roles.iter().any(|role| matches!(role, Role::Quaternion(1..)));
     for (column, (name, role)) in names.iter().zip(roles).enumerate() {
         let (slot, is_position) = match *role {
@@ -175,8 +175,9 @@ fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns,
             return Err(twice(name));
         }
     }
-    let missing =
-        |what: &str| format!("the header names no {what}; expected x y z of a position and w x y z of a quaternion");
+    let missing = |what: &str| {
+        format!("the header has no columns for a {what}; expected x y z of a position and w x y z of a quaternion")
+    };
     let [Some(x), Some(y), Some(z)] = position else { return Err(missing("complete position")) };
     let [Some(qw), Some(qx), Some(qy), Some(qz)] = quaternion else { return Err(missing("complete quaternion")) };
     Ok(NamedColumns {
@@ -221,7 +222,7 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
             row.split([',', ' ', '\t', ';']).filter(|word| !word.is_empty()).collect()
         };
         if words.len() != columns.count {
-            return Err(fail(format!("{} columns, but the header names {}", words.len(), columns.count)));
+            return Err(fail(format!("the row has {} columns, but the header has {}", words.len(), columns.count)));
         }
         let number = |column: usize| {
             let value = words[column].parse::<f64>().ok().filter(|value| value.is_finite());

@@ -123,9 +123,9 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
         NoticeCode::UsedOtherFile,
         match size {
             Some([width, height]) => {
-                format!("K is that of calibration.txt, the size is that of the first image, {width} x {height}")
+                format!("K was read from calibration.txt, and the size, {width} x {height}, from the first image")
             }
-            None => "K is that of calibration.txt".into(),
+            None => "K was read from calibration.txt".into(),
         },
     );
     for record in &mut calibration.records {

@@ -85,7 +85,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let files = PICTURES.iter().flat_map(|folder| ["jpg", "png"].map(|ending| format!("{folder}/{name}.{ending}")));
     record.size = size_of_picture(assets, path, files);
     let notice = match record.size {
-        Some([w, h]) => Notice::new(NoticeCode::UsedOtherFile, format!("the size is that of the image, {w} x {h}")),
+        Some([w, h]) => Notice::new(NoticeCode::UsedOtherFile, format!("the size was read from the image: {w} x {h}")),
         None => Notice::new(NoticeCode::PlacedCameras, "the world has the unit of the file (DTU: millimetres)"),
     };
     Ok(Calibration { records: vec![record], notices: vec![notice], ..Calibration::default() })

@@ -78,7 +78,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size) {
         calibration
-            .note(NoticeCode::UsedOtherFile, format!("the sizes are those of the images, {} x {}", size[0], size[1]));
+            .note(NoticeCode::UsedOtherFile, format!("the sizes were read from the images: {} x {}", size[0], size[1]));
     }
     Ok(calibration)
 }

@@ -30,7 +30,7 @@ pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image> {
     }
     decode_checked(file, decoder, |file| match frames {
         Some(1..) => Ok(()),
-        Some(0) => Err(file.fault("the file contains no frame")),
+        Some(0) => Err(file.fault("the file contains no image")),
         None => Err(file.truncated("truncated")),
     })
 }

@@ -38,7 +38,7 @@ impl RenderStats {
         if let (Some(noise), Some(pilot)) = (settings.noise_threshold, pilot) {
             let mean = of(&self.samples) / pixels;
             let message = format!(
-                "noise_threshold = {noise} used {mean} samples per pixel on average, and {pilot} more to determine \
+                "noise_threshold = {noise} used {mean} samples per pixel on average, and {pilot} further samples to determine \
                  their number"
             );
             notices.push(Notice::new(NoticeCode::SamplesUsed, message));

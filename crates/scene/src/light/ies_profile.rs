@@ -49,7 +49,7 @@ impl IesProfile {
             ));
         }
         match self.candela.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
-            Some(wrong) => fail(format!("intensity {wrong} cd; expected finite numbers >= 0")),
+            Some(wrong) => fail(format!("an intensity is {wrong} cd; expected finite numbers >= 0")),
             None => Ok(()),
         }
     }

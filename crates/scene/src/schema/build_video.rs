@@ -96,7 +96,10 @@ impl Mover {
         if let Some(last) = self.time.replace(time)
             && time <= last
         {
-            return fail("time", format!("{time} follows {last}; expected keyframes of one mover in order of time"));
+            return fail(
+                "time",
+                format!("{time} follows {last}; expected the keyframes of each object or camera in order of time"),
+            );
         }
         let interpolation = key.interpolation.unwrap_or(interpolation);
         if *self.has_matrices.get_or_insert(key.matrix.is_some()) != key.matrix.is_some() {
@@ -126,7 +129,10 @@ impl Mover {
             return fail("", "empty keyframe; expected location, roll, pitch and yaw, or target".into());
         }
         if !(self.motion.angles.is_empty() || self.motion.target.is_empty()) {
-            return fail("", "one mover has both angles and targets; use only one of them in all its keyframes".into());
+            return fail(
+                "",
+                "some keyframes have angles and others targets; use only one of them for each object or camera".into(),
+            );
         }
         Ok(())
     }

@@ -230,7 +230,7 @@ fn invalid_video_values_are_refused() {
     );
     fails(
         r#"{ "keyframe": [{ "time": 2, "yaw": 3 }, { "time": 1, "yaw": 4 }] }"#,
-        "video.keyframe[1].time: 1 follows 2; expected keyframes of one mover in order of time",
+        "video.keyframe[1].time: 1 follows 2; expected the keyframes of each object or camera in order of time",
     );
     fails(
         r#"{ "keyframe": { "time": -1, "yaw": 3 } }"#,
@@ -243,7 +243,7 @@ fn invalid_video_values_are_refused() {
     );
     fails(
         r#"{ "keyframe": { "time": 1, "yaw": 1, "target": [0, 0, 0] } }"#,
-        "video.keyframe[0]: one mover has both angles and targets; use only one of them in all its keyframes",
+        "video.keyframe[0]: some keyframes have angles and others targets; use only one of them for each object or camera",
     );
     fails(
         r#"{ "keyframe": { "time": 1, "object": "bx", "yaw": 1 } }"#,

@@ -45,7 +45,7 @@ class Camera:
         corners = np.array([[0.0, 0.0], [size[0], size[1]]])
         starts, ways = self.rays(corners[:, 0], corners[:, 1], size)
         near, far = self.znear, self.zfar
-        at = (starts + ways)[:, :2]  # on the plane z = -1
+        at = (starts + ways)[:, :2]  # the rays' points on the plane z = -1
         (left, top), (right, bottom) = at
         matrix = np.zeros((4, 4))
         matrix[0, 0], matrix[1, 1] = 2 / (right - left), 2 / (top - bottom)

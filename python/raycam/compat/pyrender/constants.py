@@ -7,13 +7,13 @@ __all__ = ["GLTF", "RenderFlags", "TextAlign"]
 DEFAULT_Z_NEAR, DEFAULT_Z_FAR = 0.05, 100.0
 DEFAULT_SCENE_SCALE = 2.0
 MAX_N_LIGHTS = 4
-"""The lights of a kind in pyrender; here there may be more."""
+"""pyrender's maximum number of lights of each type; raycam has no limit."""
 TARGET_OPEN_GL_MAJOR, TARGET_OPEN_GL_MINOR = 4, 1
 MIN_OPEN_GL_MAJOR, MIN_OPEN_GL_MINOR = 3, 3
-"""The versions of OpenGL that pyrender asks for; none is needed here."""
+"""OpenGL versions that pyrender requires; raycam does not use OpenGL."""
 FLOAT_SZ, UINT_SZ = 4, 4
 SHADOW_TEX_SZ, TEXT_PADDING = 2048, 20
-"""The pixels of pyrender's shadow maps and around its text; shadows are exact here."""
+"""Sizes in pixels of pyrender's shadow maps and text margins; unused, because shadows are exact."""
 
 
 class RenderFlags:

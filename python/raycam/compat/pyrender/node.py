@@ -92,7 +92,7 @@ class Node:
         place = np.asarray(value, dtype=np.float64)
         if place.shape != (3,) or not np.isfinite(place).all():
             raise ValueError(f"translation is {value!r}: expected three finite numbers")
-        # The rest of the matrix is unchanged, with mirrors and shear.
+        # The rest of the matrix, including mirroring and shear, is unchanged.
         matrix = self._matrix.copy()
         matrix[:3, 3] = place
         self._matrix = matrix
@@ -102,7 +102,7 @@ class Node:
         """The unit quaternion x, y, z, w; assigned elements turn the node; raises `ValueError` for another length."""
         turn = self._matrix[:3, :3] / np.array(self.scale)
         trace = np.trace(turn)
-        # The largest component first, so that nothing small is divided by.
+        # The largest component first, to avoid division by a small number.
         squares = (
             np.array([turn[0, 0], turn[1, 1], turn[2, 2], trace]) * 2 - np.array([*[trace] * 3, trace]) + 1
         )

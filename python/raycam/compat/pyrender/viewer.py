@@ -53,13 +53,13 @@ VIEWER_FLAGS: dict[str, Any] = {
     "caption": None,
 }
 EFFECTIVE = {"use_raymond_lighting", "use_direct_lighting", "lighting_intensity", "window_title", "shadows"}
-"""The flags that have an effect; shadows are always there."""
+"""The flags that have an effect; shadows are always shown."""
 HANDLERS = {"on_draw", "on_resize", "on_key_press"} | {
     f"on_mouse_{event}" for event in ("press", "drag", "release", "scroll")
 }
 """The names of a window's events in pyrender's viewer."""
 PAUSE = 0.1
-"""Seconds between two looks at a scene that may have changed."""
+"""Seconds between two checks whether the scene has changed."""
 
 
 class Viewer:

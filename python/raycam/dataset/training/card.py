@@ -73,8 +73,8 @@ def card(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licen
         found["objects"] = dict(sorted(objects.items()))
     found["licence"] = {
         "pictures": licence,
-        "meshes": "as their files say",
-        "textures and photographs": "as their files say",
+        "meshes": "as stated in their files",
+        "textures and photographs": "as stated in their files",
     }
     return found
 

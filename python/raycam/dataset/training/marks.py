@@ -195,7 +195,7 @@ def _axes(K: Any, pose: dict[str, Any], diameter: float) -> tuple[tuple[str, Pai
     seen = ends @ np.reshape(pose["cam_R_m2c"], (3, 3)).T + pose["cam_t_m2c"]
     if (seen[:, 2] <= 0).any():
         return ()
-    # BOP counts from the middle of the first pixel, the sheet from its corner.
+    # BOP's coordinates start at the centre of the first pixel, the contact sheet's at its corner.
     u, v = ((seen @ K.T)[:, :2] / seen[:, 2:] + 0.5).T.tolist()
     start = (u[0], v[0])
     return tuple((color, start, (u[i], v[i])) for i, color in enumerate(("red", "lime", "blue"), 1))
@@ -206,7 +206,7 @@ def _mot(place: Path) -> Iterator[LabelledPicture]:
         boxes: dict[int, list[Mark]] = {}
         for line in labels.read_text().splitlines():
             frame, track, left, top, width, height = _numbers(line, labels, ",")[:6]
-            # Left and top count from 1.
+            # MOT counts left and top from 1.
             ends = (left - 1, top - 1, left - 1 + width, top - 1 + height)
             boxes.setdefault(int(frame), []).append(_box(f"track {track:g}", int(track), ends))
         for picture in sorted((labels.parent.parent / "img1").glob("*.png")):
@@ -220,7 +220,7 @@ def _kitti(place: Path) -> Iterator[LabelledPicture]:
         marks = []
         for name, *words in (line.split() for line in labels.read_text().splitlines()):
             left, top, right, bottom = _numbers(" ".join(words[3:7]), labels)
-            # Its right and bottom are those of the last pixel.
+            # KITTI's right and bottom are the coordinates of the last pixel.
             marks.append(_box(name, names.setdefault(name, len(names)), (left, top, right + 1, bottom + 1)))
         picture = labels.parent.parent / "image_2" / f"{labels.stem}.png"
         yield LabelledPicture(picture.relative_to(place).as_posix(), _size(picture), marks)

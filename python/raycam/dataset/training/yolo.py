@@ -160,7 +160,7 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Makes `data.yaml`: the folders of the splits, the names of the classes."""
     names = [plan.categories[number] for number in sorted(plan.categories)]
     used = dict.fromkeys(plan.options["splits"])
-    # Without `path` Ultralytics takes the folder of the file; `path: .` would be the folder that it was started in.
+    # Without `path`, Ultralytics uses the file's folder; `path: .` would be the current folder.
     lines = [f"{split}: images/{split}" for split in used]
     lines += [f"{split}: images/train" for split in ("train", "val") if split not in used and "train" in used]
     points: Any = plan.options["keypoints"]

@@ -67,7 +67,7 @@ def velodyne_packets(
     lasers, cycles = firings.shape
     if lasers > CHANNELS:
         return _packets_of_banks(columns, firings, start)
-    per_block = CHANNELS // lasers  # firing cycles of a block: 2 for 16 lasers
+    per_block = CHANNELS // lasers  # firing cycles per block: 2 for 16 lasers
     layers = _layers(columns, firings)
     blocks_per_turn = -(-cycles // per_block)
     group = BLOCKS // len(layers)

@@ -27,7 +27,7 @@ DAMAGES = (
     *(ValueError, TypeError, SyntaxError, OverflowError, RecursionError, tokenize.TokenError),
     *(OSError, EOFError, RuntimeError, struct.error, zipfile.BadZipFile, zlib.error, lzma.LZMAError),
 )
-"""What NumPy's reader of headers and the readers of archives raise for damaged files."""
+"""Exceptions that NumPy's header reader and the archive readers raise for damaged files."""
 MAX_ROWS = 1 << 22
 """The largest number of pulses of a table."""
 MAX_ARRAY_BYTES = MAX_ROWS * 24
@@ -83,7 +83,7 @@ def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
         raise ValueError(f"version {version} of the .npy format is not supported")
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # headers of Python 2
+        warnings.simplefilter("ignore", UserWarning)  # NumPy warns about headers written by Python 2
         shape, is_fortran, kind = read(stream)
     if any(length < 0 for length in shape):
         raise ValueError(f"an array has the shape {shape}")

@@ -27,7 +27,7 @@ FPS = {".mp4": 24.0, ".gif": 12.0}
 SAMPLES = 8
 Shots = Callable[[int], tuple["World", "Camera"]]
 """The world and the camera of an image by its number."""
-TELL = 0.5  # seconds between two reports
+TELL = 0.5  # seconds between two progress reports
 
 
 def filmed(

@@ -14,7 +14,7 @@ from ...notices import warn
 __all__ = ["Watcher", "used_files"]
 
 INTERVAL_S = 0.25
-"""Time between two looks at the files; a change is complete if the files stay the same for as long."""
+"""Time between two checks of the files; a change is complete if the files stay the same for as long."""
 MAX_FILES = 2000
 """Files of the folder that are searched for names that the world uses."""
 MAX_SEARCHED_BYTES = 64 * 2**20

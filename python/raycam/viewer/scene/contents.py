@@ -9,7 +9,7 @@ from ...world import World
 
 __all__ = ["matrix_of_object", "names_of_objects", "visibilities"]
 
-NAME, MATRIX, VISIBLE = 0, 4, 5  # indices into an object's tuple
+NAME, MATRIX, VISIBLE = 0, 4, 5  # indices into an object's tuple in the core's description
 
 
 def names_of_objects(world: World) -> list[str]:

@@ -50,7 +50,8 @@ def render_command(file: Path | str, camera: Camera | str | None, options: Mappi
     given = {**options, "camera": name}
     words = ["raycam", "render", file, "-o", "picture.png"]
     for name, value in given.items():
-        # Joined to one word if a value begins with a minus, which would be read as an option.
+        # Joined to one word if a value begins with a minus sign, because argparse would read it as an
+        # option.
         if isinstance(value, tuple):
             words += [f"--{name}", *map(str, value)]
         elif value is True:

@@ -96,7 +96,7 @@ class Look:
             ground="auto" if ground is None else "plain" if ground in ("", True) else str(ground),
             background=_background(given.get("background")),
         )
-        look.light_up(world, world, camera)  # raises the errors of files and colours before the view starts
+        look.light_up(world, world, camera)  # raises errors of files and colours before the view starts
         if look.background is not None:
             picture_behind(look.background, camera, camera.size)
         return look

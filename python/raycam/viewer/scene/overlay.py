@@ -98,7 +98,7 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
     )
     origins, directions = still.rays(around)
     cosines = directions @ still.forward
-    # The view of a wide lens ends in a part of a sphere.
+    # The field of view of a wide lens is drawn as a part of a sphere.
     flat = np.isfinite(cosines).all() and cosines.min() > NARROW
     far = np.asarray(origins + (length / cosines[:, None] if flat else length) * directions)
     steps = np.linspace(0, 1, STEPS + 1)[:, None]

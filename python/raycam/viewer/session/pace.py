@@ -4,9 +4,9 @@ from __future__ import annotations
 
 __all__ = ["Pace"]
 
-TARGET = 0.040  # seconds a moving image may take
-DIVISORS = (1, 2, 4)  # fractions of the still image's sides
-SMOOTHING = 0.4  # the weight of the newest measurement
+TARGET = 0.040  # maximum seconds for a moving image
+DIVISORS = (1, 2, 4)  # divisors of the still image's width and height
+SMOOTHING = 0.4  # weight of the newest measurement in the running mean
 MAX_BYTES = 100_000
 """Bytes of a moving image; at `MAX_MOVING_RATE`, 24 of them fit into a second."""
 

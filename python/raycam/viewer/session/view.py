@@ -134,7 +134,7 @@ class View:
         seconds = seconds_of(base)
         time = real("time", given.get("time", 0.0), 0.0, what="seconds")
         if time > seconds:
-            lasts = f"its motion lasts {seconds:g} s" if seconds else "nothing in it moves"
+            lasts = f"the motion lasts {seconds:g} s" if seconds else "nothing in this world moves"
             raise SettingsError(
                 f"time {time:g} s is after the end of the motion: {lasts}", code="out_of_range"
             )
@@ -248,7 +248,8 @@ class View:
             and self.camera == other.camera
             and self.size == other.size
             and self.integrator == other.integrator
-            and (self.channel == "error") == (other.channel == "error")  # its samples are separate
+            # The channel `error` has its own samples.
+            and (self.channel == "error") == (other.channel == "error")
         )
 
     def shows_like(self, other: View) -> bool:

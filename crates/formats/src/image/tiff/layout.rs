@@ -165,7 +165,7 @@ impl Layout {
                 || (self.chunk[1] < self.size[1] && !self.chunk[1].is_multiple_of(down)))
         {
             return Err(file.unsupported(format!(
-                "YCbCr with chroma for {across} x {down} pixels is not supported; \
+                "YCbCr with chroma subsampled by {across} x {down} is not supported; \
                 convert the image to RGB"
             )));
         }

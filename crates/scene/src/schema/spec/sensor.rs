@@ -184,7 +184,7 @@ impl SensorSpec {
         let kind = self.type_.unwrap_or_default();
         let is_class = kind.split_once(':').is_some_and(|(module, class)| !module.is_empty() && !class.is_empty());
         if !is_class {
-            let message = format!("{kind:?}: expected a Python class as \"module:Class\"");
+            let message = format!("{kind:?}; expected a Python class as \"module:Class\"");
             return Err(SceneError::schema("type", message));
         }
         let settings = serde_json::to_string(&self.description)

@@ -100,7 +100,9 @@ impl TextureCache {
                 }
             }
         }
-        Err(failure.unwrap_or_else(|| SceneError::world("textures: no folder for temporary files; set TMPDIR to one")))
+        Err(failure.unwrap_or_else(|| {
+            SceneError::world("textures: no folder for temporary files found; set TMPDIR to an existing folder")
+        }))
     }
 
     /// Returns the tile of `count` texels at an offset of the file. A tile that cannot be read is black, and

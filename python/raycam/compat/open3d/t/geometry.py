@@ -36,7 +36,8 @@ class RaycastingScene(Hints):
         self._threads = thread_count(nthreads)
         self._world = World()
         self._geometries = 0
-        self._geometry_ids = np.array([INVALID_ID], dtype=np.uint32)  # of each object; the last is for a miss
+        # Ids of the objects; the last entry is for misses.
+        self._geometry_ids = np.array([INVALID_ID], dtype=np.uint32)
 
     @staticmethod
     def _tensor(array: Array) -> Any:

@@ -20,7 +20,7 @@ Floats = npt.NDArray[Any]
 Whole = npt.NDArray[np.int64]
 
 TIE = 1 + 1e-6
-"""Depth of a line over that of the surface it lies on up to which it is in front."""
+"""Maximum ratio of a line's depth to the surface's depth at which the line is drawn in front."""
 NORMALS = 0.05
 """The length of the lines of `VERTEX_NORMALS` and `FACE_NORMALS`, in sizes of the primitive."""
 BLUE = (0.0, 0.0, 1.0, 1.0)
@@ -219,7 +219,7 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
             enter = np.where((rate > 0) & (gap < 0), np.maximum(enter, s), enter)
             leave = np.where((rate < 0), np.minimum(leave, s), leave)
             leave = np.where((rate == 0) & (gap < 0), -1.0, leave)
-    # A step is the middle of a column, or of a row where the line is steep.
+    # A step is at the middle of a column, or of a row for steep lines.
     step = at1 - at0
     major = np.abs(step).argmax(axis=1)[:, np.newaxis]
     start, step = (np.take_along_axis(values, major, axis=1)[:, 0] for values in (at0, step))

@@ -27,7 +27,7 @@ Floats = npt.NDArray[Any]
 Whole = npt.NDArray[np.int64]
 
 LAYERS = 32
-"""Surfaces along a ray that may be cut away or seen through."""
+"""Maximum number of cut-away or transparent surfaces along a ray."""
 PATTERN = ((-0.125, 0.375), (0.375, 0.125), (-0.375, -0.125), (0.125, -0.375))
 """Offsets of the four samples of an edge from the pixel's centre."""
 
