@@ -1,4 +1,4 @@
-"""Labels without path tracing beside BlenderProc, same meshes and cameras; `--python` has `blenderproc` and `bpy`."""
+"""Compares label images of raycam with BlenderProc's; `--python` is an interpreter with `blenderproc` and `bpy`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WORKER = Path(__file__).with_name("blenderproc_worker.py")
 
 
 def described(world: raycam.World, seen: list[raycam.Camera], path: Path) -> None:
-    """The input of BlenderProc: triangles in the world, and cameras with OpenGL's axes."""
+    """Returns BlenderProc's input: triangles in the world, and cameras with OpenGL's axes."""
     numbers = {name: number for number, name in world.categories.items()}
     poses = np.tile(np.eye(4), (len(seen), 1, 1))
     for pose, camera in zip(poses, seen, strict=True):

@@ -1,4 +1,4 @@
-"""Cameras against OpenCV and against their formulas in 40 digits; pixels to hits and back; the speed of each lens."""
+"""Compares cameras with OpenCV and with their formulas in 40 digits, and measures the speed of each lens."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ AFFINE = [[80.0, 6.0, -35.0, 330.0], [9.0, -70.0, 42.0, 235.0], [0.0, 0.0, 0.0, 
 
 
 def opencv_camera(name: str, shift: float = 0.0) -> raycam.Camera:
-    """A camera that OpenCV has; moved away from the origin where wanted."""
+    """Returns a camera that OpenCV supports, optionally far from the origin."""
     model = "fisheye" if name == "fisheye" else "opencv"
     camera = raycam.Camera.from_opencv(K, RVEC, TVEC, SIZE, OPENCV[name] or None, model=model)
     return camera.at_pose(camera.R, camera.C + shift * FAR / 1e6)
@@ -73,7 +73,7 @@ def other_camera(name: str) -> raycam.Camera:
 
 
 def points_of(camera: raycam.Camera, count: int, seed: int) -> np.ndarray:
-    """World points on the rays of random pixels of the picture and a margin of 10 pixels."""
+    """Returns world points on the rays of random pixels inside the image and up to 10 pixels outside."""
     random = np.random.default_rng(seed)
     found: list[np.ndarray] = []
     while sum(map(len, found)) < count:
@@ -84,7 +84,9 @@ def points_of(camera: raycam.Camera, count: int, seed: int) -> np.ndarray:
 
 
 def off_axis(camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> float:
-    """The largest sine of the angle between ray(project(X)) and X - C; of parallel rays, and X less its ray's start."""
+    """Returns the largest sine of the angle between ray(project(X)) and X - C (parallel rays: X minus the ray's
+    start).
+    """
     origins, directions = camera.rays(pixels)
     true = points - (origins if camera.is_parallel else camera.C)
     true /= np.linalg.norm(true, axis=1, keepdims=True)
@@ -184,7 +186,7 @@ FORMULAS: dict[str, Formula] = {
 
 
 def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> float:
-    """The largest distance of pixels from what the model's formula gives in 40 digits."""
+    """Returns the largest distance of pixels from the model's formula in 40 digits."""
     model, coefficients = OTHERS[name]
     worst = mpmath.mpf(0)
     with mpmath.workdps(40):
@@ -209,7 +211,7 @@ def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: n
 
 
 def room(middle: np.ndarray) -> raycam.World:
-    """Six walls around a camera, and a bumpy ball before it."""
+    """Returns six walls around a camera, and a bumpy ball in front of it."""
     world = raycam.World()
     box = np.array([[x, y, z] for x in (-6, 6) for y in (-5, 5) for z in (-4, 4)], dtype=float)
     faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
@@ -219,7 +221,9 @@ def room(middle: np.ndarray) -> raycam.World:
 
 
 def returned(camera: raycam.Camera) -> tuple[float, float]:
-    """Pixel to ray to hit to pixel: the largest distance, near the origin, and a million units away from it."""
+    """Returns the largest distance after pixel to ray to hit to pixel, at the origin and a million units away from
+    it.
+    """
     found = []
     for shift in (np.zeros(3), FAR):
         here = camera.at_pose(camera.R, np.array([0.3, -0.2, 0.1]) + shift)
@@ -229,7 +233,7 @@ def returned(camera: raycam.Camera) -> tuple[float, float]:
 
 
 def speed(camera: raycam.Camera, rounds: int) -> list[float]:
-    """Seconds of a flat picture with four rays a pixel."""
+    """Returns the seconds of a flat image with four rays per pixel."""
     world, seconds = room(np.zeros(3)).prepare(), []
     here = camera.at_pose(camera.R, [0.3, -0.2, 0.1])
     for _ in range(rounds + 1):

@@ -1,4 +1,4 @@
-"""A Dask cluster of four processes that has a bad day: what of a job survives."""
+"""Injects faults into a Dask cluster of four processes, and checks that its jobs lose no frame."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WORKERS = 4
 
 
 def storms(folder: Path, count: int, pause: float) -> list[Row]:
-    """Workers killed, one stopped and back, every answer twice."""
+    """Kills workers, suspends and resumes one, and delivers every result twice."""
     rows = []
     for seed in range(count):
         (folder / f"storm{seed}").mkdir()
@@ -52,7 +52,7 @@ def storms(folder: Path, count: int, pause: float) -> list[Row]:
 
 
 def poisons(folder: Path) -> list[Row]:
-    """A frame that kills its workers."""
+    """Renders a frame that kills its workers."""
     pool = connected(f"local:{WORKERS}")
     try:
         start = time.perf_counter()
@@ -70,7 +70,7 @@ def poisons(folder: Path) -> list[Row]:
 
 
 def schedulers(folder: Path, count: int) -> list[Row]:
-    """The scheduler's process is killed amid the job, and the same command goes on."""
+    """Kills the scheduler during a job, and resumes the job with the same command."""
     frames, finished = 40, []
     for number in range(count):
         one = folder / f"scheduler{number}"

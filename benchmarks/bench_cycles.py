@@ -1,4 +1,4 @@
-"""Are pictures the same as those of Cycles? See `radiance_agreement.py`; `--python` is a Python that has `bpy`."""
+"""Compares radiance with Cycles (see `radiance_agreement.py`); `--python` is an interpreter with `bpy`."""
 
 from __future__ import annotations
 

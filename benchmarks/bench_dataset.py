@@ -1,4 +1,4 @@
-"""A thousand small frames of a table of objects as data sets: seconds and memory, world prepared."""
+"""Measures seconds and memory of data sets with a thousand small images of a prepared world."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIZE = (320, 240)
 
 
 def table() -> object:
-    """Twenty objects of four shapes on a table."""
+    """Returns twenty objects of four shapes on a table."""
     import raycam
 
     world = raycam.World()
@@ -53,7 +53,9 @@ def cameras(count: int) -> list[object]:
 
 
 def work(name: str, frames: int) -> None:
-    """In a process of its own: write, and tell seconds, and how memory grew from the first to the second half."""
+    """Writes a data set in a separate process; prints the seconds and the growth of memory from the first to the
+    second half.
+    """
     import raycam.dataset
 
     peaks: dict[int, int] = {}
@@ -77,7 +79,7 @@ def work(name: str, frames: int) -> None:
 
 
 def peak() -> int:
-    """The most KiB that were resident, since that was last forgotten."""
+    """Returns the peak resident memory in KiB since the last reset."""
     status = Path("/proc/self/status").read_text()
     return int(status.partition("VmHWM:")[2].split()[0])
 

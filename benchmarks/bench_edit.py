@@ -28,7 +28,7 @@ def ball(levels: int) -> dict[str, object]:
 
 
 def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -> list[float]:
-    """The processor time of a call of each in microseconds: the best of rounds in which they take turns."""
+    """Returns each loop's processor time per call in microseconds: the best of several rounds, in alternation."""
     best = [np.inf] * len(calls)
     for number in range(rounds + 1):
         for k, (call, count) in enumerate(calls):
@@ -60,7 +60,9 @@ def scene(levels: int, others: int, sky: int = 0, shining: int = 0) -> raycam.Wo
 
 
 def moved_cameras() -> list[raycam.Camera]:
-    """Moved as far as the object is: as many triangles come into the cache."""
+    """Returns cameras moved by the same distance as the object, so that the same number of triangles enters the
+    cache.
+    """
     return [camera(np.subtract(place(i), [0, 0, 0.6])) for i in range(64)]
 
 
@@ -114,7 +116,7 @@ def rows(rounds: int, calls: int) -> list[list[str]]:
 
 
 def fresh() -> list[str]:
-    """Seconds of a loop over moments of worlds that were never rendered themselves."""
+    """Returns the seconds of a loop over moments of worlds that were never rendered themselves."""
     notes = []
     for name, world in {
         "327,680 triangles": scene(7, 0),

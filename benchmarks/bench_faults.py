@@ -1,4 +1,6 @@
-"""A real disk that is full, read-only or forbidden while a video is made. For root, on Linux: it mounts its own.
+"""Tests full, read-only and write-protected disks during a video. Requires root on Linux, because it mounts its
+own disks. In each case, the command must report the cause with exit status 1 and keep complete frames; after
+the repair, the same command must finish with the bytes of an undisturbed run.
 
 Each time: the command says what is wrong and its exit status is 1, what is finished is whole, and once the disk is
 repaired the same command goes on to the bytes of a run without trouble.
@@ -41,7 +43,7 @@ def trouble(
     cause: Callable[[], object],
     repair: Callable[[], object],
 ) -> tuple[int, str]:
-    """How many frames there are when the run has ended, and what it said."""
+    """Returns the number of frames after a failed run, and its output."""
     while len(list(disk.glob("*.png"))) < 5 and run.poll() is None:
         time.sleep(0.005)
     cause()
@@ -73,7 +75,7 @@ def remount(path: Path, option: str) -> None:
 
 
 def full(folder: Path, whole: dict[str, bytes]) -> tuple[int, str]:
-    """Too small for all frames."""
+    """Tests a disk that is too small for all frames."""
     pages = sum(-(-len(data) // 4096) for data in whole.values())
     with mounted(folder / "full", f"{4 * (pages // 2 + 16)}k") as disk:
         run = start(folder, "full/frames")
@@ -81,7 +83,7 @@ def full(folder: Path, whole: dict[str, bytes]) -> tuple[int, str]:
 
 
 def filled(folder: Path, whole: dict[str, bytes]) -> tuple[int, str]:
-    """Somebody else fills it amid the frames."""
+    """Tests a disk that another program fills during the run."""
     with mounted(folder / "filled", "8m") as disk:
         other = disk / "other"
 
@@ -98,7 +100,7 @@ def filled(folder: Path, whole: dict[str, bytes]) -> tuple[int, str]:
 
 
 def read_only(folder: Path, whole: dict[str, bytes]) -> tuple[int, str]:
-    """Stopped amid the frames, gone on with on a disk that is read-only by now."""
+    """Tests a run that is stopped and resumed on a disk that has become read-only."""
     with mounted(folder / "read-only", "64m") as disk:
         first = start(folder, "read-only/frames")
         while len(list((disk / "frames").glob("*.png"))) < 5:
@@ -111,7 +113,7 @@ def read_only(folder: Path, whole: dict[str, bytes]) -> tuple[int, str]:
 
 
 def forbidden(folder: Path, whole: dict[str, bytes]) -> tuple[int, str]:
-    """The permission to write to the folder is taken amid the frames."""
+    """Tests a folder whose write permission is removed during the run."""
     disk = folder / "forbidden"
     run = start(folder, "forbidden", HELD_TO_PERMISSIONS)
     return trouble(disk, folder, whole, run, lambda: disk.chmod(0o555), lambda: disk.chmod(0o755))

@@ -1,4 +1,6 @@
-"""A flat picture with depth and ids of a rock of 1.3 million triangles, world prepared; rivals in turn."""
+"""Compares the time of a flat image with depth and ids of 1.3 million triangles with other renderers, in
+alternation.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
 
 
 def rock(level: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """A sphere of 20 * 4**level triangles, roughened by seven octaves of waves. Generated: no real object."""
+    """Returns a sphere of 20 * 4**level triangles, roughened by seven octaves of waves."""
     golden = (1 + 5**0.5) / 2
     points = [(s, t * golden, 0) for s in (-1, 1) for t in (-1, 1)]
     vertices = np.array([np.roll(point, k) for k in range(3) for point in points], float)
@@ -58,7 +60,7 @@ def rock(level: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def camera_matrices() -> tuple[np.ndarray, np.ndarray]:
-    """K with OpenCV's pixel centres, and camera_from_world."""
+    """Returns K with OpenCV's pixel centres, and camera_from_world."""
     focal = SIZE[1] / 2 / np.tan(np.radians(FOV) / 2)
     K = np.array([[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]])
     forward = np.subtract(TARGET, EYE) / np.linalg.norm(np.subtract(TARGET, EYE))
@@ -70,7 +72,7 @@ def camera_matrices() -> tuple[np.ndarray, np.ndarray]:
 
 
 def pinhole_rays() -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions of all pixels, row by row; a direction's z in the camera is 1."""
+    """Returns origins and directions of all pixels, row by row, with z = 1 in camera axes."""
     K, camera_from_world = camera_matrices()
     u, v = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
     directions = (
@@ -149,7 +151,7 @@ CONTENDERS = {
 
 
 def work(name: str, mesh: str) -> None:
-    """In a process of its own: prepare, then take one picture for each line on standard input."""
+    """Prepares the world in a separate process, and renders one image for each line of the standard input."""
     with np.load(mesh) as arrays:
         picture = CONTENDERS[name][1](arrays["vertices"], arrays["faces"])
     picture()
@@ -161,7 +163,7 @@ def work(name: str, mesh: str) -> None:
 
 
 def race(names: list[str], mesh: str, rounds: int, peers: str | None) -> dict[str, list[float]]:
-    """Seconds per picture of each contender that starts, one process each, in turn."""
+    """Returns the seconds per image of each renderer that starts, one process each, in alternation."""
     workers, seconds = {}, {}
     for name in names:
         python = sys.executable if name.startswith("raycam") else peers or sys.executable

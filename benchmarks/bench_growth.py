@@ -1,4 +1,4 @@
-"""How the time of a frame grows: with triangles, pixels, samples and lights, one at a time."""
+"""Measures how the time of an image grows with triangles, pixels, samples and lights, one at a time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STEPS: dict[str, list[int]] = {
 
 
 def seconds(triangles: int, pixels: int, samples: int, lights: int) -> tuple[float, float]:
-    """Median seconds of a lit frame, and of what is done once before the first."""
+    """Returns the median seconds of a lit image, and of the preparation before the first one."""
     world = raycam.World()
     side = round((triangles / 2) ** 0.5)
     grid = [

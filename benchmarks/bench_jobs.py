@@ -1,4 +1,4 @@
-"""Jobs: what survives kills, and what they cost beside rendering."""
+"""Tests jobs that are killed, and measures their cost in addition to rendering."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Row = list[str]
 
 
 def kills(folder: Path, count: int) -> list[Row]:
-    """kill -9 at every step and at random instants: damaged final files, frames lost, bytes that differ."""
+    """Kills a job at every step and at random times; counts damaged files, lost frames and different bytes."""
     plan = package()
     Job(folder / "whole", plan).run(Pool())
     whole = results(folder / "whole")
@@ -85,7 +85,7 @@ def kills(folder: Path, count: int) -> list[Row]:
 
 
 def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
-    """Time per frame beyond rendering, of frames that take next to nothing."""
+    """Returns the time per frame in addition to rendering, for frames that take almost no time to render."""
     one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
     job = Job(folder / name.replace(" ", "-"), one)
     with make_pool(where, threads=1) as pool:  # type: ignore[arg-type]
@@ -101,7 +101,7 @@ def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
 
 
 def bare(frames: int) -> Row:
-    """The same frames without a job."""
+    """Renders the same frames without a job."""
     one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0, threads=1)
     one.frame(0)
     start = time.perf_counter()
@@ -115,7 +115,7 @@ def bare(frames: int) -> Row:
 
 
 def long_job(folder: Path, frames: int) -> list[Row]:
-    """Memory and open files of this process while a long job goes on."""
+    """Returns memory and open files of this process during a long job."""
     one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
     seen: dict[int, tuple[int, int]] = {}
     marks = [frames // 20, frames // 10, frames // 4, frames // 2, frames * 3 // 4, frames]
@@ -145,7 +145,9 @@ def long_job(folder: Path, frames: int) -> list[Row]:
 
 
 def scaling(folder: Path, rounds: int, frames: int, samples: int) -> Row:
-    """One worker of one thread, and two that share two cores, in turn; the best round of each."""
+    """Compares one worker with one thread and two workers on two cores, in alternation; returns the best round of
+    each.
+    """
     scene = raycam.World()
     scene.add_object(torus={"radius": 1, "tube": 0.4}, name="ring", refine=2)
     scene.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5])

@@ -31,7 +31,7 @@ GREY = [0.5, 0.5, 0.5]
 
 
 def town(triangles: int) -> raycam.World:
-    """Houses on a rough ground of about `triangles` triangles."""
+    """Returns houses on a rough ground of about `triangles` triangles."""
     random = np.random.default_rng(1)
     world = raycam.World()
     side = max(2, round((triangles / 2) ** 0.5))
@@ -55,7 +55,7 @@ def town(triangles: int) -> raycam.World:
 
 
 def street() -> raycam.World:
-    """128 boxes that move along a street, at time 0."""
+    """Returns 128 boxes that move along a street, at time 0."""
     random = np.random.default_rng(2)
     world = raycam.World()
     world.add_object(plane={"size": [200, 200]}, name="road", color=GREY)
@@ -71,7 +71,7 @@ def street() -> raycam.World:
 
 
 def cpu_seconds(work: Callable[[], object], rounds: int) -> float:
-    """The least CPU time of `work` in seconds."""
+    """Returns the minimum CPU time of `work` in seconds."""
     best = np.inf
     for _ in range(rounds):
         start = time.process_time()
@@ -95,7 +95,7 @@ def open3d_cast(world: raycam.World, lidar: raycam.Lidar) -> Callable[[], object
 
 
 def measure(name: str, rounds: int, triangles: int) -> list[list[str]]:
-    """Rows of the report for a device."""
+    """Returns the report's rows for a device."""
     lidar = raycam.Lidar(name, noise=False, **DEVICES[name]).placed([0, 0, 1.8])
     pulses = len(lidar.pattern())
     static, moving = town(triangles), street()

@@ -1,4 +1,5 @@
-"""Loading beside trimesh, Open3D and Mitsuba: the same files, made here, a million triangles each, or given ones.
+"""Compares loading times with trimesh, Open3D and Mitsuba, for generated files of a million triangles or given
+files.
 
     python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--before FOLDER] [--triangles N] [--rounds N]
         [FILE ...]
@@ -56,7 +57,7 @@ print(json.dumps([times[0], min(times[1:]), peak() - before]))
 
 
 def grid(triangles: int) -> tuple[np.ndarray, np.ndarray]:
-    """A wavy square: vertices [n, 3] float32, triangles [m, 3] int32."""
+    """Returns a wavy square: vertices [n, 3] float32, triangles [m, 3] int32."""
     side = max(1, round((triangles / 2) ** 0.5))
     x, y = np.meshgrid(np.linspace(-1, 1, side + 1), np.linspace(-1, 1, side + 1))
     vertices = np.stack([x, y, 0.1 * np.sin(9 * x) * np.cos(7 * y)], -1).reshape(-1, 3)
@@ -67,7 +68,9 @@ def grid(triangles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_files(folder: Path, triangles: int) -> list[Path]:
-    """The mesh as OBJ with and without texture coordinates, binary PLY and STL, and GLB with and without normals."""
+    """Writes the mesh as OBJ with and without texture coordinates, binary PLY and STL, and GLB with and without
+    normals.
+    """
     vertices, faces = grid(triangles)
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices.tolist()]
     plain = folder / "plain.obj"
@@ -96,7 +99,7 @@ def write_files(folder: Path, triangles: int) -> list[Path]:
 
 
 def write_glb(path: Path, faces: np.ndarray, **attributes: np.ndarray) -> None:
-    """One primitive of indexed triangles."""
+    """Writes one primitive of indexed triangles."""
     arrays = [faces.astype(np.uint32).reshape(-1, 1), *(a.astype(np.float32) for a in attributes.values())]
     kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
     views, accessors, start = [], [], 0
@@ -132,7 +135,7 @@ def write_glb(path: Path, faces: np.ndarray, **attributes: np.ndarray) -> None:
 
 
 def main() -> None:
-    """Prints a table: first and best seconds, and MiB beyond the start, per file and reader."""
+    """Prints the first and the best seconds, and the additional memory in MiB, of each file and reader."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

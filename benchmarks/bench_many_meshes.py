@@ -1,4 +1,5 @@
-"""The cost of the same triangles as many meshes that interlock, as in models that have one for each material.
+"""Measures the cost of dividing the same triangles into many overlapping meshes, as in models with one mesh per
+material.
 
 A generated town of 400,000 triangles is dealt out, 500 in a row at a time, to 1, 10, 50 and 200 meshes: each of them
 is all over the town. Path traced under an even sky by raycam and by Mitsuba 3 (`--mitsuba PYTHON`, llvm), in turn.
@@ -22,7 +23,7 @@ TRIANGLES, RUN = 400_000, 500
 
 
 def scene(folder: Path, meshes: int) -> Scene:
-    """The town as so many meshes, in files."""
+    """Writes the town as `count` meshes."""
     town = SCENES["town"](np.random.default_rng(1), TRIANGLES)
     whose = np.arange(len(town.faces)) // RUN % meshes
     objects = []

@@ -1,4 +1,4 @@
-"""Are pictures the same as Mitsuba 3's? See `radiance_agreement.py`; `--python` is a Python that has Mitsuba."""
+"""Compares radiance with Mitsuba 3 (see `radiance_agreement.py`); `--python` is an interpreter with Mitsuba."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compares the stand-in for `mujoco.Renderer` with MuJoCo's own on OSMesa, in turn, in processor time.
+"""Compares raycam's replacement of `mujoco.Renderer` with MuJoCo's own renderer on OSMesa, by processor time.
 
 Run `MUJOCO_GL=osmesa python benchmarks/bench_mujoco.py` from the project's root; it requires MuJoCo and OSMesa. It
 prints a table in Markdown: the best and the median of the rounds, in milliseconds.
@@ -22,7 +22,9 @@ KINDS = ("box", "sphere", "capsule", "cylinder", "ellipsoid")
 
 
 def primitives(count: int = 30) -> mujoco.MjModel:
-    """A floor with textures and `count` primitives on a grid, a headlight and one light with a shadow."""
+    """Returns a model of a textured floor and `count` primitives on a grid, with a headlight and one light with a
+    shadow.
+    """
     geoms = "".join(
         f'<body pos="{0.5 * (i % 6) - 1.25} {0.5 * (i // 6) - 1} 0.3"><freejoint/>'
         f'<geom type="{KINDS[i % 5]}" size="0.15 0.12 0.18" rgba="{i % 3 / 2} {i % 5 / 4} 0.5 1"/></body>'
@@ -36,7 +38,7 @@ def primitives(count: int = 30) -> mujoco.MjModel:
 
 
 def mesh(triangles: int = 200_000) -> mujoco.MjModel:
-    """A wavy ball of about `triangles` triangles above a floor."""
+    """Returns a model of a wavy ball of about `triangles` triangles above a floor."""
     rows = int((triangles / 4) ** 0.5)
     theta, phi = np.meshgrid(
         np.linspace(0.01, np.pi - 0.01, rows), np.linspace(0, 2 * np.pi, 2 * rows, endpoint=False)
@@ -61,7 +63,7 @@ def mesh(triangles: int = 200_000) -> mujoco.MjModel:
 
 
 def renderers(model: mujoco.MjModel, size: tuple[int, int]) -> dict[str, Callable[[mujoco.MjData, str], Any]]:
-    """Functions that update a scene and render one kind of image, by the name of the renderer."""
+    """Returns functions that update a scene and render one kind of image, by the renderer's name."""
 
     def runner(renderer: Any) -> Callable[[mujoco.MjData, str], Any]:
         def run(data: mujoco.MjData, mode: str) -> Any:

@@ -1,4 +1,4 @@
-"""Path tracing beside Mitsuba 3 and Cycles: mean radiance, and samples per second at equal path length.
+"""Compares path tracing with Mitsuba 3 and Cycles: mean radiance, and samples per second at equal path length.
 
 The others are other Pythons' (`--mitsuba PYTHON`, with `mitsuba` installed; `--cycles PYTHON`, with `bpy`). A scene is
 the same triangles or spheres of triangles in all. Cycles is charged for its samples alone, not for what it prepares.
@@ -20,7 +20,7 @@ from path_scenes import DEPTH, SIZE, Array, scenes
 
 
 def measure(picture: Any, seconds: float) -> tuple[Array, float]:
-    """The mean of enough pictures to fill the time, and the best samples per second."""
+    """Returns the mean of as many images as fit into the time, and the best samples per second."""
     picture(4, 0)
     _, once = picture(16, 1)
     samples = int(np.clip(16 * seconds / 3 / once, 4, 1024))

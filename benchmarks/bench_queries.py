@@ -1,4 +1,4 @@
-"""Queries of rays and points beside trimesh (with embreex) and Open3D: rates a CPU second, and who gets it right.
+"""Compares ray and point queries with trimesh (with embreex) and Open3D: rates per CPU second, and correctness.
 
     python benchmarks/bench_queries.py [--queries 100000] [--rounds 5] [--only rates|right] [--mesh scan.ply ...]
 
@@ -36,14 +36,14 @@ Peers = dict[str, Callable[[], Any]]
 
 
 def ball(level: int) -> Mesh:
-    """A unit ball of 20 * 4^level triangles."""
+    """Returns a unit ball of 20 * 4^level triangles."""
     world = raycam.World()
     world.add_object(sphere={"radius": 1, "level": level})
     return indexed(world)
 
 
 def torus(rings: int, sides: int) -> Mesh:
-    """A torus of 2 * rings * sides triangles."""
+    """Returns a torus of 2 * rings * sides triangles."""
     a, b = np.meshgrid(
         np.arange(rings) * 2 * np.pi / rings, np.arange(sides) * 2 * np.pi / sides, indexing="ij"
     )
@@ -56,20 +56,20 @@ def torus(rings: int, sides: int) -> Mesh:
 
 
 def indexed(world: raycam.World) -> Mesh:
-    """All triangles of a world as one mesh."""
+    """Returns all triangles of a world as one mesh."""
     vertices, index = np.unique(world.triangles().reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, index.reshape(-1, 3)
 
 
 def cube(low: float, high: float) -> Mesh:
-    """A box from (low, low, low) to (high, high, high)."""
+    """Returns a box from (low, low, low) to (high, high, high)."""
     world = raycam.World()
     world.add_object(box={"size": high - low}, location=[(low + high) / 2] * 3)
     return indexed(world)
 
 
 class Engines:
-    """The same mesh in every library that is installed."""
+    """The same mesh in every installed library."""
 
     def __init__(self, mesh: Mesh) -> None:
         vertices, faces = mesh
@@ -83,7 +83,7 @@ class Engines:
             self.mesh = trimesh.Trimesh(vertices, faces, process=False)
 
     def queries(self, origins: np.ndarray, directions: np.ndarray, near: np.ndarray) -> dict[str, Peers]:
-        """Each query under each engine; `origins` fill the box, `near` are points close to the surface."""
+        """Returns each query of each library; `origins` fill the box, `near` are points close to the surface."""
         rays = np.concatenate([origins, directions], axis=1).astype(np.float32)
         box32, near32 = origins.astype(np.float32), near.astype(np.float32)
         world, scene, mesh = self.world, self.scene, self.mesh
@@ -119,7 +119,7 @@ class Engines:
 
 
 def rates(meshes: dict[str, Mesh], count: int, rounds: int) -> None:
-    """Prints and keeps the table of rates."""
+    """Prints and saves the table of rates."""
     random = np.random.default_rng(1)
     rows = []
     for name, mesh in meshes.items():
@@ -154,7 +154,7 @@ def rates(meshes: dict[str, Mesh], count: int, rounds: int) -> None:
 
 
 def libigl_insides(mesh: Mesh, points: np.ndarray) -> list[np.ndarray | None]:
-    """Insides by libigl's signs: pseudonormals, and fast winding numbers."""
+    """Returns the inside test of libigl's signed distances: pseudonormals, and fast winding numbers."""
     if igl is None:
         return [None, None]
     kinds = igl.SignedDistanceType
@@ -164,7 +164,7 @@ def libigl_insides(mesh: Mesh, points: np.ndarray) -> list[np.ndarray | None]:
 
 
 def wrong_insides(mesh: Mesh, points: np.ndarray, expected: np.ndarray) -> list[str]:
-    """How many of the points each engine puts on the wrong side."""
+    """Returns the number of points that each library puts on the wrong side."""
     engines = Engines(mesh)
     answers: list[np.ndarray | None] = [engines.world.inside(points), None, None]
     if engines.scene is not None:
@@ -176,7 +176,9 @@ def wrong_insides(mesh: Mesh, points: np.ndarray, expected: np.ndarray) -> list[
 
 
 def wrong_counts(mesh: Mesh, origins: np.ndarray, directions: np.ndarray, expected: int | None) -> list[str]:
-    """How many rays each engine counts wrong; `expected` None: an even number is right."""
+    """Returns the number of wrong crossing counts of each library; if `expected` is None, even numbers are
+    correct.
+    """
     engines = Engines(mesh)
     counts: list[np.ndarray | None] = [engines.world.count_intersections(origins, directions), None, None]
     if engines.scene is not None:
@@ -197,7 +199,7 @@ def wrong_counts(mesh: Mesh, origins: np.ndarray, directions: np.ndarray, expect
 
 
 def right() -> None:
-    """Prints and keeps the table of wrong answers."""
+    """Prints and saves the table of wrong results."""
     random = np.random.default_rng(7)
     points = random.uniform(-0.2, 1.7, (4000, 3))
     (v1, f1), (v2, f2) = cube(0, 1), cube(0.5, 1.5)

@@ -1,4 +1,4 @@
-"""The self-check at full size: how near OpenCV comes to the camera that the pictures were made with."""
+"""Runs the self-check at full size: the difference between OpenCV's calibration and the camera of the images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Four seconds of an animated skinned glTF model in 1280 x 720 at `flat`, beside pyrender with the same vertices."""
+"""Compares four seconds of an animated skinned glTF model, 1280 x 720 at `flat`, with pyrender."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def film(model: str, samples: int, threads: int | None = None):
 
 
 def raycam_frames(model: str, samples: int) -> tuple[float, float]:
-    """Seconds for all frames as 8-bit pictures, and for moving and preparing alone."""
+    """Returns the seconds of all frames as 8-bit images, and those of moving and preparing the world alone."""
     world, _, movie = film(model, samples)
     movie.frame(0).to_srgb8()
     start = time.perf_counter()
@@ -48,7 +48,7 @@ def raycam_frames(model: str, samples: int) -> tuple[float, float]:
 
 
 def rebuilt(model: str) -> float:
-    """Seconds for moving and preparing all frames where nothing is there to be refitted."""
+    """Returns the seconds of moving and preparing all frames if no tree can be refitted."""
     world, _, movie = film(model, 1)
     start = time.perf_counter()
     for number in range(len(movie)):
@@ -57,7 +57,7 @@ def rebuilt(model: str) -> float:
 
 
 def raycam_video(model: str) -> float:
-    """Seconds for the whole of it: reading, rendering, H.264 in a file."""
+    """Returns the seconds of the complete video: reading, rendering, and encoding H.264."""
     from raycam.video import write_video
 
     start = time.perf_counter()
@@ -68,7 +68,7 @@ def raycam_video(model: str) -> float:
 
 
 def pyrender_frames(shapes: str) -> None:
-    """In an environment of its own: every frame's vertices are uploaded and drawn; prints the seconds."""
+    """Uploads and draws every frame's vertices with pyrender, in its own environment; prints the seconds."""
     os.environ["PYOPENGL_PLATFORM"] = "osmesa"
     np.infty = np.inf  # noqa: NPY201 - it asks for a name that NumPy 2 has removed
     import pyrender

@@ -1,4 +1,4 @@
-"""How long until the first picture: whole processes, from the shell's view, ours and the rivals' in turn."""
+"""Compares the time until the first image, from process start to end, with other renderers, in alternation."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ RIVALS = {
 
 
 def process_seconds(command: list[str]) -> float | None:
-    """Wall time of a process from start to end; None where it fails."""
+    """Returns the wall time of a process from start to end; None if it fails."""
     start = time.perf_counter()
     done = subprocess.run(command, check=False, capture_output=True)
     return time.perf_counter() - start if done.returncode == 0 else None

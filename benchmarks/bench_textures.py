@@ -1,4 +1,4 @@
-"""Textures beyond their memory: a world of many large images, made here, with and without limits.
+"""Renders many large generated images with and without a limit of texture memory.
 
     python benchmarks/bench_textures.py [--images N] [--side TEXELS] [--limits SIZE ...] [--samples N]
 
@@ -60,7 +60,9 @@ print(json.dumps([loaded, *times, *peaks, peak() - before, read, digest.hexdiges
 
 
 def make(folder: Path, count: int, side: int) -> None:
-    """Images of blocks of colour and fine noise, which PNG cannot shrink to nothing, each a shift of the same one."""
+    """Writes images of coloured blocks and fine noise, which PNG compresses little; each is a shifted copy of the
+    same one.
+    """
     random = np.random.default_rng(0)
     blocks = np.kron(
         random.integers(0, 240, (side // 64, side // 64, 3), np.uint8), np.ones((64, 64, 1), np.uint8)
@@ -71,7 +73,7 @@ def make(folder: Path, count: int, side: int) -> None:
 
 
 def main() -> None:
-    """Measure, and keep the table."""
+    """Measures, and saves the table."""
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

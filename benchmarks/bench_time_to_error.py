@@ -1,4 +1,4 @@
-"""How long it takes to the same error beside Mitsuba 3 and Cycles, on the scenes of `path_scenes.py`.
+"""Compares the time to equal error with Mitsuba 3 and Cycles, on the scenes of `path_scenes.py`.
 
 The error is the mean of (x - r)^2 / (r^2 + 0.01) over pixels and channels (relMSE), where r is a reference of 16384
 samples per pixel by the same renderer: none is charged for how another one reads the scene. Every renderer takes a
@@ -45,7 +45,7 @@ CYCLES: list[dict[str, Any]] = [{}, {"use_light_tree": False}, {"use_guiding": T
 
 @contextlib.contextmanager
 def renderer(name: str, python: str, scene: Scene, settings: dict[str, Any]) -> Iterator[Any]:
-    """Its function of samples and seed to (picture, seconds)."""
+    """Returns the renderer's function of samples and seed to (image, seconds)."""
     if name == "raycam":
         yield path_raycam.picture(scene, SIZE)
     else:
@@ -54,7 +54,7 @@ def renderer(name: str, python: str, scene: Scene, settings: dict[str, Any]) -> 
 
 
 def reference(picture: Any) -> Array:
-    """The mean of many samples, whose seeds no rung of the ladder has."""
+    """Returns the mean of many samples with seeds that no measurement uses."""
     parts = 16
     total = sum(
         np.asarray(picture(REFERENCE // parts, 1_000_003 * (1 + part))[0], np.float64)
@@ -64,8 +64,9 @@ def reference(picture: Any) -> Array:
 
 
 def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]]:
-    """For each renderer so many pictures of every rung, and the best time of each: in turn, so that all have the same
-    machine, and with a pause before each, in which the threads of the one before fall asleep."""
+    """Renders several images for each number of samples, the renderers in alternation with pauses; returns the
+    best times.
+    """
 
     def rested(picture: Any, samples: int, seed: int) -> Any:
         time.sleep(PAUSE)
@@ -88,14 +89,14 @@ def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]
 
 
 def rungs(path: Path, truth: Array) -> list[tuple[float, float]]:
-    """(seconds, mean error) of every rung of a ladder that is kept in a file."""
+    """Returns (seconds, mean error) for each number of samples in a stored file."""
     kept = np.load(path)
     errors = ((kept["images"] - truth) ** 2 / (truth**2 + 0.01)).mean(axis=(1, 2, 3, 4))
     return [(float(took), float(error)) for took, error in zip(kept["times"], errors, strict=True)]
 
 
 def time_to(error: float, ladder: list[tuple[float, float]]) -> float:
-    """Between the rungs around it, or beyond the nearest two."""
+    """Interpolates between the two surrounding measurements, or extrapolates from the nearest two."""
     times, errors = np.log(np.array(ladder)).T
     at = int(np.clip(np.searchsorted(-errors, -np.log(error)), 1, len(ladder) - 1))
     slope = (times[at] - times[at - 1]) / (errors[at] - errors[at - 1])

@@ -1,4 +1,4 @@
-"""The cost of ground truth beside the flat picture, over generated worlds of one mesh and of many."""
+"""Measures the cost of ground truth compared with a flat image, for generated worlds of one mesh and of many."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The live view: from a move to its picture, pictures a second, bytes, numbers, start and memory; others beside it.
+"""Measures the live view, and compares it with other viewers: latency, images per second, bytes, start, memory.
 
 The server is a process of its own; the page is in Chromium without a window, on the same machine. Latencies in the
 page run from the event to the animation frame after its picture, those on the socket from a message to the picture
@@ -85,7 +85,7 @@ Row = list[str]
 
 
 class Served:
-    """`raycam view` in a process of its own."""
+    """Runs `raycam view` in a separate process."""
 
     def __init__(self, world: Path) -> None:
         self._opened = contextlib.ExitStack()
@@ -110,7 +110,7 @@ class Served:
         threading.Thread(target=self.process.stdout.read, daemon=True).start()
 
     def client(self, size: tuple[int, int]) -> Client:
-        """A client on the socket, with a view of a size."""
+        """Connects a client with a view of the given size."""
         place, token = self.url.removeprefix("http://").split("/#t=")
         protocols = [Subprotocol("raycam.view.1"), Subprotocol(f"token.{token}")]
         socket = connect(
@@ -126,7 +126,7 @@ class Served:
         return made
 
     def memory(self) -> float:
-        """The resident set, in MiB."""
+        """Returns the resident memory in MiB."""
         text = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(re.findall(r"VmRSS:\s+(\d+) kB", text)[0]) / 1024
 
@@ -141,7 +141,7 @@ class Served:
 
 @contextlib.contextmanager
 def limited(seconds: int) -> Iterator[None]:
-    """Raises `TimeoutError` in the block when it has taken so long."""
+    """Raises `TimeoutError` if the block takes longer than the limit."""
 
     def ring(number: int, frame: object) -> None:
         raise TimeoutError(f"it did not end within {seconds} s")
@@ -156,7 +156,7 @@ def limited(seconds: int) -> Iterator[None]:
 
 
 def measured(label: str, part: Callable[[], list[Row]], seconds: int = PATIENCE) -> list[Row]:
-    """The rows of a part, or why there are none."""
+    """Returns the rows of a measurement, or the reason why it failed."""
     print(f"{label} ...", file=sys.stderr, flush=True)
     try:
         with limited(seconds):
@@ -166,14 +166,14 @@ def measured(label: str, part: Callable[[], list[Row]], seconds: int = PATIENCE)
 
 
 def figures(values: Sequence[float], unit: str = "ms", scale: float = 1000) -> Row:
-    """Median, 95 % and best of some seconds as a row's end."""
+    """Formats the median, 95 % quantile and best of some seconds as the end of a row."""
     scaled = sorted(scale * value for value in values)
     middle, most = statistics.median(scaled), scaled[min(len(scaled) - 1, round(0.95 * len(scaled)))]
     return [f"{middle:.3g} {unit}", f"{most:.3g} {unit}", f"{scaled[0]:.3g} {unit}"]
 
 
 def one(text: str) -> Row:
-    """A row's end of one figure."""
+    """Formats a single figure as the end of a row."""
     return [text, "", ""]
 
 
@@ -185,7 +185,7 @@ def still(client: Client, samples: int) -> None:
 
 
 def moving(client: Client, seconds: float) -> list[Row]:
-    """A camera that turns for some seconds, 60 moves a second: latency, pictures a second, bytes, time to rest."""
+    """Measures a camera that turns with 60 moves per second: latency, images per second, bytes, time to rest."""
     version = client.pictures[-1][0]["version"]
     client.pictures.clear()
     said: dict[int, float] = {}
@@ -232,7 +232,7 @@ def moving(client: Client, seconds: float) -> list[Row]:
 
 
 def questions(client: Client) -> list[Row]:
-    """Probes and explanations of a picture at rest."""
+    """Measures probes and explanations of an image at rest."""
     rows = []
     for kind, answer, count in (("probe", "values", 60), ("explain", "explained", 5)):
         times = []
@@ -247,7 +247,7 @@ def questions(client: Client) -> list[Row]:
 
 
 def on_the_socket(path: Path, size: tuple[int, int], seconds: float) -> list[Row]:
-    """The figures of a world and a size without a browser."""
+    """Returns the figures of a world and an image size without a browser."""
     with Served(path) as served:
         first = served.client((64, 48))
         still(first, SAMPLES)
@@ -267,7 +267,7 @@ def on_the_socket(path: Path, size: tuple[int, int], seconds: float) -> list[Row
 
 
 def fit(tab: Tab, size: tuple[int, int]) -> None:
-    """Sets the window so that the canvas has a size."""
+    """Sets the window size so that the canvas has the given size."""
     tab.show(1500, 900)
     box = tab.evaluate("(({width, height}) => [width, height])(picture.getBoundingClientRect())")
     tab.show(size[0] + round(1500 - box[0]), size[1] + round(900 - box[1]))
@@ -275,7 +275,7 @@ def fit(tab: Tab, size: tuple[int, int]) -> None:
 
 
 def tree_time(pid: int) -> float:
-    """Processor seconds of the children of a process and theirs, that of a browser."""
+    """Returns the processor seconds of a browser's process and all its descendants."""
     parents: dict[int, list[int]] = {}
     times = {}
     for folder in Path("/proc").iterdir():
@@ -295,7 +295,7 @@ def tree_time(pid: int) -> float:
 
 
 def dragged(tab: Tab, seconds: float, step: Callable[[int], tuple[float, float]]) -> float:
-    """Drags with the left button for some seconds, 60 events a second; the seconds that it took."""
+    """Drags with the left button for some seconds, 60 events per second; returns the elapsed seconds."""
     tab.mouse("mousePressed", *step(0), button="left", clickCount=1)
     begun = time.perf_counter()
     for number in range(1, round(RATE * seconds)):
@@ -307,7 +307,7 @@ def dragged(tab: Tab, seconds: float, step: Callable[[int], tuple[float, float]]
 
 
 def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> list[Row]:
-    """The figures of a world and a size in the browser."""
+    """Returns the figures of a world and an image size in the browser."""
     tab.call("Page.navigate", url="about:blank")
     with Served(path) as served:
         tab.open(served.url)
@@ -340,7 +340,7 @@ def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> 
 
 
 def samples_in_slices() -> list[Row]:
-    """What slices cost beside one call, and how fast a stop is."""
+    """Measures the cost of rendering in slices compared with one call, and the time to stop."""
     world = raycam.data.spot()
     camera = world.default_camera().resized((320, 200))
     most = DEFAULT_SAMPLES["direct"]
@@ -384,7 +384,7 @@ def samples_in_slices() -> list[Row]:
 
 
 def page_sizes(tab: Tab, folder: Path) -> list[Row]:
-    """The page of a frame: its bytes, and when it shows its first picture."""
+    """Measures a frame's page: its bytes, and the time until its first image."""
     rows = []
     world = raycam.data.spot()
     for size in ((640, 480), (1280, 720)):
@@ -410,7 +410,7 @@ def page_sizes(tab: Tab, folder: Path) -> list[Row]:
 
 
 def write_triangles(path: Path) -> None:
-    """The triangles of spot's world as binary PLY, which all of them read."""
+    """Writes the triangles of spot's world as binary PLY, which all viewers read."""
     corners = np.asarray(raycam.data.spot().triangles(), np.float32).reshape(-1, 3)
     faces = np.zeros(len(corners) // 3, dtype=[("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, np.arange(len(corners)).reshape(-1, 3)
@@ -423,7 +423,7 @@ def write_triangles(path: Path) -> None:
 
 
 def rival(python: str, name: str, mesh: Path, seconds: float, tab: Tab) -> list[Row]:
-    """The figures of another program. Raises `RuntimeError` with its last line where it has none."""
+    """Returns the figures of another viewer. Raises `RuntimeError` with its last line of output if it fails."""
     worker = Path(__file__).with_name("viewer_rivals.py")
     begun = time.perf_counter()
     rows: list[Row] = []
@@ -453,7 +453,9 @@ def rival(python: str, name: str, mesh: Path, seconds: float, tab: Tab) -> list[
 
 
 def page_of_rival(tab: Tab, seconds: float) -> list[Row]:
-    """Animation frames a second while its page is dragged, each of which draws the world anew."""
+    """Returns the animation frames per second while a viewer's page, which redraws the world each time, is
+    dragged.
+    """
     tab.evaluate(
         "globalThis.frames60 = 0; (function next() { frames60++; requestAnimationFrame(next); })(); null"
     )
@@ -462,7 +464,7 @@ def page_of_rival(tab: Tab, seconds: float) -> list[Row]:
 
 
 def everything(options: argparse.Namespace, folder: Path) -> list[Row]:
-    """All rows."""
+    """Returns all rows."""
     rows: list[Row] = []
 
     def add(label: str, part: Callable[[], list[Row]]) -> None:

@@ -1,4 +1,5 @@
-"""raycam in a page: pictures a second while a camera moves, loading, the first picture, the ratio to a native thread.
+"""Measures raycam in a page: images per second while a camera moves, loading time, and the ratio to a native
+thread.
 
 Needs `make web` and Chromium. Native pictures are those of the portable kernel, in a process of their own.
 """
@@ -31,7 +32,7 @@ LIT = {"integrator": "direct", "samples": 1, "channels": ["color"]}
 
 
 def worlds() -> dict[str, raycam.World]:
-    """A box in the sun, and spot of many triangles."""
+    """Returns a box in the sun, and spot with many triangles."""
     box, spot = raycam.World(), raycam.World()
     box.add_object(box={"size": 1}, color=[0.8, 0.1, 0.1])
     box.add_object(plane={"size": [6, 6]}, location=[0, 0, -0.5])
@@ -46,7 +47,7 @@ WARM = 1.0  # seconds of camera movement after which browsers have optimised the
 
 
 def moving(tab: Tab, rounds: int, warm: float = 0.0) -> list[float]:
-    """Milliseconds of pictures of a camera that moves, in the page, after `warm` seconds of it."""
+    """Returns milliseconds per image of a moving camera in the page, after `warm` seconds of movement."""
     found: list[float] = tab.evaluate(
         f"""(async () => {{ const times = []; let camera = world.camera('view', 1, 1);
         const [R, C] = [camera.R, camera.C];
@@ -62,7 +63,7 @@ def moving(tab: Tab, rounds: int, warm: float = 0.0) -> list[float]:
 
 
 def native(path: Path, rounds: int) -> list[float]:
-    """Milliseconds of the same pictures by one native thread of the portable kernel."""
+    """Returns milliseconds per image of one native thread with the portable kernel."""
     script = (
         "import json, sys, time, raycam\nfrom raycam import _core\n"
         "world = raycam.World._of(_core.world_from_bytes(open(sys.argv[1], 'rb').read(), None, ''))\n"
@@ -82,7 +83,7 @@ def native(path: Path, rounds: int) -> list[float]:
 
 
 def start(tab: Tab) -> None:
-    """The core in a blank tab."""
+    """Loads the core in an empty tab."""
     built = Path(core.__file__).parent / core.FOLDER
     tab.call("Page.navigate", url="about:blank")
     tab.evaluate(
@@ -96,7 +97,7 @@ def start(tab: Tab) -> None:
 
 
 def first_pictures(tab: Tab, path: Path, rounds: int) -> list[float]:
-    """Milliseconds from the opening of the lecture's page until its first picture."""
+    """Returns the milliseconds from opening the lecture's page to its first image."""
     path.write_text(lecture_page(), encoding="utf-8")
     times = []
     for _ in range(rounds):

@@ -1,4 +1,4 @@
-"""The same programs under pyrender and under its stand-in: depth, silhouettes, segmentation and colours side by side.
+"""Runs the same programs with pyrender and with raycam's replacement, and compares depth, silhouettes and colours.
 
     python benchmarks/beside_pyrender.py --python INTERPRETER
 
@@ -23,14 +23,14 @@ SIZE = (320, 240)
 
 
 def pose(x: float, y: float, z: float) -> np.ndarray:
-    """A pose without rotation."""
+    """Returns a pose without rotation."""
     matrix = np.eye(4)
     matrix[:3, 3] = x, y, z
     return matrix
 
 
 def looking(eye: list[float], target: list[float]) -> np.ndarray:
-    """The pose of an OpenGL camera that looks at a point, y up."""
+    """Returns the pose of an OpenGL camera that looks at a point, y up."""
     back = np.subtract(eye, target)
     back = back / np.linalg.norm(back)
     right = np.cross([0, 1, 0], back)
@@ -41,7 +41,7 @@ def looking(eye: list[float], target: list[float]) -> np.ndarray:
 
 
 def single_mesh(pyrender: Any, trimesh: Any) -> Any:
-    """A mesh, a camera and a light, as in the README."""
+    """Renders a mesh with a camera and a light, as in pyrender's README."""
     scene = pyrender.Scene(bg_color=[0, 0, 0, 0], ambient_light=[0.3, 0.3, 0.3])
     mesh = pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(subdivisions=4, radius=0.7), smooth=False)
     scene.add(mesh)
@@ -51,7 +51,7 @@ def single_mesh(pyrender: Any, trimesh: Any) -> Any:
 
 
 def boxes(pyrender: Any, trimesh: Any) -> Any:
-    """Many instances of one mesh, by poses."""
+    """Renders many instances of one mesh."""
     scene = pyrender.Scene(ambient_light=[0.5] * 3)
     box = trimesh.creation.box(extents=[0.3, 0.3, 0.3])
     poses = np.stack([pose(0.5 * i - 1, 0.4 * j - 0.8, -0.3 * i * j) for i in range(5) for j in range(5)])
@@ -61,7 +61,7 @@ def boxes(pyrender: Any, trimesh: Any) -> Any:
 
 
 def segmentation(pyrender: Any, trimesh: Any) -> Any:
-    """Nodes drawn in the colours of a map."""
+    """Renders a segmentation: nodes in the colours of a map."""
     scene = pyrender.Scene(ambient_light=[1.0] * 3)
     nodes = {}
     for i, x in enumerate([-0.8, 0.0, 0.8]):
@@ -72,7 +72,7 @@ def segmentation(pyrender: Any, trimesh: Any) -> Any:
 
 
 def intrinsics(pyrender: Any, trimesh: Any) -> Any:
-    """A camera by its intrinsics, as users of calibrations have it; depth alone."""
+    """Renders depth for a camera with calibrated intrinsics."""
     scene = pyrender.Scene()
     scene.add(
         pyrender.Mesh.from_trimesh(trimesh.creation.torus(0.6, 0.25)),
@@ -84,7 +84,7 @@ def intrinsics(pyrender: Any, trimesh: Any) -> Any:
 
 
 def parallel(pyrender: Any, trimesh: Any) -> Any:
-    """An orthographic camera."""
+    """Renders an orthographic camera."""
     scene = pyrender.Scene(ambient_light=[0.6] * 3)
     scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.cylinder(0.4, 1.0), smooth=False))
     scene.add(pyrender.OrthographicCamera(xmag=1.0, ymag=0.75), pose=looking([1, 1, 2], [0, 0, 0]))
@@ -92,7 +92,7 @@ def parallel(pyrender: Any, trimesh: Any) -> Any:
 
 
 def spots(pyrender: Any, trimesh: Any) -> Any:
-    """Point and spot lights on a coloured metallic-roughness floor."""
+    """Renders point and spot lights on a coloured metallic-roughness floor."""
     scene = pyrender.Scene(ambient_light=[0.05] * 3)
     material = pyrender.MetallicRoughnessMaterial(
         baseColorFactor=[0.8, 0.5, 0.3, 1.0], metallicFactor=0.0, roughnessFactor=0.7
@@ -109,7 +109,7 @@ def spots(pyrender: Any, trimesh: Any) -> Any:
 
 
 def moving(pyrender: Any, trimesh: Any) -> Any:
-    """A node whose pose is set again, as in loops that make data."""
+    """Renders a node whose pose is changed repeatedly."""
     scene = pyrender.Scene(ambient_light=[0.8] * 3)
     node = scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.box(extents=[0.5, 0.7, 0.9]), smooth=False))
     camera = scene.add(pyrender.PerspectiveCamera(yfov=0.7), pose=pose(0, 0, 3))
@@ -119,7 +119,7 @@ def moving(pyrender: Any, trimesh: Any) -> Any:
 
 
 def vertex_colours(pyrender: Any, trimesh: Any) -> Any:
-    """A mesh with colours at its vertices, in flat light."""
+    """Renders a mesh with vertex colours, in flat light."""
     scene = pyrender.Scene(bg_color=[0.2, 0.4, 0.6, 1.0], ambient_light=[1.0] * 3)
     mesh = trimesh.creation.icosphere(subdivisions=3, radius=0.8)
     shades = (mesh.vertices - mesh.vertices.min(axis=0)) / np.ptp(mesh.vertices, axis=0)
@@ -142,7 +142,7 @@ PROGRAMS: list[Callable[..., Any]] = [
 
 
 def run(folder: str, stand_in: bool) -> None:
-    """Runs every program, and keeps its picture and depth in `folder`."""
+    """Runs every program, and saves its image and depth in `folder`."""
     if stand_in:
         import raycam.compat.pyrender
 
@@ -163,7 +163,7 @@ def run(folder: str, stand_in: bool) -> None:
 
 
 def compare(ours: Path, theirs: Path) -> list[list[str]]:
-    """A row for each program."""
+    """Returns a row for each program."""
     rows = []
     for program in PROGRAMS:
         a, b = np.load(ours / f"{program.__name__}.npz"), np.load(theirs / f"{program.__name__}.npz")

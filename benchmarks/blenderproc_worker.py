@@ -1,4 +1,4 @@
-"""The side of `bench_blenderproc.py` that runs in BlenderProc: WORLD.npz THREADS FOLDER; seconds as JSON."""
+"""Renders with BlenderProc for `bench_blenderproc.py`; arguments WORLD.npz THREADS FOLDER; prints seconds as JSON."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 
 
 def blenderproc() -> types.ModuleType:
-    """BlenderProc in a Python that has Blender as a module: without its own installing of packages into Blender."""
+    """Imports BlenderProc into a Python with bpy, and skips its installation of packages into Blender."""
     os.environ["INSIDE_OF_THE_INTERNAL_BLENDER_PYTHON_ENVIRONMENT"] = "1"
     packages = next(path for path in sys.path if path.endswith("site-packages"))
     sys.path.append(packages + os.sep)  # BlenderProc removes the path itself

@@ -31,7 +31,7 @@ NOTES = [
 
 
 def main() -> None:
-    """Runs it and writes the table."""
+    """Runs the example and writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rays", type=float, default=1e7)
     options = parser.parse_args()

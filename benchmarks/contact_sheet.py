@@ -1,4 +1,4 @@
-"""A picture of every model in a folder, on one sheet with their names: to be looked at.
+"""Renders every model in a folder onto one sheet with file names, for visual inspection.
 
 python benchmarks/contact_sheet.py FOLDER sheet.jpg [--size 160] [--samples 64] [--only NAME] [--light sky.hdr]
 """
@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw
 
 
 def moment(world: raycam.World) -> raycam.World:
-    """The world a third into its first animation."""
+    """Returns the world after a third of its first animation."""
     return world.at(world.animations[0].duration / 3, 0) if world.animations else world
 
 

@@ -1,4 +1,4 @@
-"""The test suites of trimesh, Open3D and pyrender, run with raycam's stand-ins in place of the original.
+"""Runs the test suites of trimesh, Open3D and pyrender with raycam's replacements of these libraries.
 
 python benchmarks/drop_ins.py trimesh FOLDER [--original] [-- PYTEST_OPTIONS]
 python benchmarks/drop_ins.py open3d FOLDER [--original | --alone] [-- PYTEST_OPTIONS]
@@ -41,7 +41,7 @@ class Outcomes:
 
 
 def run_pytest(tests: str, options: list[str]) -> Counter[str]:
-    """Runs tests in this process, in the current folder; returns the outcomes' counts."""
+    """Runs tests in this process and the current folder; returns the outcomes' counts."""
     outcomes = Outcomes()
     settings = ["-q", "--noconftest", "-p", "no:cacheprovider", "--tb=line", *options]
     pytest.main([tests, *settings], plugins=[outcomes])

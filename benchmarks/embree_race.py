@@ -1,4 +1,4 @@
-"""raycam beside Embree 4: the same rays on the same machine in turn, several seeds, into a dated table.
+"""Compares raycam with Embree 4 on the same rays, in alternation, with several seeds.
 
     python benchmarks/embree_race.py [--seeds 1 2 3] [--threads 2] [--repeat 7] [--isa avx2] [--out FILE]
 
@@ -25,7 +25,7 @@ CLASSES = ["primary", "shadow", "bounce"]
 
 
 def embree_driver(folder: pathlib.Path) -> pathlib.Path:
-    """Compiles the driver against the library of the embreex wheel."""
+    """Compiles the driver and links it with the library in the embreex wheel."""
     package = importlib.util.find_spec("embreex")
     if package is None or package.origin is None:
         raise SystemExit("embree_race: embreex is not installed: pip install embreex")
@@ -38,7 +38,7 @@ def embree_driver(folder: pathlib.Path) -> pathlib.Path:
 
 
 def run(command: list[str]) -> dict[str, float]:
-    """Runs a driver; its figures by name."""
+    """Runs a driver; returns its figures by name."""
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     figures: dict[str, float] = {}
     for line in text.splitlines():
@@ -54,7 +54,7 @@ def run(command: list[str]) -> dict[str, float]:
 
 
 def best_builds(commands: dict[str, list[str]], rounds: int = 3) -> dict[str, float]:
-    """The best build rate of each of some commands, run in turn."""
+    """Returns the best build rate of each command, run in alternation."""
     rates: dict[str, float] = {}
     for _ in range(rounds):
         for name, command in commands.items():
@@ -63,12 +63,12 @@ def best_builds(commands: dict[str, list[str]], rounds: int = 3) -> dict[str, fl
 
 
 def mean(values: list[float]) -> float:
-    """The geometric mean."""
+    """Returns the geometric mean."""
     return math.exp(sum(map(math.log, values)) / len(values))
 
 
 def main() -> None:
-    """Runs the race."""
+    """Runs the comparison."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--threads", type=int, default=2)

@@ -1,4 +1,5 @@
-"""Every mesh and image in a folder of files that others made, beside trimesh and Pillow, each in a process of its own.
+"""Reads every mesh and image in a folder, and compares the results with trimesh and Pillow, each in a separate
+process.
 
 python benchmarks/files_of_others.py FOLDER [--damage 4]
 
@@ -32,7 +33,7 @@ IMAGES = {".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".exr", ".hdr", ".tga", ".b
 
 
 def apart(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """The result of work in a fork of this process, with its time and the memory that it takes on top."""
+    """Runs a function in a fork of this process; returns its result, time and additional memory."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -82,7 +83,7 @@ def textured(path: Path) -> raycam.World:
 
 
 def image(path: Path) -> dict[str, Any]:
-    """Each texel seen by one pixel, beside what Pillow decodes."""
+    """Renders an image with one pixel per texel, and compares it with Pillow's."""
     from PIL import Image
 
     world = textured(path)
@@ -126,7 +127,7 @@ def damaged(data: bytes, kind: int, draw: random.Random) -> bytes:
 
 
 def size_with_companions(path: Path) -> int:
-    """The bytes that a file may be read with: those of its folder, where it names others."""
+    """Returns the bytes that a file may use: those of its folder if it names other files."""
     alone = path.suffix.lower() not in {".gltf", ".obj"}
     return sum(file.stat().st_size for file in ([path] if alone else path.parent.iterdir()) if file.is_file())
 

@@ -1,4 +1,4 @@
-"""Folds measured spectra of metals to red, green and blue: makes the table of `crates/scene/src/metal.rs`.
+"""Averages measured spectra of metals to red, green and blue: writes the table of `crates/scene/src/metal.rs`.
 
 The reflectance of the published n and k is weighed by D65 and the CIE 1931 observer (C. Wyman, P.-P. Sloan and P.
 Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and taken to linear Rec. 709,
@@ -72,7 +72,7 @@ def numbers(text: str) -> Array:
 
 
 def reflectance(cosine: Array, n: Array, k: Array) -> Array:
-    """Fresnel's equations for unpolarised light on a metal."""
+    """Returns the reflectance of metal for unpolarised light, by Fresnel's equations."""
     eta = n + 1j * k
     inner = np.sqrt(1 - (1 - cosine**2) / eta**2)
     s = (cosine - eta * inner) / (cosine + eta * inner)
@@ -95,7 +95,7 @@ def observer(nm: Array) -> Array:
 
 
 def fold(n: Array, k: Array) -> tuple[Array, Array]:
-    """n and k per channel, and the reflectance at normal incidence."""
+    """Returns n and k per channel, and the reflectance at normal incidence."""
     nm = np.arange(382.0, 756.0)
     known = numbers(WAVELENGTHS)
     n, k = np.interp(nm, known, n), np.interp(nm, known, k)

@@ -1,4 +1,5 @@
-"""Scenes whose light is hard to find, in the form of `path_scenes.py`: closed rooms, caustics, lamps behind glass.
+"""Scenes whose light is difficult to find, in the form of `path_scenes.py`: closed rooms, caustics, lamps behind
+glass.
 
 Lengths are metres and walls are grey of 0.7 where nothing else is said. Every room is closed, so that no path escapes.
 """
@@ -18,14 +19,14 @@ GLASS: dict[str, Any] = {"glass": 1.5}
 
 
 def joined(*shapes: tuple[Array, Array]) -> tuple[Array, Array]:
-    """One mesh of several."""
+    """Joins several meshes."""
     first = np.cumsum([0, *(len(vertices) for vertices, _ in shapes)])
     faces = [own + start for (_, own), start in zip(shapes, first, strict=False)]
     return np.concatenate([vertices for vertices, _ in shapes]), np.concatenate(faces)
 
 
 def block(low: list[float], high: list[float]) -> tuple[Array, Array]:
-    """A box between two corners, its faces outwards."""
+    """Returns a box between two corners, facing outwards."""
     center, size = (np.array(low) + high) / 2, np.subtract(high, low).astype(float)
     sides = []
     for axis in range(3):
@@ -44,7 +45,7 @@ def moved(shape: tuple[Array, Array], offset: list[float], scale: float = 1.0) -
 
 
 def grid(heights: Array, size: tuple[float, float]) -> tuple[Array, Array]:
-    """A surface over x and y, which faces up."""
+    """Returns a surface over x and y that faces up."""
     rows, columns = heights.shape
     x, y = np.meshgrid(np.linspace(-0.5, 0.5, columns) * size[0], np.linspace(-0.5, 0.5, rows) * size[1])
     number = np.arange(rows * columns).reshape(rows, columns)
@@ -54,7 +55,9 @@ def grid(heights: Array, size: tuple[float, float]) -> tuple[Array, Array]:
 
 
 def revolved(profile: list[tuple[float, float]], sides: int) -> tuple[Array, Array]:
-    """The surface that a line of (radius, height) sweeps around z; it faces away from the axis where the line rises."""
+    """Returns a surface of revolution about z of a line of (radius, height); it faces outwards where the line
+    rises.
+    """
     turn = 2 * np.pi * np.arange(sides) / sides
     around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     rings = [np.column_stack([radius * around, np.full(sides, height)]) for radius, height in profile]
@@ -67,7 +70,7 @@ def revolved(profile: list[tuple[float, float]], sides: int) -> tuple[Array, Arr
 
 
 def holed_wall(x: float, size: float, radius: float, sides: int = 64) -> tuple[Array, Array]:
-    """A square wall at an x around z = size / 2, with a round hole in its middle."""
+    """Returns a square wall at `x` around z = size / 2, with a round hole in its middle."""
     turn = 2 * np.pi * np.arange(sides) / sides
     inner = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     outer = inner / np.abs(inner).max(axis=1, keepdims=True) * size / 2
@@ -79,7 +82,7 @@ def holed_wall(x: float, size: float, radius: float, sides: int = 64) -> tuple[A
 
 
 def lamp(center: list[float], size: float, radiance: float, across: float | None = None) -> dict[str, Any]:
-    """A rectangle that shines down."""
+    """Returns a rectangle that shines down."""
     color = [radiance, 0.9 * radiance, 0.75 * radiance]
     return {"area": [center, [size, 0, 0], [0, -(across or size), 0]], "radiance": color}
 
@@ -89,13 +92,13 @@ def room(low: list[float], high: list[float]) -> tuple[Array, Array]:
 
 
 def without_wall(shape: tuple[Array, Array], x: float) -> tuple[Array, Array]:
-    """A room without its wall at an x."""
+    """Returns a room without its wall at `x`."""
     vertices, faces = shape
     return vertices, faces[~(np.abs(vertices[faces][:, :, 0] - x) < 1e-9).all(axis=1)]
 
 
 class Builder:
-    """Scenes whose triangles are kept in a folder."""
+    """Writes scenes' triangles to a folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -119,7 +122,7 @@ class Builder:
 
 
 def hard_scenes(folder: Path) -> dict[str, Scene]:
-    """The scenes by name; their triangles are kept in the folder."""
+    """Returns the scenes by name; their triangles are written to the folder."""
     builder = Builder(folder)
     rooms_of_two_meters(builder)
     spaces_for_long_paths(builder)

@@ -1,4 +1,4 @@
-"""A hundred million triangles: generated piece by piece, built over and rendered, and the most memory that took.
+"""Generates a hundred million triangles, builds a tree, renders an image, and reports the peak memory.
 
     python benchmarks/hundred_million.py [--triangles 100e6]
 
@@ -20,7 +20,7 @@ ROWS = 64
 
 
 def height_field(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """n x n vertices, float64 [n * n, 3], and the triangles between them, uint32 [2 * (n - 1)^2, 3]."""
+    """Returns n x n vertices, float64 [n * n, 3], and the triangles between them, uint32 [2 * (n - 1)^2, 3]."""
     rng = np.random.default_rng(seed)
     waves = [(k, *rng.uniform(0, 6.28, 2)) for k in 2.0 ** np.arange(12) for _ in range(2)]
     vertices, faces = np.empty((n, n, 3)), np.empty((n - 1, n - 1, 2, 3), np.uint32)
@@ -39,7 +39,7 @@ def height_field(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def gigabytes() -> float:
-    """The most this process has held so far."""
+    """Returns the peak memory of this process in GB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
 
 

@@ -1,4 +1,4 @@
-"""Models beside the pictures that other renderers made of them, from the same cameras: to be looked at.
+"""Renders models next to other renderers' images from the same cameras, for visual inspection.
 
 python benchmarks/khronos_pictures.py MODELS REFERENCES config.json pairs.jpg --light room.hdr [--only NAME]
 
@@ -30,7 +30,7 @@ OVER = 2
 
 
 def aces(color: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.uint8]:
-    """Linear colour as the references show it: S. Hill's fit of ACES with white at 1/0.6, then sRGB."""
+    """Returns colours as in the references: S. Hill's fit of ACES with white at 1/0.6, then sRGB."""
     into = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
     back = np.array(
         [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]]
@@ -44,7 +44,7 @@ def aces(color: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.uint8]:
 
 
 def camera_of(scenario: dict[str, Any], width: int) -> raycam.Camera:
-    """The orbit: theta from +z towards +x, phi from +y downwards, in degrees."""
+    """Returns the orbit camera: theta from +z towards +x, phi from +y downwards, in degrees."""
     sides = {"width": 768, "height": 768} | scenario.get("dimensions", {})
     orbit = {"theta": 0.0, "phi": 90.0, "radius": 1.0} | scenario.get("orbit", {})
     theta, phi = np.radians(orbit["theta"]), np.radians(orbit["phi"])

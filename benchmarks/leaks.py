@@ -1,4 +1,4 @@
-"""Rays aimed at the edges and vertices of closed meshes: how many get through, and how many through Embree.
+"""Counts rays that pass through the edges and vertices of closed meshes, in raycam and in Embree.
 
     python benchmarks/leaks.py [--rays 1e9] [--sample 1e7] [--isa NAME]
 
@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def embree_leaks(folder: Path, number: int, robust: bool) -> np.ndarray:
-    """How many rays, and how many get through one of Embree's queries: all of them, and those from inside."""
+    """Returns the numbers of rays and of leaks of one Embree query: for all rays, and for those from inside."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 

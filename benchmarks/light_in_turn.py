@@ -1,4 +1,4 @@
-"""Light beside another build of raycam, or Mitsuba 3, Cycles and pbrt-v4, in turn: processor time x variance.
+"""Compares processor time times variance with another build, Mitsuba 3, Cycles or pbrt-v4, in alternation.
 
     python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--pbrt EXECUTABLE]
         [--hard] [--scenes NAME ...] [--size WIDTH HEIGHT]
@@ -45,7 +45,7 @@ Found = dict[str, float]
 
 
 def measure(options: argparse.Namespace) -> Found:
-    """Processor time of a picture, variance of its pixels, share of it in the worst 1 %, and mean, by what is here."""
+    """Returns an image's processor time, its pixels' variance, the share of the worst 1 % of pixels, and the mean."""
     scene = json.loads(options.one.read_text(encoding="utf-8"))
     name, settings = OTHERS.get(options.other, ("path_raycam", {}))
     module: Any = importlib.import_module(name)
@@ -71,7 +71,7 @@ def measure(options: argparse.Namespace) -> Found:
 
 
 def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | None]]:
-    """The command that measures each, and the folder of its package."""
+    """Returns each renderer's measuring command, and its package's folder."""
     import raycam
 
     this = [sys.executable, __file__]
@@ -87,7 +87,7 @@ def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | N
 
 
 def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
-    """Time, variance and mean of each on a scene, with the best time of several turns."""
+    """Returns time, variance and mean of each renderer on a scene, with the best time of several rounds."""
     best: dict[str, Found] = {}
     for _ in range(TURNS):
         for rival, (command, package) in rivals_of(options).items():
@@ -104,7 +104,7 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
 
 
 def row_of(name: str, found: dict[str, Found]) -> tuple[list[str], float]:
-    """The row of a scene, and the gain over the best of the others."""
+    """Returns a scene's row, and the gain over the best of the others."""
     mine = found.pop("raycam")
     cost = mine["seconds"] * mine["variance"]
     gains = {rival: one["seconds"] * one["variance"] / cost for rival, one in found.items()}

@@ -1,4 +1,4 @@
-"""Loading beside another build of raycam, by processor time: glTF, OBJ, PLY, STL, USD, a world file, a COLMAP folder.
+"""Compares loading with another build of raycam, by processor time: glTF, OBJ, PLY, STL, USD, world files, COLMAP.
 
     python benchmarks/loading_in_turn.py --before FOLDER [--triangles N] [--turns N] [--only NAME ...]
 
@@ -41,7 +41,7 @@ print(json.dumps(min(times)))
 
 
 def write_usd(path: Path, triangles: int) -> None:
-    """The wavy square as a mesh of USD's text."""
+    """Writes the wavy square as a USD text file."""
     vertices, faces = grid(triangles)
     points = ", ".join(f"({x:.6f}, {y:.6f}, {z:.6f})" for x, y, z in vertices.tolist())
     path.write_text(
@@ -52,7 +52,7 @@ def write_usd(path: Path, triangles: int) -> None:
 
 
 def write_world(path: Path, objects: int) -> None:
-    """Boxes and balls of their own materials, and a camera that moves."""
+    """Writes boxes and balls with separate materials, and a moving camera."""
     lines = ['up = "z"']
     for i in range(objects):
         shape = ["box = { size = 0.2 }", "sphere = { radius = 0.1, level = 2 }"][i % 2]
@@ -70,7 +70,7 @@ def write_world(path: Path, objects: int) -> None:
 
 
 def write_colmap(folder: Path, images: int) -> None:
-    """Cameras and images of COLMAP's text, without points."""
+    """Writes cameras and images in COLMAP's text format, without points."""
     folder.mkdir()
     (folder / "cameras.txt").write_text(
         "".join(f"{i + 1} OPENCV 640 480 500 500 320 240 0.01 0.02 0 0\n" for i in range(10))
@@ -87,7 +87,7 @@ def write_colmap(folder: Path, images: int) -> None:
 
 
 def files(folder: Path, triangles: int) -> list[Path]:
-    """A file of each kind."""
+    """Writes a file of each kind."""
     folder.mkdir()
     meshes = write_files(folder, triangles)
     write_usd(folder / "grid.usda", triangles // 5)
@@ -97,7 +97,7 @@ def files(folder: Path, triangles: int) -> list[Path]:
 
 
 def main() -> None:
-    """Prints a table: the best and the median of each build, and the ratio of the medians."""
+    """Prints the best and the median time of each build, and the ratio of the medians."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -137,7 +137,7 @@ def main() -> None:
 
 
 def row(name: str, now: list[float], before: list[float]) -> str:
-    """A line of the table."""
+    """Formats a row of the table."""
     if not now or not before:
         cells = [f"{min(times):.4f} s" if times else "-" for times in (now, before)]
         return f"| {name} | {cells[0]} | {cells[1]} | - |"

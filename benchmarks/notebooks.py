@@ -1,4 +1,5 @@
-"""The live view in JupyterLab and marimo themselves: a cell is run, the picture turned by the mouse, a pixel clicked.
+"""Tests the live view inside JupyterLab and marimo: runs a cell, turns the camera with the mouse, and clicks a
+pixel.
 
 `--python PYTHON` names an interpreter that has `jupyterlab`, `marimo`, `anywidget` and what raycam needs. Pictures of
 each step are written to `--out`, to be looked at; a step that changes nothing in the view ends it with an error.
@@ -45,7 +46,7 @@ SHIFT = 8  # bit of the Shift key in the modifiers of a key event
 
 
 def jupyterlab(folder: Path, port: int) -> tuple[list[str], str]:
-    """The command and the address of a notebook in JupyterLab."""
+    """Returns the command and the address of a notebook in JupyterLab."""
     cells = [
         {
             "cell_type": "code",
@@ -67,7 +68,7 @@ def jupyterlab(folder: Path, port: int) -> tuple[list[str], str]:
 
 
 def marimo(folder: Path, port: int) -> tuple[list[str], str]:
-    """The command and the address of an app of marimo."""
+    """Returns the command and the address of an app in marimo."""
     cell = "@app.cell\ndef _({}):\n    {}\n    return {}\n\n"
     (folder / "look.py").write_text(
         "import marimo\n\napp = marimo.App()\n\n"
@@ -79,7 +80,7 @@ def marimo(folder: Path, port: int) -> tuple[list[str], str]:
 
 
 def picture(tab: Tab, path: Path) -> np.ndarray:
-    """What the view shows, uint8 [h, w, 3]; the whole window is written to `path`."""
+    """Returns the view's image, uint8 [h, w, 3]; writes the whole window to `path`."""
     data = base64.b64decode(tab.call("Page.captureScreenshot")["data"])
     path.write_bytes(data)
     x, y, width, height = (round(each) for each in place(tab))
@@ -87,7 +88,7 @@ def picture(tab: Tab, path: Path) -> np.ndarray:
 
 
 def place(tab: Tab) -> list[float]:
-    """The view's rectangle in the window."""
+    """Returns the view's rectangle in the window."""
     found: list[float] = tab.evaluate(
         f"(({{x, y, width, height}}) => [x, y, width, height])({FIND}.getBoundingClientRect())"
     )
@@ -95,7 +96,9 @@ def place(tab: Tab) -> list[float]:
 
 
 def until(tab: Tab, path: Path, is_true: Callable[[np.ndarray], bool], what: str) -> np.ndarray:
-    """The view's picture once something is true of it. Raises `RuntimeError` where it never is."""
+    """Waits until the view's image meets a condition, and returns it. Raises `RuntimeError` after `PATIENCE`
+    seconds.
+    """
     deadline = time.monotonic() + PATIENCE
     while not is_true(shown := picture(tab, path)):
         if time.monotonic() > deadline:
@@ -105,13 +108,13 @@ def until(tab: Tab, path: Path, is_true: Callable[[np.ndarray], bool], what: str
 
 
 def colorful(shown: np.ndarray) -> float:
-    """The part of the pixels that no control has: of the world."""
+    """Returns the fraction of pixels with a colour that only the world has."""
     values = shown.astype(int)
     return float((np.ptp(values, axis=2) > 90).mean())
 
 
 def walk(tab: Tab, url: str, out: Path, name: str) -> None:
-    """Opens a notebook, runs its cells, turns the picture, and asks for a pixel."""
+    """Opens a notebook, runs its cells, turns the camera, and probes a pixel."""
     tab.show(1300, 1000)
     tab.call("Page.navigate", url=url)
     if name == "jupyterlab":
@@ -145,7 +148,7 @@ def walk(tab: Tab, url: str, out: Path, name: str) -> None:
 
 
 def wait_for(url: str) -> None:
-    """Waits until a server answers."""
+    """Waits until a server responds."""
     deadline = time.monotonic() + PATIENCE
     while True:
         try:

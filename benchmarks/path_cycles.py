@@ -1,4 +1,5 @@
-"""`path_scenes.py` and `hard_scenes.py` in Cycles (`pip install bpy`), with all that biases a picture switched off.
+"""Renders `path_scenes.py` and `hard_scenes.py` in Cycles (`pip install bpy`) with all sources of bias switched
+off.
 
 That is: no clamping, no blurring of glossy bounces, no threshold below which light is left out, no adaptive sampling,
 no denoising; caustics on; a box filter one pixel wide. Cycles' lamps do not block light, as raycam's do not.
@@ -155,7 +156,9 @@ def add_light(bpy: Any, light: dict[str, Any], rotation: Any) -> None:
 
 
 def along(direction: list[float]) -> Array:
-    """A rotation whose -z looks along the direction, with the world's z upwards: Blender's cameras and lamps."""
+    """Returns a rotation whose -z axis points along the direction, with the world's z up, as for Blender's
+    cameras.
+    """
     back = -np.array(direction, float) / np.linalg.norm(direction)
     right = np.cross([0, 0, 1], back)
     right /= np.linalg.norm(right)
@@ -165,9 +168,7 @@ def along(direction: list[float]) -> Array:
 def picture(
     scene: Scene, size: tuple[int, int], clock: Callable[[], float] = time.perf_counter, **settings: Any
 ) -> Any:
-    """A function of samples and seed to (picture, seconds). Seconds are those of the samples, by the clock: what a
-    picture of one sample costs on top of its sample, which is Blender's own preparation, is taken off: the least that
-    it was until now, of one picture before each. Of a large mesh it is seconds, and not the same at every time."""
+    """Returns a function of samples and seed to (image, seconds)."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)

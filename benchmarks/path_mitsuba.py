@@ -1,4 +1,4 @@
-"""`path_scenes.py` in Mitsuba 3, whose area lights block light."""
+"""Renders `path_scenes.py` in Mitsuba 3, whose area lights block light."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def emitter(light: dict[str, Any], transform: Any) -> dict[str, Any]:
 def picture(
     scene: Scene, size: tuple[int, int], variant: str = "scalar_rgb", sampler: str = "independent"
 ) -> Any:
-    """A function of samples and seed to (picture, seconds)."""
+    """Returns a function of samples and seed to (image, seconds)."""
     import mitsuba as mi
 
     mi.set_variant(variant)

@@ -1,4 +1,4 @@
-"""`path_scenes.py` in pbrt-v4, by its executable, whose area lights block light.
+"""Renders `path_scenes.py` with the executable of pbrt-v4, whose area lights block light.
 
 pbrt is spectral: colours are given to it as RGB. It has no principled material: a coated diffuse one of the same
 roughness stands in. Reflectance of gold is that of normal incidence.
@@ -85,7 +85,7 @@ def world(scene: Scene, folder: Path) -> str:
 def picture(
     scene: Scene, size: tuple[int, int], executable: str, sampler: str = "zsobol"
 ) -> Callable[[int, int], tuple[Array, float]]:
-    """A function of samples and seed to (picture, seconds of processor time, those of one sample left out)."""
+    """Returns a function of samples and seed to (image, processor seconds without those of one sample)."""
     kept = tempfile.TemporaryDirectory()
     folder = Path(kept.name)
     view = scene["camera"]

@@ -1,4 +1,4 @@
-"""`path_scenes.py` in raycam."""
+"""Renders `path_scenes.py` in raycam."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from path_scenes import DEPTH, Array, Scene, behind
 
 
 def picture(scene: Scene, size: tuple[int, int]) -> Any:
-    """A function of samples and seed to (picture, seconds)."""
+    """Returns a function of samples and seed to (image, seconds)."""
     import raycam
 
     world = raycam.World()

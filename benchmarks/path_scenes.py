@@ -25,13 +25,13 @@ Scene = dict[str, Any]
 
 
 def sheet(center: list[float], u: list[float], v: list[float]) -> tuple[Array, Array]:
-    """A parallelogram that faces u x v."""
+    """Returns a parallelogram that faces u x v."""
     c, u, v = np.array(center), np.array(u) / 2, np.array(v) / 2
     return np.array([c - u - v, c + u - v, c + u + v, c - u + v]), np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def behind(center: list[float], u: list[float], v: list[float]) -> tuple[Array, Array]:
-    """The sheet that blocks light behind an area light, where lights themselves do not."""
+    """Returns the sheet that blocks light behind an area light, for renderers whose lights do not block it."""
     normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v))
     return sheet((np.array(center) - 1e-3 * normal).tolist(), u, v)
 
@@ -45,7 +45,7 @@ def ball(center: list[float], radius: float, level: int = 5) -> tuple[Array, Arr
 
 
 def scenes(folder: Path) -> dict[str, Scene]:
-    """By name; the triangles are kept in the folder."""
+    """Returns the scenes by name; their triangles are written to the folder."""
     from bench_flat_picture import rock
 
     made: dict[str, Scene] = {}
@@ -90,7 +90,7 @@ def scenes(folder: Path) -> dict[str, Scene]:
 
 
 def further(folder: Path, image: Path) -> dict[str, Scene]:
-    """Scenes like those, by name, that Cycles is not asked for; `image` is equirectangular, with high dynamic range."""
+    """Returns further scenes by name, which are not rendered with Cycles; `image` is an equirectangular HDR image."""
     made: dict[str, Scene] = {}
     seven = scenes(folder)
     (ball_file, white), (floor, grey) = seven["open"]["objects"]

@@ -1,4 +1,4 @@
-"""Pictures of `path_scenes.py` by a renderer that another Python has, asked for one at a time over a pipe."""
+"""Renders `path_scenes.py` with a renderer of another Python installation, on request over a pipe."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from path_scenes import Array, Scene
 def picture(
     renderer: str, python: str, scene: Scene, size: tuple[int, int], **settings: Any
 ) -> Iterator[Any]:
-    """A function of samples and seed to (picture, seconds), as that of `path_RENDERER.py`."""
+    """Returns a function of samples and seed to (image, seconds), that of `path_RENDERER.py`."""
     with tempfile.TemporaryDirectory() as folder:
         task = {"renderer": renderer, "scene": scene, "size": size, "settings": settings, "folder": folder}
         command = [python, __file__, json.dumps(task)]

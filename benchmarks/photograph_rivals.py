@@ -1,4 +1,4 @@
-"""Programs that `photographs.py` measures, each in a process and an interpreter of its own.
+"""Programs that `photographs.py` measures, each in its own process and interpreter.
 
     INTERPRETER benchmarks/photograph_rivals.py PROGRAM IN.npz OUT.npz
 
@@ -25,7 +25,7 @@ USED: list[float] = [0.0, 0.0]
 
 
 class Measured:
-    """Adds the processor seconds, those of child processes too, and the elapsed seconds of its block to `USED`."""
+    """Adds the block's processor seconds (with child processes) and elapsed seconds to `USED`."""
 
     def __enter__(self) -> None:
         self.start = self.now()
@@ -41,7 +41,7 @@ class Measured:
 
 
 def raycam_world(data: Arrays) -> tuple[Any, dict[str, Any], dict[str, Any]]:
-    """The world, cameras and photographs by name."""
+    """Returns the world, and the cameras and photographs by name."""
     import raycam
 
     world = raycam.World()
@@ -103,7 +103,7 @@ def raycam_occlusion(target: str) -> Callable[[Arrays], Arrays]:
 
 
 def at_vertices(places: Any, values: Any, wanted: Any) -> Any:
-    """Values at places [n, 3] for equal places of another order."""
+    """Returns the values at `places` [n, 3], which are the same points in another order."""
     known = {tuple(place): value for place, value in zip(np.float32(places).tolist(), values, strict=True)}
     return np.array([known.get(tuple(place), np.nan) for place in np.float32(wanted).tolist()])
 

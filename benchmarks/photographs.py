@@ -1,4 +1,4 @@
-"""Textures, depth and occlusion of photographs' surfaces, in turn with other programs on the same arrays.
+"""Compares textures, depth and occlusion from photographs with other programs on the same arrays, in alternation.
 
     python benchmarks/photographs.py [--faces N] [--cameras N] [--size N] [--photo W H] [--rays N] [--rounds N]
         [--open3d PYTHON] [--pyrender PYTHON] [--pymeshlab PYTHON] [--bpy PYTHON]
@@ -31,7 +31,9 @@ Arrays = dict[str, Any]
 
 
 def ball(faces: int) -> Arrays:
-    """A bumpy ball of about `faces` triangles with texture coordinates, and the texture of its photographs."""
+    """Returns a bumpy ball of about `faces` triangles with texture coordinates, and the texture for its
+    photographs.
+    """
     side = round(np.sqrt(faces / 2))
     u, v = np.meshgrid(np.linspace(0, 1, side + 1), np.linspace(0.02, 0.98, side + 1))
     radius = 1 + 0.05 * np.sin(20 * u * np.pi) * np.sin(15 * v * np.pi)
@@ -50,7 +52,7 @@ def ball(faces: int) -> Arrays:
 
 
 def photographed(data: Arrays, count: int, photo: tuple[int, int]) -> Arrays:
-    """The arrays with cameras around the ball, and their photographs."""
+    """Returns the arrays with cameras around the ball and their photographs."""
     turns = np.arange(count) * np.pi * (3 - np.sqrt(5))
     height = np.linspace(-0.8, 0.8, count)
     places = np.stack(
@@ -74,7 +76,7 @@ def photographed(data: Arrays, count: int, photo: tuple[int, int]) -> Arrays:
 
 
 class Race:
-    """Programs that run in turn on the same arrays."""
+    """Programs that run in alternation on the same arrays."""
 
     def __init__(self, folder: Path, rounds: int) -> None:
         self.folder, self.rounds = folder, rounds
@@ -82,7 +84,7 @@ class Race:
     def run(
         self, programs: dict[str, str | None], data: Arrays
     ) -> tuple[dict[str, list[float]], dict[str, Arrays]]:
-        """The median processor and elapsed seconds, and the results, of programs with their interpreters."""
+        """Returns the median processor and elapsed seconds, and the results, of programs with their interpreters."""
         given = self.folder / "in.npz"
         np.savez(given, **data)
         used: dict[str, list[list[float]]] = {}
@@ -113,7 +115,7 @@ def print_rows(task: str, used: dict[str, list[float]], difference: dict[str, st
 
 
 def texture_differences(results: dict[str, Arrays], data: Arrays, size: int) -> dict[str, str]:
-    """The mean absolute difference to the photographs' texture, of texels that raycam knows."""
+    """Returns the mean absolute difference from the photographs' texture, for texels that raycam covers."""
     place = (np.arange(size) + 0.5) / size * 512
     truth = data["picture"][place.astype(int)[:, None], place.astype(int)].astype(float)
     known = next((found["known"] for name, found in results.items() if name.startswith("raycam")), None)
@@ -126,7 +128,7 @@ def texture_differences(results: dict[str, Arrays], data: Arrays, size: int) -> 
 
 
 def depth_differences(results: dict[str, Arrays]) -> dict[str, str]:
-    """The mean relative difference of depth, and the pixels that only one of both sees."""
+    """Returns the mean relative difference of depth, and the number of pixels that only one of both covers."""
     own = results.get("raycam_depth", {}).get("depth")
     found = {}
     for name, each in results.items():
@@ -138,7 +140,7 @@ def depth_differences(results: dict[str, Arrays]) -> dict[str, str]:
 
 
 def occlusion_differences(results: dict[str, Arrays], truth: Arrays | None) -> dict[str, str]:
-    """The root mean square difference to raycam's occlusion of many rays."""
+    """Returns the root mean square difference from raycam's occlusion with many rays."""
     if truth is None:
         return {}
     known = truth.get("known", np.isfinite(truth["ao"]))

@@ -1,4 +1,4 @@
-"""Are pictures the same as another renderer's? Mean radiance, and a test of every pixel.
+"""Compares images with those of another renderer: the mean radiance, and a test of every pixel.
 
 Each renderer makes a number of independent pictures of each scene: their mean, and from their spread the standard error
 of each pixel; from the spread of the pictures' means that of the whole, because the pixels of one picture, and its
@@ -27,7 +27,9 @@ SEED_STEP = 100_003
 
 
 def spread(picture: Any, samples: int) -> tuple[Any, Any, float]:
-    """The mean of independent pictures, its standard error, and that of the mean of all pixels."""
+    """Returns the mean of independent images, its standard error, and the standard error of the mean of all
+    pixels.
+    """
     seeds = range(1, SEED_STEP * PICTURES, SEED_STEP)
     pictures = np.array([picture(samples, seed)[0] for seed in seeds], np.float64)
     means = pictures.mean(axis=(1, 2, 3))
@@ -36,7 +38,9 @@ def spread(picture: Any, samples: int) -> tuple[Any, Any, float]:
 
 
 def judge(a: Any, b: Any) -> tuple[float, float, float]:
-    """The difference of the means, the share of pixels within 99.75 %, and the share that passes Mitsuba's own test."""
+    """Returns the difference of the means, the fraction of pixels within 99.75 %, and the fraction that passes
+    Mitsuba's test.
+    """
     from scipy import stats
 
     (mine, my_error, _), (its, its_error, _) = a, b
@@ -52,7 +56,7 @@ def judge(a: Any, b: Any) -> tuple[float, float, float]:
 
 
 def save(path: Path, image: Any) -> None:
-    """A picture to look at, in sRGB."""
+    """Saves an sRGB image for visual inspection."""
     from PIL import Image
 
     x = np.clip(image, 0, 1)
@@ -62,7 +66,7 @@ def save(path: Path, image: Any) -> None:
 
 
 def compare(renderer: str, name: str, doc: str | None, settings: dict[str, str]) -> None:
-    """The command line of a comparison; `settings` become options, whose values are given to the renderer."""
+    """Runs a comparison from the command line; `settings` become options, whose values the renderer receives."""
     parser = argparse.ArgumentParser(description=doc)
     parser.add_argument("--python", default=sys.executable, help=f"a Python that has {name}")
     parser.add_argument("--samples", type=int, default=128, help=f"of each of {PICTURES} pictures")

@@ -1,4 +1,4 @@
-"""Random worlds in raycam and Mitsuba 3: whether both have the same light.
+"""Compares the light of random worlds in raycam and Mitsuba 3.
 
 A world is a floor, perhaps a wall, and up to five bodies that do not touch: balls, boxes and sheets, turned anyhow, of
 matter that both renderers mean alike (matte, gold, clear glass, thin panes, matter that shines), under one to three
@@ -28,14 +28,14 @@ LIGHTS = ("sky", "sun", "bulb", "area", "image")
 
 
 def turned(random: np.random.Generator) -> Array:
-    """A random rotation, whose rows are at right angles to each other."""
+    """Returns a random rotation."""
     q, r = np.linalg.qr(random.normal(size=(3, 3)))
     q *= np.sign(np.diag(r))
     return np.asarray(q if np.linalg.det(q) > 0 else -q)
 
 
 def box() -> tuple[Array, Array]:
-    """A body of size 1, faces outwards."""
+    """Returns a body of size 1 that faces outwards."""
     axes = np.eye(3)
     sides = []
     for axis in range(3):
@@ -130,7 +130,7 @@ def pictures(picture: Any, samples: int) -> Array:
 
 
 def t_of(mine: Array, theirs: Array, least: float) -> tuple[Array, Array]:
-    """Differences of means over the first axis, and in standard errors, which are no less than this."""
+    """Returns differences of means over the first axis, in units of standard errors with a lower limit."""
     variance = (mine.var(0, ddof=1) + theirs.var(0, ddof=1)) / PICTURES
     off = mine.mean(0) - theirs.mean(0)
     return off, off / np.maximum(np.sqrt(variance), least)

@@ -1,4 +1,4 @@
-"""The frame of every benchmark's report: the machine, the day, the command; and how it is kept."""
+"""The common parts of every benchmark's report: machine, date, command, and storage."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RESULTS = Path(__file__).parent / "results"
 
 
 def machine() -> str:
-    """Cores and instruction sets, as far as they matter to speed."""
+    """Returns the number of cores and the instruction sets that affect speed."""
     flags: set[str] = set()
     info = Path("/proc/cpuinfo")
     if info.exists():
@@ -27,14 +27,14 @@ def machine() -> str:
 
 
 def spread(seconds: Sequence[float]) -> tuple[float, float]:
-    """The best and the median."""
+    """Returns the best and the median."""
     return min(seconds), statistics.median(seconds)
 
 
 def write(
     name: str, title: str, notes: Sequence[str], head: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> Path:
-    """Print the table and keep it, dated, in `results/`."""
+    """Prints the table and saves it with the date in `results/`."""
     today = datetime.date.today().isoformat()
     command = " ".join(["python", f"benchmarks/{Path(sys.argv[0]).name}", *map(shlex.quote, sys.argv[1:])])
     lines = [

@@ -1,4 +1,4 @@
-"""Compares every channel of many pictures, byte for byte, between this build of raycam and another.
+"""Compares every channel of many images, byte for byte, between this build of raycam and another.
 
     python benchmarks/same_pictures.py --against PYTHON [--isa avx512 avx2 portable] [--models FOLDER ...]
 
@@ -102,7 +102,7 @@ Picture = Callable[[], Any]
 
 
 def table(raycam: Any, material: dict[str, Any], lights: list[dict[str, Any]]) -> Any:
-    """A ball of a material, a box and a floor."""
+    """Returns a ball of a material, a box and a floor."""
     world = raycam.World()
     world.add_object(sphere={"radius": 0.6}, **material)
     world.add_object(box={"size": [0.5, 0.4, 0.7]}, location=[0.9, 0.3, -0.25], yaw=30, color=[0.3, 0.6, 0.3])
@@ -122,7 +122,9 @@ def lens_camera(raycam: Any, lens: str) -> Any:
 
 
 def textured_pictures(raycam: Any, camera: Any) -> Iterator[tuple[str, Picture]]:
-    """Magnified, minified, blended and emissive textures and normal maps, through narrow and wide lenses."""
+    """Yields images with magnified, minified, blended and emissive textures and normal maps, for narrow and wide
+    lenses.
+    """
     import numpy as np
 
     noise = np.random.default_rng(0).integers(0, 256, (512, 512, 4)).astype(np.uint8)
@@ -157,7 +159,7 @@ def textured_pictures(raycam: Any, camera: Any) -> Iterator[tuple[str, Picture]]
 
 
 def pictures(raycam: Any, folder: Path, models: list[Path]) -> Iterator[tuple[str, Picture]]:
-    """The list: a name, and a function that renders the picture."""
+    """Returns the names of the images, with functions that render them."""
     import path_raycam
     import path_scenes
 
@@ -230,7 +232,7 @@ def pictures(raycam: Any, folder: Path, models: list[Path]) -> Iterator[tuple[st
 
 
 def noise_option(raycam: Any) -> dict[str, float]:
-    """The option under the name that the build knows."""
+    """Returns the noise option under the name that this build supports."""
     import inspect
 
     known = inspect.signature(raycam.render).parameters
@@ -238,7 +240,7 @@ def noise_option(raycam: Any) -> dict[str, float]:
 
 
 def digest(frame: Any) -> dict[str, str]:
-    """The hash of each channel."""
+    """Returns the hash of each channel."""
     import numpy as np
 
     names = frame if isinstance(frame, dict) else frame.channels
@@ -248,7 +250,7 @@ def digest(frame: Any) -> dict[str, str]:
 
 
 def worker(folder: str, models: list[str]) -> None:
-    """Renders the whole list and prints a line of JSON a picture."""
+    """Renders all images and prints a line of JSON for each."""
     import warnings
 
     import raycam
@@ -264,7 +266,7 @@ def worker(folder: str, models: list[str]) -> None:
 
 
 def run(python: str, isa: str, folder: str, models: list[str]) -> dict[str, dict[str, str]] | None:
-    """All pictures of one build with one instruction set; None where the processor lacks it."""
+    """Renders all images with one build and instruction set; returns None if the processor lacks it."""
     environment = os.environ | {"RAYCAM_ISA": isa}
     command = [python, __file__, "--worker", folder, *models]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)

@@ -1,4 +1,4 @@
-"""How the time of a primary ray grows with the number of triangles, and what a second thread brings.
+"""Measures how the time of a primary ray grows with the number of triangles, and the gain of a second thread.
 
     python benchmarks/scaling.py [SCENE ...] [--triangles 0.25e6 1e6 ...] [--threads 1 2] [--size 1024 768]
 
@@ -30,7 +30,7 @@ RAY_BENCH = ROOT / "target/release/examples/ray_bench"
 
 
 def prepare(folder: Path, name: str, triangles: int, size: tuple[int, int]) -> int:
-    """Writes a scene and its rays; how many triangles it has."""
+    """Writes a scene and its rays; returns the number of triangles."""
     scene = generate(name, triangles)
     camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=size, fov=scene.fov)
     origins, directions = camera.rays(tile_order(*size))
@@ -41,7 +41,7 @@ def prepare(folder: Path, name: str, triangles: int, size: tuple[int, int]) -> i
 
 
 def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
-    """Build rate, bytes a triangle and million rays a second."""
+    """Returns the build rate, bytes per triangle and million rays per second."""
     command = [str(RAY_BENCH), str(folder / "scene.tri"), "--threads", str(threads), "--repeat", str(repeat)]
     command.append(str(folder / "primary.rays"))
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -55,13 +55,13 @@ def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
 
 
 def embree_rays(driver: Path, folder: Path, size: tuple[int, int]) -> float:
-    """Million primary rays a second on one thread."""
+    """Returns million primary rays per second on one thread."""
     command = [str(driver), str(folder / "scene"), "--threads", "1", "--size", "{}x{}".format(*size)]
     return embree_race.run(command)["primary"]
 
 
 def grown(count0: float, time0: float, count: float, time: float) -> str:
-    """How the time of a ray would grow with four times the triangles."""
+    """Returns the factor by which the time of a ray grows with four times the triangles."""
     return f"{(time / time0) ** (np.log(4) / np.log(count / count0)):.2f}"
 
 

@@ -1,4 +1,5 @@
-"""Drops piles of parts into a bin, one per seed, and lets trimesh and FCL measure how deep their meshes penetrate.
+"""Drops piles of parts into a bin, one per seed, and measures the penetration of their meshes with trimesh and
+FCL.
 
 Run `python benchmarks/settle_seeds.py --seeds 1000 --parts 20` from the project's root. It prints a line of JSON per
 seed, with the processor time of `settle`, and a summary at the end; `--first` continues an earlier run, and `--quiet`

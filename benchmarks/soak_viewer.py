@@ -1,4 +1,4 @@
-"""A live view and clients that move, probe, explain, edit, undo, connect and disconnect: memory, minute by minute.
+"""Runs a live view with many clients for hours, and checks that its memory does not grow.
 
 The server is a process of its own. Two clients stay, others come, go and come back. Memory is its resident set; after
 the warm-up, in which all seats are taken once, it may grow by 5 %, the mean of five minutes beside that of five. At the
@@ -47,7 +47,7 @@ KINDS = {
 
 
 class Server:
-    """`raycam view` in a process of its own."""
+    """Runs `raycam view` in a separate process."""
 
     def __init__(self, world: str) -> None:
         command = [sys.executable, "-m", "raycam", "view", world, "--no-browser", "--samples", "32"]
@@ -64,7 +64,7 @@ class Server:
         self._rest.start()
 
     def memory(self) -> float:
-        """The resident set, in MiB."""
+        """Returns the resident memory in MiB."""
         text = Path(f"/proc/{self.process.pid}/status").read_text()
         found = re.search(r"VmRSS:\s+(\d+) kB", text)
         assert found
@@ -90,7 +90,7 @@ class Server:
 
 
 class Visitor:
-    """A client that says random things, and looks at what it hears."""
+    """A client that sends random messages and checks the responses."""
 
     def __init__(self, server: Server, chance: random.Random, session: str = "") -> None:
         self._chance = chance
@@ -121,7 +121,7 @@ class Visitor:
                 self.wrong.append("nothing was heard for a minute")
 
     def say(self) -> None:
-        """One random message."""
+        """Sends one random message."""
         chance = self._chance
         (kind,) = chance.choices(list(KINDS), KINDS.values())
         u, v = chance.randrange(300), chance.randrange(200)
@@ -182,7 +182,7 @@ def main() -> None:
 
 
 def visit(server: Server, chance: random.Random, minutes: float, rate: float) -> None:
-    """Lets clients come, talk and go for some minutes, and tells how it went."""
+    """Runs clients that connect, send messages and leave for some minutes; returns the results."""
     first = server.connect()
     first.hear("picture", moving=False)
     first.say("explain", id=1, u=24, v=15)
@@ -247,7 +247,7 @@ def tell(
     ended: int,
     done: list[Visitor],
 ) -> None:
-    """Writes the report, and fails where something was wrong."""
+    """Writes the report, and fails if an error occurred."""
     minutes = list(kept.values())[warm:]
     begin, end = (statistics.mean(each) for each in (minutes[:SPAN], minutes[-SPAN:]))
     growth, most = end / begin - 1, max(minutes) / begin - 1

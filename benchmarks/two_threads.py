@@ -1,4 +1,4 @@
-"""The gain of a second thread for rays: raycam and Embree, each on one thread and on two in turn.
+"""Measures the gain of a second thread for rays, in raycam and Embree, in alternation.
 
     python benchmarks/two_threads.py [--seed 1] [--size 2896 2172] [--rounds 3]
 
@@ -22,12 +22,12 @@ RAY_BENCH = ROOT / "target/release/examples/ray_bench"
 
 
 def ours(scene: Path, files: list[str], threads: int) -> list[str]:
-    """The command that plays rays through raycam."""
+    """Returns the command that casts the rays with raycam."""
     return [str(RAY_BENCH), f"{scene}.tri", "--threads", str(threads), "--repeat", "5", *files]
 
 
 def theirs(driver: Path, scene: Path, size: tuple[int, int], threads: int) -> list[str]:
-    """The command that plays the same through Embree."""
+    """Returns the command that casts the same rays with Embree."""
     return [str(driver), str(scene), "--threads", str(threads), "--size", "{}x{}".format(*size)]
 
 

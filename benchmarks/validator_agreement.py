@@ -1,4 +1,4 @@
-"""The reports of glTF-Validator and of raycam on files: a table for docs/gltf.md.
+"""Compares the reports of glTF-Validator and of raycam for a folder of files: the table in docs/gltf.md.
 
 python benchmarks/validator_agreement.py FOLDER
 
@@ -19,7 +19,7 @@ CODE = re.compile(r"\b[A-Z0-9]+(?:_[A-Z0-9]+)+\b")
 
 
 def said(path: Path) -> tuple[str, str]:
-    """refused, noticed or loaded; and in which words."""
+    """Returns whether a file is refused, loaded with notices, or loaded, and the messages."""
     try:
         world = raycam.load(path)
     except (raycam.Error, OSError) as fault:

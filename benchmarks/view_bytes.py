@@ -1,4 +1,5 @@
-"""Bytes that the live view sends: a look at a world until its image is finished, depth and normals, and an orbit.
+"""Counts the bytes that the live view sends: until an image is finished, for depth and normals, and during an
+orbit.
 
     python benchmarks/view_bytes.py [WORLD] [--samples N]
 
@@ -51,7 +52,7 @@ class Counter:
 
 
 def orbit(session: Session, seconds: float) -> float:
-    """Orbits for some seconds; returns the time that it took."""
+    """Orbits for some seconds; returns the elapsed time."""
     started, number = time.monotonic(), 0
     while (passed := time.monotonic() - started) < seconds:
         camera = session.view.camera_message(0)

@@ -1,4 +1,5 @@
-"""Other viewers with the triangles of a PLY file, for `bench_viewer.py`: says `open URL`, `first`, and JSON of seconds.
+"""Shows the triangles of a PLY file in other viewers, for `bench_viewer.py`; prints `open URL`, `first`, and
+seconds.
 
 Runs in an interpreter of its own, which has viser, f3d or open3d.
 """
@@ -26,13 +27,13 @@ def say(text: str) -> None:
 
 
 def eye(number: int) -> np.ndarray:
-    """Places around the world."""
+    """Returns positions around the world."""
     angle = 0.05 * number - 2.0
     return TARGET + np.array([6.5 * np.cos(angle), 6.5 * np.sin(angle), 2.4])
 
 
 def timed(picture: Callable[[int], object]) -> list[float]:
-    """Seconds of pictures of a camera that moves; the first one is told."""
+    """Returns the seconds per image of a moving camera; the first image is reported."""
     picture(0)
     say("first")
     times: list[float] = []
@@ -44,7 +45,7 @@ def timed(picture: Callable[[int], object]) -> list[float]:
 
 
 def triangles(path: str) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and faces of the binary PLY that `bench_viewer.py` writes."""
+    """Returns the vertices and faces of the binary PLY file that `bench_viewer.py` writes."""
     head, _, body = Path(path).read_bytes().partition(b"end_header\n")
     count = int(head.split(b"element vertex ")[1].split()[0])
     vertices = np.frombuffer(body, "<f4", 3 * count).reshape(-1, 3)
