@@ -102,8 +102,8 @@ def test_worlds_of_any_scale_and_distance_keep_their_digits(scale, offset):
     near = explain(plain, raycam.Camera.look_at([5, -6, 3], [0, 0, 0], size=(80, 60), focal=100), (40, 30))
     there = explain(world, camera, (40, 30))
     assert near.winner.triangle == there.winner.triangle
-    assert "So below, points count from" in str(there)
-    assert "So below, points count from" not in str(near)
+    assert "Below, points are therefore relative to" in str(there)
+    assert "Below, points are therefore relative to" not in str(near)
     assert 0 < there.depth / scale < 10
     np.testing.assert_allclose(there.units.origin + there.units.scale * there.C, camera.C, rtol=1e-12)
 
@@ -179,7 +179,7 @@ def test_x_prime_behind_the_camera_and_at_infinity_is_explained():
     facing = str(explain(world, raycam.Camera.look_at([-5, 0, 0], [0, 0, 0.5], size=(9, 9), fov=40), (4, 4)))
     assert ("Negative, X' is behind" in behind) != ("Negative, X' is behind" in facing)
     text = str(explain(world, raycam.Camera.look_at([0, 0, 0], [1, 0, 0], size=(9, 9), fov=40), (4, 4)))
-    assert "X' lies at infinity" in text
+    assert "X' is at infinity" in text
     assert "inside, and the closest" in text
 
 
@@ -198,7 +198,7 @@ def test_hits_on_an_edge_and_parallel_rays_are_explained():
     # The view along +z hits the middle of the hypotenuse v3. g is on the same line, so u is parallel to v3.
     camera = raycam.Camera(np.diag([4.0, 4, 1]), np.eye(3), [0, 0, 0], (1, 1))
     text = str(explain(world, camera, (0, 0)))
-    assert "but f(t) lies on v3, and what lies on an edge is inside." in text
+    assert "but f(t) lies on v3, and points on an edge count as inside." in text
     assert re.search(r"c \+ q v3 +parallel to u, not crossed", text)
 
 
@@ -211,7 +211,7 @@ def test_misses_are_explained():
     ground.add_object(plane={"size": [2, 2]})
     away = raycam.Camera.look_at([0, 0, 1], [5, 0, 2], size=(9, 9), fov=10)
     e = explain(ground, away, (4, 4))
-    assert "No triangle's plane is met in front of the camera" in str(e)
+    assert "The ray meets no triangle's plane in front of the camera" in str(e)
     assert (e.behind, e.inside, e.candidates, e.winner) == (2, 0, (), None)
     assert e.depth == np.inf
     assert "There are no triangles in this world" in str(explain(raycam.World(), camera, (0, 0)))

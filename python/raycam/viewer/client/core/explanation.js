@@ -76,13 +76,13 @@ export function explanationOf({ K, lensRay, size, offset, column, row, names, co
       [counts.withoutArea, "have no area, n = 0: never hit"],
       [counts.parallel, "are edge-on, n·r = 0: never hit"],
       [counts.behind, "are behind the camera, t < 0: discarded"],
-      [counts.outside, "lie in planes that the ray meets outside of them"],
+      [counts.outside, "are missed: the ray meets their plane outside of them"],
       [counts.inside, "are hit"],
     ].map(([count, meaning]) => `   ${String(count).padStart(9)} ${meaning}`),
   ];
   if (candidates.length) {
     const width = Math.max(...candidates.map((found) => name(found).length));
-    lines.push("", "   The nearest that are hit, and the most narrowly missed, worked out below:", "");
+    lines.push("", "   The nearest hits and the closest misses, with all steps below:", "");
     lines.push(`   ${"t".padStart(12)}  ${"triangle".padEnd(width)}  crossings`);
     for (const found of candidates) {
       const said = found === winner ? "inside, and the closest: it colours the pixel" : found.inside ? "inside, but farther away" : "outside";
@@ -93,7 +93,7 @@ export function explanationOf({ K, lensRay, size, offset, column, row, names, co
   lines.push("", "3. COLOUR THE PIXEL WITH THE COLOUR OF THE CLOSEST TRIANGLE", "");
   if (!winner && steps.triangles === 0) lines.push("   There are no triangles in this world: the pixel shows the background.");
   else if (!winner && counts.outside === 0) {
-    lines.push("   No triangle's plane is met in front of the camera: the pixel shows the background.");
+    lines.push("   The ray meets no triangle's plane in front of the camera: the pixel shows the background.");
   } else if (!winner) {
     lines.push(
       "   The ray meets no triangle: it meets every plane in front of the camera outside of the",
@@ -126,13 +126,13 @@ function rayLines(P, ray) {
     ...(ray.XPrime
       ? [`      = divided by the fourth    ${vectorText(ray.XPrime)}, some point on the line`]
       : [
-          "   The fourth coordinate is 0: X' lies at infinity. The first three are then the direction of",
-          "   the line itself, and take the place of X' - C.",
+          "   The fourth coordinate is 0: X' is at infinity. The first three are then the direction of",
+          "   the line itself, and replace X' - C.",
         ]),
-    `   C, where P (C, 1) = 0         ${vectorText(ray.C)}, the camera centre, another one`,
+    `   C, where P (C, 1) = 0         ${vectorText(ray.C)}, the camera centre, another point on the line`,
     `   X' - C                        ${vectorText(ray.line)}`,
     "",
-    "   POINT THE LINE FORWARD",
+    "   ORIENT THE LINE FORWARD",
     "",
     "   M, the left 3 x 3 of P, is K R times a scale. The third row of K is (0, 0, 1), so the third row",
     "   of M, M3, is that of R times the scale, and the sign of the scale is that of det M.",
@@ -153,13 +153,13 @@ function lensLines({ x, C, r, imagePoint, undistorted, inCamera, lens: { model, 
   const bent = [
     `1. THE RAY OF THE PIXEL, THROUGH THE LENS (${model})`,
     "",
-    "   A lens bends rays, so that no camera matrix P has them. Each step is taken back instead:",
+    "   A lens bends rays, so no camera matrix P describes them. Each step is inverted instead:",
     "   from the pixel to the distorted point, to the direction without the lens, to the world.",
   ];
   const steps = [
     `   m' = K⁻¹ x                    ${vectorText(imagePoint)}, the distorted point of the image plane`,
     `   coefficients                  ${coefficients.map(general).join(", ")}`,
-    ...(undistorted ? [`   m, whose distortion is m'     ${vectorText(undistorted)}, the point without the lens, at z = 1`] : []),
+    ...(undistorted ? [`   m, whose distortion is m'     ${vectorText(undistorted)}, the undistorted point, at z = 1`] : []),
     `   d, its direction              ${vectorText(inCamera)}, ${general(angle)} degrees off the axis`,
   ];
   return [
@@ -170,7 +170,7 @@ function lensLines({ x, C, r, imagePoint, undistorted, inCamera, lens: { model, 
     ...(isParallel ? [`   d                             ${vectorText(inCamera)}, the same for every pixel`] : steps),
     `   r  = Rᵀ d                     ${vectorText(r)}, in the world, of length 1`,
     `   C                             ${vectorText(C)}, ${isParallel ? "the start of the ray, beside the camera" : "the camera centre"}`,
-    `   projected again, C + r is at  ${vectorText(back, 9)}: the same pixel`,
+    `   C + r, projected again        ${vectorText(back, 9)}: the same pixel`,
     "   The ray is f(t) = C + t r, and t, the distance, is greater than 0 in front of the camera.",
   ];
 }
@@ -202,6 +202,6 @@ function triangleLines(found, name) {
       const numbers = `s = ${general(found.alongU[i]).padEnd(12)} q = ${general(found.alongEdge[i]).padEnd(12)}`;
       return `      ${start} + q ${edge}         ${numbers} ${found.crossed[i] ? "crossed" : "-"}`;
     }),
-    on ? `${count}but f(t) lies on ${on}, and what lies on an edge is inside.` : `${count}f(t) is ${found.inside ? "inside" : "outside"}.`,
+    on ? `${count}but f(t) lies on ${on}, and points on an edge count as inside.` : `${count}f(t) is ${found.inside ? "inside" : "outside"}.`,
   ];
 }
