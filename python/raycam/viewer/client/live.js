@@ -6,6 +6,7 @@ import { Gizmo } from "./gizmo.js";
 import { DOLLY_STEP, Navigator } from "./navigator.js";
 import { LensControls } from "./panel/lens.js";
 import { Axes } from "./panel/axes.js";
+import { CameraControls } from "./panel/cameras.js";
 import { Hint } from "./panel/hint.js";
 import { LookControls } from "./panel/look.js";
 import { Measure } from "./panel/measure.js";
@@ -60,6 +61,7 @@ export class LiveView {
     this.world.lookThrough = (name) => this.lookThrough(name);
     this.look = new LookControls((look) => client.transport.send(/** @type {any} */ ({ type: "look", ...look })));
     this.measure = new Measure(client);
+    this.kept = new CameraControls(client);
     this.script = new ScriptControls((id, value) => client.transport.send({ type: "control", id, value }));
     this.axes = new Axes((side) => this.viewFrom(side));
     this.navigator = new Navigator((message) => client.transport.send(message));
@@ -134,6 +136,7 @@ export class LiveView {
       this.client.showAbout(/** @type {any} */ (message));
     }
     if (message.type === "selected") this.world.showMaterial(message);
+    if (message.type === "thumbnails") this.world.textures.receive(message);
     if (message.type === "camera") this.navigator.receive(/** @type {any} */ (message));
     if (message.type === "camera") this.showCamera(message);
     if (message.type === "answer") this.navigator.answer(/** @type {any} */ (message));
@@ -163,6 +166,7 @@ export class LiveView {
   /** @param {any} camera as the message `camera` describes it */
   showCamera({ name, lens, pose }) {
     this.camera.value = name;
+    this.kept.show(name);
     this.photograph.showFor(name);
     this.looked = name || this.looked;
     if (lens) this.lens.show((this.link.lens = lens));
@@ -248,6 +252,7 @@ export class LiveView {
   /** After each move: the camera is a free one, and the held pixel shows another point. */
   moved() {
     this.camera.value = "";
+    this.kept.show("");
     this.photograph.showFor("");
     this.measure.forget();
     if (this.client.held) this.client.hold(null);

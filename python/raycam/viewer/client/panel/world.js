@@ -2,6 +2,9 @@
 
 import { byId, element, fillSelect, numbersOf } from "../dom.js";
 import { grouped } from "../image/numbers.js";
+import { LightControls } from "./lights.js";
+import { PlacementFields } from "./placement.js";
+import { TextureSlots } from "./textures.js";
 import { SceneTree } from "./tree.js";
 
 /** @typedef {import("../client.js").Client} Client */
@@ -15,7 +18,9 @@ export class WorldControls {
   constructor(client) {
     this.client = client;
     this.object = byId("object", HTMLSelectElement);
-    this.light = byId("light", HTMLSelectElement);
+    this.lights = new LightControls(client);
+    this.textures = new TextureSlots(client);
+    this.placement = new PlacementFields((place, value) => this.edit("object", "place", [place, value]), (text) => client.say(text, "error"));
     this.shown = byId("object-visible", HTMLInputElement);
     this.color = byId("object-color", HTMLInputElement);
     this.roughness = byId("object-roughness", HTMLInputElement);
@@ -39,9 +44,9 @@ export class WorldControls {
       show: (number, visible) => this.change("object", number, "visible", visible),
       isolate: (number) => this.change("object", number, "isolate", this.objects.filter(({ visible }) => visible).length > 1),
       light: (number) => {
-        this.light.value = String(number);
-        byId("look", HTMLDetailsElement).open = true;
-        byId("light", HTMLElement).scrollIntoView({ block: "nearest" });
+        this.lights.select(number);
+        byId("light-group", HTMLDetailsElement).open = true;
+        byId("light-group", HTMLElement).scrollIntoView({ block: "nearest" });
       },
       lookThrough: (name) => this.lookThrough(name),
     });
@@ -86,7 +91,7 @@ export class WorldControls {
 
   /** @param {import("../client.js").Message} contents */
   show({ editable, objects, lights, counts }) {
-    const [object, light] = [this.object.value, this.light.value];
+    const object = this.object.value;
     this.objects = objects;
     this.count = counts[0];
     /** @type {[string, any[], number][]} */
@@ -97,12 +102,12 @@ export class WorldControls {
     unlisted.textContent = cut.map(([what, listed, count]) => `${grouped(listed.length)} of ${grouped(count)} ${what} are listed.`).join(" ");
     if (!unlisted.hidden) unlisted.append(" Click any other object in the image.");
     fillSelect(this.object, objects.map((/** @type {any} */ each, /** @type {number} */ i) => [String(i), each.name || `object ${i}`]));
-    fillSelect(this.light, lights.map((/** @type {string} */ name, /** @type {number} */ i) => [String(i), name]));
     byId("edit", HTMLElement).hidden = !editable || !objects.length;
     for (const button of this.tools) button.hidden = !editable || !objects.length;
-    byId("lights", HTMLElement).hidden = !editable || !lights.length;
-    this.tree.show({ objects, lights, editable });
-    this.light.value = light && Number(light) < lights.length ? light : "0";
+    byId("light-group", HTMLElement).hidden = !editable;
+    byId("camera-edit", HTMLElement).hidden = !editable;
+    this.tree.show({ objects, lights: lights.map((/** @type {any} */ each) => each.name), editable });
+    this.lights.show(lights);
     this.choose(object && Number(object) < this.count ? Number(object) : 0);
   }
 
@@ -167,8 +172,10 @@ export class WorldControls {
   }
 
   /** @param {import("../client.js").Message} selected */
-  showMaterial({ number, name, visible, material, animated }) {
+  showMaterial({ number, name, visible, material, animated, place, textures }) {
     if (number !== Number(this.object.value)) return;
+    this.placement.show(place, Boolean(animated));
+    this.textures.show(number, textures || []);
     const fixed = byId("object-fixed", HTMLElement);
     fixed.hidden = !animated;
     fixed.textContent = animated ? "An animation moves this object, so it cannot be moved here." : "";
@@ -193,7 +200,7 @@ export class WorldControls {
    * @param {import("../messages").Edit["value"]} value
    */
   edit(kind, key, value) {
-    this.change(kind, Number((kind === "object" ? this.object : this.light).value), key, value);
+    this.change(kind, Number((kind === "object" ? this.object : this.lights.light).value), key, value);
   }
 
   /**
