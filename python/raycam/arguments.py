@@ -304,7 +304,8 @@ def one_of(name: str, given: object, valid: Sequence[str], *, error: type[Error]
 def words(name: str, given: object, valid: Iterable[str], *, error: type[Error] = SettingsError) -> list[str]:
     """Returns one word, or several, without duplicates; raises `error` with the nearest of `valid`."""
     each = [given] if isinstance(given, str) else several(name, given, "words", error=error)
-    return list(dict.fromkeys(one_of(name, one, list(valid), error=error) for one in each))
+    known = list(valid)
+    return list(dict.fromkeys([one_of(name, one, known, error=error) for one in each]))
 
 
 def thread_count(threads: object) -> int | None:
