@@ -80,7 +80,8 @@ def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
     """The window position of the end of a handle of the first object."""
     found = handles(matrix_of(session), np.zeros(3), session.view.still_camera, session.selection.tool)
     (lines,) = (each["lines"] for each in found if each["handle"] == handle)
-    u, v = lines[0][-1]
+    # The circles of two axes meet at every quarter turn: an eighth of a turn lies on one circle only.
+    u, v = lines[0][len(lines[0]) // 8 if session.selection.tool == "turn" else -1]
     return place_of(tab, u - 0.5, v - 0.5, session.view.size)
 
 
