@@ -214,11 +214,15 @@ HANDLES: dict[tuple[str, str], list[list[str]]] = {
     ("matrix", ""): [[*CAMERA, *CORNERS], CORNERS],
     ("angles", ""): [CAMERA, []],
     ("sign", ""): [CAMERA],
-    ("project", ""): [["X"], ["X"]],
+    ("project", ""): [["X", *CAMERA], ["X"]],
     ("normal", ""): [CORNERS],
-    ("lights", ""): [["sun"], ["sun"]],
-    ("lights", "Bulb"): [["bulb"], ["bulb"]],
-    ("shadow", ""): [["bulb"], ["bulb"]],
+    ("lights", ""): [["sun", *CAMERA], ["sun"]],
+    ("lights", "Bulb"): [["bulb", *CAMERA], ["bulb"]],
+    ("shadow", ""): [["bulb", *CAMERA], ["bulb"]],
+    ("closest", ""): [CAMERA, []],
+    ("plane", ""): [CAMERA, []],
+    ("back-project", ""): [CAMERA, []],
+    ("path", ""): [CAMERA],
 }
 """The points that are dragged in each view of a figure, after a click on a button."""
 
@@ -385,6 +389,20 @@ def test_keys_turn_and_move_the_camera(start: dict[str, Any]) -> None:
     np.testing.assert_allclose(np.array(found[6]["C"]) - found[5]["C"], 0.05 * R[2], atol=1e-3)
     assert found[8]["pixel"] == [numbers["pixel"][0] + 1, numbers["pixel"][1]]
     assert found[8]["C"] == found[6]["C"]
+
+
+def test_bent_grid_equals_the_distorted_camera() -> None:
+    rng = np.random.default_rng(3)
+    K = [[280, 5, 150], [0, 310, 125], [0, 0, 1]]
+    ways = rng.uniform(-0.7, 0.7, (50, 2))
+    for k1 in (-0.3, 0.25):
+        camera = raycam.Camera.from_pose([0, 0, 0], 0, 0, 0, size=(320, 240), K=K, distortion=[k1, 0, 0, 0])
+        found = in_page(
+            "const numbers = { ...firstNumbers(), fx: 280, fy: 310, skew: 5, cx: 150, cy: 125 };"
+            f"return {json.dumps(ways.tolist())}.map(([x, y]) => distortedPixel(numbers, {k1}, x, y));"
+        )
+        points = np.column_stack([ways, np.ones(len(ways))]) @ np.asarray(camera.R)
+        np.testing.assert_allclose(found, camera.project(points)[0], atol=1e-9)
 
 
 def test_measured_noise_equals_the_deviation() -> None:

@@ -177,8 +177,8 @@ export class OutsideView {
       near: mean(seen.map((each) => each[2])),
       paint: () => {
         if (rig.picture) {
+          drawLine(pen, seen.map(([x, y]) => [x + 3, y + 6]), { color: "shadow", width: 3, fill: "shadow", close: true });
           ctx.save();
-          [ctx.shadowColor, ctx.shadowBlur, ctx.shadowOffsetY] = [pen.color("shadow"), 14, 5];
           ctx.transform((b[0] - a[0]) / columns, (b[1] - a[1]) / columns, (d[0] - a[0]) / rows, (d[1] - a[1]) / rows, a[0], a[1]);
           ctx.globalAlpha = 0.94;
           ctx.drawImage(rig.picture, left, top, width, height);

@@ -16,14 +16,15 @@ const MATERIALS = /** @type {[string, (roughness: number) => string][]} */ ([
   ["glass", (roughness) => `type = "glass"\nior = 1.5\nroughness = ${roughness}`],
 ]);
 
-/** A canvas that shows a picture of the core alone. @param {Figure} fig @param {string} label @param {() => { canvas: HTMLCanvasElement | null }} picture */
-function showPicture(fig, label, picture) {
+/** A canvas that shows a picture of the core, with lines over it. @param {Figure} fig @param {string} label @param {() => { canvas: HTMLCanvasElement | null }} picture @param {(pen: import("../figure/board.js").Pen) => void} [overlay] */
+function showPicture(fig, label, picture, overlay) {
   fig.canvas({
     ratio: SIZE[1] / SIZE[0], label,
     draw: (pen) => {
       const { canvas } = picture();
       if (canvas) pen.ctx.drawImage(canvas, 0, 0, pen.width, pen.height);
       else drawLine(pen, [[0, 0], [pen.width, 0], [pen.width, pen.height], [0, pen.height]], { color: "soft", fill: "soft", close: true });
+      overlay?.(pen);
     },
   });
 }
@@ -44,9 +45,24 @@ export function buildMaterial(fig) {
 export function buildDistortion(fig) {
   let k1 = -0.3;
   const picture = litPicture(fig, () => ({ text: worldText(fig.shared.numbers, { camera: `distortion = [${k1}, 0, 0, 0]` }), size: SIZE, integrator: "flat", samples: 4 }));
-  showPicture(fig, "The picture through a lens that bends straight lines", picture);
+  showPicture(fig, "The picture through a lens that bends straight lines, and a grid of such lines", picture, (pen) => drawBentGrid(pen, fig.shared.numbers, k1));
   fig.slider({ name: "k₁", symbol: "K", min: -0.4, max: 0.3, step: 0.01, get: () => k1, set: (value) => { k1 = value; } });
   fig.readout(() => [[`At distance 0.5 from the principal point: 0.5 · (1 + k₁ · 0.25) = ${fixed(distortedRadius(0.5, k1), 4)}`]]);
+}
+
+/** The pixel of the direction (x, y, 1) in the camera's axes. @param {import("./world.js").Numbers} numbers @param {number} k1 @param {number} x @param {number} y */
+function distortedPixel({ fx, fy, skew, cx, cy }, k1, x, y) {
+  const part = distortedRadius(Math.hypot(x, y), k1) / (Math.hypot(x, y) || 1);
+  return [fx * part * x + skew * part * y + cx, fy * part * y + cy];
+}
+
+/** Lines that are straight without distortion, a fifth of the focal length apart. @param {import("../figure/board.js").Pen} pen @param {import("./world.js").Numbers} numbers @param {number} k1 */
+function drawBentGrid(pen, numbers, k1) {
+  const place = (/** @type {number} */ x, /** @type {number} */ y) => distortedPixel(numbers, k1, x, y).map((value) => ((value + 0.5) * pen.width) / SIZE[0]);
+  for (let i = -4; i <= 4; i++) {
+    const along = Array.from({ length: 33 }, (_, k) => (k - 16) / 20);
+    for (const line of [along.map((at) => place(i / 5, at)), along.map((at) => place(at, i / 5))]) drawLine(pen, line, { color: "K", width: i ? 1 : 2 });
+  }
 }
 
 /** The distance from the axis after the first term of radial distortion. @param {number} radius @param {number} k1 */

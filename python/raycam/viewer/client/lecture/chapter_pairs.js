@@ -183,6 +183,6 @@ export function buildFloor(fig) {
     const far = farPoint(shared.camera.P, direction());
     const [u, v] = vanishingPoint(shared.camera.P, direction());
     const [x, y] = floorPoint(shared.camera.P, shared.numbers.pixel);
-    return [[["P", `P (e, 0) = ${tuple(far, 4)}`], `,  divided by its third number: vanishing point (${fixed(u, 1)}, ${fixed(v, 1)})`], [["x", `pixel (${shared.numbers.pixel.join(", ")})`], ` is the point (${fixed(x, 3)}, ${fixed(y, 3)}) of the floor`]];
+    return [[["P", `P (e, 0) = ${tuple(far, 4)}`]], [`divided by its third number: vanishing point (${fixed(u, 1)}, ${fixed(v, 1)})`], [["x", `pixel (${shared.numbers.pixel.join(", ")})`], ` is the point (${fixed(x, 3)}, ${fixed(y, 3)}) of the floor`]];
   });
 }

@@ -6,6 +6,9 @@ import { isStill } from "./figure.js";
 /** @typedef {import("./state.js").Shared} Shared */
 /** @typedef {{ link: Element, section: HTMLElement, tasks: Element[], dots: HTMLElement, entry: HTMLElement }} Chapter */
 
+/** The height of the line that the chapter on screen has passed, by the window's. */
+const READING_LINE = 0.4;
+
 /** Fills the table of contents from the links of the navigation. @returns {Chapter[]} */
 function buildContents() {
   const host = byId("contents", HTMLElement);
@@ -61,25 +64,31 @@ function bindMenu(menu) {
   });
 }
 
-/** Marks the chapter on screen. @param {Chapter[]} chapters */
-function followChapters(chapters) {
-  const observer = new IntersectionObserver((entries) => {
-    for (const { target, isIntersecting } of entries) {
-      const found = chapters.find(({ section }) => section === target);
-      if (!found || !isIntersecting) continue;
-      for (const { link } of chapters) link.toggleAttribute("aria-current", link === found.link);
-      const { parentElement: item } = found.link;
-      item?.parentElement?.scrollTo({ left: item.offsetLeft - item.parentElement.clientWidth / 2, behavior: isStill() ? "auto" : "smooth" });
-    }
-  }, { rootMargin: "-30% 0px -60% 0px" });
-  for (const { section } of chapters) observer.observe(section);
+/** Marks the chapter on screen, and how much was read. @param {Chapter[]} chapters */
+function followScrolling(chapters) {
+  const bar = byId("read", HTMLElement);
+  let current = -1;
+  const follow = () => {
+    const { scrollTop, scrollHeight, clientHeight } = document.documentElement;
+    bar.style.setProperty("--read", String(scrollTop / (scrollHeight - clientHeight || 1)));
+    const below = chapters.findIndex(({ section }) => section.getBoundingClientRect().top > READING_LINE * clientHeight);
+    const now = Math.max(0, (below < 0 ? chapters.length : below) - 1);
+    if (now === current) return;
+    current = now;
+    chapters.forEach(({ link }, i) => link.toggleAttribute("aria-current", i === now));
+    const { parentElement: item } = chapters[now].link;
+    item?.parentElement?.scrollTo({ left: item.offsetLeft - item.parentElement.clientWidth / 2, behavior: isStill() ? "auto" : "smooth" });
+  };
+  addEventListener("scroll", follow, { passive: true });
+  addEventListener("resize", follow);
+  follow();
 }
 
 /** Table of contents, progress, and the mark of the chapter on screen. @param {Shared} shared */
 export function bindNavigation(shared) {
   const chapters = buildContents();
   bindMenu(byId("menu", HTMLDetailsElement));
-  followChapters(chapters);
+  followScrolling(chapters);
   let last = -1;
   const show = () => {
     const solved = document.querySelectorAll(".solved").length;
@@ -88,11 +97,4 @@ export function bindNavigation(shared) {
   };
   shared.listeners.push(show);
   show();
-  const bar = byId("read", HTMLElement);
-  const read = () => {
-    const { scrollTop, scrollHeight, clientHeight } = document.documentElement;
-    bar.style.setProperty("--read", String(scrollTop / (scrollHeight - clientHeight || 1)));
-  };
-  addEventListener("scroll", read, { passive: true });
-  read();
 }

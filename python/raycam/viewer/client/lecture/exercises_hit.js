@@ -34,7 +34,7 @@ export const HIT_EXERCISES = [
   },
   {
     id: "distance",
-    title: "The ray of the chapter before meets this plane: t = n·(a - C) / n·r",
+    title: "The ray from the chapter “The ray of a pixel” meets this plane: t = n·(a - C) / n·r",
     asked: ["t"],
     given: ({ ray, found }, isSolved) => [
       `C = ${vectorText(ray.C)}`,

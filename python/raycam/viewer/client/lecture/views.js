@@ -29,7 +29,7 @@ export function sharedPicture({ shared, pictures }) {
   return SHARED_PICTURE.canvas;
 }
 
-/** A handle that is dragged in both views. The sun is a direction, which the picture shows at infinity. @typedef {{ get: () => number[], set: (point: number[]) => void, color: string, symbol?: string, text?: string, glows?: "sun" | "bulb" }} Handle */
+/** A handle that is dragged in both views. The sun is a direction, which the picture shows at infinity. @typedef {{ get: () => number[], set: (point: number[]) => void, color: string, symbol?: string, text?: string, glows?: "sun" | "bulb", isQuiet?: boolean }} Handle `isQuiet`: drawn only while it is selected or its symbol is highlighted */
 
 /** A point that a reader drags: above a height, within 6 units of the origin, in steps of 0.001. @param {number[]} point @param {number} lowest */
 export const withinWorld = ([x, y, z], lowest) => [x, y, Math.max(lowest, z)].map((value) => Math.max(-6, Math.min(6, Math.round(value * 1000) / 1000)));
@@ -135,11 +135,15 @@ function spinOf(fig, view) {
 /**
  * Adds the view from outside, which turns when it is dragged.
  * @param {Figure} fig
- * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("../figure/outside.js").Content, handles?: () => Handle[], picksPixel?: boolean }} options
+ * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("../figure/outside.js").Content, handles?: () => Handle[], picksPixel?: boolean, hasPoints?: boolean }} options `hasPoints`: false if nothing in the view is dragged
  */
-export function addOutside(fig, { label, ratio = 0.6, view = new OutsideView(), content, handles: given, picksPixel = false }) {
+export function addOutside(fig, { label, ratio = 0.6, view = new OutsideView(), content, handles: given, picksPixel = false, hasPoints = true }) {
   const { shared } = fig;
-  const handles = given || (() => []);
+  let hasCamera = false;
+  const handles = () => {
+    const named = given?.() || [];
+    return !hasCamera || named.some(({ symbol }) => symbol === "C") ? named : [...named, ...cameraHandles(fig).map((handle) => ({ ...handle, isQuiet: true }))];
+  };
   const keys = handleKeys(handles);
   const spin = spinOf(fig, view);
   /** @type {Handle | null} */
@@ -150,10 +154,13 @@ export function addOutside(fig, { label, ratio = 0.6, view = new OutsideView(), 
     return Math.hypot(x - at[0], y - at[1]) < GRAB_PX;
   }) || null;
   fig.canvas({
-    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too${given ? ", and Enter selects a point that they move" : ""}.`,
+    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too${hasPoints ? ", and Enter selects a point that they move" : ""}.`,
     draw: (pen) => {
       const shown = content();
-      const spots = handles().map(({ get, color, symbol, text, glows }, i) => ({ at: get(), color, symbol, text, radius: keys.isSelected(i) ? 9 : 6, isHandle: true, glows }));
+      hasCamera = shown.rig?.C === shared.numbers.C;
+      const spots = handles().flatMap(({ get, color, symbol, text, glows, isQuiet }, i) => (isQuiet && !keys.isSelected(i) && !pen.lit(symbol) ? [] : [
+        { at: get(), color, symbol, text: isQuiet ? "" : text, radius: keys.isSelected(i) ? 9 : 6, isHandle: true, glows },
+      ]));
       view.draw(pen, { ...shown, spots: [...(shown.spots || []), ...spots] });
     },
     isHandle: (at) => nearest(at) !== null,
@@ -178,7 +185,7 @@ export function addOutside(fig, { label, ratio = 0.6, view = new OutsideView(), 
       }
     },
     release: () => spin.begin(),
-    next: given && keys.next,
+    next: hasPoints ? keys.next : undefined,
     nudge: ([x, y]) => {
       const handle = keys.get();
       if (!handle) return view.orbit([8 * x, 8 * y], [0, 0]);
