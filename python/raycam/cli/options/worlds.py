@@ -91,12 +91,16 @@ def set_joints(world: World, texts: Sequence[str]) -> None:
         if not robot:
             if len(world.robots) != 1:
                 names = ", ".join(world.robots) or "none"
-                raise SettingsError(f"--joints {text}: expected ROBOT/JOINT=VALUE; robots: {names}")
+                raise SettingsError(
+                    f"--joints {text}: expected ROBOT/JOINT=VALUE; robots: {names}", code="invalid_value"
+                )
             robot = next(iter(world.robots))
         try:
             found.setdefault(robot, {})[joint] = float(value)
         except ValueError:
-            raise SettingsError(f"--joints {text}: expected JOINT=VALUE with a number") from None
+            raise SettingsError(
+                f"--joints {text}: expected JOINT=VALUE with a number", code="wrong_type"
+            ) from None
     for robot, joints in found.items():
         world.set_joints(robot, joints)
 

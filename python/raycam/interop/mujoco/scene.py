@@ -89,7 +89,8 @@ class MujocoScene:
         if len(data.geom_xpos) != self.model.ngeom or len(data.cam_xpos) != self.model.ncam:
             raise WorldError(
                 f"data belongs to another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, "
-                f"expected {self.model.ngeom} and {self.model.ncam}"
+                f"expected {self.model.ngeom} and {self.model.ncam}",
+                code="wrong_shape",
             )
         if self.model.ngeom and not np.any(data.geom_xmat):
             raise WorldError(
@@ -196,7 +197,7 @@ def from_mujoco(
     MuJoCo if `data` is not given.
     """
     if not hasattr(model, "geom_type") or not hasattr(model, "mesh_vert"):
-        raise WorldError(f"expected a mujoco.MjModel, not {type(model).__name__}")
+        raise WorldError(f"expected a mujoco.MjModel, not {type(model).__name__}", code="wrong_type")
     if data is None:
         import mujoco
 

@@ -254,7 +254,9 @@ class Session:
 
     def _require_open(self) -> None:
         if not self.allows_open:
-            raise SettingsError("this view cannot open files: start it with --allow-open (allow_open=True)")
+            raise SettingsError(
+                "this view cannot open files: start it with --allow-open (allow_open=True)", code="read_only"
+            )
 
     # Messages ---------------------------------------------------------------------------------------------
 
