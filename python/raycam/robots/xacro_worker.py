@@ -1,6 +1,6 @@
 """The process that expands a xacro file: `python -m raycam.robots.xacro_worker REQUEST`.
 
-To the file `answer` of the request, it writes "ok", the warnings of xacro and the document; or the error's code and text.
+To the file `answer` of the request, it writes "ok", xacro's warnings and the document, or the error's code and text.
 """
 
 from __future__ import annotations
