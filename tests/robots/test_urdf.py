@@ -41,8 +41,14 @@ BAD = {
         LINKS + '<link name="c"/>\n' + joint() + joint(child="c"),
         fault("duplicate_name", ":6:", "'j'", "line 5"),
     ),
-    "joint type": (LINKS + joint(kind="hinge"), fault("unknown_name", ":4: joint 'j':", "'hinge'", "revolute")),
-    "zero axis": (LINKS + joint(more='<axis xyz="0 0 0"/>'), fault("out_of_range", ":4: joint 'j':", "0 0 0")),
+    "joint type": (
+        LINKS + joint(kind="hinge"),
+        fault("unknown_name", ":4: joint 'j':", "'hinge'", "revolute"),
+    ),
+    "zero axis": (
+        LINKS + joint(more='<axis xyz="0 0 0"/>'),
+        fault("out_of_range", ":4: joint 'j':", "0 0 0"),
+    ),
     "not a number": (
         LINKS + joint(more='<origin xyz="0 nan 0"/>'),
         fault("wrong_type", ":4: <origin>", "'xyz'", "'0 nan 0'"),
@@ -59,7 +65,10 @@ BAD = {
         LINKS + joint().replace('lower="-1"', 'lower="2"'),
         fault("out_of_range", ":4: joint 'j':", "2", "1"),
     ),
-    "no geometry": ('<link name="a">\n<visual/></link>', fault("missing_value", ":3: <visual>", "<geometry>")),
+    "no geometry": (
+        '<link name="a">\n<visual/></link>',
+        fault("missing_value", ":3: <visual>", "<geometry>"),
+    ),
     "shape": (
         '<link name="a"><visual><geometry>\n<cone radius="1"/></geometry></visual></link>',
         fault("unknown_name", ":3:", "'cone'"),

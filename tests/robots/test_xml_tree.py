@@ -20,9 +20,15 @@ DTD = b'<!DOCTYPE robot SYSTEM "http://example.com/robot.dtd"><robot/>'
 BAD = {
     "billion laughs": (LAUGHS, fault("unsupported_feature", "x.xml:3:", "'a'")),
     "external entity": (EXTERNAL, fault("unsupported_feature", "x.xml:1:", "'secret'")),
-    "parameter entity": (b'<!DOCTYPE r [<!ENTITY % x SYSTEM "x">]><r/>', fault("unsupported_feature", "x.xml:", "'x'")),
+    "parameter entity": (
+        b'<!DOCTYPE r [<!ENTITY % x SYSTEM "x">]><r/>',
+        fault("unsupported_feature", "x.xml:", "'x'"),
+    ),
     "external type": (DTD, fault("outside_root", "x.xml:", "robot.dtd")),
-    "million elements": (b"<r>" + b"<link/>" * 1_000_000 + b"</r>", fault("budget_exceeded", "x.xml:", "300000")),
+    "million elements": (
+        b"<r>" + b"<link/>" * 1_000_000 + b"</r>",
+        fault("budget_exceeded", "x.xml:", "300000"),
+    ),
     "depth": (b"<a>" * 200 + b"</a>" * 200, fault("budget_exceeded", "x.xml:", "100")),
     "cut": (b"<robot>\n<link", fault("syntax", "x.xml:2:")),
     "empty": (b"", fault("syntax", "x.xml:1:")),

@@ -98,9 +98,14 @@ FileName = Annotated[str, Length(1000, 1)]
 
 @dataclass(frozen=True)
 class Message:
-    """A message of a client. `KIND` is its `type` in JSON."""
+    """A message of a client."""
 
     KIND: ClassVar[str]
+    """Its `type` in JSON."""
+    UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
+    """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
+    IS_FOLLOWED: ClassVar[bool] = False
+    """True if all clients of a view with `follow=True` receive it."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,8 @@ class Move(Message):
     """The camera's new pose, which the client computed. `fx` is the focal length of parallel rays in image pixels."""
 
     KIND = "move"
+    UNDO = "group"
+    IS_FOLLOWED = True
     seq: Number
     R: Rotation
     C: Point
@@ -141,6 +148,8 @@ class Home(Message):
     """Returns to the camera that the view started with."""
 
     KIND = "home"
+    UNDO = "step"
+    IS_FOLLOWED = True
     seq: Number
 
 
@@ -170,6 +179,8 @@ class LookThrough(Message):
     """Looks through a camera of the world, or keeps the pose as a free camera if the name is empty."""
 
     KIND = "camera"
+    UNDO = "step"
+    IS_FOLLOWED = True
     name: Name
 
 
@@ -186,6 +197,7 @@ class Time(Message):
     """Sets the world's time in seconds, and the animation (empty for the first one)."""
 
     KIND = "time"
+    IS_FOLLOWED = True
     t: Annotated[float, Range(0, 1e6)]
     animation: Name
 
@@ -195,6 +207,8 @@ class Variant(Message):
     """Chooses a material variant; empty for the file's own materials."""
 
     KIND = "variant"
+    UNDO = "step"
+    IS_FOLLOWED = True
     name: Name
 
 
@@ -203,6 +217,7 @@ class FromSide(Message):
     """Views the whole world from a side, with the camera's lens."""
 
     KIND = "side"
+    UNDO = "step"
     seq: Number
     name: Annotated[str, OneOf(tuple(DIRECTIONS))]
 
@@ -212,6 +227,7 @@ class Look(Message):
     """Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own."""
 
     KIND = "look"
+    UNDO = "group"
     light: Annotated[str, OneOf(LIGHTS)]
     rotation: Annotated[float, Range(-360, 360)]
     azimuth: Annotated[float, Range(-360, 360)]
@@ -225,6 +241,8 @@ class Lens(Message):
     """Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model."""
 
     KIND = "lens"
+    UNDO = "group"
+    IS_FOLLOWED = True
     fx: Annotated[float, Range(1e-3, 1e7)]
     fy: Annotated[float, Range(1e-3, 1e7)]
     cx: Annotated[float, Range(-1e7, 1e7)]
@@ -237,6 +255,8 @@ class Pose(Message):
     """Sets the camera's location in metres and its angles in degrees."""
 
     KIND = "pose"
+    UNDO = "group"
+    IS_FOLLOWED = True
     location: Point
     roll: Annotated[float, Range(-1e4, 1e4)]
     pitch: Annotated[float, Range(-1e4, 1e4)]
@@ -349,6 +369,7 @@ class Quality(Message):
     """Chooses the integrator of the still image."""
 
     KIND = "quality"
+    UNDO = "step"
     integrator: Literal["direct", "path"]
 
 

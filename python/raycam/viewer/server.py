@@ -19,7 +19,7 @@ from ..arguments import whole
 from ..errors import Error, NetworkError
 from . import gate
 from .answers import SLOW, Answers, probe
-from .client_messages import Hello, Home, Lens, LookThrough, Move, Pose, Probe, Size, Time, Variant
+from .client_messages import Hello, Probe, Size
 from .messages import MAX_MESSAGE_BYTES, BadMessage, packed, parse_message
 from .scheduler import Scheduler
 from .session import Session
@@ -34,8 +34,6 @@ MOST_CONNECTIONS = 32
 HANDSHAKE_TIME = 5.0  # seconds
 KEPT = 600.0  # seconds for which a session waits for its client to reconnect
 QUEUED_IN = 8
-SHARED = (Move, Home, LookThrough, Time, Variant, Lens, Pose)
-"""The messages that all clients follow with `follow=True`."""
 QUEUED_OUT = 64
 WILDCARDS = ("0.0.0.0", "::")
 MOST_PROBES = 60  # per second
@@ -293,7 +291,7 @@ class Server:
                         self.answers.queue_message(session, message)
                     else:
                         session.receive(message)
-                        if self._follow and isinstance(message, SHARED):
+                        if self._follow and message.IS_FOLLOWED:
                             for other in self.sessions.values():
                                 if other is not session:
                                     other.follow(session)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
 from ...errors import SettingsError
+from ...world.endings import MODEL_ENDINGS
 from .messages import print_detail, print_notice, print_notices
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ __all__ = [
 def add_world(command: argparse.ArgumentParser) -> None:
     """Adds the world, the first argument, `--variant`, `--folder` and `--texture-memory`."""
     command.add_argument(
-        "world", metavar="WORLD", help="world file (.toml), or .gltf .glb .obj .ply .stl .off .usd .urdf"
+        "world", metavar="WORLD", help=f"world file (.toml), or a model ({' '.join(MODEL_ENDINGS[1:])})"
     )
     command.add_argument(
         "--joints",
