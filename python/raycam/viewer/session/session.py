@@ -325,8 +325,7 @@ class Session:
                 self.images.show_moving_again()
 
     def _send_planes(self, message: messages.Planes) -> None:
-        if message.wanted != self.connection.wants_planes:
-            self.connection.wants_planes = self.connection.is_plane_due = message.wanted
+        if self.connection.request_planes(message.wanted):
             with self.lock:
                 self.images.show_again()
 
