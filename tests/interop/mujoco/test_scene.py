@@ -109,11 +109,11 @@ def test_objects_have_names_categories_and_colours() -> None:
 
 
 def test_other_objects_and_data_of_another_model_raise() -> None:
-    with raises(raycam.WorldError, code="invalid_world", mentions=["mujoco.MjModel"]):
+    with raises(raycam.WorldError, code="wrong_type", mentions=["mujoco.MjModel"]):
         raycam.from_mujoco({})
     scene = raycam.from_mujoco(mujoco.MjModel.from_xml_string(FLAT))
     other = mujoco.MjData(mujoco.MjModel.from_xml_string(ROUND))
-    with raises(raycam.WorldError, code="invalid_world", mentions=["4", "6"]):
+    with raises(raycam.WorldError, code="wrong_shape", mentions=["4", "6"]):
         scene.update(other)
 
 

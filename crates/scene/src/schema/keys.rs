@@ -41,7 +41,8 @@ impl<const N: usize> Keys<N> {
         self.refuse_as(ErrorCode::MissingValue, keys, &format!("requires {required}, which is missing"))
     }
 
-    fn refuse_as(&self, code: ErrorCode, keys: &[&str], reason: &str) -> Result<()> {
+    /// Rejects some keys, for a reason of this kind.
+    pub fn refuse_as(&self, code: ErrorCode, keys: &[&str], reason: &str) -> Result<()> {
         match self.given(keys).first() {
             Some(key) => Err(SceneError::schema(code, *key, reason)),
             None => Ok(()),

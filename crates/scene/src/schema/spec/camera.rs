@@ -219,7 +219,7 @@ impl CameraSpec {
             (None, _) => {
                 let message = "\"distortion\", the coefficients of the lens, is missing; use [0, 0, 0, 0] for an \
                     equidistant fisheye";
-                keys.refuse(&["lens"], message)?;
+                keys.refuse_as(ErrorCode::MissingValue, &["lens"], message)?;
                 Ok(Lens::Pinhole)
             }
         }

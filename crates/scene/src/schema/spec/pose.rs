@@ -141,7 +141,8 @@ impl PoseSpec {
                 let target = DVec3::from_array(target);
                 Camera::look_at(location, target, up, k, size, center)?
             } else {
-                keys.refuse(
+                keys.refuse_as(
+                    ErrorCode::MissingValue,
                     &["up"],
                     "requires \"target\", which is missing; with angles, use roll to tilt the camera",
                 )?;
