@@ -308,6 +308,10 @@ _OWN_ERRORS = {
         "The address would make an unencrypted live view available to other people.",
         "Forward the port with ssh, or add --yes.",
     ),
+    "unsupported_version": Code(
+        "An object comes from a version of another package that is not supported.",
+        "Upgrade the package to the version that the message states, and create the object again.",
+    ),
     "missing_dependency": Code(
         "An optional package is not installed.",
         "Install the extra that the message names, such as raycam[usd].",

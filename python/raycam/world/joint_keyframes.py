@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arguments import Floats, floats, real
-from ..errors import WorldError, nearest
-from ..notices import warn_all
-from ..robots import Robot
+from ..errors import Notice, WorldError, nearest
+from ..notices import warn, warn_all
+from ..robots import Robot, is_bag, read_joint_states
 from .robot_joints import find_robot
 
 if TYPE_CHECKING:
@@ -113,12 +113,20 @@ def _moved_objects(robot: Robot, times: Floats, vectors: Floats) -> list[dict[st
 
 
 def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
-    """Reads joint values over time from a CSV or NPY file; returns times [n] in seconds and vectors [n, k].
+    """Reads joint values over time from a CSV or NPY file, or a ROS 2 bag; returns times [n] in seconds and vectors [n,
+    k].
 
     The first row of a CSV file contains `time` and the joints' names. An NPY array [n, 1 + k] has the time in its
-    first column, followed by the joints in the order of `Robot.joints`. Joints without a column keep their values.
-    Raises `OSError` if the file cannot be read and `WorldError` if its contents are invalid.
+    first column, followed by the joints in the order of `Robot.joints`. Of a bag, the `sensor_msgs/JointState` messages
+    are read (see `read_joint_states`); the times are those of all messages with joints of the robot, and begin with 0
+    at the bag's first joint state. A joint that a message omits is interpolated linearly. Joints without a column keep
+    their values. A notice reports joints of a bag that the robot does not have or that cannot be set.
+
+    Raises `OSError` if the file cannot be read, `WorldError` if its contents are invalid, and the errors of
+    `read_joint_states`.
     """
+    if is_bag(path):
+        return _from_bag(robot, path)
     path = Path(path)
     if path.suffix.lower() == ".npy":
         table = floats(
@@ -151,3 +159,25 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
     columns = {name: table[:, column] for column, name in enumerate(names) if column}
     vectors, _ = robot._vectors(columns)
     return table[:, 0], vectors
+
+
+def _from_bag(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
+    """Times [n] and vectors [n, k] of a bag."""
+    tracks = read_joint_states(path)
+    known = {name: track for name, track in tracks.items() if name in robot.joints}
+    others = sorted(set(tracks) - set(known))
+    if not known:
+        raise WorldError(
+            f"{os.fspath(path)}: the bag has no positions of joints of robot {robot.name!r}; joints of the bag:"
+            f" {', '.join(others[:10]) or 'none'}; of the robot: {', '.join(robot.joints) or 'none'}",
+            code="unknown_name",
+        )
+    if others:
+        text = f"{os.fspath(path)}: joints that robot {robot.name!r} does not have or that cannot be set are ignored"
+        warn(Notice(text, "ignored_key", others[:3], len(others)))
+    times = np.unique(np.concatenate([track.times for track in known.values()]))
+    columns = {}
+    for name, (moments, positions) in known.items():
+        turns = robot.description.joints[name].type == "continuous"
+        columns[name] = np.interp(times, moments, np.unwrap(positions) if turns else positions)
+    return times, robot._vectors(columns)[0]
