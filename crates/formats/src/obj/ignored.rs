@@ -3,7 +3,6 @@
 use raycam_scene::{ErrorCode, Message};
 
 use crate::io::lexer;
-use crate::obj::chunk::LineError;
 
 /// Maximum number of keywords; a file with more is not an OBJ file.
 const MAX_KEYWORDS: usize = 32;
@@ -31,7 +30,7 @@ impl IgnoredStatements {
     }
 
     /// Adds the keywords of a later piece; if there are too many, returns the line and the message.
-    pub fn append(&mut self, later: Self) -> Result<(), LineError> {
+    pub fn append(&mut self, later: Self) -> Result<(), (usize, Message)> {
         let mut later = later.0.into_iter();
         later.try_for_each(|(key, line)| self.add(line, &key).map_err(|message| (line, message)))
     }
