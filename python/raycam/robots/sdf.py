@@ -16,6 +16,7 @@ from .description import Geometry, Joint, JointType, Link, Material, RobotDescri
 from .resolve import FileResolver, Missing, read_bytes
 from .sdf_cameras import SdfCamera, read_sensor
 from .sdf_frames import MODEL_FRAME, FrameGraph, read_numbers, read_pose
+from .sdf_lights import SdfLight, ambient_light, read_light
 from .tree import check_tree
 from .xml_tree import Element, XmlLimits, parse_xml
 
@@ -51,6 +52,8 @@ class SdfModel:
     """Its pose [4, 4]."""
     cameras: list[SdfCamera]
     """The cameras of its links."""
+    lights: list[SdfLight] = field(default_factory=list)
+    """The lights of the file's worlds, with the first model."""
 
 
 def read_sdf(data: bytes, name: str, files: FileResolver) -> list[SdfModel]:
@@ -70,6 +73,7 @@ class _Document:
         self.name, self.files, self.depth = name, files, depth
         self.notices: list[Notice] = []
         self.ignored: Counter[str] = Counter()
+        self.lights: list[SdfLight] = []
         self._root = parse_xml(data, name)
         if self._root.tag != "sdf":
             hint = "; it is URDF, rename it to .urdf" if self._root.tag == "robot" else ""
@@ -92,17 +96,27 @@ class _Document:
                     found.append(self._model(child))
                 elif child.tag == "include":
                     found += self._included_models(child)
+                elif child.tag == "light":
+                    self._add_light(read_light(child, self.fail, self.name))
                 elif child.tag not in SILENT and child.tag != "world":
                     self.ignored[child.tag] += 1
                 if len(found) > MAX_MODELS:
                     raise self.fail(child, f"too many models; the limit is {MAX_MODELS}")
+            if self.lights and holder.tag == "world":
+                self._add_light(ambient_light(holder, self.fail))
         if not found:
             raise FormatError(f"{self.name}: the file contains no models", code="nothing_visible")
         texts = [f"{count} x <{tag}>" for tag, count in self.ignored.items()]
         if texts:
             self.notices.append(Notice(f"{self.name}: not shown: {', '.join(texts)}", "ignored_element"))
         found[0].description.notices[:0] = self.notices
+        found[0].lights = self.lights
         return found
+
+    def _add_light(self, light: SdfLight | None) -> None:
+        if light is not None:
+            self.lights.append(light)
+            self.notices += light.notices
 
     def _model(self, element: Element) -> SdfModel:
         builder = _Model(self)
@@ -110,7 +124,15 @@ class _Document:
         return builder.finished(element, read_pose(element, self.fail)[0])
 
     def _included_models(self, include: Element) -> list[SdfModel]:
-        document, element = self.included(include)
+        document = self.included(include)
+        element = document._root.find("model")
+        lights = document._root.find_all("light")
+        if element is None and lights:
+            placed = read_pose(include, self.fail)[0] if include.find("pose") is not None else None
+            for light in lights:
+                self._add_light(read_light(light, document.fail, document.name, placed))
+            return []
+        element = document.model()
         builder = _Model(document)
         builder.read(element, "")
         own = include.find("name")
@@ -120,8 +142,15 @@ class _Document:
         self.notices += document.notices
         return [builder.finished(element, pose, name)]
 
-    def included(self, include: Element) -> tuple[_Document, Element]:
-        """The document that an `<include>` names, and its model."""
+    def model(self) -> Element:
+        """The only model of an included file."""
+        model = self._root.find("model")
+        if model is None:
+            raise self.fail(self._root, "an included file must contain a <model>")
+        return model
+
+    def included(self, include: Element) -> _Document:
+        """The document that an `<include>` names."""
         uri = include.find("uri")
         if uri is None or not uri.text.strip():
             raise self.fail(include, "<include> has no <uri>")
@@ -142,11 +171,7 @@ class _Document:
                 code="file_not_found",
             )
         files = FileResolver(path, self.files.folder, self.files.packages)
-        document = _Document(read_bytes(path, XmlLimits().bytes), os.fspath(path), files, self.depth + 1)
-        model = document._root.find("model")
-        if model is None:
-            raise document.fail(document._root, "an included file must contain a <model>")
-        return document, model
+        return _Document(read_bytes(path, XmlLimits().bytes), os.fspath(path), files, self.depth + 1)
 
 
 @dataclass
@@ -197,7 +222,8 @@ class _Model:
                 document.ignored[part.tag] += 1
 
     def _include(self, part: Element, prefix: str, own: str, document: _Document) -> None:
-        inner, model = document.included(part)
+        inner = document.included(part)
+        model = inner.model()
         given = part.find("name")
         name = model.attributes.get("name", "") if given is None else given.text.strip()
         pose, base = read_pose(part if part.find("pose") is not None else model, document.fail)

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, size_of, whole, word
 from ..camera import Camera, check_camera
-from ..errors import FormatError, WorldError
+from ..errors import FormatError, Notice, WorldError
+from ..notices import warn
 from ..rig import Rig
 from ..robots import FileResolver, JointValues, Robot, RobotModel, read_robots
 from ..sensors import Sensor
@@ -161,6 +162,9 @@ class WorldBuilding(WorldContents):
                 f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
                 code="unsupported_feature",
             )
+        if models[0].lights:
+            text = f"{os.fspath(path)}: the file's lights are not added; raycam.load loads them, too"
+            warn(Notice(text, "ignored_element"))
         robot = self._add_model(
             models[0],
             files,

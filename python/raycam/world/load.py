@@ -232,6 +232,8 @@ def _load_robot(
         while name in world.robots:
             name, number = f"{model.description.name}-{number}", number + 1
         world._add_model(model, files, name=name, **how)
+        for light in model.lights:
+            world.add_light(light.type, **light.keys)
     return world
 
 
