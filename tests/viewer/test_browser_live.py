@@ -141,14 +141,14 @@ def test_click_calls_the_callback_of_the_script(tab: Tab, world: raycam.World) -
         tab.wait(DONE)
         assert viewer._server is not None
         (session,) = viewer._server.sessions.values()
-        x, y = place_of(tab, 40, 30, session.view.size)
+        x, y = place_of(tab, 240, 180, session.view.size)
         for kind in ("mousePressed", "mouseReleased"):
             tab.mouse(kind, x, y, button="left", clickCount=1)
         until(lambda: len(told) == 1)
         seen = raycam.render(world, session.view.still_camera, channels="instance")["instance"]
     (picked,) = told
-    assert picked["pixel"] == (40, 30)
-    assert picked["instance"] == seen[30, 40]
+    assert picked["pixel"] == (240, 180)
+    assert picked["instance"] == seen[180, 240]
 
 
 def test_page_starts_with_the_given_options(tab: Tab, world: raycam.World) -> None:
@@ -218,7 +218,7 @@ def test_walking_keeps_the_camera_height_above_the_ground(
     for said in ("Fly", "Walk"):
         tab.press("n")
         tab.wait(f"document.getElementById('message').textContent.startsWith('{said}')")
-    x, y = place_of(tab, 40, 30, session.view.size)
+    x, y = place_of(tab, 240, 180, session.view.size)
     tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
     tab.wait("document.getElementById('message').textContent === 'Speed: 1.3 times.'")
     assert np.array_equal(session.view.camera.location, before)
