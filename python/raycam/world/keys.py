@@ -112,6 +112,13 @@ class LightKeys(TypedDict, total=False):
     """The keys of `[[light]]`; the world file reference lists those of each type."""
 
     type: str
+    name: str
+    visible: Mapping[str, bool]
+    temperature: float
+    lux: float
+    candela: float
+    lumen: float
+    nit: float
     direction: npt.ArrayLike
     position: npt.ArrayLike
     target: npt.ArrayLike | str

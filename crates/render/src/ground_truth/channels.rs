@@ -112,6 +112,26 @@ impl<'a> ChannelReader<'a> {
         media.transmittance(geometry.interior_at(origin), &through).to_array()
     }
 
+    pub fn roughness(&self, i: usize) -> f32 {
+        self.hit(i).map_or(0.0, |hit| self.geometry(i).roughness(&to_float_hit(hit)))
+    }
+
+    pub fn metallic(&self, i: usize) -> f32 {
+        self.hit(i).map_or(0.0, |hit| self.geometry(i).metallic(&to_float_hit(hit)))
+    }
+
+    /// Normalised object coordinates.
+    pub fn nocs(&self, i: usize) -> [f32; 3] {
+        let Some(hit) = self.hit(i) else {
+            return [f32::NAN; 3];
+        };
+        let instance = &self.geometry(i).instances[hit.instance as usize];
+        let mesh = &instance.mesh.mesh;
+        let [a, b, c] = mesh.triangles[hit.triangle as usize].map(|vertex| mesh.vertices[vertex as usize]);
+        let point = a + (b - a) * hit.u + (c - a) * hit.v;
+        instance.normalized_coordinates(point).as_vec3().to_array()
+    }
+
     /// Index of the object.
     #[inline]
     pub fn instance(&self, i: usize) -> i32 {

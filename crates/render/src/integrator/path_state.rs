@@ -16,7 +16,9 @@ use crate::prepare::material::PreparedMaterial;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
     /// Index of its camera ray in the batch.
-    pub ray_index: usize,
+    pub camera_ray: u32,
+    /// Index of its way in [`PassRecorder`](crate::integrator::passes::PassRecorder); 0 if no passes are recorded.
+    pub way: u32,
     /// Factor from radiance along the current ray to radiance at the camera.
     pub throughput: Vec3,
     pub direction: Vec3,
@@ -47,6 +49,12 @@ pub(crate) struct PathState {
 }
 
 impl PathState {
+    /// Index of its camera ray in the batch.
+    #[inline(always)]
+    pub fn ray_index(&self) -> usize {
+        self.camera_ray as usize
+    }
+
     /// Distance from the point that scattered the path last.
     #[inline(always)]
     pub fn distance_to(&self, position: DVec3) -> f64 {

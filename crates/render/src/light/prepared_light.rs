@@ -73,8 +73,8 @@ impl PreparedLight {
                     .unwrap_or_else(|| Vec3::from(power.unwrap_or_default()) / (4.0 * std::f32::consts::PI));
                 Self::Point(PointLight::new(local(position), intensity, radius))
             }
-            Light::Spot { position, direction, power, intensity, inner, outer } => {
-                let spot = SpotLight::new(local(position), direction.into(), inner, outer);
+            Light::Spot { position, direction, power, intensity, inner, outer, radius } => {
+                let spot = SpotLight::new(local(position), direction.into(), inner, outer, radius);
                 Self::Spot(match intensity {
                     Some(intensity) => spot.with_intensity(intensity.into()),
                     None => spot.with_power(power.unwrap_or_default().into()),
@@ -106,6 +106,14 @@ impl PreparedLight {
         }
     }
 
+    /// Radiance of a sky that is the same in every direction.
+    pub fn constant_radiance(&self) -> Option<Vec3> {
+        match self {
+            Self::GradientSky(sky) if sky.is_constant() => Some(sky.horizon),
+            _ => None,
+        }
+    }
+
     pub fn is_infinite(&self) -> bool {
         match self {
             Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => true,
@@ -118,7 +126,7 @@ impl PreparedLight {
         match self {
             Self::Sun(sun) => Some(sun.sample(random)),
             Self::Point(bulb) => bulb.sample(from.position, random),
-            Self::Spot(spot) => spot.sample(from.position),
+            Self::Spot(spot) => spot.sample(from.position, random),
             Self::Rectangle(area) => area.sample(from.position, random),
             Self::Disk(disk) => disk.sample(from.position, random),
             Self::Ies(ies) => ies.sample(from.position),
@@ -143,7 +151,8 @@ impl PreparedLight {
             Self::Point(bulb) => bulb.intersect(from, direction),
             Self::Rectangle(area) => area.intersect(from, direction),
             Self::Disk(disk) => disk.intersect(from, direction),
-            Self::Spot(_) | Self::Ies(_) => None,
+            Self::Spot(spot) => spot.intersect(from, direction),
+            Self::Ies(_) => None,
             Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => None,
         }
     }
@@ -154,7 +163,8 @@ impl PreparedLight {
             Self::Sun(sun) => !sun.is_point(),
             Self::Point(bulb) => !bulb.is_point(),
             Self::GradientSky(sky) => !(ambient && sky.is_constant()),
-            Self::Spot(_) | Self::Ies(_) => false,
+            Self::Spot(spot) => !spot.is_point(),
+            Self::Ies(_) => false,
             Self::Rectangle(_) | Self::Disk(_) | Self::Environment(_) => true,
         }
     }

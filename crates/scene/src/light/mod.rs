@@ -1,8 +1,11 @@
 //! Lights, in radiometric units.
 
+pub(crate) mod blackbody;
 pub(crate) mod file_ref;
 pub(crate) mod ies_profile;
+pub(crate) mod names;
 mod strength;
+pub(crate) mod traits;
 pub(crate) mod validate;
 
 use std::sync::Arc;
@@ -16,6 +19,8 @@ use crate::texture::{Image, Texels};
 
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
+pub use crate::light::names::{SURFACES, light_names};
+pub use crate::light::traits::{LightTraits, LightVisibility};
 
 /// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear; a single
 /// number instead of red, green and blue means grey.
@@ -80,6 +85,10 @@ pub enum Light {
         /// In degrees from the axis, at most 90.
         #[serde(default = "default_outer_angle")]
         outer: f64,
+        /// In metres. A radius makes the light a sphere, which gives soft shadows and is visible; its light falls off
+        /// with the angle between the axis and the direction from its centre.
+        #[serde(default)]
+        radius: f64,
     },
     /// A parallelogram of uniform radiance.
     #[serde(rename = "area")]

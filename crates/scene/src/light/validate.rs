@@ -68,9 +68,12 @@ impl Light {
     }
 
     fn validate_spot(&self) -> Validated {
-        let Self::Spot { position, direction, power, intensity, inner, outer } = self else { return Ok(()) };
+        let Self::Spot { position, direction, power, intensity, inner, outer, radius } = self else { return Ok(()) };
         check_position("a spot", *position)?;
         check_direction("a spot", *direction, "the direction in which its light travels")?;
+        if !(radius.is_finite() && *radius >= 0.0) {
+            return invalid(format!("a spot of radius {radius}; expected a finite number >= 0"));
+        }
         if !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= 90.0) {
             return invalid(format!(
                 "a spot with inner {inner} and outer {outer}; expected 0 <= inner <= outer <= 90 degrees from its \

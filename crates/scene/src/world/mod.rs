@@ -26,7 +26,7 @@ pub use self::names::Names;
 use crate::animation::NodeTree;
 use crate::camera::sensor::{LidarSurface, NamedSensor};
 use crate::camera::{NamedCamera, Rig};
-use crate::light::Light;
+use crate::light::{Light, LightTraits};
 use crate::material::Material;
 use crate::medium::fog::Fog;
 use crate::mesh::Mesh;
@@ -105,6 +105,9 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
+    /// Names and visibilities of the lights, by index; lights beyond its end have the defaults.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub light_traits: Vec<LightTraits>,
     /// Fog outside of objects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fog: Option<Fog>,
