@@ -24,7 +24,7 @@ class ObjectKeys(TypedDict, total=False):
 
     name: str
     category: str | int
-    visible: bool
+    visible: bool | Mapping[str, bool]
     shadow_catcher: bool
     lidar: Mapping[str, float]
     box: Mapping[str, Any] | npt.ArrayLike
@@ -158,6 +158,8 @@ SIZED = ("box", "plane", "sphere")
 """Shapes whose size is given by their first key alone."""
 STRENGTH_KEYS = ("irradiance", "power", "intensity", "radiance")
 """Light keys for the strength in physical units."""
+PHOTOMETRIC_KEYS = ("lux", "candela", "lumen", "nit")
+"""Light keys that replace the strength by one in photometric units."""
 
 
 def object_keys(

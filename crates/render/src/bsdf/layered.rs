@@ -227,9 +227,9 @@ impl<'a> LayeredBsdf<'a> {
     /// Part of [`LayeredBsdf::albedo`] that the diffuse base and the sheen have.
     pub fn diffuse_albedo(&self) -> Vec3 {
         let stack = &self.stack;
-        let (sheen, passed) = stack.sheen.map_or((Vec3::ZERO, 1.0), |sheen| {
-            (sheen.albedo_color(self.wo.z), sheen.base_transmittance(self.wo.z))
-        });
+        let (sheen, passed) = stack
+            .sheen
+            .map_or((Vec3::ZERO, 1.0), |sheen| (sheen.albedo_color(self.wo.z), sheen.base_transmittance(self.wo.z)));
         let base = (stack.diffuse + stack.diffuse_transmission) * (self.base_transmittance * passed);
         (base + sheen) * (1.0 - self.coat_albedo)
     }

@@ -16,6 +16,7 @@
 //!   once.
 //! * [`closed_form_fog`]: the fog of `flat` and `direct`.
 //! * [`volume`]: paths that a medium scatters.
+//! * [`hidden_objects`]: objects that some rays do not find.
 //! * [`passes`]: the parts of the radiance, by their way to the camera and by their light.
 //! * [`requirements`]: the lights and rays that each integrator requires.
 //! * [`shade`]: one hit of any material.
@@ -32,6 +33,7 @@ pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
 mod closed_form_fog;
 pub(crate) mod direct_lighting;
+mod hidden_objects;
 pub(crate) mod passes;
 pub(crate) mod path;
 pub(crate) mod path_state;

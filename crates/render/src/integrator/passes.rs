@@ -53,7 +53,9 @@ enum Scatterings {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FirstScattering {
     /// A surface, with the fraction of each colour that its diffuse lobes scatter.
-    Surface { diffuse: Vec3 },
+    Surface {
+        diffuse: Vec3,
+    },
     Medium,
 }
 
@@ -95,11 +97,18 @@ impl LightWay {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum LightSource {
     /// A finite light, by its index among those that a ray finds.
-    Finite { index: usize, view: LightView },
+    Finite {
+        index: usize,
+        view: LightView,
+    },
     /// A sun without a size, by its index among the infinite lights.
     Sun(usize),
     /// All infinite lights with an extent, from a direction; constant skies only if `has_ambient`.
-    Infinite { direction: Vec3, has_ambient: bool, view: LightView },
+    Infinite {
+        direction: Vec3,
+        has_ambient: bool,
+        view: LightView,
+    },
     /// All constant skies.
     Ambient,
     Surfaces,

@@ -12,7 +12,7 @@ use crate::integrator::batch::hits::{Chunk, HitBatch};
 use crate::integrator::batch::sort::KindSort;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::closed_form_fog::RayBegins;
-use crate::integrator::path_state::{PathState, WavefrontQueues};
+use crate::integrator::path_state::{LightSearch, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
 use crate::light::air_light::AirLight;
@@ -92,6 +92,7 @@ impl PathScratch {
             specular_bounce: true,
             is_camera_ray: true,
             split_count: 0,
+            light_search: LightSearch::All,
             light_sampling: tracer.settings.light_sampling,
             depth: 1,
             interior_list: interior_at(position, direction),
@@ -232,8 +233,17 @@ impl PathScratch {
                         continue;
                     }
                 }
-                if tracer.shade_lane(path, (hit_batch, chunk, lane), queues, radiance) {
+                let at = (&*hit_batch, chunk, lane);
+                let (is_shaded, behind) = match tracer.modes.has_hidden_objects {
+                    true => tracer.meet_hidden(path, at, radiance),
+                    false => (true, None),
+                };
+                if is_shaded && tracer.shade_lane(path, at, queues, radiance) {
                     next_active.push(index);
+                }
+                if let Some((path, ray)) = behind {
+                    queues.next_rays.push(ray);
+                    queues.split_paths.push(path);
                 }
                 for path in queues.split_paths.drain(..) {
                     next_active.push(paths.len() as u32);

@@ -7,7 +7,7 @@ use raycam_scene::{Alpha, Material};
 use crate::bsdf::BsdfSample;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::passes::{LightSource, Passes};
-use crate::integrator::path_state::{PathState, WavefrontQueues};
+use crate::integrator::path_state::{LightSearch, PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
 use crate::light::air_light::AirLight;
 use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
@@ -90,6 +90,8 @@ pub(crate) struct PathModes<'a> {
     pub last_segment_is_occlusion_only: bool,
     /// True if any batched BSDF selects between lobes.
     pub needs_lobe_choice: bool,
+    /// True if some rays do not find an object.
+    pub has_hidden_objects: bool,
     /// True if there are materials of several kinds, so that hits are sorted by kind.
     pub has_many_kinds: bool,
 }
@@ -123,6 +125,7 @@ impl<'a> PathModes<'a> {
             split_lights: settings.split_lights && lights.max_split_samples().is_some(),
             last_segment_is_occlusion_only: last_segment_is_occlusion_only(geometry, lights),
             needs_lobe_choice: geometry.materials.iter().any(needs_lobe_choice),
+            has_hidden_objects: geometry.has_hidden_objects,
             has_many_kinds: kinds.any(|kind| Some(kind) != first_kind),
         }
     }
@@ -257,7 +260,7 @@ impl PathTracer<'_> {
     /// looked up.
     pub fn handle_escaped_ray(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
         self.add_intersected_lights(path, f64::INFINITY, out);
-        if !(path.is_camera_ray && self.settings.hide_environment) {
+        if !(path.is_camera_ray && self.settings.hide_environment || self.skips_light(path)) {
             let light = self.environment_light(path, lookup);
             *out += light;
             if self.settings.passes.is_some() {
@@ -272,8 +275,8 @@ impl PathTracer<'_> {
         if path.is_camera_ray && self.settings.catchers == Catchers::Only {
             return;
         }
-        if self.settings.media.is_some() {
-            // Added with the media before them.
+        if self.settings.media.is_some() || self.skips_light(path) {
+            // In media, these lights are added with the media before them.
             return;
         }
         let (lights, view) = self.lights_of(path);
@@ -340,7 +343,7 @@ impl PathTracer<'_> {
             *out += light;
             self.record(path, LightSource::Surfaces, light);
         }
-        if material.emission.value == [0.0; 3] {
+        if material.emission.value == [0.0; 3] || self.skips_light(path) {
             return;
         }
         let footprint = geometry.footprint(hit, direction, &path.ray_cone);
@@ -442,6 +445,7 @@ impl PathTracer<'_> {
         path.bsdf_pdf = sample.pdf;
         path.specular_bounce = sample.is_specular;
         path.light_sampling = self.light_sampling(path);
+        path.light_search = LightSearch::All;
         path.is_camera_ray = false;
         path.depth = depth;
         path.interior_list = interior_list;

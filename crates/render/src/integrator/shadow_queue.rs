@@ -118,13 +118,7 @@ impl ShadowRayQueue {
     }
 
     /// Traces rays that transparent surfaces may let through, from surface to surface.
-    fn trace_transparent(
-        &mut self,
-        geometry: &Geometry,
-        scene: &Scene,
-        passes: Option<Passes>,
-        radiance: &mut [Vec3],
-    ) {
+    fn trace_transparent(&mut self, geometry: &Geometry, scene: &Scene, passes: Option<Passes>, radiance: &mut [Vec3]) {
         let mut hits = vec![];
         while !self.rays.is_empty() {
             hits.clear();
@@ -142,15 +136,16 @@ impl ShadowRayQueue {
                 }
                 let opacity = geometry.opacity(hit);
                 let is_straight = geometry.material(hit).is_straight;
-                if opacity == 1.0 && !is_straight {
+                let is_shadowless = !geometry.ray_visibility(hit.instance).shadow;
+                if opacity == 1.0 && !is_straight && !is_shadowless {
                     continue;
                 }
                 // From the far side of the surface to the same end point.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
                 let interaction = SurfaceInteraction::new(geometry, direction / length, hit, 0.0);
-                let mut transmittance = Vec3::splat(1.0 - opacity);
-                if is_straight {
+                let mut transmittance = Vec3::splat(if is_shadowless { 1.0 } else { 1.0 - opacity });
+                if is_straight && !is_shadowless {
                     let hit = MaterialHit::new(geometry, hit, &interaction, direction / length);
                     transmittance += opacity * straight_transmittance(&hit);
                 }

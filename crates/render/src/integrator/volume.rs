@@ -12,7 +12,7 @@ use raycam_bvh::{Hit, Ray};
 use crate::bsdf::BsdfSample;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::passes::{FirstScattering, LightSource};
-use crate::integrator::path_state::{PathState, WavefrontQueues};
+use crate::integrator::path_state::{LightSearch, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::interaction::LightSampleContext;
 use crate::light::light_sampling::{LightSampling, SampledLight};
@@ -73,7 +73,9 @@ impl PathTracer<'_> {
         let (origin, direction) = (path.prev_context.position, path.direction.as_dvec3());
         let end = self.geometry.ray_length(origin, direction, hit);
         let ray = MediumRay { origin, direction, begin, end, is_camera_ray: path.is_camera_ray };
-        self.add_lights_in_media(media, path, &ray, out);
+        if !self.skips_light(path) {
+            self.add_lights_in_media(media, path, &ray, out);
+        }
         if is_miss(hit) && path.is_camera_ray && self.settings.hide_environment {
             return true;
         }
@@ -133,7 +135,8 @@ impl PathTracer<'_> {
             return None;
         }
         let flight = FreeFlight::new(path.throughput, medium.extinction);
-        let near_lights = (index == 0).then(|| self.near_lights(path, ray, part)).flatten();
+        let is_found = index == 0 && path.light_search != LightSearch::Sampled;
+        let near_lights = is_found.then(|| self.near_lights(path, ray, part)).flatten();
         if let Some(near_lights) = &near_lights {
             self.sample_near_light(path, part, &flight, near_lights, queues);
         }
@@ -220,7 +223,7 @@ impl PathTracer<'_> {
 
     /// Samples a light at a point of a medium, and continues the path; false if it ends.
     fn scatter(&self, path: &mut PathState, vertex: &VolumeVertex, queues: &mut WavefrontQueues) -> bool {
-        if self.is_at_max_depth(path) {
+        if self.is_at_max_depth(path) || path.light_search == LightSearch::Sampled {
             return false;
         }
         let context = LightSampleContext { position: vertex.position, normal: Vec3::ZERO };

@@ -270,7 +270,10 @@ impl Lights {
             self.infinite.iter().map(of_light).collect()
         });
         let own = parts.iter().filter(|(part, _)| owner == LightOwner::World(*part));
-        divide_or_zero(own.map(|(_, light)| radiance(light)).sum(), parts.iter().map(|(_, light)| radiance(light)).sum())
+        divide_or_zero(
+            own.map(|(_, light)| radiance(light)).sum(),
+            parts.iter().map(|(_, light)| radiance(light)).sum(),
+        )
     }
 
     /// For each ray, false only if it misses every light that rays can hit.

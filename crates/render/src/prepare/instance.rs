@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::Instance;
 use raycam_scene::Object;
+use raycam_scene::world::RayVisibility;
 
 use crate::prepare::mesh::PreparedMesh;
 use crate::prepare::stretch::StretchedBvh;
@@ -34,6 +35,8 @@ pub(crate) struct PreparedInstance {
     pub error_bounds: ErrorBounds,
     /// False for an instance that nothing hits.
     pub is_visible: bool,
+    /// Rays that find a visible instance.
+    pub ray_visibility: RayVisibility,
     /// True for the border of a medium, which only media cross.
     pub is_boundary: bool,
     /// True for a shadow catcher: compositions show only its shadows.
@@ -99,6 +102,7 @@ impl PreparedInstance {
             materials: object.materials.clone(),
             category,
             is_visible: object.visible && !is_boundary,
+            ray_visibility: object.ray_visibility,
             is_boundary: object.visible && is_boundary,
             is_catcher: object.shadow_catcher,
             mesh,

@@ -49,7 +49,8 @@ impl TileRenderer<'_> {
         let mut corners = TriangleCache::new(None);
         let write = |channel: Channel, rows: &mut RowWriter| {
             use Channel as C;
-            let pass = || self.settings.channels.iter().filter(|c| c.is_pass()).position(|&c| c == channel).unwrap_or(0);
+            let pass =
+                || self.settings.channels.iter().filter(|c| c.is_pass()).position(|&c| c == channel).unwrap_or(0);
             match channel {
                 C::Color => rows.write(|i| estimator.color(i).to_array()),
                 C::Albedo => rows.write(|i| truth.albedo(i)),

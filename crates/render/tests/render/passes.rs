@@ -55,29 +55,33 @@ fn lights() -> Vec<(&'static str, Light)> {
         ("sun", Light::Sun { direction: [1.0, 1.0, -2.0], irradiance: [1.0, 0.9, 0.8], angular_diameter: 2.0 }),
         ("point sun", Light::Sun { direction: [-1.0, 1.0, -2.0], irradiance: [0.3; 3], angular_diameter: 0.0 }),
         ("sky", Light::uniform_sky([0.1, 0.2, 0.3])),
-        ("dusk", Light::Sky {
-            radiance: None,
-            zenith: Some([0.1, 0.1, 0.2]),
-            horizon: Some([0.3, 0.2, 0.1]),
-            ground: None,
-        }),
+        (
+            "dusk",
+            Light::Sky { radiance: None, zenith: Some([0.1, 0.1, 0.2]), horizon: Some([0.3, 0.2, 0.1]), ground: None },
+        ),
         ("bulb", Light::Point { position: [2.0, -2.0, 2.5], power, intensity, radius: 0.2 }),
-        ("spot", Light::Spot {
-            position: [-2.0, -2.0, 4.0],
-            direction: [0.5, 0.5, -1.0],
-            power,
-            intensity,
-            inner: 10.0,
-            outer: 40.0,
-            radius: 0.1,
-        }),
-        ("panel", Light::Rectangle {
-            position: [0.0, 2.5, 3.0],
-            u: [1.0, 0.0, 0.0],
-            v: [0.0, 0.5, -1.0],
-            radiance: [4.0; 3],
-            two_sided: true,
-        }),
+        (
+            "spot",
+            Light::Spot {
+                position: [-2.0, -2.0, 4.0],
+                direction: [0.5, 0.5, -1.0],
+                power,
+                intensity,
+                inner: 10.0,
+                outer: 40.0,
+                radius: 0.1,
+            },
+        ),
+        (
+            "panel",
+            Light::Rectangle {
+                position: [0.0, 2.5, 3.0],
+                u: [1.0, 0.0, 0.0],
+                v: [0.0, 0.5, -1.0],
+                radiance: [4.0; 3],
+                two_sided: true,
+            },
+        ),
     ]
 }
 
@@ -167,11 +171,11 @@ fn light_images_equal_images_of_worlds_with_one_light() {
 #[test]
 fn passes_of_a_matte_floor_follow_lamberts_law() {
     let mut world = plane(1e3, 0.5);
-    named(&mut world, "noon", Light::Sun {
-        direction: [0.0, 0.0, -1.0],
-        irradiance: [std::f32::consts::PI; 3],
-        angular_diameter: 0.0,
-    });
+    named(
+        &mut world,
+        "noon",
+        Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [std::f32::consts::PI; 3], angular_diameter: 0.0 },
+    );
     let camera = look_at(DVec3::new(0.0, -2.0, 2.0), DVec3::ZERO, 20.0, [4, 4]);
     let channels = [Channel::Direct, Channel::Diffuse, Channel::from_name("light:noon").unwrap()];
     let dark = [Channel::Emission, Channel::Indirect, Channel::Specular, Channel::Volume];

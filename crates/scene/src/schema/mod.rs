@@ -24,7 +24,7 @@ use serde::Deserialize;
 
 pub use crate::schema::deserialize::from_value;
 pub use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
-pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
+pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Visible, Wraps};
 pub use crate::schema::spec::camera::{CameraSpec, Projection};
 pub use crate::schema::spec::fog::FogSpec;
 pub use crate::schema::spec::light::LightSpec;

@@ -157,7 +157,8 @@ impl HitBatch {
             self.load_diffuse(tracer, path, Vec3::ONE, lane);
             return;
         }
-        self.alpha_rejected[lane] = !is_culled && tracer.fails_alpha_test(path, material, hit);
+        self.alpha_rejected[lane] = !is_culled && tracer.fails_alpha_test(path, material, hit)
+            || tracer.modes.has_hidden_objects && tracer.is_hidden(path, hit);
         if self.alpha_rejected[lane] {
             return;
         }

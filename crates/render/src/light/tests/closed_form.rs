@@ -63,7 +63,8 @@ fn spots_follow_the_gltf_falloff_and_emit_their_power() {
 fn spots_with_a_radius_illuminate_like_points_with_the_same_falloff() {
     for radius in [0.0, 0.01, 0.5] {
         for x in [0.0, 0.7, 1.0, 1.3] {
-            let Light::Spot { position, direction, power, intensity, inner, outer, .. } = spot(20.0, 40.0, false) else {
+            let Light::Spot { position, direction, power, intensity, inner, outer, .. } = spot(20.0, 40.0, false)
+            else {
                 unreachable!()
             };
             let light = Light::Spot { position, direction, power, intensity, inner, outer, radius };

@@ -56,7 +56,10 @@ struct PhotometricUnit {
 
 const UNITS: [PhotometricUnit; 4] = [
     PhotometricUnit { key: "lux", replaces: &[("sun", "irradiance")] },
-    PhotometricUnit { key: "candela", replaces: &[("point", "intensity"), ("bulb", "intensity"), ("spot", "intensity")] },
+    PhotometricUnit {
+        key: "candela",
+        replaces: &[("point", "intensity"), ("bulb", "intensity"), ("spot", "intensity")],
+    },
     PhotometricUnit {
         key: "lumen",
         replaces: &[
@@ -93,8 +96,13 @@ pub(crate) fn split_light_keys(entries: &[Entry]) -> std::result::Result<[Spanne
             return Err(format!("a light with both {} and {}; use only one of them", unit.key, other.key));
         }
         let Some((_, strength)) = unit.replaces.iter().find(|(known, _)| *known == kind) else {
-            let kinds: Vec<&str> = unit.replaces.iter().map(|(known, _)| *known).filter(|known| *known != "bulb").collect();
-            return Err(format!("{} is not a unit of lights of type {kind:?}; it is one of: {}", unit.key, kinds.join(", ")));
+            let kinds: Vec<&str> =
+                unit.replaces.iter().map(|(known, _)| *known).filter(|known| *known != "bulb").collect();
+            return Err(format!(
+                "{} is not a unit of lights of type {kind:?}; it is one of: {}",
+                unit.key,
+                kinds.join(", ")
+            ));
         };
         if is_given(strength) {
             return Err(format!("a light with both {} and {strength}; use only one of them", unit.key));
@@ -145,7 +153,8 @@ impl JsonSchema for LightSpec {
                 required.retain(|key| !optional.contains(&key.as_str().unwrap_or_default()));
             }
             if let Some(properties) = variant.get_mut("properties").and_then(|keys| keys.as_object_mut()) {
-                properties.extend(all.iter().filter(|(key, _)| has(key)).map(|(key, value)| (key.clone(), value.clone())));
+                properties
+                    .extend(all.iter().filter(|(key, _)| has(key)).map(|(key, value)| (key.clone(), value.clone())));
             }
         }
         schema
@@ -196,7 +205,11 @@ fn emitted_power(light: &Light) -> f64 {
         Light::Disk { radius, .. } => std::f64::consts::PI * radius * radius,
         _ => return 1.0,
     };
-    let sides = if matches!(light, Light::Rectangle { two_sided: true, .. } | Light::Disk { two_sided: true, .. }) { 2.0 } else { 1.0 };
+    let sides = if matches!(light, Light::Rectangle { two_sided: true, .. } | Light::Disk { two_sided: true, .. }) {
+        2.0
+    } else {
+        1.0
+    };
     sides * std::f64::consts::PI * area
 }
 
