@@ -66,7 +66,7 @@ def test_channels_table_lists_dtypes_and_components() -> None:
             "error",
         ),
         *("emission", "direct", "indirect", "diffuse", "specular", "volume"),
-        *("roughness", "metallic", "nocs"),
+        *("roughness", "metallic", "nocs", "projector_uv"),
     }
 
 
@@ -165,6 +165,7 @@ def test_exr_file_contains_every_channel(tmp_path: Path, half: bool) -> None:
         "error": ["error.V"],
         "roughness": ["roughness.V"],
         "metallic": ["metallic.V"],
+        "projector_uv": ["projector_uv.U", "projector_uv.V"],
     }
     names |= {name: [f"{name}.{color}" for color in "RGB"] for name in PASSES}
     vectors = ["normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric", "nocs"]

@@ -100,6 +100,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     roughness             float32 [h, w]    perceptual roughness, 0 to 1                                0
     metallic              float32 [h, w]    metalness, 0 to 1                                           0
     nocs                  float32 [h, w, 3] place in the object's box, whose diagonal has length 1      NaN
+    projector_uv          float32 [h, w, 2] pixel of the first projector that shines there; NaN if none does    NaN
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 

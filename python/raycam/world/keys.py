@@ -9,6 +9,7 @@ from typing import Any, Literal, TypedDict
 
 import numpy.typing as npt
 
+from ..camera import Camera
 from ..errors import WorldError, nearest
 from .texture import Texture, Wrap
 
@@ -119,6 +120,7 @@ class LightKeys(TypedDict, total=False):
     candela: float
     lumen: float
     nit: float
+    camera: Camera | Mapping[str, Any]
     direction: npt.ArrayLike
     position: npt.ArrayLike
     target: npt.ArrayLike | str

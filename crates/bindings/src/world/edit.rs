@@ -100,11 +100,14 @@ pub(crate) fn world_set_light(
 ) -> PyResult<()> {
     let (arrays, value) = described(description)?;
     let spec: LightSpec = from_value(&value).or_raise()?;
-    let (mut light, traits) = spec.build().or_raise()?;
+    let (mut light, traits) = spec.build(world.snapshot().up).or_raise()?;
     world.change_by_files(description.py(), within, |inner, files| {
         inner.check_light(number)?;
         match (&mut light, &inner.lights[number]) {
             (Light::Environment { image, .. }, Light::Environment { image: before, .. }) if keeps_file => {
+                *image = before.clone();
+            }
+            (Light::Projector { image, .. }, Light::Projector { image: before, .. }) if keeps_file => {
                 *image = before.clone();
             }
             (Light::Ies { profile, .. }, Light::Ies { profile: before, .. }) if keeps_file => {

@@ -76,7 +76,7 @@ pub(crate) fn world_add_light(
 ) -> PyResult<usize> {
     let (arrays, value) = described(description)?;
     let spec: LightSpec = from_value(&value).or_raise()?;
-    let (mut light, traits) = spec.build().or_raise()?;
+    let (mut light, traits) = spec.build(world.snapshot().up).or_raise()?;
     let shared = shared.as_ref().map(Py::get);
     world.add_description(description.py(), within, |inner, files| {
         let shared = shared.filter(|_| inner.texture_cache.is_none());
@@ -90,7 +90,7 @@ pub(crate) fn world_add_light(
 
 /// Names the image of a light that was an array.
 pub(crate) fn name_array(light: &mut Light) {
-    if let Light::Environment { image, .. } = light
+    if let Light::Environment { image, .. } | Light::Projector { image, .. } = light
         && is_array(&image.file)
     {
         image.file = NAME.into();

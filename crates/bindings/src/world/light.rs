@@ -3,6 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use raycam_scene::schema::CameraSpec;
 use raycam_scene::{Light, LightTraits};
 use serde_json::Value;
 
@@ -24,9 +25,14 @@ pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light, traits: &LightTrai
         visible.set_item("light", traits.visible.light)?;
         dict.set_item("visible", visible)?;
     }
+    if let Light::Projector { camera: Some(camera), .. } = light {
+        let text = serde_json::to_string(&CameraSpec::from_camera(camera))
+            .map_err(|e| PyValueError::new_err(e.to_string()))?;
+        dict.set_item("camera", py.import("json")?.call_method1("loads", (text,))?)?;
+    }
     for keys in variant.values() {
         let Value::Object(keys) = keys else { continue };
-        for (key, value) in keys {
+        for (key, value) in keys.iter().filter(|(key, _)| *key != "camera") {
             dict.set_item(key, to_python(py, value)?)?;
         }
     }

@@ -90,6 +90,10 @@ pub enum Channel {
     /// Normalised object coordinates: the surface point in the object's axes, relative to the object's box, whose
     /// diagonal has length 1 and whose centre is (0.5, 0.5, 0.5). Background: NaN.
     Nocs,
+    /// Pixel coordinates in the image of the first projector whose light the surface point receives directly, in the
+    /// pixel convention of the projector's camera. NaN for points that the projector does not illuminate: outside its
+    /// image, behind another surface, or turned away; and in worlds without a projector. Background: NaN.
+    ProjectorUv,
     /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
     /// Requesting this channel changes the samples drawn. With one sample per pixel: +inf.
     Error,
@@ -107,7 +111,7 @@ const fn info(channel: Channel, name: &'static str, kind: PixelType, components:
     ChannelInfo { channel, name, pixel_type: kind, components }
 }
 
-const CHANNELS: [ChannelInfo; 29] = [
+const CHANNELS: [ChannelInfo; 30] = [
     info(Channel::Color, "color", PixelType::F32, 3),
     info(Channel::Albedo, "albedo", PixelType::F32, 3),
     info(Channel::Depth, "depth", PixelType::F32, 1),
@@ -136,6 +140,7 @@ const CHANNELS: [ChannelInfo; 29] = [
     info(Channel::Roughness, "roughness", PixelType::F32, 1),
     info(Channel::Metallic, "metallic", PixelType::F32, 1),
     info(Channel::Nocs, "nocs", PixelType::F32, 3),
+    info(Channel::ProjectorUv, "projector_uv", PixelType::F32, 2),
     info(Channel::Error, "error", PixelType::F32, 1),
 ];
 

@@ -151,6 +151,10 @@ fn is_same_light(a: &Light, b: &Light) -> bool {
         (Light::Environment { image, yaw, scale }, Light::Environment { image: i, yaw: y, scale: s }) => {
             same(&image.content, &i.content) && (yaw, scale) == (y, s)
         }
+        (
+            Light::Projector { image, camera, power, irradiance },
+            Light::Projector { image: i, camera: c, power: p, irradiance: r },
+        ) => same(&image.content, &i.content) && (camera, power, irradiance) == (c, p, r),
         _ => a == b,
     }
 }

@@ -13,6 +13,7 @@ use crate::light::emissive_triangles::EmissiveTriangles;
 use crate::light::environment::EnvironmentLight;
 use crate::light::light_cull::{BoundingSphere, TestSpheres};
 use crate::light::prepared_light::PreparedLight;
+use crate::light::projector::ProjectorLight;
 use crate::light::samples::EnvironmentLookup;
 use crate::light::tree::LightTree;
 use crate::soa::Vec3xN;
@@ -204,6 +205,11 @@ impl Lights {
         let views = self.views.iter().flat_map(|views| views.iter());
         let lights = self.lights.iter().chain(views.flat_map(|view| &view.lights));
         lights.filter_map(PreparedLight::environment)
+    }
+
+    /// First projector.
+    pub fn projector(&self) -> Option<&ProjectorLight> {
+        self.lights.iter().find_map(PreparedLight::projector)
     }
 
     /// Lights that these rays find.

@@ -38,13 +38,8 @@ impl TileRenderer<'_> {
             rotations.extend(pixels.map(|&pixel| self.camera.rotation_at(self.pixel_center(pixel))));
         }
         let center_rays = &scratch.truth.center_rays;
-        let truth = ChannelReader::new(
-            center_rays,
-            &self.world.geometry,
-            &scratch.truth.pixel_worlds,
-            self.camera.r(),
-            &rotations,
-        );
+        let truth =
+            ChannelReader::new(center_rays, self.world, &scratch.truth.pixel_worlds, self.camera.r(), &rotations);
         let background = self.screen_mask.as_ref().map_or(&[][..], |(_, pixel)| pixel);
         let mut corners = TriangleCache::new(None);
         let write = |channel: Channel, rows: &mut RowWriter| {
@@ -78,6 +73,7 @@ impl TileRenderer<'_> {
                 C::Roughness => rows.write(|i| [truth.roughness(i)]),
                 C::Metallic => rows.write(|i| [truth.metallic(i)]),
                 C::Nocs => rows.write(|i| truth.nocs(i)),
+                C::ProjectorUv => rows.write(|i| truth.projector_uv(i)),
                 C::Error => rows.write(|i| [estimator.error(i)]),
             }
         };

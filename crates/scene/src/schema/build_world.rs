@@ -23,9 +23,9 @@ impl WorldFile {
             })?;
         }
         for (i, spec) in self.light.into_iter().enumerate() {
-            let (mut light, traits) = spec.build().map_err(|error| error.in_context(&format!("light[{i}]")))?;
+            let (mut light, traits) = spec.build(self.up).map_err(|error| error.in_context(&format!("light[{i}]")))?;
             let key = match light {
-                Light::Environment { .. } => "image",
+                Light::Environment { .. } | Light::Projector { .. } => "image",
                 _ => "profile",
             };
             light.read(files).map_err(|error| F::in_context(error, &format!("light[{i}].{key}")))?;

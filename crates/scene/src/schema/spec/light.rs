@@ -10,6 +10,8 @@ use crate::error::{Result, SceneError};
 use crate::light::blackbody::{TEMPERATURES, blackbody_color};
 use crate::light::{Light, LightTraits, LightVisibility};
 use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
+use crate::schema::spec::camera::CameraSpec;
+use crate::up::Up;
 
 /// Luminous efficacy by which photometric units are converted, in lm/W: that of light at 555 nm.
 const LUMENS_PER_WATT: f64 = 683.0;
@@ -36,14 +38,16 @@ struct CommonKeys {
     /// Colour temperature in kelvin, 1000 to 40000: its strength is multiplied by the colour of a black body whose
     /// luminance is 1, so that the luminance does not change. 2700 is an incandescent lamp, 6500 daylight.
     temperature: Option<f64>,
-    /// Only `sun`: illuminance of a surface that faces the sun, in lx, instead of `irradiance`. White light of 683 lm/W,
-    /// unless `temperature` gives its colour.
+    /// Only `sun` and `projector`: illuminance of a surface that faces the light, in lx, instead of `irradiance`. White
+    /// light of 683 lm/W, unless `temperature` gives its colour.
     lux: Option<f64>,
     /// Only `point` and `spot`: luminous intensity in cd, instead of `intensity`; for a spot, on its axis.
     candela: Option<f64>,
-    /// Only `point`, `spot`, `ies`, `area` and `disk`: luminous flux of all emitted light in lm, instead of `power` or
+    /// Only `point`, `spot`, `ies`, `projector`, `area` and `disk`: luminous flux of all emitted light in lm, instead of `power` or
     /// `radiance`.
     lumen: Option<f64>,
+    /// Only `projector`: the camera that is run backwards, with the keys of a camera (size, intrinsics, lens and pose).
+    camera: Option<CameraSpec>,
     /// Only `area`, `disk` and `sky`: luminance in cd/m², instead of `radiance`.
     nit: Option<f64>,
 }
@@ -55,7 +59,7 @@ struct PhotometricUnit {
 }
 
 const UNITS: [PhotometricUnit; 4] = [
-    PhotometricUnit { key: "lux", replaces: &[("sun", "irradiance")] },
+    PhotometricUnit { key: "lux", replaces: &[("sun", "irradiance"), ("projector", "irradiance")] },
     PhotometricUnit {
         key: "candela",
         replaces: &[("point", "intensity"), ("bulb", "intensity"), ("spot", "intensity")],
@@ -67,6 +71,7 @@ const UNITS: [PhotometricUnit; 4] = [
             ("bulb", "power"),
             ("spot", "power"),
             ("ies", "power"),
+            ("projector", "power"),
             ("area", "radiance"),
             ("disk", "radiance"),
         ],
@@ -75,7 +80,7 @@ const UNITS: [PhotometricUnit; 4] = [
 ];
 
 /// Keys of [`CommonKeys`].
-const COMMON_KEYS: [&str; 7] = ["name", "visible", "temperature", "lux", "candela", "lumen", "nit"];
+const COMMON_KEYS: [&str; 8] = ["name", "visible", "temperature", "lux", "candela", "lumen", "nit", "camera"];
 
 /// Splits a light's table into the keys of every light and those of its type, with a strength of 1 in place of a
 /// photometric unit.
@@ -147,7 +152,10 @@ impl JsonSchema for LightSpec {
             let kind = variant["properties"]["type"]["const"].as_str().unwrap_or_default().to_owned();
             let unit = |key: &str| UNITS.iter().find(|unit| unit.key == key);
             let replaced = |unit: &PhotometricUnit| unit.replaces.iter().find(|(known, _)| *known == kind);
-            let has = |key: &str| unit(key).is_none_or(|unit| replaced(unit).is_some());
+            let has = |key: &str| match key {
+                "camera" => kind == "projector",
+                _ => unit(key).is_none_or(|unit| replaced(unit).is_some()),
+            };
             let optional: Vec<&str> = UNITS.iter().filter_map(|unit| replaced(unit).map(|(_, key)| *key)).collect();
             if let Some(required) = variant.get_mut("required").and_then(|keys| keys.as_array_mut()) {
                 required.retain(|key| !optional.contains(&key.as_str().unwrap_or_default()));
@@ -166,8 +174,20 @@ impl LightSpec {
     ///
     /// # Errors
     /// [`SceneError::World`] for an invalid name, temperature or photometric value.
-    pub fn build(self) -> Result<(Light, LightTraits)> {
+    pub fn build(self, up: Up) -> Result<(Light, LightTraits)> {
         let Self { mut light, common } = self;
+        match (&mut light, &common.camera) {
+            (Light::Projector { camera, .. }, Some(spec)) => {
+                *camera = Some(Box::new(spec.build(up).map_err(|error| error.in_context("camera"))?));
+            }
+            (light, Some(_)) => {
+                let kind = light.type_name();
+                return Err(SceneError::light(format!(
+                    "camera is not a key of lights of type {kind:?}; use projector"
+                )));
+            }
+            _ => {}
+        }
         let mut factor = [1.0; 3];
         let units = [("lux", common.lux), ("candela", common.candela), ("lumen", common.lumen), ("nit", common.nit)];
         for (unit, value) in units {
@@ -224,6 +244,7 @@ impl Light {
             Self::Sun { irradiance: strength, .. }
             | Self::Rectangle { radiance: strength, .. }
             | Self::Disk { radiance: strength, .. } => scale(strength),
+            Self::Projector { power, irradiance, .. } => power.iter_mut().chain(irradiance).for_each(scale),
             Self::Point { power, intensity, .. } | Self::Spot { power, intensity, .. } => {
                 power.iter_mut().chain(intensity).for_each(scale);
             }

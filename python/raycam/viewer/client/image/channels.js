@@ -40,6 +40,7 @@ const STYLES = {
   volume: { kind: "light", of: 3 },
   roughness: { kind: "share" },
   metallic: { kind: "share" },
+  projector_uv: { kind: "place", of: 2, unit: "pixels" },
   nocs: { kind: "weights", of: 3 },
   error: { kind: "scalar" },
   flow: { kind: "flow", of: 2, unit: "pixels" },
