@@ -16,7 +16,13 @@ __all__ = ["describe_light_change", "describe_object_change"]
 CORNERS = {"face_colors": 3, "vertex_colors": 3, "uvs": 2, "normals": 3}
 """Columns of a mesh's arrays per corner or face."""
 
-EITHER = (("power", "intensity"), ("power", "irradiance"), ("radiance", "zenith"), ("radiance", "horizon"), ("radiance", "ground"))
+EITHER = (
+    ("power", "intensity"),
+    ("power", "irradiance"),
+    ("radiance", "zenith"),
+    ("radiance", "horizon"),
+    ("radiance", "ground"),
+)
 """Pairs of light keys that exclude each other."""
 
 

@@ -10,6 +10,7 @@ import itertools
 import json
 import math
 import weakref
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -75,8 +76,17 @@ class Edits:
             raise SettingsError(READ_ONLY, code="read_only")
         if stroke != self._stroke:
             _require_placeable(self.world, number)
+        self.change(lambda world: world.set_object(number, matrix=matrix), stroke)
+
+    def change(self, function: Callable[[World], object], stroke: object) -> None:
+        """Calls `function` with a copy of the world and shows the copy; changes with one `stroke` are one step of undo.
+
+        Raises the errors of `function` (the world is then unchanged) and `SettingsError` in a read-only view.
+        """
+        if not self.allowed:
+            raise SettingsError(READ_ONLY, code="read_only")
         changed = self.world.copy()
-        changed.set_object(number, matrix=matrix)
+        function(changed)
         if stroke == self._stroke:
             self._show(changed)
         else:
