@@ -13,7 +13,6 @@ from raycam.render.channel_picture import channel_picture
 from raycam.render.frame import CHANNELS
 from support.raises import raises
 
-
 UNIFORM = (
     *("error", "category", "shadow", "transmittance"),
     *("indirect", "specular", "volume", "metallic", "projector_uv"),

@@ -66,7 +66,8 @@ def test_a_lamp_without_reflection_is_missing_in_mirrors_only() -> None:
     assert ((usual - hidden)[~matte].min(axis=1) >= 0).all()
     assert (usual - hidden).max() > 3
     np.testing.assert_array_equal(usual[:12], hidden[:12])
-    np.testing.assert_allclose(hidden[matte].mean(), usual[matte].mean(), rtol=0.02)
+    # The matte plane receives less light by way of the mirror, but the same directly from the lamp.
+    assert 0.9 * usual[matte].mean() < hidden[matte].mean() < usual[matte].mean()
 
 
 def test_an_environment_can_light_while_another_one_is_the_background() -> None:
@@ -236,7 +237,7 @@ def test_media_are_seen_through_hidden_objects() -> None:
 def test_keypoints_ignore_objects_hidden_from_the_camera() -> None:
     for visible, is_seen in [(True, False), ({"camera": False}, True), ({"shadow": False}, False)]:
         world = scene()
-        world.add_object(box={"size": 1}, location=[0, -2, 1.3], visible=visible)
+        world.add_object(box={"size": 1}, location=[0, -2, 0.6], visible=visible)
         found = raycam.keypoints(world, camera(), [[0, 0, 0]], [0])
         assert bool(found.visible[0]) == is_seen
 
@@ -260,6 +261,6 @@ visible = { camera = false }
     frame = raycam.render(world, camera(), channels="instance")
     assert (frame["instance"] == -1).all()
     assert world.lights[0]["name"] == "noon"
-    (tmp_path / "b.toml").write_text("[[object]]\nsphere = 1\nvisible = { shadows = false }\n")
+    (tmp_path / "b.toml").write_text("[[object]]\nsphere = { radius = 1 }\nvisible = { shadows = false }\n")
     with pytest.raises(raycam.errors.Error, match=r"object\[0\].visible"):
         raycam.load(tmp_path / "b.toml")

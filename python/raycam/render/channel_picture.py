@@ -37,7 +37,8 @@ def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]
       0.55 and 1.
     * `barycentric` and `nocs`: the weights or coordinates as red, green and blue. `uv`: u and v (modulo 1) as red and
       green.
-    * `position`: x, y and z as red, green and blue, and `projector_uv`: u and v as red and green, each scaled from the image's lowest to its highest value.
+    * `position`: x, y and z as red, green and blue, and `projector_uv`: u and v as red and green, each scaled from the
+      image's lowest to its highest value.
     * other numbers: the colour map viridis from the image's lowest (dark) to its highest finite value; for `depth` and
       `distance` from the farthest (dark) to the nearest; for `coverage`, `alpha`, `roughness` and `metallic`
       from 0 to 1.
