@@ -314,12 +314,12 @@ def words(
     Words for which `also` is true are valid, too.
     """
     each = [given] if isinstance(given, str) else several(name, given, "words", error=error)
-    return list(
-        dict.fromkeys(
-            one if isinstance(one, str) and also(one) else one_of(name, one, list(valid), error=error)
-            for one in each
-        )
-    )
+    known = list(valid)
+
+    def check(one: object) -> str:
+        return one if isinstance(one, str) and also(one) else one_of(name, one, known, error=error)
+
+    return list(dict.fromkeys([check(one) for one in each]))
 
 
 def thread_count(threads: object) -> int | None:

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from raycam.lidar.surfaces import conductor_reflectance, dielectric_reflectance, read_surface
+import raycam
+from raycam.lidar.surfaces import SurfaceTable, conductor_reflectance, dielectric_reflectance, read_surface
 
 
 def test_dielectric_reflectance_at_normal_incidence_brewster_and_total_reflection() -> None:
@@ -32,3 +33,31 @@ def test_conductor_reflectance_equals_the_complex_fresnel_equations(cosine: floa
 def test_unlit_surfaces_are_diffuse() -> None:
     surface = read_surface({"model": "Unlit", "opacity": 0.25, "alpha": "Blend"})
     assert (surface.kind, surface.diffuse, surface.opacity) == ("solid", 1.0, 0.25)
+
+
+def test_surface_table_returns_the_same_surfaces_in_any_order_of_reading() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [1, 1, 1]}, name="mirror", type="metal", metal="gold", roughness=0)
+    world.add_object(box={"size": [1, 1, 1]}, name="pane", type="glass")
+    world.add_object(box={"size": [1, 1, 1]}, name="sign", lidar={"reflectance": 0.8, "retroreflection": 300})
+    world.add_object(instance_of="sign", name="copy", lidar={"reflectance": 0.3})
+    triangle = np.zeros(5, np.int32)
+    ids = dict(zip([item.name for item in world.objects], range(4), strict=True))
+    instance = np.array([-1, *(ids[name] for name in ("copy", "pane", "sign", "mirror"))], np.int32)
+    material = np.array([-1, *(material_of(world, int(i)) for i in instance[1:])], np.int32)
+    for order in ([0, 1, 2, 3, 4], [4, 3, 2, 1, 0], [2, 2, 0, 4, 1]):
+        table = SurfaceTable(world)
+        for step in (order[:2], order[2:], order):
+            number = table.read(material[step], instance[step], triangle[step])
+        expected = {0: "solid", 1: "solid", 2: "glass", 3: "solid", 4: "mirror"}
+        assert table.column(number, "kind").tolist() == [expected[i] for i in order]
+        reflectance = {0: math.nan, 1: 0.3, 2: math.nan, 3: 0.8, 4: math.nan}
+        np.testing.assert_array_equal(table.column(number, "reflectance"), [reflectance[i] for i in order])
+
+
+def material_of(world: raycam.World, instance: int) -> int:
+    """The number of an object's material, from a ray that meets the object at first."""
+    corner = world.triangles(instance)[0].mean(axis=0)
+    hit = world.cast_rays([9 * corner], [-corner], fields=("material", "instance"), objects=instance)
+    assert hit["instance"][0] == instance
+    return int(hit["material"][0])

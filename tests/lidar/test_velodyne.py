@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.lidar.velodyne import Laser, velodyne_pattern, velodyne_rings
+from support.velodyne_driver import driver_point
 
 
 def test_vlp16_fires_every_2304_nanoseconds_in_cycles_of_55296() -> None:
@@ -31,26 +32,6 @@ def test_vlp16_elevations_heights_and_rings_equal_the_manual() -> None:
     assert pattern.rings[:16].tolist() == [0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15]
     millimetres = [11.2, -0.7, 9.7, -2.2, 8.1, -3.7, 6.6, -5.1, 5.1, -6.6, 3.7, -8.1, 2.2, -9.7, 0.7, -11.2]
     np.testing.assert_allclose(pattern.origins[:16] * 1000, np.outer(millimetres, [0, 0, 1]), atol=1e-12)
-
-
-def driver_point(laser: Laser, azimuth: float, raw: float) -> list[float]:
-    """The point of `rawdata.cpp` for an azimuth in radians and a raw distance in metres, as the equations there."""
-    d = raw + laser.dist_correction
-    a = azimuth - laser.rot_correction
-    cos_v, sin_v = math.cos(laser.vert_correction), math.sin(laser.vert_correction)
-    up, side = laser.vert_offset_correction, laser.horiz_offset_correction
-    flat = d * cos_v - up * sin_v
-    x, y = flat * math.sin(a) - side * math.cos(a), flat * math.cos(a) + side * math.sin(a)
-    more_x = more_y = 0.0
-    if laser.dist_correction_x is not None and laser.dist_correction_y is not None:
-        far, near_x, near_y = laser.dist_correction, laser.dist_correction_x, laser.dist_correction_y
-        more_x = (far - near_x) * (abs(x) - 2.4) / (25.04 - 2.4) + near_x - far
-        more_y = (far - near_y) * (abs(y) - 1.93) / (25.04 - 1.93) + near_y - far
-    flat_x = (d + more_x) * cos_v - up * sin_v
-    flat_y = (d + more_y) * cos_v - up * sin_v
-    right = flat_x * math.sin(a) - side * math.cos(a)
-    ahead = flat_y * math.cos(a) + side * math.sin(a)
-    return [ahead, -right, (d + more_y) * sin_v + up * cos_v]
 
 
 @pytest.mark.parametrize("two_point", [False, True])

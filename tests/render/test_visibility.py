@@ -29,9 +29,9 @@ def camera() -> raycam.Camera:
     return raycam.Camera.look_at([0, -5, 1.4], [0, 0, 1.2], size=(64, 48), fov=45)
 
 
-def color(world: raycam.World, **options: Any) -> np.ndarray:
+def color(world: raycam.World, view: raycam.Camera | None = None, **options: Any) -> np.ndarray:
     settings: dict[str, Any] = {"integrator": "path", "samples": 256, **options}
-    return np.asarray(raycam.render(world, camera(), **settings)["color"])
+    return np.asarray(raycam.render(world, view or camera(), **settings)["color"])
 
 
 def floor(world: raycam.World) -> np.ndarray:
@@ -55,7 +55,7 @@ def test_a_lamp_without_reflection_is_missing_in_mirrors_only() -> None:
     def world(**light: Any) -> raycam.World:
         made = raycam.World()
         made.add_object(plane={"size": 8}, type="metal", metal="silver", roughness=0)
-        made.add_object(plane={"size": 2}, location=[0, -1.5, 0.1], color=[1, 1, 1])
+        made.add_object(plane={"size": 2}, location=[2.2, -0.5, 0.1], color=[1, 1, 1])
         panel = {"type": "area", "position": [0, 1.5, 1.2], "u": [2, 0, 0], "v": [0, 0, 1], "radiance": 5}
         made.add_light({**panel, "two_sided": True, **light})
         return made
@@ -66,7 +66,8 @@ def test_a_lamp_without_reflection_is_missing_in_mirrors_only() -> None:
     assert ((usual - hidden)[~matte].min(axis=1) >= 0).all()
     assert (usual - hidden).max() > 3
     np.testing.assert_array_equal(usual[:12], hidden[:12])
-    np.testing.assert_allclose(hidden[matte].mean(), usual[matte].mean(), rtol=0.02)
+    # The matte plane receives less light by way of the mirror, but the same directly from the lamp.
+    assert 0.9 * usual[matte].mean() < hidden[matte].mean() < usual[matte].mean()
 
 
 def test_an_environment_can_light_while_another_one_is_the_background() -> None:
@@ -99,7 +100,7 @@ def test_visibility_is_part_of_the_description_of_a_light() -> None:
     again.add_light(world.lights[0])
     assert again.lights == world.lights
     assert "visible" not in scene().lights[0]
-    with pytest.raises(raycam.RaycamError, match="camara"):
+    with pytest.raises(raycam.errors.Error, match="camara"):
         scene({"visible": {"camara": False}})
 
 
@@ -206,8 +207,10 @@ def test_a_mirror_shows_only_objects_with_reflection() -> None:
         made.add_light(type="sky", radiance=0.1)
         return made
 
-    usual, hidden, unseen = (color(world(v)) for v in (True, {"reflection": False}, {"camera": False}))
-    ball = raycam.render(world(True), camera(), channels="instance", samples=1)["instance"] == 1
+    view = raycam.Camera.look_at([0, -4, 1.2], [0, 0, 0.4], size=(64, 48), fov=60)
+    usual, hidden, unseen = (color(world(v), view) for v in (True, {"reflection": False}, {"camera": False}))
+    ball = raycam.render(world(True), view, channels=["instance", "coverage"], samples=64)
+    ball = (ball["instance"] == 1) & (ball["coverage"] == 1)
     assert (usual[30:] > 1).any()
     assert not (hidden[30:] > 1).any()
     assert (hidden[ball] > 1).all()
@@ -234,8 +237,8 @@ def test_media_are_seen_through_hidden_objects() -> None:
 def test_keypoints_ignore_objects_hidden_from_the_camera() -> None:
     for visible, is_seen in [(True, False), ({"camera": False}, True), ({"shadow": False}, False)]:
         world = scene()
-        world.add_object(box={"size": 1}, location=[0, -2, 1.3], visible=visible)
-        found = raycam.keypoints(world, camera(), [[0, 0, 0]], ["floor"])
+        world.add_object(box={"size": 1}, location=[0, -2, 0.6], visible=visible)
+        found = raycam.keypoints(world, camera(), [[0, 0, 0]], [0])
         assert bool(found.visible[0]) == is_seen
 
 
@@ -258,6 +261,6 @@ visible = { camera = false }
     frame = raycam.render(world, camera(), channels="instance")
     assert (frame["instance"] == -1).all()
     assert world.lights[0]["name"] == "noon"
-    (tmp_path / "b.toml").write_text("[[object]]\nsphere = 1\nvisible = { shadows = false }\n")
-    with pytest.raises(raycam.RaycamError, match=r"object\[0\].visible"):
+    (tmp_path / "b.toml").write_text("[[object]]\nsphere = { radius = 1 }\nvisible = { shadows = false }\n")
+    with pytest.raises(raycam.errors.Error, match=r"object\[0\].visible"):
         raycam.load(tmp_path / "b.toml")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import raycam
 from raycam import reference
 
-__all__ = ["MINUS", "NAMES", "TRUTHS", "Truth", "camera_of"]
+__all__ = ["MINUS", "NAMES", "TRUTHS", "Truth", "camera_of", "to_sun"]
 
 Floats = npt.NDArray[np.float64]
 Expected = list[float]
@@ -332,6 +332,22 @@ def epipolar(e: Truth) -> Expected:
     return [d, e.numbers["fx"], b, d, e.depth, e.depth]
 
 
+def triangulate(e: Truth) -> Expected:
+    if e.index < 0:
+        return []
+    columns, rows, b = e.values
+    P = np.asarray(camera_of({**e.numbers, "C": list(e.C + b * e.R[0])}).P)
+    measured = project(P, e.f) + np.array([columns, rows])
+    C = e.C + b * e.R[0]
+    line = reference.lines(reference.points_on_lines(P, measured[None]), C)
+    r = reference.pointed_forward(line, e.v)[0]
+    # The distance between C + t r and C' + t' r' is smallest at the least squares solution.
+    t, *_ = np.linalg.lstsq(np.column_stack([e.r, -r]), C - e.C, rcond=None)
+    p, q = e.C + t[0] * e.r, C + t[1] * r
+    M = (p + q) / 2
+    return [*t, np.linalg.norm(p - q), *M, *e.f, np.linalg.norm(M - e.f)]
+
+
 def floor(e: Truth) -> Expected:
     angle = math.radians(e.values[0])
     far = e.P @ [math.cos(angle), math.sin(angle), 0, 0]
@@ -429,6 +445,7 @@ TRUTHS: dict[str, Callable[[Truth], Expected]] = {
     "shutter": shutter,
     "video": video,
     "epipolar": epipolar,
+    "triangulate": triangulate,
     "floor": floor,
     "calibration": calibration,
     "exact": exact,

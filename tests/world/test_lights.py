@@ -147,7 +147,7 @@ def test_spots_with_a_radius_have_soft_shadows_and_the_same_light() -> None:
             outer=60,
             radius=radius,
         )
-        above = raycam.Camera.look_at([-0.6, 0, 0.9], [-0.05, 0, 0], size=(64, 8), fov=70)
+        above = raycam.Camera.look_at([-0.5, 0, 0.9], [0, 0, 0], size=(64, 8), fov=8, up=[0, 1, 0])
         frame = raycam.render(world, above, integrator="path", samples=512, max_depth=2)
         return np.asarray(frame["color"][4, :, 0])
 

@@ -9,26 +9,13 @@ import sys
 import numpy as np
 import pytest
 import raycam
-import trimesh
 from raycam import WorldError
 from raycam.info import info
 from raycam.world.settle import find_overlaps
 from support.bin_of_parts import bin_of_parts
+from support.penetration import fcl_penetration
 
 MAX_PENETRATION = 2e-4
-
-
-def fcl_penetration(world: raycam.World) -> float:
-    """The greatest depth at which FCL finds two objects of the world to overlap, in metres."""
-    manager = trimesh.collision.CollisionManager()
-    for item in world.objects:
-        corners = world.triangles(item.id).reshape(-1, 3)
-        mesh = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
-        manager.add_object(item.name, mesh)
-    _, _, contacts = manager.in_collision_internal(return_names=True, return_data=True)
-    fixed = {item.name for item in world.objects if item.name.startswith("bin/")}
-    depths = [contact.depth for contact in contacts if not contact.names <= fixed]
-    return max(depths, default=0.0)
 
 
 def test_box_that_falls_on_a_table_rests_on_it() -> None:

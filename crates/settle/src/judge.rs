@@ -22,8 +22,8 @@ const MAX_OUTSIDE: f64 = 1e-3;
 pub(crate) enum Fault {
     /// Bodies penetrate by these depths; lifting them may help.
     Penetration { depths: Vec<f64>, text: String },
-    /// Only another random draw helps.
-    Other(String),
+    /// Only other random poses of these bodies help.
+    Other { bodies: Vec<usize>, text: String },
 }
 
 /// Measurements of the judge.
@@ -61,16 +61,26 @@ impl<'a> Judge<'a> {
     /// Checks that every body is in the region.
     fn check_place(&self, region: &Region) -> Result<(), Fault> {
         let level = Vector::ONE - self.up;
-        for (body, placed) in self.bodies.iter().zip(&self.placed) {
+        let is_outside = |number: &usize| {
+            let placed = &self.placed[*number];
             let center = Aabb::new(placed.bounds.center(), placed.bounds.center());
             let inner = if region.place == Place::Into { placed.bounds } else { center };
             let outside = (region.bounds.mins - inner.mins).max(inner.maxs - region.bounds.maxs) * level;
             let below = (region.bounds.mins - placed.bounds.mins).dot(self.up);
-            if outside.max_element().max(below) > MAX_OUTSIDE {
-                return Err(Fault::Other(format!("object {:?} fell next to its target", body.name)));
+            outside.max_element().max(below) > MAX_OUTSIDE
+        };
+        self.reject((0..self.bodies.len()).filter(is_outside).collect(), "fell next to its target")
+    }
+
+    /// Fault of these bodies, if there are any.
+    fn reject(&self, bodies: Vec<usize>, problem: &str) -> Result<(), Fault> {
+        match bodies.first() {
+            Some(&first) => {
+                let text = format!("object {:?} {problem}", self.bodies[first].name);
+                Err(Fault::Other { bodies, text })
             }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     fn check_penetration(&self) -> Result<Measures, Fault> {
@@ -114,26 +124,26 @@ impl<'a> Judge<'a> {
         };
         let mut carriers = Vec::new();
         let mut is_carried = Vec::new();
+        let mut hovering = Vec::new();
         for number in 0..self.bodies.len() {
             let lowered = self.lowered(number);
             let below = (0..self.bodies.len()).filter(|i| *i != number && lowered.touches(&self.placed[*i]));
             let below: Vec<usize> = below.collect();
             let mut touched = self.obstacles.iter().filter(|(_, other)| lowered.touches(other)).peekable();
             if below.is_empty() && touched.peek().is_none() {
-                return Err(Fault::Other(format!("object {:?} does not rest on anything", self.bodies[number].name)));
+                hovering.push(number);
             }
             is_carried.push(touched.any(|(obstacle, _)| is_target(obstacle)));
             carriers.push(below);
         }
+        self.reject(hovering, "does not rest on anything")?;
         for _ in 0..self.bodies.len() {
             for number in 0..self.bodies.len() {
                 is_carried[number] |= carriers[number].iter().any(|i| is_carried[*i]);
             }
         }
-        match is_carried.iter().position(|carried| !carried) {
-            Some(i) => Err(Fault::Other(format!("object {:?} fell next to its target", self.bodies[i].name))),
-            None => Ok(()),
-        }
+        let fallen = is_carried.iter().enumerate().filter(|(_, carried)| !**carried).map(|(i, _)| i).collect();
+        self.reject(fallen, "fell next to its target")
     }
 
     /// Body moved down by the distance within which it must touch something.

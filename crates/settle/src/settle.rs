@@ -11,8 +11,10 @@ use crate::request::Request;
 use crate::simulation::{REST_MOTION, Simulation, shapes};
 use crate::start::{Region, Start, present_starts};
 
-/// Maximum number of random draws of all poses before settling fails.
-const MAX_ATTEMPTS: usize = 10;
+/// Maximum number of random draws before settling fails.
+const MAX_ATTEMPTS: usize = 20;
+/// Number of draws after which the poses of all bodies are drawn; the draws between are for rejected bodies only.
+const FULL_DRAW_INTERVAL: usize = 10;
 /// Maximum number of times that penetrating bodies are lifted and dropped again, for each draw.
 const MAX_LIFTS: usize = 3;
 
@@ -28,9 +30,9 @@ pub struct Settled {
 /// Results of the checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// Number of draws that were required.
+    /// Number of draws that were required: the first one of all bodies, and further ones of rejected bodies.
     pub attempts: usize,
-    /// Number of steps of 1/240 s in the last attempt.
+    /// Number of steps of 1/240 s since the poses of all bodies were drawn.
     pub steps: usize,
     /// Maximum penetration in metres.
     pub penetration: f64,
@@ -56,17 +58,22 @@ pub fn settle(world: &World, request: &Request, stop: &dyn Fn() -> bool) -> Resu
     });
     let shapes = shapes(&obstacles);
     let up = vector(world.up.axis());
-    let mut fault = String::new();
+    let judge =
+        |simulation: &Simulation<'_>| Judge::new(&bodies, &simulation.poses(), &obstacles, up).check(region.as_ref());
+    let lowest = region.as_ref().map(|region| region.bounds.mins.dot(up));
+    let mut simulation = Simulation::new(request, up, &bodies, &shapes);
+    let (mut rejected, mut fault): (Vec<usize>, String) = ((0..bodies.len()).collect(), String::new());
     for attempt in 0..MAX_ATTEMPTS {
+        if attempt > 0 && attempt % FULL_DRAW_INTERVAL == 0 {
+            simulation = Simulation::new(request, up, &bodies, &shapes);
+            rejected = (0..bodies.len()).collect();
+        }
         let starts = match &region {
-            Some(region) => region.starts(&bodies, &obstacles, request.seed, attempt as u64),
+            Some(region) => region.starts(&bodies, &obstacles, &rejected, request.seed, attempt as u64),
             None if attempt > 0 => break,
             None => present_starts(&bodies),
         };
-        let mut simulation = Simulation::new(request, up, &bodies, &shapes);
-        match try_once(&mut simulation, &starts, request.seconds, stop, |simulation| {
-            Judge::new(&bodies, &simulation.poses(), &obstacles, up).check(region.as_ref())
-        })? {
+        match try_once(&mut simulation, &starts, request.seconds, lowest, stop, judge)? {
             Ok((measures, motion)) => {
                 let report = Report {
                     attempts: attempt + 1,
@@ -76,42 +83,58 @@ pub fn settle(world: &World, request: &Request, stop: &dyn Fn() -> bool) -> Resu
                 };
                 return Ok(Settled { transforms: transforms(world, &bodies, &simulation), report });
             }
-            Err(text) => fault = text,
+            Err(Rejection { bodies, text }) => {
+                bodies.iter().for_each(|&number| simulation.remove(number));
+                (rejected, fault) = (bodies, text);
+            }
         }
     }
     let attempts = if region.is_some() { MAX_ATTEMPTS } else { 1 };
     Err(SettleError::NotSettled { message: fault, attempts })
 }
 
-/// Drops the bodies from their starts, and again after lifting those that penetrate. Returns the measurements, or the
-/// text of the failed check.
+/// Bodies that must be drawn again.
+struct Rejection {
+    bodies: Vec<usize>,
+    text: String,
+}
+
+/// Drops the bodies from their starts, and again after lifting those that penetrate. Returns the measurements with the
+/// motion in another second, or the rejected bodies.
 fn try_once<'a>(
     simulation: &mut Simulation<'a>,
     starts: &[Start],
     seconds: f64,
+    lowest: Option<f64>,
     stop: &dyn Fn() -> bool,
     judge: impl Fn(&Simulation<'a>) -> std::result::Result<Measures, Fault>,
-) -> Result<std::result::Result<(Measures, f64), String>> {
-    let mut fault = String::new();
+) -> Result<std::result::Result<(Measures, f64), Rejection>> {
+    let mut rejection = Rejection { bodies: Vec::new(), text: String::new() };
     for _ in 0..=MAX_LIFTS {
-        simulation.fall(starts, seconds, stop).ok_or(SettleError::Cancelled)?;
-        let (motion, body) = simulation.wait();
-        if motion > REST_MOTION {
-            let mm = 1e3 * motion;
-            return Ok(Err(format!("{} still moves by {mm:.2} mm in a second", simulation.name(body))));
+        simulation.fall(starts, seconds, lowest, stop).ok_or(SettleError::Cancelled)?;
+        let lost = lowest.map(|lowest| simulation.below(lowest)).unwrap_or_default();
+        if let Some(&first) = lost.first() {
+            let text = format!("{} fell next to its target", simulation.name(first));
+            return Ok(Err(Rejection { bodies: lost, text }));
+        }
+        let motions = simulation.wait();
+        let moving: Vec<usize> = (0..motions.len()).filter(|i| motions[*i] > REST_MOTION).collect();
+        let motion = motions.iter().copied().fold(0.0, f64::max);
+        if let Some(&worst) = moving.iter().max_by(|a, b| motions[**a].total_cmp(&motions[**b])) {
+            let text = format!("{} still moves by {:.2} mm in a second", simulation.name(worst), 1e3 * motion);
+            return Ok(Err(Rejection { bodies: moving, text }));
         }
         match judge(simulation) {
             Ok(measures) => return Ok(Ok((measures, motion))),
-            Err(Fault::Other(text)) => return Ok(Err(text)),
+            Err(Fault::Other { bodies, text }) => return Ok(Err(Rejection { bodies, text })),
             Err(Fault::Penetration { depths, text }) => {
-                for (i, depth) in depths.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
-                    simulation.lift(i, *depth);
-                }
-                fault = text;
+                let deep: Vec<usize> = (0..depths.len()).filter(|i| depths[*i] > 0.0).collect();
+                deep.iter().for_each(|&number| simulation.lift(number, depths[number]));
+                rejection = Rejection { bodies: deep, text };
             }
         }
     }
-    Ok(Err(fault))
+    Ok(Err(rejection))
 }
 
 /// world_from_mesh of each body.

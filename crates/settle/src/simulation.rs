@@ -52,9 +52,16 @@ impl<'a> Simulation<'a> {
         Self { physics, bodies, handles: vec![None; bodies.len()], up, steps: 0 }
     }
 
-    /// Inserts each body at its start time and simulates until nothing moves or `seconds` have passed after the last
-    /// start. Returns `None` if `stop` returns true.
-    pub(crate) fn fall(&mut self, starts: &[Start], seconds: f64, stop: &dyn Fn() -> bool) -> Option<()> {
+    /// Inserts each body that is not present at its start time and simulates until nothing moves, `seconds` have
+    /// passed after the last start, or a body is lost because it is completely below `lowest`. Returns `None` if `stop`
+    /// returns true.
+    pub(crate) fn fall(
+        &mut self,
+        starts: &[Start],
+        seconds: f64,
+        lowest: Option<f64>,
+        stop: &dyn Fn() -> bool,
+    ) -> Option<()> {
         let last = starts.iter().map(|start| start.time).fold(0.0, f64::max);
         let count = ((last + seconds) / STEP).ceil() as usize;
         let mut calm = 0;
@@ -74,7 +81,11 @@ impl<'a> Simulation<'a> {
                 if stop() {
                     return None;
                 }
-                let is_calm = self.motion_since(&before).is_some_and(|(motion, _)| motion < REST_MOTION);
+                if lowest.is_some_and(|lowest| !self.below(lowest).is_empty()) {
+                    break;
+                }
+                let is_calm = self.handles.iter().all(Option::is_some)
+                    && self.motions_since(&before).iter().all(|motion| *motion < REST_MOTION);
                 calm = if is_calm { calm + 1 } else { 0 };
                 if !is_calm {
                     before = self.poses();
@@ -87,14 +98,30 @@ impl<'a> Simulation<'a> {
         Some(())
     }
 
-    /// Simulates one more second with the initial damping; returns the maximum motion and its body.
-    pub(crate) fn wait(&mut self) -> (f64, usize) {
+    /// Simulates one more second with the initial damping; returns the motion of each body.
+    pub(crate) fn wait(&mut self) -> Vec<f64> {
         let before = self.poses();
         self.damp(DAMPING);
         for _ in 0..WINDOW_STEPS * REST_WINDOWS {
             self.step();
         }
-        self.motion_since(&before).unwrap_or((f64::MAX, 0))
+        self.motions_since(&before)
+    }
+
+    /// Bodies that are completely below a height.
+    pub(crate) fn below(&self, height: f64) -> Vec<usize> {
+        let is_below = |(number, pose): (usize, &Pose)| {
+            let is_present = self.handles[number].is_some();
+            (is_present && self.bodies[number].surface.at(*pose).bounds.maxs.dot(self.up) < height).then_some(number)
+        };
+        self.poses().iter().enumerate().filter_map(is_below).collect()
+    }
+
+    /// Removes a body, so that it can start again.
+    pub(crate) fn remove(&mut self, number: usize) {
+        if let Some(handle) = self.handles[number].take() {
+            self.physics.remove_body(handle);
+        }
     }
 
     /// Poses of the bodies; bodies that have not started are at their poses in the world.
@@ -136,20 +163,15 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Maximum motion of a point of a body, and the body; `None` unless all bodies have started.
-    fn motion_since(&self, before: &[Pose]) -> Option<(f64, usize)> {
-        if self.handles.iter().any(Option::is_none) {
-            return None;
-        }
+    /// Maximum motion of a point of each body.
+    fn motions_since(&self, before: &[Pose]) -> Vec<f64> {
         let motion = |((now, then), body): ((&Pose, &Pose), &Body)| {
             let turn = (then.rotation.inverse() * now.rotation).normalize();
             // The chord of the angle, computed without trigonometry.
             let chord = 2.0 * Vector::new(turn.x, turn.y, turn.z).length();
             (now.translation - then.translation).length() + chord * body.radius
         };
-        let poses = self.poses();
-        let motions = poses.iter().zip(before).zip(self.bodies).map(motion).enumerate();
-        Some(motions.fold((0.0, 0), |worst, (i, motion)| if motion > worst.0 { (motion, i) } else { worst }))
+        self.poses().iter().zip(before).zip(self.bodies).map(motion).collect()
     }
 
     /// Inserts a body above all bodies that block its start.

@@ -40,9 +40,18 @@ impl Region {
         Some(Self { objects, bounds, place, up: vector(up.axis()) })
     }
 
-    /// Random start of each body above the region, one after the other.
-    pub(crate) fn starts(&self, bodies: &[Body], obstacles: &[Obstacle], seed: u64, attempt: u64) -> Vec<Start> {
-        let start = |(i, body): (usize, &Body)| {
+    /// Random starts above the region, one after the other, of the bodies `drawn`, in ascending order. The others
+    /// start at once at their poses in the world, unless they are present already.
+    pub(crate) fn starts(
+        &self,
+        bodies: &[Body],
+        obstacles: &[Obstacle],
+        drawn: &[usize],
+        seed: u64,
+        attempt: u64,
+    ) -> Vec<Start> {
+        let start = |(order, number): (usize, &usize)| {
+            let body = &bodies[*number];
             let mut stream = Stream::new(seed, &body.name, attempt);
             let mut pose = self.draw(body, &mut stream);
             for _ in 1..MAX_DRAWS {
@@ -55,9 +64,13 @@ impl Region {
                 }
                 pose = self.draw(body, &mut stream);
             }
-            Start { time: INTERVAL * i as f64, pose }
+            (*number, Start { time: INTERVAL * order as f64, pose })
         };
-        bodies.iter().enumerate().map(start).collect()
+        let mut starts = present_starts(bodies);
+        for (number, start) in drawn.iter().enumerate().map(start) {
+            starts[number] = start;
+        }
+        starts
     }
 
     fn draw(&self, body: &Body, stream: &mut Stream) -> Pose {

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
 from .options.command import Command
+from .options.lidars import world_lidars
 from .options.photographs import add_photograph_cameras, photograph_cameras
-from .options.worlds import add_world, load_world
+from .options.worlds import add_world, load_world, parse_animation
 
 if TYPE_CHECKING:
     from ..photos import SurfaceVisibility
@@ -20,7 +21,17 @@ ENDINGS = (".ply", ".npz", ".glb")
 
 def _add(command: argparse.ArgumentParser) -> None:
     add_world(command)
-    add_photograph_cameras(command)
+    add_photograph_cameras(command, required=False)
+    command.add_argument(
+        "--lidar",
+        metavar="NAME",
+        nargs="+",
+        default=[],
+        help="lidars of the world file by name, or NAME=DEVICE@X,Y,Z: a device or calibration file at a position; a "
+        "face is visible if a pulse of the first frame measures a point on it",
+    )
+    command.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
+    command.add_argument("--animation", metavar="NAME", help="animation of a glTF file (default: the first)")
     command.add_argument(
         "-o",
         "--output",
@@ -29,17 +40,22 @@ def _add(command: argparse.ArgumentParser) -> None:
         ".glb: the model without unseen faces, with --cull",
     )
     command.add_argument(
-        "--cull", action="store_true", help="omit faces that are visible to fewer than --min-views cameras"
+        "--cull",
+        action="store_true",
+        help="omit faces that are visible to fewer than --min-views cameras and lidars",
     )
     command.add_argument(
         "--min-views",
         metavar="N",
         type=int,
         default=1,
-        help="cameras that must see a face to keep it (default: 1)",
+        help="cameras and lidars that must see a face to keep it (default: 1)",
     )
     command.add_argument(
-        "--samples", metavar="N", type=int, help="samples on each face (default: one per pixel, 4 to 256)"
+        "--samples",
+        metavar="N",
+        type=int,
+        help="samples on each face (default: one per pixel or per 16 points of a lidar, 4 to 256)",
     )
     command.add_argument(
         "--facing",
@@ -50,7 +66,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--heat",
         metavar="PNG",
-        help="image of the faces from outside, coloured by the number of their cameras",
+        help="image of the faces from outside, coloured by the number of their cameras and lidars",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)
@@ -69,11 +85,23 @@ def _run(options: argparse.Namespace) -> None:
             f"-o {options.output}: a .glb file requires --cull; add it, or write .ply or .npz",
             code="missing_value",
         )
+    if options.cameras is None and not options.lidar:
+        raise SettingsError("no viewpoints; pass --cameras FILE, --lidar NAME, or both", code="missing_value")
+    if options.animation is not None and options.at is None:
+        raise SettingsError("--animation requires --at SECONDS", code="missing_value")
     world = load_world(options)
-    cameras = photograph_cameras(options)
+    cameras = {} if options.cameras is None else dict(photograph_cameras(options))
+    if options.at is not None:
+        world = world.at(options.at, parse_animation(world, options.animation))
+    lidars = world_lidars(world, options.lidar)
+    if common := cameras.keys() & lidars.keys():
+        raise SettingsError(
+            f"--lidar {min(common)}: a camera has the same name; give the lidar another one",
+            code="duplicate_name",
+        )
     seen = surface_visibility(
         world,
-        cameras,
+        {**cameras, **lidars},
         samples="faces" if options.samples is None else options.samples,
         facing=options.facing,
         threads=options.threads,
@@ -84,8 +112,9 @@ def _run(options: argparse.Namespace) -> None:
     if options.heat is not None:
         coverage_picture(world, seen).save(options.heat)
     some = int((seen.views > 0).sum())
+    eyes = [f"{len(one)} {name}" for one, name in ((cameras, "cameras"), (lidars, "lidars")) if one]
     print(
-        f"{some} of {len(seen.views)} faces are visible to {len(cameras)} cameras ({100 * some / len(kept):.3g} %)"
+        f"{some} of {len(seen.views)} faces are visible to {' and '.join(eyes)} ({100 * some / len(kept):.3g} %)"
     )
     if options.output is not None and options.cull:
         print(f"{options.output}: {int(kept.sum())} faces")
@@ -113,10 +142,12 @@ def _write(world: World, seen: SurfaceVisibility, kept: object, path: str, endin
 
 COMMAND = Command(
     _add,
-    "find the faces of a mesh that cameras see",
+    "find the faces of a mesh that cameras and lidars see",
     [
         "raycam visible scan.ply --cameras sparse/0                        the share of visible faces",
         "raycam visible scan.ply --cameras sparse/0 --cull -o seen.ply     only the visible faces",
         "raycam visible model.glb --cameras sparse/0 --heat coverage.png -o faces.npz",
+        "raycam visible drive.toml --lidar car/top --at 2.0 --heat coverage.png",
+        "raycam visible yard.glb --lidar a=vlp16@0,0,1.8 b=os1-128@9,4,1.8   two devices at given positions",
     ],
 )

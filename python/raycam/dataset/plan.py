@@ -316,7 +316,7 @@ def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: 
     for name in options:
         if name not in known:
             if not known:
-                raise SettingsError(f"{name}: {what} has no options", code="unknown_key")
+                raise SettingsError(f"unknown option {name}: {what} has no options", code="unknown_key")
             raise SettingsError(nearest(f"option of {what}", name, list(known)), code="unknown_key")
     return {**known, **options}
 

@@ -14,4 +14,6 @@ def check_folder(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -
     """Raises `SettingsError` unless a file is in a folder, by its path or by the target of its links."""
     file, root = Path(path), Path(folder)
     if not any(resolved(file).is_relative_to(resolved(root)) for resolved in (Path.resolve, Path.absolute)):
-        raise SettingsError(f"folder: {path} is outside {os.fspath(folder)}", code="outside_root")
+        raise SettingsError(
+            f"{path} is outside {os.fspath(folder)}; pass a folder= that contains it", code="outside_root"
+        )

@@ -5,26 +5,29 @@ from __future__ import annotations
 import os
 import threading
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 __all__ = ["no_fork"]
 
-_changed = threading.Condition()
+_lock = threading.RLock()
+_changed = threading.Condition(_lock)
 _inside: Counter[int] = Counter()
 """The depth of `no_fork` by thread."""
 
 
-@contextmanager
-def no_fork() -> Iterator[None]:
+class no_fork:
     """Context in which `os.fork` of other threads waits."""
-    me = threading.get_ident()
-    with _changed:
-        _inside[me] += 1
-    try:
-        yield
-    finally:
-        with _changed:
+
+    __slots__ = ()
+
+    def __enter__(self) -> None:
+        """Registers the thread."""
+        with _lock:
+            _inside[threading.get_ident()] += 1
+
+    def __exit__(self, *raised: object) -> None:
+        """Lets waiting forks continue when the thread has left all of its contexts."""
+        me = threading.get_ident()
+        with _lock:
             _inside[me] -= 1
             if not _inside[me]:
                 del _inside[me]
@@ -33,18 +36,19 @@ def no_fork() -> Iterator[None]:
 
 def _before() -> None:
     me = threading.get_ident()
-    _changed.acquire()
+    _lock.acquire()
     while any(thread != me for thread in _inside):
         _changed.wait()
 
 
 def _in_parent() -> None:
-    _changed.release()
+    _lock.release()
 
 
 def _in_child() -> None:
-    global _changed
-    _changed = threading.Condition()  # the other threads are gone
+    global _lock, _changed
+    _lock = threading.RLock()  # the other threads are gone
+    _changed = threading.Condition(_lock)
     me = threading.get_ident()
     for thread in [thread for thread in _inside if thread != me]:
         del _inside[thread]

@@ -359,7 +359,8 @@ class Job:
             for place, entry in journal.read(path):
                 if entry is not None and not 0 <= entry.frame < len(self._offsets):
                     raise JobError(
-                        f"{path}: frame {entry.frame} of {len(self._offsets)} at byte {place}",
+                        f"{path}: the entry at byte {place} names frame {entry.frame}, but the job has the frames 0 to "
+                        f"{len(self._offsets) - 1}; remove this file, and run the job again",
                         code="damaged_job",
                     )
                 yield number << OFFSET_BITS | place, entry

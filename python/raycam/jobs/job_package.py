@@ -112,7 +112,8 @@ class JobPackage:
         found = hashlib.sha256(data).hexdigest()
         if found != id:
             raise FormatError(
-                f"{name}: expected job {id[:12]}, but the file contains {found[:12]}", code="damaged_job"
+                f"{name}: the file is damaged or belongs to another job: its hash is {found[:12]}, expected {id[:12]}",
+                code="damaged_job",
             )
 
     @classmethod

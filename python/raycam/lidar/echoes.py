@@ -44,6 +44,8 @@ def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
 
     `pulse_length` is the pulse's full width at half maximum in metres of distance; 0: each surface is an echo.
     """
+    if len(found.pulse) and (np.diff(found.pulse) > 0).all():
+        return _single_echoes(found)
     order = np.lexsort((found.length, found.pulse))
     pulse, length = found.pulse[order], found.length[order]
     weight = np.maximum(found.energy[order], 1e-300)
@@ -62,6 +64,12 @@ def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
     number = np.empty(len(ordered), np.int64)
     number[ordered] = np.cumsum(new) - 1
     return _grouped(found, order, number, mode, pulse)
+
+
+def _single_echoes(found: Contributions) -> Echoes:
+    """Returns the echoes of pulses with one surface each, in their order."""
+    count = len(found.pulse)
+    return Echoes(found.pulse, found.length, found.energy, np.arange(count), np.ones(count, np.float32))
 
 
 def _grouped(

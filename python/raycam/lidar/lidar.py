@@ -13,8 +13,9 @@ import numpy.typing as npt
 from ..arguments import Floats, flag, floats, product, real, whole
 from ..errors import LidarError, nearest
 from .device import device_description
+from .ouster import ouster_metadata
 from .pattern import Pattern
-from .patterns import check_family, make_pattern
+from .patterns import check_family, make_pattern, ouster_unit
 from .pose import Track, rotation_of
 
 if TYPE_CHECKING:
@@ -351,9 +352,22 @@ class Lidar:
         """Seconds from one firing cycle of a Velodyne to the next; raises `LidarError` for other devices."""
         if self.family != "velodyne":
             raise LidarError(
-                f"{self.name}: only Velodyne's devices have firing cycles and packets", code="wrong_device"
+                f"{self.name}: only Velodyne's devices have firing cycles, and only they and Ouster's have packets",
+                code="wrong_device",
             )
         return float(self._description["velodyne"]["cycle"])
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """The metadata of an Ouster in its mode, of JSON types, as in the files of `load_lidar` and ouster-sdk.
+
+        Raises `LidarError` for other devices.
+        """
+        if self.family != "ouster":
+            raise LidarError(f"{self.name}: only Ouster's devices have metadata", code="wrong_device")
+        mode = str(self._settings["mode"])
+        shifts = self.pixel_shifts(int(mode.split("x")[0]))
+        return ouster_metadata(ouster_unit(self._description["ouster"]), self.name, mode, self.rate, shifts)
 
     @property
     def assumed(self) -> list[str]:

@@ -6,13 +6,15 @@ Source: Ouster Firmware User Manual, "Lidar Range to XYZ"; `XYZLut` of ouster-sd
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .pattern import Pattern, check_count, cosines, grid_pattern, sines
 
-__all__ = ["OusterUnit", "ouster_pattern"]
+__all__ = ["OusterUnit", "ouster_metadata", "ouster_pattern"]
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,47 @@ def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
         np.arange(rows),
         offset,
     )
+
+
+def ouster_metadata(
+    unit: OusterUnit, name: str, mode: str, rate: float, shifts: Sequence[int]
+) -> dict[str, Any]:
+    """Returns the metadata of a unit in a mode, in the nested form of firmware 2.2 and later, without an IMU."""
+    columns, rows = int(mode.split("x")[0]), len(unit.beam_altitude_angles)
+    beam = list(unit.beam_to_lidar_transform)
+    return {
+        "beam_intrinsics": {
+            "beam_altitude_angles": list(unit.beam_altitude_angles),
+            "beam_azimuth_angles": list(unit.beam_azimuth_angles),
+            "beam_to_lidar_transform": beam,
+            "lidar_origin_to_beam_origin_mm": math.sqrt(beam[3] ** 2 + beam[7] ** 2 + beam[11] ** 2),
+        },
+        "lidar_intrinsics": {"lidar_to_sensor_transform": list(unit.lidar_to_sensor_transform)},
+        "imu_intrinsics": {"imu_to_sensor_transform": np.eye(4).reshape(-1).tolist()},
+        "lidar_data_format": {
+            "column_window": [0, columns - 1],
+            "columns_per_frame": columns,
+            "columns_per_packet": 16,
+            "fps": rate,
+            "pixel_shift_by_row": list(shifts),
+            "pixels_per_column": rows,
+            "udp_profile_imu": "LEGACY",
+            "udp_profile_lidar": "LEGACY",
+        },
+        "config_params": {"lidar_mode": mode, "udp_port_lidar": 7502, "udp_port_imu": 7503},
+        "sensor_info": {
+            "build_date": "",
+            "build_rev": "",
+            "image_rev": "",
+            "initialization_id": 0,
+            "prod_line": name.upper().replace("OS", "OS-", 1),
+            "prod_pn": "",
+            "prod_sn": "0",
+            "status": "RUNNING",
+        },
+        "calibration_status": {},
+        "user_data": "",
+    }
 
 
 def _turned(turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:

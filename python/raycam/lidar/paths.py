@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +24,7 @@ HIT_FIELDS = (
     "category",
     "material",
     "normal",
+    "front",
     "barycentric",
     "uv",
     "position",
@@ -58,6 +59,9 @@ class Contributions:
 
     def sorted(self) -> Contributions:
         """Returns the contributions ordered by pulse, ray, length and bounces."""
+        step = np.diff(self.pulse)
+        if ((step > 0) | ((step == 0) & (np.diff(self.ray) > 0))).all():
+            return self
         order = np.lexsort((self.bounces, self.length, self.ray, self.pulse))
         return Contributions(
             self.pulse[order],
@@ -73,6 +77,9 @@ class Contributions:
     @staticmethod
     def joined(parts: Sequence[Contributions], deflected: npt.NDArray[np.bool_]) -> Contributions:
         """Returns the contributions of all `parts`, in their order."""
+        filled = [part for part in parts if len(part.pulse)]
+        if len(filled) == 1:
+            return replace(filled[0], deflected=deflected)
         return Contributions(
             np.concatenate([part.pulse for part in parts]),
             np.concatenate([part.ray for part in parts]),
@@ -158,8 +165,9 @@ def trace_paths(
         )
         missed = hits["instance"] < 0
         deflected[rays.pulse[missed & (rays.bounces > 0)]] = True
-        met = np.flatnonzero(~missed)
-        rays, hits = rays.take(met), {name: array[met] for name, array in hits.items()}
+        if missed.any():
+            met = np.flatnonzero(~missed)
+            rays, hits = rays.take(met), {name: array[met] for name, array in hits.items()}
         hits["surface"] = surfaces.read(hits["material"], hits["instance"], hits["triangle"])
         surfaces.note_colors(hits["surface"], hits["albedo"])
         first = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
@@ -182,7 +190,7 @@ def _returned(
     geometric = rays.geometric + hits["distance"]
     optical = rays.optical + hits["distance"] * rays.index
     energy = rays.weight * rays.one_way**2 * opacity * share / np.maximum(geometric, LEAST_LENGTH) ** 2
-    chosen = np.flatnonzero(solid)
+    chosen = slice(None) if solid.all() else np.flatnonzero(solid)
     fields = {name: hits[name][chosen] for name in HIT_FIELDS if name not in ("albedo", "distance")}
     fields["incidence"] = np.degrees(np.arccos(cosine[chosen])).astype(np.float32)
     return (
@@ -211,6 +219,8 @@ def _onward(
     """Returns the continued rays: behind translucent surfaces, reflected, and refracted."""
     if not len(cosine):
         return rays
+    if (surfaces.values("kind") == "solid").all() and (surfaces.values("opacity") == 1.0).all():
+        return rays.take(np.zeros(0, np.int64))
     kind = surfaces.column(hits["surface"], "kind")
     opacity = surfaces.column(hits["surface"], "opacity")
     geometric = rays.geometric + hits["distance"]

@@ -28,11 +28,11 @@ class Track:
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Returns rotations [n, 3, 3] and positions [n, 3]: lines, and the shortest arcs, between the poses."""
-        moments, where = np.unique(times, return_inverse=True)
         if len(self.times) == 1:
             return np.broadcast_to(self.rotations[0], (len(times), 3, 3)), np.broadcast_to(
                 self.positions[0], (len(times), 3)
             )
+        moments, where = np.unique(times, return_inverse=True)
         clamped = np.clip(moments, self.times[0], self.times[-1])
         after = np.clip(np.searchsorted(self.times, clamped, side="right"), 1, len(self.times) - 1)
         start, end = self.times[after - 1], self.times[after]
@@ -89,6 +89,10 @@ def rotation_of(roll: float, pitch: float, yaw: float, up: str) -> Floats:
 
 def transform(turns: Floats, vectors: Floats) -> Floats:
     """Returns the vectors [n, 3] turned by the matrices [n, 3, 3], the same to the last bit on every processor."""
-    x, y, z = vectors[:, 0, None], vectors[:, 1, None], vectors[:, 2, None]
-    turned: Floats = x * turns[:, :, 0] + y * turns[:, :, 1] + z * turns[:, :, 2]
+    if len(turns) and not turns.strides[0]:  # one matrix for all
+        turns = turns[:1]
+    x, y, z = vectors.T
+    turned = np.empty(vectors.shape)
+    for axis in range(3):
+        turned[:, axis] = x * turns[:, axis, 0] + y * turns[:, axis, 1] + z * turns[:, axis, 2]
     return turned

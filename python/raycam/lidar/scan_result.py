@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ..arguments import Floats, flag, real
 from ..errors import LidarError, nearest
 from ..io.atomic_files import write
+from .files.ouster_packets import save_ouster_packets
 from .files.packets import Firings, pcap_bytes
 from .files.save import save_scan
 from .pattern import Pattern
@@ -148,11 +149,12 @@ class Scan(Mapping[str, Array]):
         """Writes the points to a file; the extension selects the format.
 
         `.pcd` (0.7, binary, or text with `text`), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), `.laz`
-        (requires `raycam[laz]`), and `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written
+        (requires `raycam[laz]`), `.feather` of Argoverse 2 (requires `raycam[feather]`; coordinates are float16), and
+        `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written
         besides the position (default: those that readers of the format expect, and ids); with `in_world`, positions are
         in world coordinates. Lost pulses are not written, except to .npz. `.pcap` contains the packets that a VLP-16,
-        Puck Hi-Res, VLP-32C, HDL-32E or VLS-128 sends in this frame.
-        Raises `LidarError` for an unknown extension or field.
+        Puck Hi-Res, VLP-32C, HDL-32E, HDL-64E, VLS-128 or Ouster (profile LEGACY) sends in this frame; the same
+        name with .json contains Ouster's metadata. Raises `LidarError` for an unknown extension or field.
         """
         if Path(path).suffix.lower() == ".pcap":
             if fields is not None or in_world or text:
@@ -160,7 +162,10 @@ class Scan(Mapping[str, Array]):
                     "packets contain distances and intensities only; omit fields, in_world and text",
                     code="conflicting_values",
                 )
-            write(path, pcap_bytes(self, self._firings()))
+            if self._lidar.family == "ouster":
+                save_ouster_packets(Path(path), self, self._lidar.metadata, self._lidar.returns)
+            else:
+                write(path, pcap_bytes(self, self._firings()))
             return
         points = self.in_world() if flag("in_world", in_world) else self["position"]
         save_scan(self, points, path, fields, flag("text", text))

@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from ..world import World
 
 __all__ = [
+    "KEPT",
     "LIGHT_SPEED",
     "LOST",
     "detect_echoes",
     "lidar_named",
+    "lost_reasons",
     "scan",
     "scan_many",
     "select_echoes",
@@ -102,15 +104,14 @@ def scan(
     warn_of_times(world, lidar)
     pattern = lidar.pattern(frame)
     found = trace_pulses(world, lidar, pattern, frame, threads)
-    axis = _along_axis(found, len(pattern))
     echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
     chosen = select_echoes(echoes, lost == KEPT, lidar)
     columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
-    reasons = _reasons(len(pattern), echoes, lost, found, chosen)
+    reasons = lost_reasons(len(pattern), echoes, lost, found, chosen)
     if not len(chosen):
         warn_of_empty_scan(lidar, reasons)
     if keep_lost:
-        columns = _with_lost(pattern, columns, reasons, axis)
+        columns = _with_lost(pattern, columns, reasons, _along_axis(found, len(pattern)))
     return Scan(columns, lidar=lidar, pattern=pattern, up=world.up)
 
 
@@ -155,8 +156,12 @@ def trace_pulses(
     frame: int,
     threads: int | None,
     pulses: tuple[int, int] | None = None,
+    uses_energy: bool = True,
 ) -> Contributions:
-    """Returns the contributions of all pulses, or of the pulses from `pulses[0]` to before `pulses[1]`."""
+    """Returns the contributions of all pulses, or of the pulses from `pulses[0]` to before `pulses[1]`.
+
+    Unless the caller uses the energy (`uses_energy`), no notice reports that reflectances are derived from colours.
+    """
     settings = lidar.settings
     count, samples = len(pattern), settings["beam_samples"]
     surfaces = SurfaceTable(world)
@@ -177,7 +182,10 @@ def trace_pulses(
             turns[block],
         )
         n = len(starts)
-        turn = np.repeat(rotations, samples, axis=0)
+        if rotations.strides[0]:
+            turn = np.repeat(rotations, samples, axis=0)
+        else:  # one pose
+            turn = np.broadcast_to(lidar.track.rotations[0], (n * samples, 3, 3))
         origins = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3) + places[:, None]
         directions = transform(turn, ways.reshape(-1, 3)).reshape(n, samples, 3)
         part = trace_paths(
@@ -192,7 +200,7 @@ def trace_pulses(
         )
         part.pulse = part.pulse + first
         parts.append(part)
-    warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored)
+    warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored and uses_energy)
     found = Contributions.joined(parts, np.concatenate([part.deflected for part in parts]))
     if math.isfinite(settings["visibility"] or math.inf):
         found.energy = found.energy * np.exp(-2.0 * attenuation(settings["visibility"]) * found.length)
@@ -298,6 +306,8 @@ def _rank(pulse: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     if not len(pulse):
         return np.zeros(0, np.int64)
     first = np.concatenate([[True], np.diff(pulse) != 0])
+    if first.all():
+        return np.zeros(len(pulse), np.int64)
     start = np.flatnonzero(first)
     ranks: npt.NDArray[np.int64] = np.arange(len(pulse)) - np.repeat(
         start, np.diff(np.append(start, len(pulse)))
@@ -310,6 +320,8 @@ def select_echoes(echoes: Echoes, heard: npt.NDArray[np.bool_], lidar: Lidar) ->
     at = np.flatnonzero(heard)
     pulse = echoes.pulse[at]
     rank = _rank(pulse)
+    if not rank.any():
+        return at
     last = np.append(np.diff(pulse) != 0, True) if len(pulse) else np.zeros(0, bool)
     order = np.lexsort((at, -echoes.energy[at], pulse))
     by_energy = np.empty(len(at), np.int64)
@@ -400,7 +412,7 @@ def _noisy(
     return counted
 
 
-def _reasons(
+def lost_reasons(
     pulses: int,
     echoes: Echoes,
     lost: npt.NDArray[np.int8],
@@ -410,8 +422,11 @@ def _reasons(
     """Returns for each pulse the reason why it has no point, from its strongest echo; 0 if it has a point."""
     reasons = np.full(pulses, NOTHING_HIT, np.int8)
     reasons[found.deflected] = REFLECTED_AWAY
-    order = np.argsort(echoes.energy, kind="stable")
-    reasons[echoes.pulse[order]] = lost[order]
+    if (np.diff(echoes.pulse) > 0).all():
+        reasons[echoes.pulse] = lost
+    else:
+        order = np.argsort(echoes.energy, kind="stable")
+        reasons[echoes.pulse[order]] = lost[order]
     reasons[echoes.pulse[chosen]] = KEPT
     return reasons
 

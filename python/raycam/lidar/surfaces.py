@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Surface", "SurfaceTable", "dielectric_reflectance", "retroreflectance"]
 
+UNKNOWN = -2
+"""Number of a surface that was not read yet."""
 SMOOTH = 0.03
 """Largest roughness at which a surface is a mirror: it returns light only along its mirror direction."""
 
@@ -57,13 +59,16 @@ class Surface:
 class SurfaceTable:
     """The surfaces of a world, read when a ray first meets them.
 
-    A surface is identified by its material's number, and by its object if that has values for lidars (`lidar` of
+    There is one surface per material, and one per material and object if the object has values for lidars (`lidar` of
     `[[object]]`).
     """
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._known: dict[int, Surface] = {}
+        self._known: list[Surface] = []
+        self._columns: dict[str, npt.NDArray[Any]] = {}
+        self._of_material = np.full(0, UNKNOWN, np.int64)
+        self._of_own: dict[tuple[int, int], int] = {}
         self._own = {instance: values for instance, *values in _core.world_lidar_surfaces(world._core)}
         self._instances = np.array(sorted(self._own), np.int64)
         self.is_colored = False
@@ -81,27 +86,53 @@ class SurfaceTable:
         self, material: npt.NDArray[Any], instance: npt.NDArray[Any], triangle: npt.NDArray[Any]
     ) -> npt.NDArray[np.int64]:
         """Reads the surfaces of new materials; returns each hit's surface number, -1 for no hit."""
-        surface = material.astype(np.int64)
+        own = np.zeros(0, np.int64)
         if len(self._instances):
             place = np.minimum(np.searchsorted(self._instances, instance), len(self._instances) - 1)
-            is_own = (self._instances[place] == instance) & (material >= 0)
-            surface = np.where(is_own, surface + ((place + 1) << 32), surface)
-        numbers, first = np.unique(surface, return_index=True)
-        for number, at in zip(numbers.tolist(), first.tolist(), strict=True):
-            if number >= 0 and number not in self._known:
-                described = json.loads(self._world._core.material(int(instance[at]), int(triangle[at])))
-                found = read_surface(described)
-                self._known[number] = (
-                    found if number < 1 << 32 else with_own(found, *self._own[int(instance[at])])
-                )
+            own = np.flatnonzero((self._instances[place] == instance) & (material >= 0))
+        most = int(material.max(initial=-1))
+        if most >= len(self._of_material) - 1:
+            grown = np.full(most + 2, UNKNOWN, np.int64)
+            grown[: len(self._of_material)] = self._of_material
+            grown[-1] = -1  # the last entry is that of material -1, no hit
+            if len(self._of_material):
+                grown[len(self._of_material) - 1] = UNKNOWN
+            self._of_material = grown
+        surface: npt.NDArray[np.int64] = self._of_material[material]
+        surface[own] = -1
+        new = np.flatnonzero(surface == UNKNOWN)
+        for number, at in zip(*np.unique(material[new], return_index=True), strict=True):
+            self._of_material[number] = self._add(self._described(instance, triangle, int(new[at])))
+        surface[new] = self._of_material[material[new]]
+        if len(own):
+            pairs = np.stack([material[own], instance[own]], axis=1)
+            kinds, first, where = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+            for pair, at in zip(kinds.tolist(), own[first].tolist(), strict=True):
+                key = (pair[0], pair[1])
+                if key not in self._of_own:
+                    found = self._described(instance, triangle, at)
+                    self._of_own[key] = self._add(with_own(found, *self._own[pair[1]]))
+            numbers = np.array([self._of_own[pair[0], pair[1]] for pair in kinds.tolist()])
+            surface[own] = numbers[where.reshape(-1)]
         return surface
+
+    def _described(self, instance: npt.NDArray[Any], triangle: npt.NDArray[Any], at: int) -> Surface:
+        return read_surface(json.loads(self._world._core.material(int(instance[at]), int(triangle[at]))))
+
+    def _add(self, surface: Surface) -> int:
+        self._columns = {}
+        self._known.append(surface)
+        return len(self._known) - 1
+
+    def values(self, name: str) -> npt.NDArray[Any]:
+        """Returns a property of all surfaces that were read, and of no surface at the end."""
+        if name not in self._columns:
+            self._columns[name] = np.array([getattr(one, name) for one in (*self._known, Surface("solid"))])
+        return self._columns[name]
 
     def column(self, surface: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
         """Returns a property of the surface of each hit; the default of `Surface` for -1."""
-        default = getattr(Surface("solid"), name)
-        numbers, where = np.unique(surface, return_inverse=True)
-        values = [getattr(self._known[n], name) if n >= 0 else default for n in numbers.tolist()]
-        found: npt.NDArray[Any] = np.array(values)[where]
+        found: npt.NDArray[Any] = self.values(name)[surface]
         return found
 
 
@@ -176,7 +207,9 @@ def retroreflectance(
     retroreflector of coefficient R_A(theta) = R_A cos(theta)^4 adds pi R_A(theta) / cos(theta) (ASTM E808).
     """
     own = table.column(surface, "reflectance")
-    lambert = np.where(np.isnan(own), table.column(surface, "diffuse") * albedo, own) * cosine
+    lambert: Floats = np.where(np.isnan(own), table.column(surface, "diffuse") * albedo, own) * cosine
+    if not any(table.values(name).any() for name in ("retroreflection", "phong", "alpha")):
+        return lambert
     sheeting = np.pi * table.column(surface, "retroreflection") * cosine**3
     lobes = table.column(surface, "phong").reshape(-1, 2) if len(surface) else np.zeros((0, 2))
     doubled = np.clip(2.0 * cosine**2 - 1.0, 0.0, 1.0)  # between the ray and its mirror direction

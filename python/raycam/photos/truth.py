@@ -11,12 +11,13 @@ from ..calibration import Cameras
 from ..camera import Camera
 from ..dataset import DatasetResult, write
 from ..errors import SettingsError
+from ..lidar import Lidar
 from ..notices import warn_all
 from ..render.arguments import world_of
 from ..world import World
 from .placement import placement_notices
 
-__all__ = ["named_photographs", "photo_truth"]
+__all__ = ["named_photographs", "named_viewpoints", "photo_truth"]
 
 
 def photo_truth(
@@ -79,7 +80,19 @@ def named_photographs(
 
     Raises `SettingsError` for anything but cameras, and for two cameras of one photograph.
     """
-    if isinstance(cameras, Camera | str | os.PathLike):
+    return _named(cameras, images, Camera, "raycam.Camera")
+
+
+def named_viewpoints(
+    cameras: Mapping[str, Camera | Lidar] | Sequence[Camera | Lidar],
+    images: Mapping[str, str] | None = None,
+) -> dict[str, Camera | Lidar]:
+    """Returns cameras and lidars by name, with the names and errors of `named_photographs`."""
+    return _named(cameras, images, (Camera, Lidar), "raycam.Camera or raycam.Lidar")
+
+
+def _named(cameras: Any, images: Mapping[str, str] | None, kinds: Any, expected: str) -> dict[str, Any]:
+    if isinstance(cameras, Camera | Lidar | str | os.PathLike):
         raise SettingsError(
             f"cameras must be a list or mapping of cameras, got {cameras!r}; "
             "pass [camera] or raycam.load_cameras(FILE)",
@@ -90,12 +103,12 @@ def named_photographs(
     given = cameras if isinstance(cameras, Mapping) else {f"{i:06d}": one for i, one in enumerate(cameras)}
     if not given:
         raise SettingsError("cameras is empty; pass at least one camera", code="missing_value")
-    found: dict[str, Camera] = {}
+    found: dict[str, Any] = {}
     for name in given:
         camera, photograph = given[name], known.get(name, name)
-        if not isinstance(camera, Camera):
+        if not isinstance(camera, kinds):
             raise SettingsError(
-                f"cameras[{name!r}] must be a raycam.Camera, not {type(camera).__name__}", code="wrong_type"
+                f"cameras[{name!r}] must be a {expected}, not {type(camera).__name__}", code="wrong_type"
             )
         if photograph in found:
             raise SettingsError(

@@ -1,8 +1,8 @@
-"""Visibility of faces in photographs, with resolution and angle."""
+"""Visibility of faces to cameras and lidars, with resolution and angle."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,14 +12,16 @@ import numpy.typing as npt
 from ..arguments import Floats, one_of, thread_count, whole
 from ..camera import Camera
 from ..errors import Notice, WorldError
+from ..lidar import Lidar
 from ..notices import warn, warn_all
 from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
-from ..world.face_geometry import face_normals
-from .placement import pixel_grid, placement_notices
+from ..world.face_geometry import face_areas, face_normals
+from .lidar_points import POINTS_PER_SAMPLE, FacePoints, points_on_faces
+from .placement import GRID_SIDE, pixel_grid, placement_notices
 from .sight import Facing, find_sight, footprints, in_morton_order, meets_front
-from .truth import named_photographs
+from .truth import named_viewpoints
 
 __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
 
@@ -37,14 +39,14 @@ INSIDE_OUT_SHARE = 0.9
 
 @dataclass(frozen=True, eq=False)
 class FacePairs:
-    """A sparse matrix face x camera, in compressed rows (CSR)."""
+    """A sparse matrix face x camera (or lidar), in compressed rows (CSR)."""
 
     offsets: npt.NDArray[np.int64]
     """Entries of face i are `offsets[i]:offsets[i + 1]`, int64 [faces + 1]."""
     camera: npt.NDArray[np.int32]
-    """The camera's number of each entry, int32 [m], ascending within a face."""
+    """The number of each entry's camera or lidar, int32 [m], ascending within a face."""
     fraction: npt.NDArray[np.float32]
-    """The fraction of the face's samples that is visible from this camera, float32 [m], more than 0."""
+    """The fraction of the face's samples that is visible from this camera or lidar, float32 [m], more than 0."""
 
 
 @one_line
@@ -55,25 +57,25 @@ class SurfaceVisibility:
     ids: npt.NDArray[np.int32]
     """(instance, triangle) of the faces, int32 [n, 2], in the order of `World.triangle_ids`."""
     names: tuple[str, ...]
-    """The photographs' or cameras' names."""
+    """The names of the photographs, or else of the cameras and lidars."""
     views: npt.NDArray[np.int32]
-    """The number of cameras from which a part of the face is visible, int32."""
+    """The number of cameras and lidars from which a part of the face is visible, int32."""
     fraction: npt.NDArray[np.float32]
-    """The fraction of the face's samples that is visible from any camera, float32."""
+    """The fraction of the face's samples that is visible from any camera or lidar, float32."""
     best_view: npt.NDArray[np.int32]
-    """The camera with the best resolution, int32; -1 for a face that is not visible."""
+    """The camera or lidar with the best resolution, int32; -1 for a face that is not visible."""
     best_resolution: npt.NDArray[np.float32]
-    """Resolution of `best_view` in pixels per metre, in the surface direction with fewer pixels, float32; 0 if not
-    visible.
+    """Resolution of `best_view`, float32: pixels per metre in the surface direction with fewer pixels; for a lidar, the
+    square root of its points per square metre of the face. 0 if not visible.
     """
     angle: npt.NDArray[np.float32]
     """Angle of incidence of `best_view` in degrees, float32; NaN if not visible."""
     faces_seen: npt.NDArray[np.int32]
-    """The number of faces that are visible from each camera, int32 [cameras]."""
+    """The number of faces that are visible from each camera or lidar, int32 [cameras]."""
     facing: Facing
     """"front", or "both" if back sides counted too."""
     pairs: FacePairs | None = None
-    """The visible faces of each camera; None unless `pairs=True`."""
+    """The visible faces of each camera or lidar; None unless `pairs=True`."""
 
     def of(self, instance: int) -> npt.NDArray[np.bool_]:
         """Returns True [n] for the faces of an object, by its id."""
@@ -83,7 +85,7 @@ class SurfaceVisibility:
 
 def surface_visibility(
     world: World,
-    cameras: Mapping[str, Camera] | Sequence[Camera],
+    cameras: Mapping[str, Camera | Lidar] | Sequence[Camera | Lidar],
     *,
     objects: Chosen | None = None,
     samples: int | Literal["faces"] = "faces",
@@ -92,7 +94,7 @@ def surface_visibility(
     images: Mapping[str, str] | None = None,
     threads: int | None = None,
 ) -> SurfaceVisibility:
-    """Finds the faces that are visible from the cameras, with exact rays through their lenses.
+    """Finds the faces that are visible from cameras and lidars, with exact rays.
 
     `cameras` are posed cameras, for example from `load_cameras`; `objects` are the ids or names of the objects whose
     faces are returned. All objects occlude. A sample on a face is visible if it projects through the lens into the
@@ -101,15 +103,22 @@ def surface_visibility(
     corners, moved inside by 1 %, and for faces larger than 4 pixels in any camera as many samples as pixels, up to
     256.
 
-    `facing="front"` ignores cameras behind a face, "both" includes them; "auto" means "front" unless at least 90 % of
-    the rays that hit the world hit back sides first, which a notice reports. `pairs=True` also returns the visible
-    faces of each camera. A notice is issued if fewer than half of the cameras show the world. Memory does not grow
-    with the number of cameras, except with `pairs`.
+    `cameras` may also contain lidars (`Rig.sensors`, `World.sensors`). A face is visible to a lidar if a pulse of its
+    first frame measures a point on it: exactly the faces of the points of `scan(world, lidar.replace(noise=False))`
+    with `bounces` 0, each with the world and the lidar's pose at the pulse's time, the beam's samples, `returns` and
+    range limits. A sample is visible to a lidar if it is the face's sample nearest to a point; "faces" uses one
+    sample for 16 points on a face, from 4 to 256.
+
+    `facing="front"` ignores cameras behind a face and points on its back, "both" includes them; "auto" means "front"
+    unless at least 90 % of the rays that hit the world hit back sides first, which a notice reports. `pairs=True` also
+    returns the visible faces of each camera. A notice is issued if fewer than half of the cameras show the world, and
+    for a lidar without points. Memory does not grow with the number of cameras, except with `pairs`; each point of a
+    lidar takes 13 bytes.
 
     Raises `SettingsError` for invalid arguments and `WorldError` for unknown objects and worlds without faces.
     """
-    named = named_photographs(cameras, images)
-    each = list(named.values())
+    named = named_viewpoints(cameras, images)
+    lenses = {name: camera for name, camera in named.items() if isinstance(camera, Camera)}
     count = None if samples == "faces" else whole("samples", samples, 1, MAX_SAMPLES)
     threads = thread_count(threads)
     one_of("facing", facing, ("auto", "front", "both"))
@@ -122,8 +131,14 @@ def surface_visibility(
         raise WorldError(
             "the world has no visible faces; surface_visibility requires a mesh", code="nothing_visible"
         )
-    warn_all(placement_notices(world, named))
-    sides = side_of(world, each, threads) if facing == "auto" else facing
+    warn_all(placement_notices(world, lenses))
+    points = {
+        name: points_on_faces(world, lidar, ids, threads)
+        for name, lidar in named.items()
+        if isinstance(lidar, Lidar)
+    }
+    sides = side_of(world, list(lenses.values()), threads, points.values()) if facing == "auto" else facing
+    each = [points[name].of(sides) if name in points else lenses[name] for name in named]
     order = in_morton_order(corners.mean(axis=1))
     found = _Totals(len(ids), len(each), pairs)
     for some in _chunks(order, corners, each, count):
@@ -131,11 +146,19 @@ def surface_visibility(
     return found.result(ids, tuple(named), sides)
 
 
-def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None) -> Literal["front", "both"]:
+def side_of(
+    world: World,
+    cameras: Sequence[Camera],
+    threads: int | None = None,
+    lidars: Iterable[FacePoints] = (),
+) -> Literal["front", "both"]:
     """Returns "both", with a notice, if at least 90 % of the rays that hit the world hit back sides first; else
     "front".
+
+    Lidars take part with as many of their points as cameras have rays.
     """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
+    hits += [one.front[:: max(1, len(one.front) // GRID_SIDE**2)] for one in lidars]
     fronts = np.concatenate(hits) if hits else np.zeros(0, bool)
     if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT_SHARE:
         return "front"
@@ -152,9 +175,14 @@ Chunk = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]
 
 
 def _chunks(
-    order: npt.NDArray[np.int64], corners: Floats, cameras: Sequence[Camera], count: int | None
+    order: npt.NDArray[np.int64],
+    corners: Floats,
+    viewpoints: Sequence[Camera | FacePoints],
+    count: int | None,
 ) -> Iterator[Chunk]:
     """Iterates over faces with their samples, at most `CHUNK_SAMPLES` samples at once."""
+    cameras = [one for one in viewpoints if isinstance(one, Camera)]
+    lidars = [one for one in viewpoints if isinstance(one, FacePoints)]
     limit = CHUNK_SAMPLES // MAX_SAMPLES
     pattern = (
         {number: sample_pattern(number) for number in range(1, MAX_SAMPLES + 1)} if count is None else {}
@@ -164,7 +192,10 @@ def _chunks(
         faces = order[start : start + max(limit, CHUNK_SAMPLES // 8)]
         numbers = np.full(len(faces), count or 0)
         if count is None:
-            numbers = np.clip(np.ceil(largest_areas(corners[faces], cameras)), 4, MAX_SAMPLES).astype(int)
+            wanted = largest_areas(corners[faces], cameras)
+            for points in lidars:
+                wanted = np.maximum(wanted, points.counts(faces) / POINTS_PER_SAMPLE)
+            numbers = np.clip(np.ceil(wanted), 4, MAX_SAMPLES).astype(int)
         fit = max(1, int(np.searchsorted(np.cumsum(numbers), CHUNK_SAMPLES, side="right")))
         faces, numbers = faces[:fit], numbers[:fit]
         owner = np.repeat(np.arange(len(faces)), numbers)
@@ -223,44 +254,80 @@ class _Totals:
     def add(
         self,
         world: World,
-        cameras: Sequence[Camera],
+        viewpoints: Sequence[Camera | FacePoints],
         chunk: Chunk,
         corners: Floats,
         facing: Facing,
         threads: int | None,
     ) -> None:
-        """Adds the faces of a chunk, with their corners [k, 3, 3]."""
+        """Adds the faces of a chunk, with their corners [k, 3, 3], for cameras and points of lidars."""
         faces, owner, weights = chunk
         points = np.einsum("nk,nkj->nj", weights, corners[owner])
         normals = face_normals(corners)[owner]
         total = np.bincount(owner, minlength=len(faces))
         seen = np.zeros(len(owner), bool)
-        for number, camera in enumerate(cameras):
+        for number, camera in enumerate(viewpoints):
+            if isinstance(camera, FacePoints):
+                seen[self._add_points(number, camera, chunk, corners, total)] = True
+                continue
             sight = find_sight(world, camera, points, normals, facing=facing, threads=threads)
             if not len(sight.index):
                 continue
             seen[sight.index] = True
             own = owner[sight.index]
-            hits = np.bincount(own, minlength=len(faces))
-            some = np.flatnonzero(hits)
-            self.views[faces[some]] += 1
-            self.faces_seen[number] += len(some)
-            if self.pairs:
-                camera_column = np.full(len(some), number, np.int32)
-                share = (hits[some] / total[some]).astype(np.float32)
-                self.entries.append((faces[some], camera_column, share))
+            some = self._count(number, faces, np.bincount(own, minlength=len(faces)), total)
             # The first visible sample of a face represents it.
             _, first = np.unique(own, return_index=True)
             index = sight.index[first]
             distance = np.sqrt(((sight.origins[first] - points[index]) ** 2).sum(axis=1))
             jacobian = footprints(camera, points[index], normals[index], distance)
-            resolution = smaller_singular_value(jacobian).astype(np.float32)
-            place = faces[some]
-            better = resolution > self.best_resolution[place]
-            place = place[better]
-            self.best_resolution[place], self.best_view[place] = resolution[better], number
-            self.angle[place] = np.degrees(np.arccos(np.clip(sight.cosine[first][better], 0, 1)))
+            self._keep_best(number, faces[some], smaller_singular_value(jacobian), sight.cosine[first])
         self.fraction[faces] = np.bincount(owner, weights=seen, minlength=len(faces)) / total
+
+    def _add_points(
+        self,
+        number: int,
+        points: FacePoints,
+        chunk: Chunk,
+        corners: Floats,
+        total: npt.NDArray[np.int64],
+    ) -> npt.NDArray[np.int64]:
+        """Adds the faces of a chunk on which a lidar has points; returns the samples [m] nearest to its points."""
+        faces, owner, weights = chunk
+        counts = points.counts(faces)
+        met = np.flatnonzero(counts)
+        first = np.cumsum(total) - total
+        samples = points.nearest_samples(faces[met], corners[met], weights, first[met], total[met])
+        some = self._count(number, faces, np.bincount(owner[samples], minlength=len(faces)), total)
+        resolution = np.sqrt(counts[some] / np.maximum(face_areas(corners[some]), 1e-300))
+        self._keep_best(number, faces[some], resolution, points.first_cosine(faces[some]))
+        return samples
+
+    def _count(
+        self,
+        number: int,
+        faces: npt.NDArray[np.int64],
+        hits: npt.NDArray[np.int64],
+        total: npt.NDArray[np.int64],
+    ) -> npt.NDArray[np.int64]:
+        """Adds faces [k] with `hits` [k] of `total` [k] visible samples; returns the indices of visible faces."""
+        some = np.flatnonzero(hits)
+        self.views[faces[some]] += 1
+        self.faces_seen[number] += len(some)
+        if self.pairs:
+            share = (hits[some] / total[some]).astype(np.float32)
+            self.entries.append((faces[some], np.full(len(some), number, np.int32), share))
+        return some
+
+    def _keep_best(
+        self, number: int, faces: npt.NDArray[np.int64], resolution: Floats, cosine: Floats
+    ) -> None:
+        """Notes the camera or lidar as the best one of the faces [k] for which its resolution is the largest so far."""
+        single = resolution.astype(np.float32)
+        better = single > self.best_resolution[faces]
+        faces = faces[better]
+        self.best_resolution[faces], self.best_view[faces] = single[better], number
+        self.angle[faces] = np.degrees(np.arccos(np.clip(cosine[better], 0, 1)))
 
     def result(
         self, ids: npt.NDArray[np.int32], names: tuple[str, ...], facing: Literal["front", "both"]

@@ -2,6 +2,7 @@
 
 from .collada import collada_to_glb
 from .description import Geometry, Link, Material, RobotDescription, Visual
+from .kinematics import WIDTHS
 from .mounted import MountedCamera, place_camera
 from .read import SUFFIXES, RobotModel, read_robots
 from .resolve import FileResolver, Missing, find_root
@@ -9,6 +10,7 @@ from .robot import JointValues, Robot
 
 __all__ = [
     "SUFFIXES",
+    "WIDTHS",
     "FileResolver",
     "Geometry",
     "JointValues",

@@ -27,7 +27,7 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
         float,
     )
     if not (np.isfinite(film).all() and (film > 0).all()):
-        raise ValueError(f"its apertures are {film[0]:g} and {film[1]:g}")
+        raise ValueError(f"its apertures are {film[0]:g} x {film[1]:g}, expected positive numbers")
     size = [COLUMNS, max(1, round(COLUMNS * film[1] / film[0]))]
     per_film = np.array(size) / film
     center = np.array(size) / 2 + offset * per_film * [-1, 1]

@@ -97,6 +97,11 @@ class Control:
             code="invalid_value",
         )
 
+    def set_range(self, low: float, high: float, value: float) -> None:
+        """Sets the ends and the value of a slider."""
+        self._properties |= {"min": low, "max": high}
+        self.value = value
+
     def on_change(self, function: Callback) -> Callback:
         """Calls `function(control)` after each change in the browser; returns it, so that it works as a decorator.
 

@@ -86,7 +86,7 @@ def _load_exr(path: str | os.PathLike[str]) -> Frame:
     size, region, notices = _places(path, windows, notes)
     planes = _planes({name: _numbers(name, whole, bits) for name, whole, bits in channels})
     notices += [
-        Notice("float32, as in the file", "rounded_values", [name])
+        Notice("the values are float32, because EXR files cannot contain float64", "rounded_values", [name])
         for name, array in planes.items()
         if is_channel(name) and channel_form(name)[0] != array.dtype
     ]

@@ -24,6 +24,7 @@ from ..world import World
 from .controls import Control, Controls, Folder
 from .files.photographs import Photographs
 from .files.watch import Watcher
+from .joint_sliders import JointSliders
 from .scene.edits import Edits
 from .scene.look import Look
 from .server import Server
@@ -94,6 +95,7 @@ class Viewer:
         self.controls = Controls()
         """The controls that the script added."""
         self._edits = Edits(world, allowed=edit)
+        self._joints = JointSliders(self.controls, self._edits)
         self._camera = camera
         self._options: dict[str, Any] = {
             "title": title,

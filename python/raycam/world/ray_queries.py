@@ -37,6 +37,7 @@ Surface = Literal["first", "solid"]
 Arrays = dict[str, npt.NDArray[Any]]
 
 FIRST_HIT_FIELDS = ("t", "instance", "triangle", "barycentric", "normal", "position")
+RAY_FIELDS = tuple(_core.ray_fields())
 CROSSING_FIELDS = ("t", "instance", "triangle", "barycentric", "front")
 
 
@@ -263,7 +264,9 @@ class RayQueries:
 
 def _fields(names: Iterable[str]) -> list[str]:
     """Names of fields, checked."""
-    return words("field", names, _core.ray_fields())
+    if names is FIRST_HIT_FIELDS:
+        return list(FIRST_HIT_FIELDS)
+    return words("field", names, RAY_FIELDS)
 
 
 def _skipped(

@@ -30,9 +30,9 @@ class Settled:
     objects: tuple[str, ...]
     """The names of the objects that fell."""
     attempts: int
-    """Random draws that were needed, 1 to 10."""
+    """Random draws that were needed, 1 to 20: one of all objects, and further ones of objects that failed a check."""
     seconds: float
-    """Simulated time of the last attempt."""
+    """Simulated time since the poses of all objects were drawn."""
     penetration: float
     """Greatest depth in metres to which two of the meshes overlap."""
     motion: float
@@ -65,9 +65,10 @@ def settle(
     none penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m), each touches something if
     it is lowered by 0.5 mm (2 % of the size for objects of several parts), none moves by more than 0.1 mm in another
     second, and each is within its target: completely for `into`, with its centre for `on`. Penetrating objects are
-    lifted and fall again; if a check fails, new poses are drawn, up to 10 times. The poses become matrices of the
-    objects. The same arguments return the same bytes on any number of threads. A notice reports robots that overlap
-    other objects.
+    lifted and fall again. Objects that fail another check, for example because they fell next to the bin, are thrown
+    again while the others stay; after 10 draws, all objects are thrown again, and after 20, settling fails. The poses
+    become matrices of the objects. The same arguments return the same bytes on any number of threads. A notice reports
+    robots that overlap other objects.
 
     Raises `WorldError` with the code "not_settled" and the check that failed if no attempt succeeds (the world is then
     unchanged), "no_volume" for a flat object, "unknown_name", and "conflicting_values" for links of robots.

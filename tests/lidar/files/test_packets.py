@@ -1,4 +1,4 @@
-"""Velodyne's packets, decoded by velodyne-decoder."""
+"""Velodyne's packets, decoded by velodyne-decoder and by the equations of the ROS driver."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+import yaml
+from raycam.lidar.velodyne import Laser
+from support.velodyne_driver import driver_point
 
 decoder = pytest.importorskip("velodyne_decoder", reason="no wheel for this machine")
 
@@ -82,6 +85,102 @@ def test_packets_of_a_vls128_are_decoded(hall: raycam.World, tmp_path: Path) -> 
     assert np.ptp(scan["time"][expected] - found[order, 4]) < 1.6e-5
 
 
+def packets_of(path: Path) -> list[bytes]:
+    """The contents of the UDP packets in a capture file."""
+    data, at, found = path.read_bytes(), 24, []
+    while at < len(data):
+        size = struct.unpack_from("<IIII", data, at)[2]
+        found.append(data[at + 16 + 42 : at + 16 + size])
+        at += 16 + size
+    return found
+
+
+def calibration_file(name: str, folder: Path, flat: bool) -> Path:
+    """One of the decoder's calibrations; `flat`: without offsets and two-point corrections."""
+    source = Path(decoder.__file__).parent / "calibrations" / f"{name}.yml"
+    table = yaml.safe_load(source.read_text(encoding="utf-8"))
+    for laser in table["lasers"] if flat else ():
+        laser["vert_offset_correction"] = laser["horiz_offset_correction"] = 0.0
+        laser["dist_correction_x"] = laser["dist_correction_y"] = laser["dist_correction"]
+    path = folder / "unit.yaml"
+    path.write_text(yaml.safe_dump(table), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("unit", ["HDL-64E_S2.1-sztaki", "HDL-64E_S3-VeloView"])
+@pytest.mark.parametrize("flat", [True, False])
+def test_packets_of_an_hdl64e_are_decoded(unit: str, flat: bool, hall: raycam.World, tmp_path: Path) -> None:
+    """Within the packets' steps without offsets and two-point corrections; otherwise centimetres.
+
+    Since version 3, velodyne-decoder adds vertical offsets along z, and corrects z by the mean of x and y, and nothing
+    beyond 25.04 m. The ROS driver turns offsets with the beam and corrects z as y; raycam agrees with the driver.
+    """
+    path = calibration_file(unit, tmp_path, flat)
+    lidar = raycam.load_lidar(path, "hdl64e", min_range=0).placed([3, 2, 1], yaw=10)
+    scan = raycam.scan(hall, lidar)
+    scan.save(tmp_path / "scan.pcap")
+    config = decoder.Config(
+        model=decoder.Model.HDL64E_S2,
+        calibration=decoder.Calibration.read(str(path)),
+        min_range=0,
+        max_range=300,
+    )
+    found = np.concatenate([points for _, points in decoder.read_pcap(tmp_path / "scan.pcap", config)])
+    assert len(found) == scan.count > 100_000
+    time = found[:, 4] - found[:, 4].min()
+    order = np.lexsort((found[:, 6], np.round(time * 1e6)))
+    expected = np.lexsort((scan["ring"], np.round(scan["time"] * 1e6)))
+    np.testing.assert_array_equal(found[order, 6], scan["ring"][expected])
+    np.testing.assert_allclose(time[order], scan["time"][expected], atol=1e-7)
+    points = scan["position"][expected]
+    apart = np.linalg.norm(found[order, :3] - points, axis=1)
+    # The decoder measures the rotor's speed from the azimuths of a packet, in steps of 0.01 degrees.
+    steps = np.radians(0.03) * np.linalg.norm(points, axis=1) + 0.002
+    if flat:
+        assert (apart <= steps).all()
+    else:
+        assert 0.05 < apart.max() < 0.12
+
+
+@pytest.mark.parametrize("unit", ["HDL-64E_S2.1-sztaki", "HDL-64E_S3-VeloView"])
+def test_packets_of_an_hdl64e_are_the_points_of_the_driver(
+    unit: str, hall: raycam.World, tmp_path: Path
+) -> None:
+    path = calibration_file(unit, tmp_path, flat=False)
+    rows = yaml.safe_load(path.read_text(encoding="utf-8"))["lasers"]
+    names = [name for name in Laser.__dataclass_fields__ if name != "height"]
+    lasers = {row["laser_id"]: Laser(**{name: row[name] for name in names if name in row}) for row in rows}
+    lidar = raycam.load_lidar(path, "hdl64e", min_range=0).placed([3, 2, 1], yaw=10)
+    scan = raycam.scan(hall, lidar)
+    scan.save(tmp_path / "scan.pcap")
+    at = {
+        (column, laser): row
+        for row, (column, laser) in enumerate(
+            zip(scan["column"].tolist(), scan["laser"].tolist(), strict=True)
+        )
+    }
+    fired = scan["time"] - scan["column"] * 48e-6
+    compared = 0
+    for number, packet in list(enumerate(packets_of(tmp_path / "scan.pcap")))[::20]:
+        assert len(packet) == 1206
+        assert packet[1204:] == b"V\0"
+        for block in range(12):
+            flag, azimuth = struct.unpack_from("<HH", packet, 100 * block)
+            bank = {0xEEFF: 0, 0xDDFF: 32}[flag]
+            assert bank == 32 * (block % 2)
+            for channel in range(32):
+                raw = struct.unpack_from("<H", packet, 100 * block + 4 + 3 * channel)[0]
+                row = at.get((6 * number + block // 2, bank + channel))
+                assert (raw > 0) == (row is not None)
+                if row is not None:
+                    angle = np.radians(azimuth / 100 + 3600 * fired[row])
+                    point = driver_point(lasers[bank + channel], angle, 0.002 * raw)
+                    limit = np.radians(0.0051) * scan["distance"][row] + 0.0011
+                    assert np.linalg.norm(scan["position"][row] - point) <= limit
+                    compared += 1
+    assert compared > 5000
+
+
 def test_two_returns_are_decoded_as_the_strongest_and_the_last(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": [60, 60, 30]}, name="hall", color=[0.5] * 3)
@@ -123,8 +222,9 @@ def test_packet_has_the_layout_of_the_manual(hall: raycam.World, tmp_path: Path)
 @pytest.mark.parametrize(
     ("name", "settings", "code"),
     [
-        ("os1-16", {}, "wrong_device"),
+        ("pandar64", {}, "wrong_device"),
         ("vls128", {"returns": "dual"}, "cannot_write"),
+        ("hdl64e", {"returns": "dual"}, "cannot_write"),
         ("vlp16", {"returns": "all"}, "cannot_write"),
         ("vlp16", {"step": 1e-4}, "cannot_write"),
     ],

@@ -7,10 +7,11 @@ class Box {
     this.style = { setProperty() {} };
     this.classList = { add() {}, remove() {}, toggle() {} };
   }
-  append(...parts) { this.children.push(...parts); }
-  prepend(...parts) { this.children.unshift(...parts); }
-  replaceChildren(...parts) { this.children = parts; }
-  insertBefore(part) { this.children.push(part); }
+  adopt(parts) { for (const part of parts) if (part instanceof Box) part.parentElement = this; return parts; }
+  append(...parts) { this.children.push(...this.adopt(parts)); }
+  prepend(...parts) { this.children.unshift(...this.adopt(parts)); }
+  replaceChildren(...parts) { this.children = this.adopt(parts); }
+  insertBefore(part) { this.children.push(...this.adopt([part])); }
   setAttribute(name, value) { this.attributes[name] = value; }
   addEventListener(kind, act) { (this.listeners[kind] ||= []).push(act); }
   say(kind, event = {}) { for (const act of this.listeners[kind] || []) act(event); }
@@ -21,7 +22,8 @@ class Box {
   all(tag) { return this.children.flatMap((part) => (part instanceof Box ? [...(part.tag === tag ? [part] : []), ...part.all(tag)] : [])); }
 }
 
-const CTX = new Proxy({}, { get: (_, name) => (name === "measureText" ? (text) => ({ width: 7.5 * text.length }) : () => {}), set: () => true });
+const ANSWERS = { measureText: (text) => ({ width: 7.5 * text.length }), createRadialGradient: () => ({ addColorStop() {} }) };
+const CTX = new Proxy({}, { get: (_, name) => ANSWERS[name] || (() => {}), set: () => true });
 globalThis.document = { createElement: (tag) => new Box(tag), documentElement: { dataset: {} } };
 globalThis.getComputedStyle = () => ({ getPropertyValue: () => "black", fontFamily: "" });
 globalThis.matchMedia = () => ({ matches: true });
@@ -114,5 +116,41 @@ function handlesOf(name, button = "") {
       found.push([text, JSON.stringify(shared.numbers) !== before]);
     }
     return found;
+  });
+}
+
+/** Drags the picture of a figure: in a mode, from a place to others, in CSS pixels; returns the world's numbers after each. `start` are first numbers. */
+function draggedNumbers(name, start, mode, places, button = "") {
+  const shared = new Shared();
+  Object.assign(shared.numbers, structuredClone(start));
+  shared.changed();
+  const host = new Box("figure");
+  const fig = new Figure(host, shared, picturesOf({}));
+  FIGURES[name](fig);
+  fig.isVisible = true;
+  for (const text of [button, mode]) if (text) host.all("button").find(({ textContent }) => textContent === text).say("click");
+  fig.update();
+  const canvas = host.all("canvas").at(-1);
+  Object.assign(canvas, { clientHeight: 480, setPointerCapture() {}, getBoundingClientRect: () => ({ left: 0, top: 0 }) });
+  fig.update();
+  return places.map(([x, y], i) => {
+    canvas.say(i ? "pointermove" : "pointerdown", { clientX: x, clientY: y, pointerId: 1 });
+    return structuredClone(shared.numbers);
+  });
+}
+
+/** The world's numbers after each key in the picture of a figure. */
+function numbersAfterKeys(name, start, keys) {
+  const shared = new Shared();
+  Object.assign(shared.numbers, structuredClone(start));
+  const host = new Box("figure");
+  const fig = new Figure(host, shared, picturesOf({}));
+  FIGURES[name](fig);
+  fig.isVisible = true;
+  fig.update();
+  const canvas = host.all("canvas").at(-1);
+  return keys.map((key) => {
+    canvas.say("keydown", { key, preventDefault() {} });
+    return structuredClone(shared.numbers);
   });
 }

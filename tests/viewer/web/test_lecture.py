@@ -111,7 +111,7 @@ def run_cell(tab: Tab, cell: str, code: str) -> list[str]:
 
 def test_every_figure_is_drawn_without_overlapping_labels(tab: Tab) -> None:
     names = figures(tab)
-    assert len(names) >= 31
+    assert len(names) >= 32
     for name in names:
         selector = show(tab, name)
         tab.wait(f"[...document.querySelectorAll('{selector} canvas')].every((canvas) => {COLORS} > 4)")
@@ -175,6 +175,65 @@ def test_enter_selects_a_point_that_arrow_keys_move(tab: Tab) -> None:
     tab.evaluate("document.getElementById('reset').click()")
 
 
+def drag(tab: Tab, canvas: str, start: list[float], end: list[float]) -> None:
+    """Drags the mouse between two places of a canvas, given as shares of its width and height."""
+    left, top, width, height = tab.evaluate(
+        f"(({{ left, top, width, height }}) => [left, top, width, height])({canvas}.getBoundingClientRect())"
+    )
+    first, last = ([left + x * width, top + y * height] for x, y in (start, end))
+    tab.mouse("mousePressed", *first, button="left", clickCount=1)
+    tab.mouse("mouseMoved", *last, button="left", buttons=1)
+    tab.mouse("mouseReleased", *last, button="left", clickCount=1)
+
+
+def test_dragging_the_picture_turns_and_moves_the_camera(tab: Tab) -> None:
+    tab.evaluate("document.getElementById('reset').click()")
+    selector = show(tab, "matrix")
+    canvas = f"document.querySelectorAll('{selector} canvas')[1]"
+    output = f"[...document.querySelectorAll('{selector} output')].map((each) => each.textContent)"
+    mode = f"document.querySelectorAll('{selector} .modes button')"
+    cases = [
+        (1, [0.3, 0.2], [0.4, 0.2], {7}, "yaw"),
+        (1, [0.97, 0.3], [0.97, 0.5], {5}, "roll"),
+        (2, [0.3, 0.2], [0.4, 0.2], {8, 9}, "x and y"),
+        (2, [0.96, 0.5], [0.96, 0.3], {8, 9, 10}, "forward"),
+    ]
+    for button, start, end, least, name in cases:
+        tab.evaluate(f"{mode}[{button}].click()")
+        before = tab.evaluate(output)
+        drag(tab, canvas, start, end)
+        tab.wait(
+            f"JSON.stringify({output}) !== {json.dumps(json.dumps(before, ensure_ascii=False, separators=(',', ':')))}"
+        )
+        after = tab.evaluate(output)
+        changed = {i for i in range(len(after)) if before[i] != after[i]}
+        assert least <= changed <= ({5, 6, 7} if button == 1 else {8, 9, 10}), (name, changed)
+    tab.evaluate(f"{mode}[0].click()")
+    tab.evaluate("document.getElementById('reset').click()")
+
+
+def test_sun_behind_the_camera_is_dragged_in_the_picture(tab: Tab) -> None:
+    selector = show(tab, "lights")
+    canvas = f"document.querySelectorAll('{selector} canvas')[1]"
+    before = tab.evaluate(f"document.querySelector('{selector} output').textContent")
+    start = [243.9 / 320, 20 / 240]  # the marker's place, as in test_lecture_figures.py
+    drag(tab, canvas, start, [start[0] - 0.1, start[1] + 0.05])
+    tab.wait(f"document.querySelector('{selector} output').textContent !== {json.dumps(before)}")
+    tab.evaluate("document.getElementById('reset').click()")
+
+
+def test_table_of_contents_opens_lists_all_chapters_and_closes(tab: Tab) -> None:
+    tab.evaluate("document.querySelector('summary').click()")
+    count = "document.querySelectorAll('.contents a').length"
+    assert tab.evaluate(count) == tab.evaluate("document.querySelectorAll('main > section').length")
+    assert tab.evaluate("document.getElementById('menu').open")
+    tab.evaluate("document.querySelector('.contents a[href=\"#tree\"]').click()")
+    tab.wait("!document.getElementById('menu').open && location.hash === '#tree'")
+    tab.evaluate("document.querySelector('summary').click(); document.querySelector('summary').focus()")
+    tab.press("Escape")
+    tab.wait("!document.getElementById('menu').open")
+
+
 def test_every_control_is_reached_by_the_keyboard(tab: Tab) -> None:
     assert tab.evaluate(
         "[...document.querySelectorAll('canvas.draggable, button, input, textarea, a')]"
@@ -234,17 +293,17 @@ def test_pointing_at_a_symbol_highlights_all_its_occurrences(tab: Tab) -> None:
 
 
 def test_answers_are_checked_and_mistakes_get_hints(tab: Tab) -> None:
-    tab.evaluate("document.getElementById('reset').click()")
-    tab.wait("document.querySelector('[data-exercise=edges] pre').textContent.includes('a =')")
-    assert answer(tab, "edges", [1.3, 0.8, 0])[0] == "right"
-    kind, text = answer(tab, "edges", [-1.3, -0.8, 0])
+    assert answer(tab, "edges", [3, 1, 0])[0] == "right"
+    kind, text = answer(tab, "edges", [-3, -1, 0])
     assert (kind, "from b to a" in text) == ("wrong", True)
-    assert answer(tab, "refined", [896])[0] == "right"
-    assert "multiplies" in answer(tab, "refined", [168])[1]
+    assert answer(tab, "refined", [1280])[0] == "right"
+    assert "multiplies" in answer(tab, "refined", [240])[1]
     assert "decimal point" in answer(tab, "edges", ["1,3", 0.8, 0])[1]
-    assert "minus" not in answer(tab, "normal", [0.8, -1.3, 0.3])[1]
-    assert answer(tab, "normal", [-0.8, 1.3, -0.3])[0] == "right"
-    assert "order" in answer(tab, "normal", [0.8, -1.3, 0.3])[1]
+    distance = "document.querySelector('[data-exercise=distance] pre').textContent"
+    assert "your answer from the chapter" in tab.evaluate(distance)
+    assert answer(tab, "normal", [-2, 6, -2])[0] == "right"
+    assert "order" in answer(tab, "normal", [2, -6, 2])[1]
+    tab.wait(f"{distance}.includes('n = (-2, 6, -2)')")
     stored = tab.evaluate("JSON.parse(localStorage.getItem('raycam-lecture'))")
     assert [stored["edges"], stored["normal"]] == [True, True]
 

@@ -15,15 +15,6 @@ from support.node_core import needs_node, run_module
 
 pytestmark = needs_node
 
-FACTS = """
-const factsOf = (numbers) => {
-  const shared = new Shared();
-  Object.assign(shared.numbers, numbers);
-  shared.compute();
-  const { camera, ray, found, numbers: all } = shared;
-  return { P: camera.P, R: camera.R, pixel: all.pixel, ray, found, numbers: all };
-};
-"""
 MISTAKES: dict[str, list[tuple[str, str]]] = {
     "walk": [
         ("add(c, [0.5, -0.2, 0])", "second number is y"),
@@ -35,32 +26,29 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("add(a, b)", "This is a + b"),
         ("[9, 9, 9]", "Subtract"),
     ],
-    "refined": [("[168]", "14 · 4 · 3"), ("[224]", "two refinements"), ("[1]", "three times")],
+    "refined": [("[240]", "20 · 4 · 3"), ("[320]", "two refinements"), ("[1]", "three times")],
     "project": [
-        ("[pixel.v, pixel.u]", "column u comes first"),
+        ("[pixel.v, pixel.u]", "column comes first"),
         ("homogeneous.slice(0, 2)", "Divide them by the third"),
         ("[1, 1]", "Append 1"),
     ],
     "principal": [
-        ("rowOf(facts.R, 0)", "row 1, the right axis"),
-        ("rowOf(facts.R, 1)", "row 2, the down axis"),
-        ("[facts.R[2], facts.R[5], facts.R[8]]", "third column"),
-        ("[1, 1, 1]", "third row"),
+        ("[p, q, 0.5]", "turns the camera down"),
+        ("[q, p, -0.5]", "wrong order"),
+        ("[-0.5, Math.sqrt(0.75), -0.5]", "by cos pitch"),
+        ("[1, 1, 1]", "roll does not matter"),
     ],
     "line": [
         ("facts.ray.X.slice(0, 3)", "divide them by the fourth"),
         ("facts.ray.C", "a second point is needed"),
-        ("rayOfPixel(facts.P, facts.pixel[1], facts.pixel[0]).XPrime", "column first"),
+        ("rayOfPixel(facts.P, facts.pixel[1], facts.pixel[0]).XPrime", "column comes first"),
         ("[0.3, -0.1, 0.2]", "Your point is visible at"),
     ],
     "forward": [
-        ("[...negated(v), along]", "points backward"),
-        ("[...rowOf(facts.R, 0), along]", "row 1 of R"),
-        ("[...rowOf(facts.R, 1), along]", "row 2 of R"),
-        ("[facts.R[2], facts.R[5], facts.R[8], along]", "third column"),
-        ("[9, 9, 9, along]", "v is the third row of R"),
-        ("[...v, -along]", "not C - X'"),
-        ("[...v, 99]", "sum of the products"),
+        ("[along, ...negated(facts.ray.r)]", "r = C - X'"),
+        ("[-along, ...facts.ray.r]", "not C - X'"),
+        ("[dot(rowOf(facts.R, 0), line), ...facts.ray.r]", "another row of R"),
+        ("[99, ...facts.ray.r]", "sum of the products"),
     ],
     "normal": [
         ("negated(n)", "the other order changes the sign"),
@@ -82,9 +70,11 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[facts.found.crossings - 1]", "again: s = "),
     ],
     "hit": [
-        ("facts.ray.r.map((value) => t * value)", "This is t r"),
-        ("facts.ray.C.map((value, i) => value - t * facts.ray.r[i])", "behind the camera"),
-        ("[9, 9, 9]", "Multiply each coordinate"),
+        ("onOtherRay(0.2)", "crossings is even"),
+        ("onOtherRay(-0.3)", "behind the camera"),
+        ("onOtherRay(0.9)", "another one is closer"),
+        ("OTHER_RAY.r.map((value) => 0.4 * value)", "This is t r"),
+        ("[9, 9, 9]", "smallest positive t"),
     ],
     "halving": [
         ("[512]", "one halving"),
@@ -129,9 +119,10 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
     ],
     "snell": [("[0.9]", "closer to the normal"), ("[3]", "by the index")],
     "distortion": [
-        ("[0.5375]", "k₁ is negative"),
-        ("[0.425]", "Square the distance"),
-        ("[3]", "Put r = 0.5"),
+        ("[0.9536]", "k₁ is negative"),
+        ("[0.608]", "Square the distance"),
+        ("[0.808]", "Multiply it by d"),
+        ("[3]", "Put d = 0.8"),
     ],
     "rolling": [
         ("[0.15]", "movement m"),
@@ -140,8 +131,19 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[1]", "m = 5 · 0.03"),
     ],
     "frames": [("[2.5]", "60 / 24"), ("[1]", "Multiply the seconds")],
-    "depth": [("[45 / 180]", "upside down"), ("[500]", "do not divide"), ("[1]", "Solve d")],
-    "points": [("[8]", "one for v"), ("[24]", "two coordinates"), ("[1]", "two equations")],
+    "depth": [("[45 / 180]", "upside down"), ("[500]", "do not divide"), ("[1]", "Solve δ")],
+    "triangulate": [
+        ("[4, 2, 0]", "of the first ray, for t = 2"),
+        ("[4, 2, 0.4]", "of the second ray"),
+        ("[8, 4, 0.4]", "Halve it"),
+        ("[1, 1, 1]", "The equations are"),
+    ],
+    "points": [
+        ("[16]", "number of equations"),
+        ("[4]", "eleven are unknown"),
+        ("[-3]", "one for the row"),
+        ("[1]", "eleven free numbers"),
+    ],
     "rounding": [
         ("[23]", "exponent is negative"),
         ("[-24]", "before the point"),
@@ -149,8 +151,22 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[5]", "last of the 23 digits"),
     ],
 }
-FIXED = {
-    "refined": 14 * 4**3,
+INTRINSICS = {"fx": 300, "fy": 300, "skew": 0, "cx": 160, "cy": 120}
+TURNED = {**INTRINSICS, "C": [0, 0, 0], "roll": 45, "pitch": 30, "yaw": 120}
+
+
+def closest_midpoint() -> list[float]:
+    """The midpoint of the closest points of the exercise's two rays, by least squares."""
+    rays, C = np.array([[2, 1, 0], [1, 2, 0]], float), np.array([3, 0, 0.4])
+    (t, s), *_ = np.linalg.lstsq(np.column_stack([rays[0], -rays[1]]), C, rcond=None)
+    found: list[float] = ((t * rays[0] + C + s * rays[1]) / 2).tolist()
+    return found
+
+
+FIXED: dict[str, float | list[float]] = {
+    "refined": 20 * 4**3,
+    "principal": np.asarray(camera_of(TURNED).R)[2].tolist(),
+    "hit": (np.array([0, -2, 1]) + 0.4 * np.array([1, 4, -0.5])).tolist(),
     "halving": math.log2(1024),
     "bulb": 18 * math.cos(math.pi / 3) / 3**2,
     "radiance": 0.5 / math.pi * 4 * math.cos(math.radians(60)),
@@ -159,25 +175,28 @@ FIXED = {
     "throughput": 0.9 * 0.5 * 0.2,
     "estimator": 0.7 / (1 / (2 * math.pi)),
     "snell": 0.6 / 1.5,
-    "distortion": 0.5 * (1 - 0.3 * 0.5**2),
+    "distortion": 0.8 * (1 - 0.3 * 0.8**2),
     "rolling": 300 * (5 * 0.03) / 3,
     "frames": 60 * 24,
     "depth": 300 * 0.6 / 45,
-    "points": 2 * 8,
+    "triangulate": closest_midpoint(),
+    "points": 2 * 8 - 11,
     "rounding": math.log2(np.spacing(np.float32(1))),
 }
 
 
 def in_page(script: str) -> Any:
-    return run_module("lecture/main.js", f"delete globalThis.onmessage; {FACTS} {script}")
+    return run_module("lecture/main.js", f"delete globalThis.onmessage; {script}")
 
 
 def verdicts(exercise: str) -> list[str]:
     """The verdicts on the exercise's mistakes, at the page's start."""
     answers = ", ".join(expression for expression, _ in MISTAKES[exercise])
     found: list[str] = in_page(
-        f"""const facts = factsOf({{}}), {{ n, t }} = facts.found, v = facts.ray.forward, along = facts.ray.along;
-        const [a, b, c] = facts.numbers.triangles[0].corners, add = (x, y) => x.map((value, i) => value + y[i]);
+        f"""const facts = factsOf(), {{ n, t }} = facts.found, v = facts.ray.forward;
+        const line = minus(facts.behind, facts.ray.C), along = dot(v, line);
+        const p = -Math.sqrt(0.75) / 2, q = 0.75;
+        const [a, b, c] = facts.corners, add = (x, y) => x.map((value, i) => value + y[i]);
         const pixel = pixelOf(facts.P, c);
         const homogeneous = [0, 1, 2].map((i) => dot(facts.P.slice(4 * i, 4 * i + 3), c) + facts.P[4 * i + 3]);
         return [{answers}].map((values) => verdictOn({json.dumps(exercise)}, values.map(String), facts)).map(
@@ -218,7 +237,7 @@ def test_common_mistakes_get_their_hints(exercise: str) -> None:
 
 def test_parallel_edges_get_their_hint() -> None:
     found = in_page(
-        """const facts = factsOf({}), crossed = [false, false, false];
+        """const facts = factsOf(), crossed = [false, false, false];
         const found = { ...facts.found, crossings: 0, crossed, alongU: [NaN, 0, 0] };
         return verdictOn("crossings", ["1"], { ...facts, found }).text;"""
     )
@@ -227,23 +246,37 @@ def test_parallel_edges_get_their_hint() -> None:
 
 def test_fixed_answers_are_correct() -> None:
     found = in_page(
-        f"const answerOf = (id) => EXERCISES.find((each) => each.id === id).answer(factsOf({{}}));"
+        f"const answerOf = (id) => EXERCISES.find((each) => each.id === id).answer(factsOf());"
         f"return {json.dumps(list(FIXED))}.map((id) => [id, answerOf(id)]);"
     )
     for exercise, answer in found:
-        assert answer == [pytest.approx(FIXED[exercise], rel=1e-12)], exercise
+        assert answer == pytest.approx(np.ravel(FIXED[exercise]).tolist(), rel=1e-12), exercise
 
 
 def test_correct_answers_are_accepted_in_random_states() -> None:
     rng = np.random.default_rng(5)
     states = [
-        {"yaw": yaw, "pitch": pitch, "roll": roll, "pixel": [int(u), int(v)]}
-        for yaw, pitch, roll, u, v in rng.uniform([100, 10, -30, 60, 100], [135, 30, 30, 260, 239], (200, 5))
+        {
+            **dict(
+                zip(("yaw", "pitch", "roll"), rng.uniform([0, -60, -90], [360, 60, 90]).tolist(), strict=True)
+            ),
+            **dict(
+                zip(
+                    INTRINSICS,
+                    rng.uniform([200, 200, -9, 100, 80], [400, 400, 9, 200, 160]).tolist(),
+                    strict=True,
+                )
+            ),
+            "C": rng.uniform(-3, 3, 3).tolist(),
+            "corners": rng.uniform(-4, 4, (3, 3)).tolist(),
+            "pixel": rng.integers([320, 240]).tolist(),
+        }
+        for _ in range(200)
     ]
     found = in_page(
-        f"""return {json.dumps(states)}.map((state) => {{
-          const facts = factsOf(state);
-          return {{ numbers: facts.numbers, answers: Object.fromEntries(EXERCISES.map((each) => {{
+        f"""return [...{json.dumps(states)}, EXERCISE_NUMBERS].map((numbers) => {{
+          const facts = factsOf(numbers);
+          return {{ numbers, answers: Object.fromEntries(EXERCISES.map((each) => {{
             const answer = each.answer(facts);
             return [each.id, [answer, verdictOn(each.id, answer.map(general), facts).right]];
           }})) }};
@@ -257,22 +290,36 @@ def test_correct_answers_are_accepted_in_random_states() -> None:
         X = reference.points_on_lines(P, np.array([numbers["pixel"]], float))
         C, v = reference.camera_center(P), reference.third_row_of_r(P)
         line = reference.lines(X, C)
-        a, b, c = np.array(numbers["triangles"][0]["corners"], float)
+        triangle = np.array(numbers["corners"], float)
+        a, b, c = triangle
         x = P @ [*c, 1]
+        r = reference.pointed_forward(line, v)[0]
+        r *= 10 / (r @ v)
+        n = reference.normals(triangle[None])
+        t = reference.plane_distances(n, a[None], C, r[None])[0]
         expected = {
             "walk": c + np.array([0.5, 0, -0.2]),
             "edges": b - a,
             "project": x[:2] / x[2],
-            "principal": v,
             "line": X[0, :3] / X[0, 3],
-            "forward": [*v, line[0] @ v],
+            "forward": [-10, *r],
+            "normal": n[0],
+            "distance": t,
+            "crossings": reference.crossings(triangle[None], n, (C + t[0] * r)[None], np.zeros(1)).count,
         }
         for exercise, value in expected.items():
-            np.testing.assert_allclose(answers[exercise], value, rtol=1e-6, atol=1e-9, err_msg=exercise)
-        r = reference.pointed_forward(line, v)[0]
-        np.testing.assert_allclose(
-            answers["hit"], C + np.array(answers["distance"]) * r, rtol=1e-6, atol=1e-9
-        )
+            np.testing.assert_allclose(answers[exercise], value, rtol=1e-5, atol=1e-8, err_msg=exercise)
+
+
+def test_answers_of_other_exercises_appear_when_these_are_solved() -> None:
+    hidden, shown = in_page(
+        "const { given } = EXERCISES.find(({ id }) => id === 'distance');"
+        "return [false, true].map((isSolved) => given(factsOf(), () => isSolved).join());"
+    )
+    assert "(1, 10, -1)" in shown
+    assert "(-2, 6, -2)" in shown
+    assert "(1, 10, -1)" not in hidden
+    assert "(-2, 6, -2)" not in hidden
 
 
 CODE_MISTAKES = {

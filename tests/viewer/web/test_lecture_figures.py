@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam import reference
-from support.lecture_truth import MINUS, NAMES, TRUTHS, Truth
+from support.lecture_truth import MINUS, NAMES, TRUTHS, Truth, camera_of, to_sun
 from support.node_core import needs_node, run_module
 
 pytestmark = needs_node
@@ -207,14 +207,22 @@ def test_walk_through_a_vertex_counts_it_once() -> None:
     assert lines[-1] in ("0 crossings: even, f(t) is outside", "2 crossings: even, f(t) is outside")
 
 
+CAMERA = ["C", "v", "roll"]
+CORNERS = ["a", "b", "c"]
 HANDLES: dict[tuple[str, str], list[list[str]]] = {
-    ("hero", ""): [["a", "b", "c", "C", "bulb", "sun"], ["a", "b", "c", "bulb"]],
-    ("matrix", ""): [["C", "a", "b", "c"], ["a", "b", "c"]],
-    ("project", ""): [["X"], ["X"]],
-    ("normal", ""): [["a", "b", "c"]],
-    ("lights", ""): [["sun"], []],
-    ("lights", "Bulb"): [["bulb"], ["bulb"]],
-    ("shadow", ""): [["bulb"], ["bulb"]],
+    ("hero", ""): [[*CORNERS, *CAMERA, "bulb", "sun"], [*CORNERS, "bulb", "sun"]],
+    ("matrix", ""): [[*CAMERA, *CORNERS], CORNERS],
+    ("angles", ""): [CAMERA, []],
+    ("sign", ""): [CAMERA],
+    ("project", ""): [["X", *CAMERA], ["X"]],
+    ("normal", ""): [CORNERS],
+    ("lights", ""): [["sun", *CAMERA], ["sun"]],
+    ("lights", "Bulb"): [["bulb", *CAMERA], ["bulb"]],
+    ("shadow", ""): [["bulb", *CAMERA], ["bulb"]],
+    ("closest", ""): [CAMERA, []],
+    ("plane", ""): [CAMERA, []],
+    ("back-project", ""): [CAMERA, []],
+    ("path", ""): [CAMERA],
 }
 """The points that are dragged in each view of a figure, after a click on a button."""
 
@@ -225,6 +233,176 @@ def test_points_are_moved_in_every_view_that_shows_them(name: str, button: str) 
     names = [[text for text, _ in canvas] for canvas in found]
     assert names == HANDLES[name, button]
     assert all(moves for canvas in found for _, moves in canvas)
+
+
+def random_cameras(first: dict[str, Any], count: int) -> list[dict[str, Any]]:
+    """The numbers of random cameras that face the world's triangles."""
+    return [state["numbers"] for state in random_states("steer", first, count)]
+
+
+def dragged(numbers: dict[str, Any], mode: str, places: list[list[float]]) -> dict[str, Any]:
+    """The numbers after a drag in the picture of the hero figure, which is 640 x 480 CSS pixels."""
+    found: list[dict[str, Any]] = in_page(
+        f"return draggedNumbers('hero', {json.dumps(numbers)}, {json.dumps(mode)}, {json.dumps(places)});"
+    )
+    return found[-1]
+
+
+def pixel_of(place: list[float]) -> list[float]:
+    """The pixel at a place of that picture."""
+    return [value / 2 - 0.5 for value in place]
+
+
+def direction_of(numbers: dict[str, Any], pixel: list[float]) -> Any:
+    """The direction that a pixel shows."""
+    camera = camera_of(numbers)
+    return np.asarray(camera.R).T @ np.linalg.solve(np.asarray(camera.K), [*pixel, 1])
+
+
+FAR = {
+    "triangles": [
+        {"name": each, "corners": [[90, 90, 90]] * 3, "color": "#000000"} for each in ("green", "blue")
+    ]
+}
+"""Triangles whose handles are far away from the picture."""
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_turned_picture_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
+    rng = np.random.default_rng(seed)
+    numbers = {
+        **random_cameras(start["numbers"], 12)[seed],
+        **FAR,
+        "bulb": [90, 90, 90],
+        "sun": 0,
+        "height": 90,
+    }
+    numbers |= dict(
+        zip(("pitch", "fx", "fy"), rng.uniform([-40, 250, 250], [40, 420, 420]).tolist(), strict=True)
+    )
+    places = (np.array([320, 240]) + rng.uniform(-90, 90, (4, 2))).tolist()
+    after = dragged(numbers, "Turn R", places)
+    assert after["roll"] == pytest.approx(numbers["roll"], abs=0.006)
+    seen = np.asarray(camera_of(after).P)[:, :3] @ direction_of(numbers, pixel_of(places[0]))
+    # Angles are rounded to 0.01 degrees in each of three steps.
+    assert seen[:2] / seen[2] == pytest.approx(pixel_of(places[-1]), abs=0.02 * np.radians(1) * 700 * 3)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_rolled_picture_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
+    numbers = {
+        **random_cameras(start["numbers"], 12)[seed],
+        **FAR,
+        "fx": 300,
+        "fy": 300,
+        "skew": 0,
+        "cx": 159.5,
+        "cy": 119.5,
+    }
+    numbers |= {"bulb": [90, 90, 90], "sun": 0, "height": 90}
+    turn = np.radians(10 * seed - 55)
+    places = [[320 + 230, 240 + 5], [320 + 230 * np.cos(turn), 240 + 230 * np.sin(turn)]]
+    after = dragged(numbers, "Turn R", places)
+    np.testing.assert_allclose(camera_of(after).R[2], camera_of(numbers).R[2], atol=2e-4)
+    x, y = (np.array(pixel_of(place)) - [159.5, 119.5] for place in places)
+    seen = np.asarray(camera_of(after).P)[:, :3] @ direction_of(numbers, pixel_of(places[0]))
+    found = seen[:2] / seen[2] - [159.5, 119.5]
+    assert np.arctan2(*found[::-1]) == pytest.approx(np.arctan2(*y[::-1]), abs=1e-3)
+    assert np.linalg.norm(found) == pytest.approx(np.linalg.norm(x), abs=0.05)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_moved_picture_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
+    rng = np.random.default_rng(seed)
+    numbers = {
+        **start["numbers"],
+        "roll": float(rng.uniform(-30, 30)),
+        "bulb": [90, 90, 90],
+        "sun": 0,
+        "height": 90,
+    }
+    camera = camera_of(numbers)
+    first = np.array(numbers["pixel"])
+    line = direction_of(numbers, first.tolist())
+    found = reference.trace(
+        np.reshape(start["corners"], (-1, 3, 3)), np.array(numbers["C"], float), line[None]
+    )
+    depth = float(found.t[0]) * float(line @ np.asarray(camera.R)[2])
+    # A point at the depth of the selected pixel follows the pointer, away from handles.
+    places = [[60.0, 60.0], [60 + rng.uniform(-40, 40), 60 + rng.uniform(-40, 40)]]
+    way = direction_of(numbers, pixel_of(places[0]))
+    point = np.array(numbers["C"]) + depth / (way @ np.asarray(camera.R)[2]) * way
+    after = dragged(numbers, "Move C", places)
+    assert project_pixel(after, point) == pytest.approx(pixel_of(places[1]), abs=0.1)
+    np.testing.assert_array_equal(camera_of(after).R, camera.R)
+
+
+def project_pixel(numbers: dict[str, Any], point: Any) -> Any:
+    """The pixel of a point."""
+    x = np.asarray(camera_of(numbers).P) @ [*point, 1]
+    return x[:2] / x[2]
+
+
+def test_drag_at_the_right_edge_moves_the_camera_forward(start: dict[str, Any]) -> None:
+    numbers = start["numbers"]
+    after = dragged(numbers, "Move C", [[620, 300], [620, 260]])
+    way = np.array(after["C"]) - numbers["C"]
+    forward = np.asarray(camera_of(numbers).R)[2]
+    assert way @ forward == pytest.approx(np.linalg.norm(way), rel=1e-3)
+    assert np.linalg.norm(way) == pytest.approx(0.015 * 20, abs=2e-3)
+
+
+def test_sun_in_view_follows_the_pointer(start: dict[str, Any]) -> None:
+    numbers = {**start["numbers"], "pitch": -20, "sun": 120.0, "height": 25.0}
+    sun = np.asarray(camera_of(numbers).P)[:, :3] @ to_sun(numbers)
+    at = (2 * (sun[:2] / sun[2]) + 1).tolist()
+    goal = [at[0] + 60, at[1] - 40]
+    after = dragged(numbers, "", [at, goal])
+    seen = np.asarray(camera_of(after).P)[:, :3] @ to_sun(after)
+    assert seen[:2] / seen[2] == pytest.approx(pixel_of(goal), abs=0.6)  # 0.1 degrees
+
+
+def test_sun_behind_the_camera_has_a_marker_at_the_edge(start: dict[str, Any]) -> None:
+    at, sides = in_page(
+        "const numbers = firstNumbers(); return [sunInPicture(numbers),"
+        " [10, 20, 160, 170].map((off) => sunInPicture({ ...numbers, sun: numbers.yaw - 180 + off }).pixel[0])];"
+    )
+    assert not at["isInside"]
+    assert at["pixel"][0] in (pytest.approx(19.5), pytest.approx(299.5)) or at["pixel"][1] == pytest.approx(
+        19.5
+    )
+    assert sides[0] > 159.5  # a sun behind the right shoulder is reached by turning right
+    numbers = start["numbers"]
+    x, y = (2 * value + 1 for value in at["pixel"])
+    after = dragged(numbers, "", [[x, y], [x - 30, y - 20]])
+    assert after["sun"] == pytest.approx(numbers["sun"] + np.degrees(15 / 300), abs=0.06)
+    assert after["height"] == pytest.approx(numbers["height"] + np.degrees(10 / 300), abs=0.06)
+
+
+def test_keys_turn_and_move_the_camera(start: dict[str, Any]) -> None:
+    numbers = start["numbers"]
+    keys = ["t", "ArrowRight", "ArrowUp", "PageUp", "m", "ArrowLeft", "PageUp", "p", "ArrowRight"]
+    found = in_page(f"return numbersAfterKeys('matrix', {json.dumps(numbers)}, {json.dumps(keys)});")
+    assert [found[3][key] - numbers[key] for key in ("yaw", "pitch", "roll")] == [-1, -1, 1]
+    R = np.asarray(camera_of(found[3]).R)
+    np.testing.assert_allclose(np.array(found[5]["C"]) - numbers["C"], -0.05 * R[0], atol=1e-3)
+    np.testing.assert_allclose(np.array(found[6]["C"]) - found[5]["C"], 0.05 * R[2], atol=1e-3)
+    assert found[8]["pixel"] == [numbers["pixel"][0] + 1, numbers["pixel"][1]]
+    assert found[8]["C"] == found[6]["C"]
+
+
+def test_bent_grid_equals_the_distorted_camera() -> None:
+    rng = np.random.default_rng(3)
+    K = [[280, 5, 150], [0, 310, 125], [0, 0, 1]]
+    ways = rng.uniform(-0.7, 0.7, (50, 2))
+    for k1 in (-0.3, 0.25):
+        camera = raycam.Camera.from_pose([0, 0, 0], 0, 0, 0, size=(320, 240), K=K, distortion=[k1, 0, 0, 0])
+        found = in_page(
+            "const numbers = { ...firstNumbers(), fx: 280, fy: 310, skew: 5, cx: 150, cy: 125 };"
+            f"return {json.dumps(ways.tolist())}.map(([x, y]) => distortedPixel(numbers, {k1}, x, y));"
+        )
+        points = np.column_stack([ways, np.ones(len(ways))]) @ np.asarray(camera.R)
+        np.testing.assert_allclose(found, camera.project(points)[0], atol=1e-9)
 
 
 def test_measured_noise_equals_the_deviation() -> None:

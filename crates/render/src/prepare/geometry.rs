@@ -64,19 +64,14 @@ pub(crate) struct Geometry {
 pub(crate) struct OnDemandScenes {
     /// `None` if the flattened scene would be too large or too coarse.
     pub flattened: OnceLock<Option<Scene>>,
-    /// Two-level scene with re-braided leaves, for a world whose scene has none. `None` if it cannot be built.
+    /// Two-level scene with re-braided leaves. `None` if it cannot be built.
     pub rebraided: OnceLock<Option<Scene>>,
+    /// Rays and points traced without the re-braided scene.
+    pub two_level_rays: AtomicU64,
     /// Exact rays traced without the flattened scene.
     pub exact_rays: AtomicU64,
     /// True if the world was created from another world by moving objects.
     pub is_of_moved: bool,
-}
-
-impl OnDemandScenes {
-    /// Initially `None` for a world created from another world by moving objects.
-    pub fn of_moved() -> Self {
-        Self { is_of_moved: true, ..Self::default() }
-    }
 }
 
 /// Origin and size of a prepared world.
@@ -102,7 +97,7 @@ impl Geometry {
     }
 
     /// Places meshes, one for each object, with the world's materials and textures. If nothing has moved, the scenes of
-    /// the geometry `before` are shared; otherwise the scene that is fastest to build is used.
+    /// the geometry `before` are shared; otherwise the scene that is fastest to build is used until many rays are traced.
     ///
     /// # Errors
     /// [`RenderError::World`] if coordinates exceed float32; errors of [`StretchedMeshes::of_instance`].
@@ -119,11 +114,10 @@ impl Geometry {
             Some(before) if before.origin == extent.origin && has_same_places(&before.instances, &instances) => {
                 (before.scene.clone(), before.on_demand.clone())
             }
-            Some(_) => (
-                build_scene(TlasLeaves::Instances, &instances, extent.origin)?.into(),
-                OnDemandScenes::of_moved().into(),
-            ),
-            None => (build_scene(TlasLeaves::Subtrees, &instances, extent.origin)?.into(), Arc::default()),
+            _ => {
+                let on_demand = OnDemandScenes { is_of_moved: before.is_some(), ..OnDemandScenes::default() };
+                (build_scene(TlasLeaves::Instances, &instances, extent.origin)?.into(), on_demand.into())
+            }
         };
         let fog = PreparedFog::of_world(world, extent.origin);
         let boundaries = build_boundaries(&instances, extent.origin)?;

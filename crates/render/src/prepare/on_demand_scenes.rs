@@ -3,8 +3,7 @@
 //! If instances overlap or are close together, like things on a floor, most rays traverse several BVHs from their
 //! roots. A single BVH over all triangles has one root, but its build time and memory are justified only for many rays:
 //! the samples of one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep
-//! the two-level scene. If a world was created by moving things, the leaves are whole instances until many rays are
-//! traced.
+//! the two-level scene. Its leaves are whole instances until many rays are traced.
 
 use std::sync::atomic::Ordering;
 
@@ -25,9 +24,11 @@ const EXACT_RAYS_TO_PAY: u64 = 8;
 /// The same for a world that was created from another by moving things, and will probably be moved again.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
 /// Rays per triangle that justify re-braiding, which creates one reference per 64 triangles.
-const RAYS_TO_PAY_REBRAIDING: usize = 4;
+const RAYS_TO_PAY_REBRAIDING: u64 = 1;
+/// The same for a world that was created from another by moving things, and will probably be moved again.
+const RAYS_TO_PAY_REBRAIDING_MOVED: u64 = 4;
 /// Minimum number of rays that justify re-braiding, even for few triangles.
-const MIN_RAYS_TO_PAY_REBRAIDING: usize = 1 << 15;
+const MIN_RAYS_TO_PAY_REBRAIDING: u64 = 1 << 15;
 /// Maximum number of triangles; the build requires about 200 bytes per triangle.
 const MAX_TRIANGLES: usize = 1 << 22;
 /// Smallest extent of an instance's mean triangle, in float32 steps of the scene's radius: coarser coordinates would
@@ -35,16 +36,21 @@ const MAX_TRIANGLES: usize = 1 << 22;
 const MIN_F32_STEPS: f64 = 64.0;
 
 impl Geometry {
-    /// Two-level scene, re-braided if it was built that way or has been re-braided since.
+    /// Two-level scene, re-braided if enough rays were traced.
     pub(crate) fn two_level(&self) -> &Scene {
         self.on_demand.rebraided.get().and_then(Option::as_ref).unwrap_or(&self.scene)
     }
 
-    /// Re-braids the two-level scene of a moved world if this many rays justify it. Hits do not change.
-    pub(crate) fn rebraid_if_worth(&self, rays: usize) {
-        let OnDemandScenes { rebraided, is_of_moved, .. } = &*self.on_demand;
-        let enough = || (RAYS_TO_PAY_REBRAIDING * self.triangle_count()).max(MIN_RAYS_TO_PAY_REBRAIDING);
-        if *is_of_moved && rebraided.get().is_none() && rays >= enough() {
+    /// Counts rays or points, and re-braids the two-level scene as soon as their number justifies it. Hits do not
+    /// change.
+    pub(crate) fn note_rays(&self, rays: u64) {
+        let OnDemandScenes { rebraided, two_level_rays, is_of_moved, .. } = &*self.on_demand;
+        if self.instances.len() < 2 || rebraided.get().is_some() {
+            return;
+        }
+        let rays = two_level_rays.fetch_add(rays, Ordering::Relaxed).saturating_add(rays);
+        let to_pay = if *is_of_moved { RAYS_TO_PAY_REBRAIDING_MOVED } else { RAYS_TO_PAY_REBRAIDING };
+        if rays >= (to_pay * self.triangle_count() as u64).max(MIN_RAYS_TO_PAY_REBRAIDING) {
             // As for the flattened scene: not inside `get_or_init`.
             let build = || build_scene(TlasLeaves::Subtrees, &self.instances, self.origin).ok();
             let _ = rebraided.set(in_pool(build).ok().flatten());
@@ -56,7 +62,7 @@ impl Geometry {
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
         let flattened = self.flattened_if_worth(|_| self.flattening_pays(samples));
         flattened.unwrap_or_else(|| {
-            self.rebraid_if_worth(samples as usize);
+            self.note_rays(samples);
             self.two_level()
         })
     }
@@ -81,14 +87,13 @@ impl Geometry {
         tree.get().and_then(Option::as_ref)
     }
 
-    /// Counts exact rays and builds the scenes for many rays as soon as their number justifies it. Hits do not change.
+    /// Counts exact rays and builds the flattened scene as soon as their number justifies it. Hits do not change.
     pub(crate) fn note_exact_rays(&self, rays: u64) {
         let OnDemandScenes { flattened, exact_rays, is_of_moved, .. } = &*self.on_demand;
         if flattened.get().is_none() {
             let rays = exact_rays.fetch_add(rays, Ordering::Relaxed).saturating_add(rays);
             let to_pay = if *is_of_moved { EXACT_RAYS_TO_PAY_MOVED } else { EXACT_RAYS_TO_PAY };
             self.flattened_if_worth(|triangles| rays / to_pay >= triangles);
-            self.rebraid_if_worth(rays as usize);
         }
     }
 
@@ -228,7 +233,7 @@ mod tests {
         let triangles = prepared.geometry.triangle_count() as u64;
         assert_eq!(triangles, 2 + 2 * 1280);
         let few = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles - 1);
-        assert!(std::ptr::eq(few, &*prepared.geometry.scene));
+        assert!(!few.is_single_level());
         let many = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles);
         assert!(many.is_single_level());
         // The scene is kept while nothing moves.
@@ -247,7 +252,7 @@ mod tests {
         }
         let apart = prepare(&apart, None);
         let few = apart.geometry.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles - 1);
-        assert!(std::ptr::eq(few, &*apart.geometry.scene));
+        assert!(!few.is_single_level());
         assert!(apart.geometry.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles).is_single_level());
     }
 
@@ -324,18 +329,16 @@ mod tests {
     }
 
     #[test]
-    fn moved_worlds_are_rebraided_after_enough_rays() {
+    fn worlds_are_rebraided_after_enough_rays() {
         let world = world();
         let still = prepare(&world, None);
-        still.geometry.rebraid_if_worth(usize::MAX);
-        assert!(std::ptr::eq(still.geometry.two_level(), &*still.geometry.scene));
         let mut other = world.clone();
         other.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&other, Some(&still));
         let enough = MIN_RAYS_TO_PAY_REBRAIDING;
-        assert!(RAYS_TO_PAY_REBRAIDING * moved.geometry.triangle_count() < enough);
+        assert!(moved.geometry.triangle_count() as u64 * RAYS_TO_PAY_REBRAIDING_MOVED < enough);
         let own: *const Scene = &*moved.geometry.scene;
-        moved.geometry.rebraid_if_worth(enough - 1);
+        moved.geometry.note_rays(enough - 1);
         assert!(std::ptr::eq(moved.geometry.two_level(), own));
         let ray = |i: u32| {
             let [x, y] = [i % 64, i / 64].map(|step| f64::from(step) / 16.0 - 2.0);
@@ -345,7 +348,7 @@ mod tests {
         moved.geometry.closest_exact(&rays, &mut hits);
         let before = hits.clone();
         assert!(before.iter().any(|hit| hit.instance == 1));
-        moved.geometry.note_exact_rays(enough as u64);
+        moved.geometry.note_rays(1);
         assert!(!std::ptr::eq(moved.geometry.two_level(), own));
         moved.geometry.closest_exact(&rays, &mut hits);
         assert!(hits == before);

@@ -42,7 +42,7 @@ pub fn intersections(
     let mut found = Crossings { offsets: Vec::with_capacity(n + 1), rays: vec![], columns: Columns::empty(fields) };
     found.offsets.push(0);
     let geometry = &world.geometry;
-    geometry.rebraid_if_worth(n);
+    geometry.note_rays(n as u64);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
         let (mut counts, mut crossings) = (vec![0; local.len()], vec![]);
@@ -83,7 +83,7 @@ pub fn count_intersections(
     let n = rays.origins.len();
     let mut found = Vec::with_capacity(n);
     let geometry = &world.geometry;
-    geometry.rebraid_if_worth(n);
+    geometry.note_rays(n as u64);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
         let mut counts = vec![0; local.len()];

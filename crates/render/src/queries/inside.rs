@@ -128,7 +128,7 @@ pub fn inside(
     control: &Control,
 ) -> Result<Vec<bool>, RenderError> {
     let bodies = Bodies::new(&world.geometry, objects)?;
-    world.geometry.rebraid_if_worth(points.len());
+    world.geometry.note_rays(points.len() as u64);
     let mut found = Vec::with_capacity(points.len());
     let work = |range: Range<usize>| bodies.contain(&points[range]);
     in_tasks((points.len(), bodies.work_of_point()), threads, control, work, |mut more| found.append(&mut more))?;

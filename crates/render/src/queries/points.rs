@@ -149,7 +149,7 @@ pub(super) fn search(
     let geometry = &world.geometry;
     query.check(geometry)?;
     let n = query.points.len();
-    geometry.rebraid_if_worth(n);
+    geometry.note_rays(n as u64);
     let chosen = query.objects.map(ChosenObjects);
     let filter = chosen.as_ref().map(|chosen| chosen as &(dyn HitFilter + Sync));
     let mut found = vec![ClosestPoint::MISS; n];

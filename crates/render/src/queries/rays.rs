@@ -108,7 +108,7 @@ pub fn cast_rays(
     rays.check(world)?;
     let n = rays.origins.len();
     check_hit_memory(n, fields)?;
-    world.geometry.rebraid_if_worth(n);
+    world.geometry.note_rays(n as u64);
     let mut found = Columns::empty(fields);
     let work = |range: Range<usize>| hit_columns(world, rays, fields, range);
     world.geometry.note_exact_rays(n as u64);
@@ -162,7 +162,7 @@ pub fn occluded(
 ) -> Result<Vec<bool>, RenderError> {
     rays.check(world)?;
     let n = rays.origins.len();
-    world.geometry.rebraid_if_worth(n);
+    world.geometry.note_rays(n as u64);
     let mut found = Vec::with_capacity(n);
     let work = |range: Range<usize>| any_hits(world, rays, range);
     world.geometry.note_exact_rays(n as u64);

@@ -111,7 +111,7 @@ pub fn winding_number(
         .into_iter()
         .map(|instance| (instance, residual_edges(geometry, instance)))
         .collect();
-    world.geometry.rebraid_if_worth(points.len());
+    world.geometry.note_rays(points.len() as u64);
     let mut found = Vec::with_capacity(points.len());
     let work = |range: Range<usize>| {
         let points = &points[range];

@@ -146,8 +146,13 @@ impl<'a> TileRenderer<'a> {
         let needs = RenderNeeds::new(settings, camera, geometry);
         // Few rays belong to each slice of the shutter's time, so a flattened scene per slice is not justified.
         let many = needs.samples && needs.color && traces_secondary_rays(settings.integrator) && shutter.is_none();
+        let pixels = u64::from(region[2]) * u64::from(region[3]);
         if needs.center_rays && shutter.is_none() {
-            geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
+            geometry.note_rays(pixels);
+            geometry.note_exact_rays(pixels);
+        }
+        if needs.samples && !many && shutter.is_none() {
+            geometry.note_rays(pixels * u64::from(settings.samples));
         }
         let guiding = install_guiding(world).filter(|_| needs.color);
         if let Some(guiding) = guiding {

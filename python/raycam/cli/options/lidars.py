@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ...rig import Rig
     from ...world import World
 
-__all__ = ["add_lidar_pose", "chosen_lidar", "find_lidar", "mount_lidars"]
+__all__ = ["add_lidar_pose", "chosen_lidar", "find_lidar", "mount_lidars", "world_lidars"]
 
 
 def add_lidar_pose(command: argparse._ActionsContainer) -> None:
@@ -61,23 +61,45 @@ def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
     body = rig.at_pose(np.eye(3), [0.0, 0.0, 0.0])
     sensors = dict(body.sensors)
     for text in texts:
-        name, equals, rest = text.partition("=")
-        device, at, numbers = rest.rpartition("@")
-        try:
-            place = [float(number) for number in numbers.split(",")]
-        except ValueError:
-            place = []
-        if not (name and equals and device and at and len(place) == 3):
-            raise SettingsError(
-                f"--lidar {text}: expected NAME=DEVICE@X,Y,Z, as in LIDAR_TOP=vlp16@0,0,1.8",
-                code="invalid_value",
-            )
+        name, lidar = _placed_lidar(text)
         if name in sensors:
             raise SettingsError(
                 f"--lidar {text}: the rig already has a sensor {name!r}", code="duplicate_name"
             )
-        sensors[name] = find_lidar(device, {}).placed(place)
+        sensors[name] = lidar
     return Rig(sensors, rig.R, rig.C, name=rig.name, up=rig.up)
+
+
+def _placed_lidar(text: str, up: Literal["z", "y"] = "z") -> tuple[str, Lidar]:
+    """Returns the name and the lidar of NAME=DEVICE@X,Y,Z; raises `SettingsError` for other texts."""
+    name, equals, rest = text.partition("=")
+    device, at, numbers = rest.rpartition("@")
+    try:
+        place = [float(number) for number in numbers.split(",")]
+    except ValueError:
+        place = []
+    if not (name and equals and device and at and len(place) == 3):
+        raise SettingsError(
+            f"--lidar {text}: expected NAME=DEVICE@X,Y,Z, as in LIDAR_TOP=vlp16@0,0,1.8",
+            code="invalid_value",
+        )
+    return name, find_lidar(device, {}, up).placed(place)
+
+
+def world_lidars(world: World, texts: Sequence[str]) -> dict[str, Lidar]:
+    """Returns lidars by name: those of the world that are named, and those of NAME=DEVICE@X,Y,Z in the world.
+
+    Raises `SettingsError` for malformed texts and names used twice, and `LidarError` for unknown names.
+    """
+    from ...lidar import lidar_named
+
+    found: dict[str, Lidar] = {}
+    for text in texts:
+        name, lidar = _placed_lidar(text, world.up) if "=" in text else (text, lidar_named(world, text))
+        if name in found:
+            raise SettingsError(f"--lidar {text}: {name!r} is given twice", code="duplicate_name")
+        found[name] = lidar
+    return found
 
 
 def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, Any]) -> Lidar:

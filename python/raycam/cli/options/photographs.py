@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 __all__ = ["add_photograph_cameras", "photograph_cameras"]
 
 
-def add_photograph_cameras(command: argparse.ArgumentParser, undistort: bool = True) -> None:
+def add_photograph_cameras(
+    command: argparse.ArgumentParser, undistort: bool = True, required: bool = True
+) -> None:
     """Adds `--cameras`, `--camera-format`, `--size`, `--lens` and, if wanted, `--undistort`."""
     command.add_argument(
         "--cameras",
         metavar="FILE",
-        required=True,
+        required=required,
         help="cameras of the photographs: COLMAP model, transforms.json, Metashape XML, world file, ...",
     )
     command.add_argument(

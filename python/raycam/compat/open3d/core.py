@@ -122,7 +122,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
     @classmethod
     def from_numpy(cls, array: npt.NDArray[Any]) -> Tensor:
         """A tensor that shares the memory of an array."""
-        return _as_tensor(array)
+        return cast(Tensor, array.view(cls))
 
     @classmethod
     def from_dlpack(cls, producer: Any) -> Tensor:

@@ -1,7 +1,7 @@
 """Velodyne's data packets, as a capture file (PCAP) of UDP.
 
-Sources: VLP-16 User Manual 63-9243, section 9.3; VLP-32C User Manual 63-9325, section 9.3; the Wireshark project,
-"Libpcap File Format".
+Sources: VLP-16 User Manual 63-9243, section 9.3; VLP-32C User Manual 63-9325, section 9.3; HDL-64E S2 User's Manual,
+appendix E.
 """
 
 from __future__ import annotations
@@ -16,21 +16,20 @@ import numpy.typing as npt
 
 from ...arguments import Floats
 from ...errors import LidarError
+from .pcap import pcap_file
 
 __all__ = ["Firings", "pcap_bytes", "velodyne_packets"]
 
 BLOCKS = 12
 """Blocks of 32 channels in a packet."""
 CHANNELS = 32
-PRODUCTS = {"vlp16": 0x22, "puck-hires": 0x24, "vlp32c": 0x28, "hdl32e": 0x21, "vls128": 0xA1}
-"""The last byte of a packet, by device."""
+PRODUCTS = {"vlp16": 0x22, "puck-hires": 0x24, "vlp32c": 0x28, "hdl32e": 0x21, "vls128": 0xA1, "hdl64e": 0}
+"""The last byte of a packet, by device. The last two bytes of an HDL-64E are a status instead: see `_tail`."""
 FLAGS = (0xEEFF, 0xDDFF, 0xCCFF, 0xBBFF)
 """The first bytes of blocks: of lasers 0 to 31, 32 to 63, and so on."""
 RETURN_MODES = {"strongest": 0x37, "last": 0x38, "dual": 0x39}
 CHANNEL = np.dtype([("distance", "<u2"), ("intensity", "u1")])
 BLOCK = np.dtype([("flag", "<u2"), ("azimuth", "<u2"), ("channels", CHANNEL, CHANNELS)])
-HEADER_SIZE = 42
-"""Bytes of the Ethernet, IP and UDP headers."""
 PORT = 2368
 MICROSECONDS_PER_HOUR = 3_600_000_000
 
@@ -52,13 +51,7 @@ class Firings:
 
 def pcap_bytes(columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float = 0.0) -> bytes:
     """Returns a PCAP file with the packets of a frame that starts at `start` seconds."""
-    pieces = [struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1)]
-    for stamp, data in velodyne_packets(columns, firings, start):
-        micros = round(stamp * 1e6)
-        size = HEADER_SIZE + len(data)
-        pieces.append(struct.pack("<IIII", micros // 1_000_000, micros % 1_000_000, size, size))
-        pieces.append(_udp_header(len(data)) + data)
-    return b"".join(pieces)
+    return pcap_file(velodyne_packets(columns, firings, start), PORT)
 
 
 def velodyne_packets(
@@ -88,7 +81,7 @@ def velodyne_packets(
         for name, values in (("distance", distance), ("intensity", intensity)):
             filled = np.concatenate([values, np.zeros((padding, lasers), values.dtype)])
             blocks["channels"][name][:, layer] = filled.reshape(total, CHANNELS)
-    tail = struct.pack("<BB", RETURN_MODES[firings.returns], PRODUCTS[firings.device])
+    tail = _tail(firings)
     packets = []
     for number, part in enumerate(blocks.reshape(-1, BLOCKS)):
         time = start + number * group * per_block * firings.cycle
@@ -112,13 +105,20 @@ def _packets_of_banks(
     blocks["azimuth"] = (np.rint(np.arange(total) * turn) % 36000).astype(np.uint16)[:, None]
     for name, values in (("distance", distance), ("intensity", intensity)):
         blocks["channels"][name][:cycles] = values.reshape(cycles, banks, CHANNELS)
-    tail = struct.pack("<BB", RETURN_MODES[firings.returns], PRODUCTS[firings.device])
+    tail = _tail(firings)
     packets = []
     for number, part in enumerate(blocks.reshape(-1, BLOCKS)):
         time = start + number * group * firings.cycle
         stamp = round(time * 1e6) % MICROSECONDS_PER_HOUR
         packets.append((time, part.tobytes() + struct.pack("<I", stamp) + tail))
     return packets
+
+
+def _tail(firings: Firings) -> bytes:
+    """Returns the last two bytes: the return mode and the device, or the status of an HDL-64E (firmware version 0)."""
+    if firings.device == "hdl64e":
+        return b"V\0"
+    return struct.pack("<BB", RETURN_MODES[firings.returns], PRODUCTS[firings.device])
 
 
 def _check(firings: Firings) -> None:
@@ -174,15 +174,3 @@ def _layers(
         first = layer(-number)
         strongest = (np.where(same, first[0], strongest[0]), np.where(same, first[1], strongest[1]))
     return [last, strongest]
-
-
-def _udp_header(size: int) -> bytes:
-    """Returns Ethernet, IPv4 and UDP headers from 192.168.1.201 to the broadcast address."""
-    ethernet = b"\xff" * 6 + bytes.fromhex("607688000000") + b"\x08\x00"
-    fields = (0x45, 0, 28 + size, 0, 0x4000, 255, 17, 0, bytes([192, 168, 1, 201]), b"\xff" * 4)
-    ip = struct.pack(">BBHHHBBH4s4s", *fields)
-    words = sum(struct.unpack(">10H", ip))
-    words = (words & 0xFFFF) + (words >> 16)
-    check = ~((words & 0xFFFF) + (words >> 16)) & 0xFFFF
-    ip = ip[:10] + struct.pack(">H", check) + ip[12:]
-    return ethernet + ip + struct.pack(">HHHH", PORT, PORT, 8 + size, 0)

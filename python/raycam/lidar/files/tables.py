@@ -80,21 +80,22 @@ def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
     """Reads an array of numbers whose declared size is compared with the `size` of its file before it is read."""
     version = np.lib.format.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
-        raise ValueError(f"version {version} of the format")
+        raise ValueError(f"version {version} of the .npy format is not supported")
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # headers of Python 2
         shape, is_fortran, kind = read(stream)
     if any(length < 0 for length in shape):
-        raise ValueError(f"an array of shape {shape}")
+        raise ValueError(f"an array has the shape {shape}")
     if kind.kind not in "fiu":
-        raise ValueError(f"an array of {kind}, which are not numbers")
+        raise ValueError(f"an array has the dtype {kind}, expected numbers")
     need = math.prod(shape) * kind.itemsize
     if need > size:
-        raise ValueError(f"an array of {need} bytes in a file of {size}")
+        raise ValueError(f"an array declares {need} bytes, but the file has {size}")
     if need > MAX_ARRAY_BYTES or (len(shape) > 0 and shape[0] > MAX_ROWS):
         raise LidarError(
-            f"{path}: an array of shape {list(shape)}; limit: {MAX_ROWS} rows", code="budget_exceeded"
+            f"{path}: an array has the shape {list(shape)}; the limit is {MAX_ROWS} rows",
+            code="budget_exceeded",
         )
     data = stream.read(need)
     return np.frombuffer(data, kind).reshape(shape, order="F" if is_fortran else "C")

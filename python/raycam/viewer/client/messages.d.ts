@@ -131,7 +131,7 @@ export interface Edit {
   type: "edit";
   kind: "object" | "light";
   number: number;
-  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength" | "isolate";
+  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength" | "isolate" | "place" | "level" | "position" | "direction" | "add" | "remove";
   value: boolean | number | string | number[];
 }
 
@@ -140,6 +140,38 @@ export interface Select {
   type: "select";
   number: number;
   tool: "none" | "outline" | "move" | "turn" | "scale";
+}
+
+/** Selects a light, and shows handles that move it. */
+export interface SelectLight {
+  type: "select_light";
+  number: number;
+}
+
+/** Replaces a texture of an object by an uploaded image, or removes it if `file` is empty. */
+export interface Texture {
+  type: "texture";
+  number: number;
+  slot: "color" | "normal" | "roughness" | "metallic" | "emission";
+  file: string;
+}
+
+/** Requests small images of an object's textures. */
+export interface Thumbnails {
+  type: "thumbnails";
+  number: number;
+}
+
+/** Adds the present camera to the world, under a name (empty: "view"). */
+export interface KeepCamera {
+  type: "keep_camera";
+  name: string;
+}
+
+/** Removes a camera of the world. */
+export interface RemoveCamera {
+  type: "remove_camera";
+  name: string;
 }
 
 /** A drag of a handle between two image positions; the messages of one drag are one undo step. */
@@ -303,6 +335,11 @@ export type ClientMessage =
   | Scan
   | Edit
   | Select
+  | SelectLight
+  | Texture
+  | Thumbnails
+  | KeepCamera
+  | RemoveCamera
   | Gizmo
   | Undo
   | Redo

@@ -36,7 +36,7 @@ class RaycastingScene(Hints):
         self._threads = thread_count(nthreads)
         self._world = World()
         self._geometries = 0
-        self._geometry_of: list[int] = []
+        self._geometry_ids = np.array([INVALID_ID], dtype=np.uint32)  # of each object; the last is for a miss
 
     @staticmethod
     def _tensor(array: Array) -> Any:
@@ -66,7 +66,7 @@ class RaycastingScene(Hints):
                 self._world.add_mesh(places, faces)
             except WorldError as fault:
                 raise RaycastingError(f"add_triangles: {fault}") from None
-            self._geometry_of.append(self._geometries)
+            self._geometry_ids = np.insert(self._geometry_ids, -1, self._geometries)
         self._geometries += 1
         return self._geometries - 1
 
@@ -79,12 +79,11 @@ class RaycastingScene(Hints):
         """
         fields = ["t", "instance", "triangle", "barycentric", "normal", "front"]
         hits = self._world.cast_rays(*_rays(rays), fields=fields, threads=self._some(nthreads))
-        return self._ids(hits) | {
-            "t_hit": self._single(hits["t"]),
-            "primitive_normals": self._single(
-                np.where(hits["front"][..., None], hits["normal"], -hits["normal"]) + 0.0
-            ),
-        }
+        found = self._ids(hits)
+        found["t_hit"] = self._single(hits["t"])
+        sides = np.where(hits["front"], 1.0, -1.0)[..., None]
+        found["primitive_normals"] = self._single(hits["normal"] * sides + 0.0)
+        return found
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf, nthreads: int = 0) -> Any:
         """Returns True for rays [..., 6] with any hit at tnear <= t <= tfar."""
@@ -177,13 +176,12 @@ class RaycastingScene(Hints):
         return thread_count(nthreads) or self._threads or None
 
     def _single(self, values: Array) -> Any:
-        return self._tensor(np.asarray(values).astype(np.float32))
+        return self._tensor(values.astype(np.float32))
 
     def _ids(self, hits: dict[str, Array]) -> dict[str, Any]:
         """Ids and weights of hits by Open3D's names."""
-        geometry = np.append(np.array(self._geometry_of, dtype=np.uint32), np.uint32(INVALID_ID))
         return {
-            "geometry_ids": self._tensor(np.asarray(geometry[hits["instance"]])),
+            "geometry_ids": self._tensor(self._geometry_ids.take(hits["instance"], mode="wrap")),
             "primitive_ids": self._tensor(hits["triangle"].astype(np.uint32)),
             "primitive_uvs": self._single(hits["barycentric"][..., 1:]),
         }

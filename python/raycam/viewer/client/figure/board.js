@@ -11,6 +11,7 @@ import { placeLabels } from "./labels.js";
  * @property {(name: string) => string} color of a symbol or of a part of the page
  * @property {(symbol?: string) => boolean} lit true if the reader points at the symbol
  * @property {(label: Label) => void} label adds a label, which is drawn last
+ * @property {(at: number[]) => void} avoid keeps labels away from a point
  * @property {(symbol: string | undefined, points: number[][]) => void} touch makes the symbol light up where the line is
  */
 /**
@@ -20,19 +21,35 @@ import { placeLabels } from "./labels.js";
  * @property {(pen: Pen) => void} draw
  * @property {(at: number[]) => boolean} [grab] begins to drag at a point; false if nothing is there
  * @property {(at: number[], from: number[]) => void} [drag]
- * @property {(step: number[]) => void} [nudge] arrow keys
+ * @property {() => void} [release] the end of dragging
+ * @property {(step: number[]) => void} [nudge] arrow keys, and Page Up (1) and Page Down (-1) as a third number
+ * @property {(key: string) => boolean} [key] another key; true if it did something
+ * @property {(at: number[]) => boolean} [isHandle] true where a point is dragged
  * @property {() => string} [next] Enter: selects what the arrow keys move; returns its description
  */
 /** @typedef {{ highlight: string, point: (symbol: string) => void, redraw: () => void }} Marks the symbol that the reader points at */
 
-const NUDGES = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] });
-const LABEL_HEIGHT = 20, REACH_PX = 9, PARTS = /** @type {Record<string, string>} */ ({ v: "R", "f(t)": "t" });
+const NUDGES = /** @type {Record<string, number[]>} */ ({
+  ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0], ArrowDown: [0, 1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1],
+});
+const LABEL_HEIGHT = 20, REACH_PX = 9, LEADER_PX = 16, PARTS = /** @type {Record<string, string>} */ ({ v: "R", "f(t)": "t" });
 
 /** Distance of a point from the line between two others. @param {number[]} at @param {number[]} a @param {number[]} b */
 function distanceToLine([x, y], [ax, ay], [bx, by]) {
   const [dx, dy] = [bx - ax, by - ay];
   const s = Math.max(0, Math.min(1, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
   return Math.hypot(x - ax - s * dx, y - ay - s * dy);
+}
+
+/** A thin line from a point to its label, if the label had to move away. @param {CanvasRenderingContext2D} ctx @param {number[]} at @param {import("./labels.js").Box} box @param {string} ink */
+function drawLeader(ctx, [x, y], box, ink) {
+  const end = [Math.max(box.x, Math.min(box.x + box.width, x)), Math.max(box.y, Math.min(box.y + box.height, y))];
+  if (Math.hypot(end[0] - x, end[1] - y) < LEADER_PX) return;
+  ctx.beginPath();
+  ctx.moveTo(x, y);
+  ctx.lineTo(end[0], end[1]);
+  [ctx.strokeStyle, ctx.lineWidth, ctx.globalAlpha] = [ink, 1, 0.6];
+  ctx.stroke();
 }
 
 export class Board {
@@ -48,7 +65,12 @@ export class Board {
     canvas.style.aspectRatio = String(1 / drawing.ratio);
     canvas.addEventListener("pointerleave", () => marks.point(""));
     if (drawing.drag || drawing.nudge) this.makeInteractive();
-    canvas.addEventListener("pointermove", (event) => this.held || marks.point(this.symbolAt(this.pointOf(event))));
+    canvas.addEventListener("pointermove", (event) => {
+      if (this.held) return;
+      const at = this.pointOf(event);
+      marks.point(this.symbolAt(at));
+      canvas.classList.toggle("over-handle", Boolean(drawing.isHandle?.(at)));
+    });
     /** @type {number[] | null} */
     this.held = null;
   }
@@ -67,6 +89,8 @@ export class Board {
     const style = getComputedStyle(canvas);
     /** @type {Label[]} */
     const labels = [];
+    /** @type {number[][]} */
+    const marked = [];
     this.touches = [];
     const { highlight } = this.marks;
     /** @type {Pen} */
@@ -75,23 +99,25 @@ export class Board {
       color: (name) => style.getPropertyValue(`--${name === "f(t)" ? "t" : name}`).trim() || name,
       lit: (symbol) => symbol !== undefined && highlight !== "" && (symbol === highlight || PARTS[symbol] === highlight),
       label: (label) => label.text && labels.push(label),
+      avoid: (at) => marked.push(at),
       touch: (symbol, points) => symbol && this.touches.push({ symbol, points }),
     };
     drawing.draw(pen);
-    this.drawLabels(pen, labels, style.fontFamily);
+    this.drawLabels(pen, labels, marked, style.fontFamily);
   }
 
-  /** @param {Pen} pen @param {Label[]} labels @param {string} family */
-  drawLabels(pen, labels, family) {
+  /** @param {Pen} pen @param {Label[]} labels @param {number[][]} marked @param {string} family */
+  drawLabels(pen, labels, marked, family) {
     const { ctx, width, height, color } = pen;
     ctx.font = `600 13.5px ${family}`;
-    const boxes = placeLabels(labels.map(({ at, text }) => ({ at, width: ctx.measureText(text).width + 10, height: LABEL_HEIGHT })), width, height);
+    const boxes = placeLabels(labels.map(({ at, text }) => ({ at, width: ctx.measureText(text).width + 10, height: LABEL_HEIGHT })), width, height, marked);
     this.canvas.dataset.labels = JSON.stringify(boxes.flatMap((box, i) => (box ? [{ ...box, text: labels[i].text }] : [])));
     labels.forEach(({ text, color: own, symbol }, i) => {
       const box = boxes[i];
       if (!box) return;
       const ink = own || color(symbol || "ink");
-      ctx.globalAlpha = pen.lit(symbol) ? 1 : 0.82;
+      drawLeader(ctx, labels[i].at, box, ink);
+      ctx.globalAlpha = pen.lit(symbol) ? 1 : 0.86;
       ctx.beginPath();
       ctx.roundRect(box.x, box.y, box.width, box.height, 5);
       ctx.fillStyle = pen.lit(symbol) ? ink : color("ground");
@@ -143,6 +169,7 @@ export class Board {
     });
     for (const kind of /** @type {const} */ (["pointerup", "pointercancel"]))
       canvas.addEventListener(kind, () => {
+        if (this.held) drawing.release?.();
         this.held = null;
         canvas.classList.remove("held");
       });
@@ -152,8 +179,10 @@ export class Board {
         canvas.setAttribute("aria-label", `${drawing.label} ${drawing.next()}`);
         marks.redraw();
       }
+      const isPlain = !event.ctrlKey && !event.metaKey && !event.altKey;
+      if (isPlain && drawing.key?.(event.key)) return event.preventDefault();
       const step = NUDGES[event.key];
-      if (!step || !drawing.nudge) return;
+      if (!step || !drawing.nudge || (step[2] && !drawing.key)) return;
       event.preventDefault();
       drawing.nudge(step.map((value) => value * (event.shiftKey ? 10 : 1)));
       marks.redraw();

@@ -1,7 +1,7 @@
 // Inside or outside: a triangle in its plane, the walk u from f(t) to g, and the edges that it crosses.
 
 import { cross, dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
-import { drawArrow, drawDot, drawLine } from "./shapes.js";
+import { drawArrow, drawDot, drawLine, drawRing } from "./shapes.js";
 
 /** @typedef {import("../core/steps.js").Candidate} Candidate */
 
@@ -28,12 +28,19 @@ export function drawCrossings(pen, { corners, edges, f, g, alongEdge, crossed, i
   corners.forEach((corner, i) => {
     if (i >= step || Number.isNaN(alongEdge[i])) return;
     const at = place(plusTimes(corner, alongEdge[i], edges[i]));
-    if (crossed[i]) drawDot(pen, at, "r", 8);
-    else if (at.every((value, k) => value > 0 && value < [pen.width, pen.height][k])) drawDot(pen, at, "soft-ink", 4);
+    if (crossed[i]) {
+      drawDot(pen, at, "r", 8);
+      pen.avoid(at);
+    }
+    if (!crossed[i] && at.every((value, k) => value > 0 && value < [pen.width, pen.height][k])) drawDot(pen, at, "soft-ink", 4);
   });
-  corners.forEach((corner, i) => drawDot(pen, place(corner), "edge", pen.lit("abc"[i]) ? 8 : 5));
+  corners.forEach((corner, i) => {
+    drawRing(pen, place(corner), "edge", 11);
+    drawDot(pen, place(corner), "edge", pen.lit("abc"[i]) ? 8 : 6);
+  });
   drawDot(pen, place(g), "u", 6);
   pen.label({ at: place(g), text: "g = a + v₃", symbol: "g" });
+  drawRing(pen, place(f), "t", 14);
   drawDot(pen, place(f), "t", 8);
   pen.label({ at: place(f), text: `f(t): ${inside ? "inside" : "outside"}`, symbol: "f(t)" });
 }

@@ -27,12 +27,13 @@ function candidateBoxes({ at: [x, y], width, height }) {
  * @param {LabelRequest[]} labels
  * @param {number} width of the figure
  * @param {number} height
+ * @param {number[][]} [marks] points that labels do not cover if there is other space
  * @returns {(Box | null)[]}
  */
-export function placeLabels(labels, width, height) {
+export function placeLabels(labels, width, height, marks = []) {
   /** @type {Box[]} */
   const placed = [];
-  const points = labels.map(({ at: [x, y] }) => ({ x: x - 4, y: y - 4, width: 8, height: 8 }));
+  const points = [...labels.map(({ at }) => at), ...marks].map(([x, y]) => ({ x: x - 4, y: y - 4, width: 8, height: 8 }));
   return labels.map((label) => {
     const inside = candidateBoxes(label).filter((box) => box.x >= 0 && box.y >= 0 && box.x + box.width <= width && box.y + box.height <= height);
     const free = inside.filter((box) => !placed.some((other) => boxesOverlap(box, other)));

@@ -1,11 +1,11 @@
 // The world from outside, by a parallel projection that the reader turns: triangles, camera, image plane, ray, lights.
 
 import { cross, dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
-import { drawArrow, drawDot, drawLine } from "./shapes.js";
+import { drawArrow, drawBulb, drawDot, drawLine, drawRing, drawSun } from "./shapes.js";
 
 /** @typedef {import("./board.js").Pen} Pen */
 /** @typedef {{ from: number[], to: number[], color: string, symbol?: string, text?: string, width?: number, dash?: number[], arrow?: boolean }} Stroke a line in space */
-/** @typedef {{ at: number[], color: string, symbol?: string, text?: string, radius?: number }} Spot */
+/** @typedef {{ at: number[], color: string, symbol?: string, text?: string, radius?: number, isHandle?: boolean, glows?: "sun" | "bulb" }} Spot a point; a handle has a ring around it */
 /** @typedef {{ corners: number[][], color: string, line?: string, symbol?: string }} Patch a translucent polygon */
 /**
  * @typedef {object} Rig the camera, as a figure draws it
@@ -23,20 +23,24 @@ import { drawArrow, drawDot, drawLine } from "./shapes.js";
  * @property {number[][]} colors sRGB of each triangle
  * @property {number} [faded] opacity of the triangles
  * @property {number} [chosen] the outlined triangle
+ * @property {number[]} [sun] the direction to the sun: it shades the triangles, and they cast shadows on the ground
  * @property {number} [grid] half the side of a grid on the ground, in units
  * @property {Rig | null} [rig]
+ * @property {Rig} [second] another camera
  * @property {Stroke[]} [strokes]
  * @property {Spot[]} [spots]
  * @property {Patch[]} [patches]
  */
 /** @typedef {{ near: number, paint: () => void }} Part */
 
-const SEGMENTS = 20, ORBIT_PER_PX = 0.5, GROUND = -1e9, AXIS_LENGTH = 0.55;
+/** Length of the drawn axis v, by the distance of the drawn image plane. */
+export const AXIS_LENGTH = 0.55;
+const SEGMENTS = 20, ORBIT_PER_PX = 0.5, GROUND = -1e9;
 const LIGHT = [0.35, -0.5, 0.79];
 
 export class OutsideView {
   /** @param {{ azimuth?: number, elevation?: number, center?: number[], radius?: number, up?: number[] }} [view] degrees and units of the world; `up` is one of its axes */
-  constructor({ azimuth = 2, elevation = 24, center = [0.5, -0.6, 0.8], radius = 2.7, up = [0, 0, 1] } = {}) {
+  constructor({ azimuth = 2, elevation = 24, center = [0.42, -0.6, 0.8], radius = 2.75, up = [0, 0, 1] } = {}) {
     this.azimuth = azimuth;
     this.elevation = elevation;
     this.center = center;
@@ -91,27 +95,40 @@ export class OutsideView {
     for (const patch of content.patches || []) this.addPatch(pen, patch, parts);
     const strokes = [...(content.strokes || [])];
     if (content.rig) strokes.push(...this.addCamera(pen, content.rig, parts));
+    if (content.second) strokes.push(...this.addCamera(pen, content.second, parts).map((stroke) => ({ ...stroke, text: "" })));
     for (const stroke of strokes) this.addStroke(pen, stroke, parts);
     parts.sort((a, b) => a.near - b.near);
     for (const part of parts) part.paint();
-    for (const { at, color, radius = 5, text, symbol } of content.spots || []) {
+    for (const { at, color, radius = 5, text, symbol, isHandle, glows } of content.spots || []) {
       const [x, y] = this.see(at);
-      drawDot(pen, [x, y], color, pen.lit(symbol) ? radius + 3 : radius);
+      const size = pen.lit(symbol) ? radius + 2.5 : radius;
+      if (isHandle) drawRing(pen, [x, y], color, size + 5);
+      if (glows === "sun") drawSun(pen, [x, y], size + 2);
+      else if (glows === "bulb") drawBulb(pen, [x, y], size);
+      else drawDot(pen, [x, y], color, size);
       pen.touch(symbol, [[x, y]]);
+      pen.avoid([x, y]);
       if (text) pen.label({ at: [x, y], text, symbol, color: pen.color(color) });
     }
   }
 
   /** @param {Pen} pen @param {Content} content @param {Part[]} parts */
-  addTriangles(pen, { corners, colors, faded = 1, chosen = -1, grid = 0 }, parts) {
+  addTriangles(pen, { corners, colors, faded = 1, chosen = -1, grid = 0, sun }, parts) {
     const heights = Array.from({ length: corners.length / 3 }, (_, i) => dot([corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]], this.up));
     const ground = Math.min(...heights);
+    const light = sun || LIGHT;
+    /** @type {number[][][]} */
+    const floor = [];
+    /** @type {number[][][]} */
+    const shadows = [];
     for (let i = 0; i < corners.length / 9; i++) {
       const points = [0, 3, 6].map((k) => [corners[9 * i + k], corners[9 * i + k + 1], corners[9 * i + k + 2]]);
       const seen = points.map((point) => this.see(point));
       const n = cross(minus(points[1], points[0]), minus(points[2], points[0]));
-      const shade = 0.66 + 0.34 * Math.abs(dot(n, LIGHT) / (lengthOf(n) || 1));
+      const shade = 0.62 + 0.38 * Math.abs(dot(n, light) / (lengthOf(n) || 1));
       const isGround = [0, 1, 2].every((k) => heights[3 * i + k] - ground < 1e-9);
+      if (isGround) floor.push(seen);
+      else if (sun) shadows.push(points.map((point, k) => this.see(plusTimes(point, -(heights[3 * i + k] - ground) / Math.max(0.05, dot(sun, this.up)), sun))));
       const fill = `rgb(${(colors[i % colors.length] || [150, 150, 150]).map((value) => Math.round(shade * value)).join(" ")} / ${isGround ? 0.5 * faded : faded})`;
       const paint = () => {
         drawLine(pen, seen, { color: fill, width: isGround ? 0 : 0.8, fill, close: true });
@@ -119,6 +136,7 @@ export class OutsideView {
       };
       parts.push({ near: isGround ? GROUND : mean(seen.map((each) => each[2])), paint });
     }
+    if (shadows.length) parts.push({ near: GROUND / 3, paint: () => fillShadows(pen, floor, shadows) });
     for (let k = -Math.floor(grid); k <= grid; k++) {
       for (const ends of [[[k, -grid, 0], [k, grid, 0]], [[-grid, k, 0], [grid, k, 0]]])
         parts.push({ near: GROUND / 2, paint: () => drawLine(pen, ends.map((end) => this.see(end)), { color: "grid", width: 1 }) });
@@ -159,6 +177,7 @@ export class OutsideView {
       near: mean(seen.map((each) => each[2])),
       paint: () => {
         if (rig.picture) {
+          drawLine(pen, seen.map(([x, y]) => [x + 3, y + 6]), { color: "shadow", width: 3, fill: "shadow", close: true });
           ctx.save();
           ctx.transform((b[0] - a[0]) / columns, (b[1] - a[1]) / columns, (d[0] - a[0]) / rows, (d[1] - a[1]) / rows, a[0], a[1]);
           ctx.globalAlpha = 0.94;
@@ -169,6 +188,11 @@ export class OutsideView {
       },
     });
     pen.touch("K", [...seen, seen[0]]);
+    const apex = this.see(rig.C);
+    [0, 1, 2, 3].forEach((i) => {
+      const side = [apex, seen[i], seen[(i + 1) % 4]];
+      parts.push({ near: mean(side.map((each) => each[2])) - 0.03, paint: () => drawLine(pen, side, { color: "K", width: 0, fill: "frustum", close: true }) });
+    });
     return [
       ...corners.map((corner) => ({ from: rig.C, to: corner, color: "K", width: pen.lit("K") ? 2.5 : 1.1, symbol: "K" })),
       { from: rig.C, to: plusTimes(rig.C, AXIS_LENGTH * rig.distance, rig.v), color: "R", symbol: "v", text: "v", arrow: true },
@@ -183,6 +207,26 @@ export class OutsideView {
     const [s, t] = [(w[0] * q[1] - w[1] * q[0]) / area, (p[0] * w[1] - p[1] * w[0]) / area];
     return s >= 0 && s <= 1 && t >= 0 && t <= 1 ? [Math.round(s * rig.size[0] - 0.5), Math.round(t * rig.size[1] - 0.5)] : null;
   }
+}
+
+/** Fills the shadows that lie on the floor, each place once. @param {Pen} pen @param {number[][][]} floor @param {number[][][]} shadows */
+function fillShadows({ ctx, color }, floor, shadows) {
+  const trace = (/** @type {number[][][]} */ triangles) => {
+    ctx.beginPath();
+    for (const [a, b, c] of triangles) {
+      const isTurned = (b[0] - a[0]) * (c[1] - a[1]) < (b[1] - a[1]) * (c[0] - a[0]);
+      ctx.moveTo(a[0], a[1]);
+      for (const [x, y] of isTurned ? [c, b] : [b, c]) ctx.lineTo(x, y);
+      ctx.closePath();
+    }
+  };
+  ctx.save();
+  trace(floor);
+  ctx.clip();
+  trace(shadows);
+  ctx.fillStyle = color("shadow");
+  ctx.fill();
+  ctx.restore();
 }
 
 /** @param {number[]} values */

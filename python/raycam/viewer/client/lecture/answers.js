@@ -3,13 +3,14 @@
 import { general } from "../core/explanation.js";
 
 /**
- * @typedef {object} Facts what the page knows of the pixel
+ * @typedef {object} Facts the camera, pixel and triangle of the exercises
  * @property {number[]} P
  * @property {number[]} R
- * @property {number[]} pixel u, v in pixel coordinates
+ * @property {number[]} pixel column, row
+ * @property {number[][]} corners of the triangle
  * @property {import("../core/steps.js").PixelRay} ray
- * @property {import("../core/steps.js").Candidate} found
- * @property {import("./world.js").Numbers} numbers
+ * @property {number[]} behind the point of the ray's line behind the camera: C - r
+ * @property {import("../core/steps.js").Candidate} found the triangle's steps
  */
 /** @typedef {{ right: boolean, text: string }} Verdict */
 /**
@@ -17,7 +18,7 @@ import { general } from "../core/explanation.js";
  * @property {string} id
  * @property {string} title
  * @property {string[]} asked the names of the numbers
- * @property {(facts: Facts) => string[]} given lines
+ * @property {(facts: Facts, isSolved: (id: string) => boolean) => string[]} given lines
  * @property {(facts: Facts) => number[]} answer
  * @property {(values: number[], facts: Facts) => string} hint to a wrong answer
  * @property {((values: number[], facts: Facts) => string)} [other] why another answer is right too; empty where it is not
@@ -32,6 +33,8 @@ export const areClose = (values, right) => {
   return values.length === right.length && values.every((value, i) => Math.abs(value - right[i]) <= off);
 };
 export const negated = (/** @type {number[]} */ values) => values.map((value) => -value);
+/** A line with another exercise's answer, which appears when that exercise is solved. @param {boolean} isSolved @param {string} name @param {string} value @param {string} chapter */
+export const earlier = (isSolved, name, value, chapter) => (isSolved ? `${name} = ${value}` : `${name}: your answer from the chapter “${chapter}”`);
 export const triple = (/** @type {string} */ name) => ["x", "y", "z"].map((axis) => `${name} ${axis}`);
 export const rowsOf = (/** @type {number[]} */ m, /** @type {number} */ columns) =>
   Array.from({ length: m.length / columns }, (_, i) => `  [${m.slice(columns * i, columns * (i + 1)).map(general).join(", ")}]`);

@@ -6,7 +6,8 @@ import { addMatrices } from "./matrices.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { OutsideView } from "../figure/outside.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addOutside, addPicture, centerHandle, cornerHandles, imagePoint, vertexHandle, worldContent } from "./views.js";
+import { addPicture } from "./picture_view.js";
+import { addOutside, cameraHandles, cornerHandles, imagePoint, vertexHandle, worldContent } from "./views.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 
@@ -26,13 +27,13 @@ function addAngles(fig) {
 /** The eleven numbers of P. @param {Figure} fig */
 export function buildMatrix(fig) {
   const { shared } = fig;
-  addOutside(fig, { label: "The camera, its image plane and the world", content: () => worldContent(fig), handles: () => [centerHandle(fig), ...cornerHandles(fig)] });
+  addOutside(fig, { label: "The camera, its image plane and the world", content: () => worldContent(fig), handles: () => [...cameraHandles(fig), ...cornerHandles(fig)] });
   addPicture(fig, { handles: () => cornerHandles(fig) });
   fig.host.classList.add("double", "many");
   fig.group("K", "K: five intrinsic parameters");
   numberSlider(fig, "fx", { name: "fₓ", symbol: "K", min: 120, max: 700 });
   numberSlider(fig, "fy", { name: "fᵧ", symbol: "K", min: 120, max: 700 });
-  numberSlider(fig, "skew", { name: "s", symbol: "K", min: -150, max: 150 });
+  numberSlider(fig, "skew", { name: "skew", symbol: "K", min: -150, max: 150 });
   numberSlider(fig, "cx", { name: "cₓ", symbol: "K", min: 0, max: 319, step: 0.5, digits: 1 });
   numberSlider(fig, "cy", { name: "cᵧ", symbol: "K", min: 0, max: 239, step: 0.5, digits: 1 });
   fig.group("R", "R: three angles");
@@ -98,12 +99,12 @@ export function buildAngles(fig) {
       return {
         ...worldContent(fig), faded: 0.7,
         strokes: [
-          { from: C, to: plusTimes(C, 0.7, right), color: "R", text: "r₁ right", symbol: "R", arrow: true },
-          { from: C, to: plusTimes(C, 0.7, down), color: "R", text: "r₂ down", symbol: "R", arrow: true },
+          { from: C, to: plusTimes(C, 0.7, right), color: "R", text: "right", symbol: "R", arrow: true },
+          { from: C, to: plusTimes(C, 0.7, down), color: "R", text: "down", symbol: "R", arrow: true },
         ],
-        spots: [{ at: C, color: "C", symbol: "C", text: "C" }],
       };
     },
+    handles: () => cameraHandles(fig),
   });
   addPicture(fig);
   fig.host.classList.add("double");
@@ -147,8 +148,9 @@ export function buildSign(fig) {
       const tip = plusTimes(numbers.C, 1.9 / lengthOf(ray.r), ray.r);
       const strokes = [{ from: numbers.C, to: tip, color: "r", symbol: "r", text: "r", arrow: true, width: 4 }];
       if (ray.XPrime) strokes.push({ from: numbers.C, to: ray.XPrime, color: "X′", symbol: "X′", text: "X′ − C", arrow: true, width: 2 });
-      return { ...worldContent(fig), faded: 0.55, strokes, spots: [{ at: numbers.C, color: "C", symbol: "C", text: "C" }] };
+      return { ...worldContent(fig), faded: 0.55, strokes };
     },
+    handles: () => cameraHandles(fig),
   });
   numberSlider(fig, "yaw", { symbol: "R", min: 0, max: 360, unit: "°" });
   fig.readout(() => {
@@ -227,7 +229,7 @@ export function buildPlane(fig) {
     },
   });
   fig.canvas({
-    ratio: 0.62, label: "n · (f(t) − a) as a function of t: a straight line",
+    ratio: 0.75, label: "n · (f(t) − a) as a function of t: a straight line",
     draw: (pen) => {
       const { found } = shared;
       const [left, right, top, bottom] = [44, pen.width - 16, 20, pen.height - 34];

@@ -7,7 +7,8 @@ import { drawCrossings } from "../figure/crossings.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
 import { buildTree, traverse } from "./tree.js";
 import { planePatch } from "./chapter_camera.js";
-import { addOutside, addPicture, worldContent } from "./views.js";
+import { addPicture } from "./picture_view.js";
+import { addOutside, worldContent } from "./views.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 
@@ -22,6 +23,10 @@ export function buildCrossings(fig) {
   const move = (/** @type {number[]} */ point, /** @type {number[]} */ [x, y]) => {
     point[0] = snap(x, -1.25, 3);
     point[1] = snap(y, -1.75, 2);
+  };
+  const glideTo = (/** @type {number[]} */ to) => {
+    const from = [...f];
+    fig.glide((share) => move(f, [0, 1].map((i) => from[i] + share * (to[i] - from[i]))));
   };
   let selected = 0;
   const points = () => [f, ...flat];
@@ -51,10 +56,10 @@ export function buildCrossings(fig) {
   fig.stepper({ last: () => 3, get: () => step, set: (i) => { step = i; } });
   fig.button("Send u through vertex b", () => {
     const { g } = found();
-    move(f, plusTimes(flat[1], 0.25, minus(flat[1], g)));
+    glideTo(plusTimes(flat[1], 0.25, minus(flat[1], g)));
     step = 3;
   });
-  fig.button("Put f(t) inside", () => move(f, [0, 1].map((i) => flat.reduce((sum, corner) => sum + corner[i] / 3, 0))));
+  fig.button("Put f(t) inside", () => glideTo([0, 1].map((i) => flat.reduce((sum, corner) => sum + corner[i] / 3, 0))));
   fig.readout(() => {
     const { alongU, alongEdge, crossed, crossings, u, inside } = found();
     const lines = [0, 1, 2].slice(0, step).map((i) => {

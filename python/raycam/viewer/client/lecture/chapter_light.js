@@ -4,7 +4,8 @@ import { dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { drawArrow, drawLine } from "../figure/shapes.js";
-import { addOutside, addPicture, bulbHandle, sharedPicture, sunHandle, sunStrokes, worldContent } from "./views.js";
+import { addPicture } from "./picture_view.js";
+import { addOutside, bulbHandle, sharedPicture, sunHandle, sunStrokes, worldContent } from "./views.js";
 import { BULB, SUN, toSun, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -75,7 +76,7 @@ export function buildLights(fig) {
     },
     handles: () => [which ? bulbHandle(fig) : sunHandle(fig)],
   });
-  addPicture(fig, { label: "The lit picture", handles: () => (which ? [bulbHandle(fig)] : []), image: () => picture().canvas });
+  addPicture(fig, { label: "The lit picture", handles: () => [which ? bulbHandle(fig) : sunHandle(fig)], image: () => picture().canvas });
   fig.host.classList.add("double");
   fig.choice({ name: "Light", options: ["Sun", "Bulb"], get: () => which, set: (i) => { which = i; } });
   fig.slider({ name: "sun's direction", symbol: "L", min: -180, max: 180, step: 1, digits: 0, unit: "°", get: () => numbers.sun, set: (value) => { numbers.sun = value; } });
@@ -128,7 +129,7 @@ export function buildReflection(fig) {
   fig.slider({ name: "light θ", symbol: "L", min: 0, max: 85, step: 1, digits: 0, unit: "°", get: () => light, set: (value) => { light = value; } });
   fig.slider({ name: "camera", symbol: "C", min: -85, max: 85, step: 1, digits: 0, unit: "°", get: () => view, set: (value) => { view = value; } });
   fig.slider({ name: "diffuse share k", min: 0, max: 1, step: 0.01, get: () => diffuse, set: (value) => { diffuse = value; } });
-  fig.slider({ name: "shininess s", min: 1, max: 200, step: 1, digits: 0, get: () => shininess, set: (value) => { shininess = value; } });
+  fig.slider({ name: "shininess h", min: 1, max: 200, step: 1, digits: 0, get: () => shininess, set: (value) => { shininess = value; } });
   fig.readout(() => {
     const now = parts(view);
     return [

@@ -4,7 +4,7 @@ import { dot, plusTimes, rowOf } from "../core/vectors.js";
 import { litPicture } from "./chapter_light.js";
 import { fixed } from "../figure/numbers.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addPicture, drawPixel } from "./views.js";
+import { addPicture, drawPixel } from "./picture_view.js";
 import { SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -16,14 +16,15 @@ const MATERIALS = /** @type {[string, (roughness: number) => string][]} */ ([
   ["glass", (roughness) => `type = "glass"\nior = 1.5\nroughness = ${roughness}`],
 ]);
 
-/** A canvas that shows a picture of the core alone. @param {Figure} fig @param {string} label @param {() => { canvas: HTMLCanvasElement | null }} picture */
-function showPicture(fig, label, picture) {
+/** A canvas that shows a picture of the core, with lines over it. @param {Figure} fig @param {string} label @param {() => { canvas: HTMLCanvasElement | null }} picture @param {(pen: import("../figure/board.js").Pen) => void} [overlay] */
+function showPicture(fig, label, picture, overlay) {
   fig.canvas({
     ratio: SIZE[1] / SIZE[0], label,
     draw: (pen) => {
       const { canvas } = picture();
       if (canvas) pen.ctx.drawImage(canvas, 0, 0, pen.width, pen.height);
       else drawLine(pen, [[0, 0], [pen.width, 0], [pen.width, pen.height], [0, pen.height]], { color: "soft", fill: "soft", close: true });
+      overlay?.(pen);
     },
   });
 }
@@ -44,9 +45,24 @@ export function buildMaterial(fig) {
 export function buildDistortion(fig) {
   let k1 = -0.3;
   const picture = litPicture(fig, () => ({ text: worldText(fig.shared.numbers, { camera: `distortion = [${k1}, 0, 0, 0]` }), size: SIZE, integrator: "flat", samples: 4 }));
-  showPicture(fig, "The picture through a lens that bends straight lines", picture);
+  showPicture(fig, "The picture through a lens that bends straight lines, and a grid of such lines", picture, (pen) => drawBentGrid(pen, fig.shared.numbers, k1));
   fig.slider({ name: "k₁", symbol: "K", min: -0.4, max: 0.3, step: 0.01, get: () => k1, set: (value) => { k1 = value; } });
   fig.readout(() => [[`At distance 0.5 from the principal point: 0.5 · (1 + k₁ · 0.25) = ${fixed(distortedRadius(0.5, k1), 4)}`]]);
+}
+
+/** The pixel of the direction (x, y, 1) in the camera's axes. @param {import("./world.js").Numbers} numbers @param {number} k1 @param {number} x @param {number} y */
+function distortedPixel({ fx, fy, skew, cx, cy }, k1, x, y) {
+  const part = distortedRadius(Math.hypot(x, y), k1) / (Math.hypot(x, y) || 1);
+  return [fx * part * x + skew * part * y + cx, fy * part * y + cy];
+}
+
+/** Lines that are straight without distortion, a fifth of the focal length apart. @param {import("../figure/board.js").Pen} pen @param {import("./world.js").Numbers} numbers @param {number} k1 */
+function drawBentGrid(pen, numbers, k1) {
+  const place = (/** @type {number} */ x, /** @type {number} */ y) => distortedPixel(numbers, k1, x, y).map((value) => ((value + 0.5) * pen.width) / SIZE[0]);
+  for (let i = -4; i <= 4; i++) {
+    const along = Array.from({ length: 33 }, (_, k) => (k - 16) / 20);
+    for (const line of [along.map((at) => place(i / 5, at)), along.map((at) => place(at, i / 5))]) drawLine(pen, line, { color: "K", width: i ? 1 : 2 });
+  }
 }
 
 /** The distance from the axis after the first term of radial distortion. @param {number} radius @param {number} k1 */
@@ -62,14 +78,14 @@ export function buildFocus(fig) {
   const { shared } = fig;
   const depth = () => (shared.steps.winner ? shared.steps.winner.t * dot(shared.ray.r, shared.ray.forward) : 6);
   fig.canvas({
-    ratio: 0.62, label: "The lens from the side: rays of one point pass the aperture and meet behind it, in front of the sensor, on it or behind it",
+    ratio: 0.6, label: "The lens from the side: rays of one point pass the aperture and meet behind it, in front of the sensor, on it or behind it",
     draw: (pen) => drawLens(pen, aperture, focus, depth()),
   });
   addPicture(fig, { label: "The picture through a lens with an aperture", image: () => picture().canvas });
   fig.host.classList.add("double");
-  fig.slider({ name: "aperture a", symbol: "L", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
+  fig.slider({ name: "aperture A", symbol: "L", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
   fig.slider({ name: "focus z₀", symbol: "t", min: 2, max: 8, step: 0.1, digits: 1, get: () => focus, set: (value) => { focus = value; } });
-  fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f a |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
+  fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f A |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
 }
 
 /** A thin lens from the side, not to scale behind it. @param {import("../figure/board.js").Pen} pen @param {number} aperture @param {number} focus @param {number} depth */

@@ -1,65 +1,14 @@
-// Chapters 19 to 21: two cameras, calibration from points, and exactness.
+// Chapters 19 to 21: the floor's homography, calibration from points, and exactness.
 
-import { dot, lengthOf, minus, plusTimes, rowOf } from "../core/vectors.js";
+import { dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { pixelOf, triangleSteps } from "../core/steps.js";
-import { cameraOf } from "./camera.js";
-import { litPicture } from "./chapter_light.js";
 import { randomOf } from "./chapter_paths.js";
 import { addMatrices } from "./matrices.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addPicture } from "./views.js";
-import { SIZE, worldText } from "./world.js";
+import { addPicture } from "./picture_view.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
-
-/** The numbers of a second camera, to the right of the first by a baseline. @param {import("./world.js").Numbers} numbers @param {number} baseline */
-export function secondNumbers(numbers, baseline) {
-  const right = rowOf(cameraOf(numbers).R, 0);
-  return { ...numbers, C: plusTimes(numbers.C, baseline, right) };
-}
-
-/** Depth from a disparity: f b / d. @param {number} f @param {number} baseline @param {number} disparity */
-export const depthOfDisparity = (f, baseline, disparity) => (f * baseline) / disparity;
-
-/** The epipolar line of the selected pixel in a second camera. @param {Figure} fig */
-export function buildEpipolar(fig) {
-  const { shared } = fig;
-  let baseline = 0.6;
-  const second = () => secondNumbers(shared.numbers, baseline);
-  const picture = litPicture(fig, () => ({ text: worldText(second()), size: SIZE, integrator: "flat", samples: 1 }));
-  addPicture(fig);
-  fig.canvas({
-    ratio: SIZE[1] / SIZE[0], label: "The picture of the second camera, with the epipolar line",
-    draw: (pen) => {
-      const { canvas } = picture();
-      const scale = pen.width / SIZE[0];
-      pen.ctx.imageSmoothingEnabled = false;
-      if (canvas) pen.ctx.drawImage(canvas, 0, 0, pen.width, pen.height);
-      const { P } = cameraOf(second());
-      const place = (/** @type {number[]} */ point) => {
-        const { u, v } = pixelOf(P, point);
-        return [(u + 0.5) * scale, (v + 0.5) * scale];
-      };
-      const { ray, steps } = shared;
-      const unit = ray.r.map((value) => value / lengthOf(ray.r));
-      drawLine(pen, [place(plusTimes(ray.C, 0.7, unit)), place(plusTimes(ray.C, 1000, unit))], { color: "r", width: 2.5 });
-      if (steps.winner) {
-        drawDot(pen, place(steps.winner.f), "t", 6);
-        pen.label({ at: place(steps.winner.f), text: "the same point", symbol: "f(t)" });
-      }
-    },
-  });
-  fig.host.classList.add("double", "even");
-  fig.slider({ name: "baseline b", symbol: "C", min: 0.1, max: 1.5, step: 0.05, get: () => baseline, set: (value) => { baseline = value; } });
-  fig.readout(() => {
-    const { winner } = shared.steps;
-    if (!winner) return [["The pixel shows no triangle."]];
-    const disparity = shared.numbers.pixel[0] - pixelOf(cameraOf(second()).P, winner.f).u;
-    const depth = winner.t * dot(shared.ray.r, shared.ray.forward);
-    return [[`disparity d = ${fixed(disparity, 2)} pixels`], [["t", `depth = f b / d = ${fixed(shared.numbers.fx, 0)} · ${fixed(baseline)} / ${fixed(disparity, 2)} = ${fixed(depthOfDisparity(shared.numbers.fx, baseline, disparity), 3)}`], `    from the ray: ${fixed(depth, 3)}`]];
-  });
-}
 
 /** The solution of a square system, by elimination with row exchanges. @param {number[][]} rows with the right side as last number */
 export function solveSystem(rows) {
@@ -234,6 +183,6 @@ export function buildFloor(fig) {
     const far = farPoint(shared.camera.P, direction());
     const [u, v] = vanishingPoint(shared.camera.P, direction());
     const [x, y] = floorPoint(shared.camera.P, shared.numbers.pixel);
-    return [[["P", `P (e, 0) = ${tuple(far, 4)}`], `,  divided by its third number: vanishing point (${fixed(u, 1)}, ${fixed(v, 1)})`], [["x", `pixel (${shared.numbers.pixel.join(", ")})`], ` is the point (${fixed(x, 3)}, ${fixed(y, 3)}) of the floor`]];
+    return [[["P", `P (e, 0) = ${tuple(far, 4)}`]], [`divided by its third number: vanishing point (${fixed(u, 1)}, ${fixed(v, 1)})`], [["x", `pixel (${shared.numbers.pixel.join(", ")})`], ` is the point (${fixed(x, 3)}, ${fixed(y, 3)}) of the floor`]];
   });
 }

@@ -70,16 +70,16 @@ export function buildNoise(fig) {
     },
   });
   fig.canvas({
-    ratio: SMALL[1] / SMALL[0], label: "The measured noise by the number of samples, with the line 1/√n; both axes are logarithmic",
+    ratio: SMALL[1] / SMALL[0], label: "The measured noise by the number of samples, with the line 1/√N; both axes are logarithmic",
     draw: (pen) => {
       const values = measured();
       const place = (/** @type {number} */ n, /** @type {number} */ noise) => [60 + (Math.log(n) / Math.log(64)) * (pen.width - 110), 30 - (Math.log(noise / (values[0] || 1)) / Math.log(8)) * (pen.height - 80)];
       drawLine(pen, [place(1, values[0] || 1), place(64, (values[0] || 1) / 8)], { color: "soft-ink", dash: [5, 5] });
-      pen.label({ at: place(2, (values[0] || 1) / Math.SQRT2), text: "1/√n", color: pen.color("soft-ink") });
+      pen.label({ at: place(2, (values[0] || 1) / Math.SQRT2), text: "1/√N", color: pen.color("soft-ink") });
       values.forEach((noise, i) => {
         if (!noise) return;
         drawDot(pen, place(COUNTS[i], noise), i === shown ? "r" : "P", 7);
-        pen.label({ at: place(COUNTS[i], noise), text: `n = ${COUNTS[i]}: ${fixed(noise, 4)}` });
+        pen.label({ at: place(COUNTS[i], noise), text: `N = ${COUNTS[i]}: ${fixed(noise, 4)}` });
       });
     },
   });
@@ -162,16 +162,19 @@ export function runningMeans(seed, count) {
 export function buildMean(fig) {
   let [count, seed] = [300, 1];
   fig.canvas({
-    ratio: 0.5, label: "The mean of n samples approaches π",
+    ratio: 0.5, label: "The mean of N samples approaches π",
     draw: (pen) => {
       const means = runningMeans(seed, count);
       const place = (/** @type {number} */ i, /** @type {number} */ value) => [40 + (i / (count - 1)) * (pen.width - 60), pen.height / 2 - (value - Math.PI) * (pen.height / 4)];
+      const band = [1, -1].map((sign) => means.map((_, i) => place(i, Math.PI + (sign * Math.PI) / Math.sqrt(3 * (i + 1)))));
+      drawLine(pen, [...band[0], ...band[1].reverse()], { color: "plane", width: 0, fill: "plane", close: true });
       drawLine(pen, [place(0, Math.PI), place(count - 1, Math.PI)], { color: "soft-ink", dash: [5, 5] });
+      pen.label({ at: band[0][Math.floor(count / 3)], text: "expected error", color: pen.color("n") });
       pen.label({ at: place(0, Math.PI), text: "π", color: pen.color("soft-ink") });
       drawLine(pen, means.map((value, i) => place(i, Math.max(1, Math.min(5, value)))), { color: "r", width: 2 });
     },
   });
-  fig.slider({ name: "samples n", min: 10, max: 3000, step: 10, digits: 0, get: () => count, set: (value) => { count = value; } });
+  fig.slider({ name: "samples N", min: 10, max: 3000, step: 10, digits: 0, get: () => count, set: (value) => { count = value; } });
   fig.button("Other random numbers", () => { seed += 1; });
   fig.readout(() => {
     const mean = runningMeans(seed, count)[count - 1];

@@ -1,6 +1,7 @@
 // Chapters 1 and 2: the world and its origin, a box from triangles, refined faces, colours.
 
-import { addOutside, addPicture, axisStrokes, bulbHandle, centerHandle, cornerHandles, sunHandle, sunStrokes, vertexHandle, worldContent } from "./views.js";
+import { addPicture } from "./picture_view.js";
+import { addOutside, axisStrokes, bulbHandle, cameraHandles, cornerHandles, sunHandle, sunStrokes, vertexHandle, worldContent } from "./views.js";
 import { fixed, tuple } from "../figure/numbers.js";
 import { OutsideView } from "../figure/outside.js";
 
@@ -12,7 +13,7 @@ const CUBE = { first: 2, count: 12 };
 export function buildHero(fig) {
   const { shared } = fig;
   addOutside(fig, {
-    label: "The world, its lights, the camera, and the picture on its image plane", ratio: 0.66, picksPixel: true,
+    label: "The world, its lights, the camera, and the picture on its image plane", ratio: 0.6, picksPixel: true,
     content: () => {
       const { ray, steps, numbers } = shared;
       const t = steps.winner?.t ?? 3 / Math.hypot(...ray.r);
@@ -23,9 +24,9 @@ export function buildHero(fig) {
         spots: steps.winner ? [{ at: end, color: "r", symbol: "f(t)", text: "hit" }] : [],
       };
     },
-    handles: () => [...cornerHandles(fig), centerHandle(fig), bulbHandle(fig), sunHandle(fig)],
+    handles: () => [...cornerHandles(fig), ...cameraHandles(fig), bulbHandle(fig), sunHandle(fig)],
   });
-  addPicture(fig, { handles: () => [...cornerHandles(fig), bulbHandle(fig)] });
+  addPicture(fig, { handles: () => [...cornerHandles(fig), bulbHandle(fig), sunHandle(fig)] });
   fig.host.classList.add("double");
 }
 
@@ -58,7 +59,7 @@ export function buildBox(fig) {
   let count = 12;
   const { shared } = fig;
   addOutside(fig, {
-    label: "A box made of triangles", view: new OutsideView({ azimuth: -32, center: [-0.8, 0.3, 0.48], radius: 0.98 }),
+    label: "A box made of triangles", hasPoints: false, view: new OutsideView({ azimuth: -32, center: [-0.8, 0.3, 0.48], radius: 0.98 }),
     content: () => ({ corners: shared.corners.slice(9 * CUBE.first, 9 * (CUBE.first + count)), colors: shared.colors.slice(CUBE.first), chosen: count - 1 }),
   });
   fig.stepper({ last: () => CUBE.count, get: () => count, set: (i) => { count = i; }, ms: 450 });
@@ -72,7 +73,7 @@ export function buildBox(fig) {
 
 /** A coarse mesh, refined by the core. @param {Figure} fig */
 export function buildRefine(fig) {
-  let level = 0;
+  let level = 2;
   /** @type {number[]} */
   let corners = [];
   const [p, q] = [0.35, 1];
@@ -80,7 +81,7 @@ export function buildRefine(fig) {
   const vertices = [[-q, -q, 0], [q, -q, 0], [q, q, 0], [-q, q, 0], [-0.8, -q, 2], [0.8, -q, 2], [0.8, q, 2], [-0.8, q, 2], [0, -2, p + 0.5]];
   const triangles = [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7], [0, 1, 8], [1, 5, 8], [5, 4, 8], [4, 0, 8]];
   addOutside(fig, {
-    label: "A coarse mesh and its refinement", view: new OutsideView({ azimuth: -25, elevation: 14, center: [0, -0.3, 1], radius: 1.45 }),
+    label: "A coarse mesh and its refinement", hasPoints: false, view: new OutsideView({ azimuth: -25, elevation: 14, center: [0, -0.3, 1], radius: 1.45 }),
     content: () => {
       const text = `[[object]]\nname = "head"\nvertices = ${JSON.stringify(vertices)}\ntriangles = ${JSON.stringify(triangles)}\nrefine = ${level}\n`;
       fig.pictures.request(fig.id, { text, width: 1, height: 1, integrator: "flat", samples: 0 }, {

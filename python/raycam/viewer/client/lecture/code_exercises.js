@@ -87,13 +87,15 @@ export const CODE_EXERCISES = [
     start: `function isInside(a, b, c, n, f) {
   const g = add(a, sub(a, c)); // a + v3
   const u = sub(g, f);
-  const left = cross(n, u); // dot(left, x) > 0: the point f + x lies to the left of u
+  // dot(left, x) > 0: the point f + x is on the left of u
+  const left = cross(n, u);
   const corners = [a, b, c];
   let crossings = 0;
   for (let i = 0; i < 3; i++) {
     const start = sub(corners[i], f), end = sub(corners[(i + 1) % 3], f);
     const sideStart = dot(left, start), sideEnd = dot(left, end);
-    // Add 1 if one end lies to the left of u, the other does not, and s lies between 0 and 1.
+    // Add 1 if one end lies to the left of u, the other
+    // does not, and s lies between 0 and 1.
   }
   return crossings % 2 === 1;
 }

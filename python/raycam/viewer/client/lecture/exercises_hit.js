@@ -2,19 +2,24 @@
 
 import { general, vectorText } from "../core/explanation.js";
 import { rangesOf } from "../core/steps.js";
-import { dot, lengthOf } from "../core/vectors.js";
-import { areClose, negated, triple } from "./answers.js";
+import { dot, lengthOf, plusTimes } from "../core/vectors.js";
+import { areClose, earlier, negated, triple } from "./answers.js";
 
-const cornersText = (/** @type {import("./answers.js").Facts} */ { found }) => found.corners.map((corner, i) => `${"abc"[i]} = ${vectorText(corner)}`);
+const cornersText = (/** @type {Pick<import("./answers.js").Facts, "found">} */ { found }) => found.corners.map((corner, i) => `${"abc"[i]} = ${vectorText(corner)}`);
 
 /** The axis along which a normal is longest. @param {number[]} n */
 const mainAxis = (n) => n.map(Math.abs).indexOf(Math.max(...n.map(Math.abs)));
+
+/** A ray, and for each plane that it meets t and the number of crossings. */
+const OTHER_RAY = { C: [0, -2, 1], r: [1, 4, -0.5] };
+const PLANES = [[0.9, 1], [-0.3, 1], [0.4, 1], [0.2, 2]];
+const onOtherRay = (/** @type {number} */ t) => plusTimes(OTHER_RAY.C, t, OTHER_RAY.r);
 
 /** @type {import("./answers.js").Exercise[]} */
 export const HIT_EXERCISES = [
   {
     id: "normal",
-    title: "The plane of the triangle: n = (c - a) x (b - a)",
+    title: "The normal of a triangle's plane: n = (c - a) x (b - a)",
     asked: triple("n"),
     given: cornersText,
     answer: ({ found }) => found.n,
@@ -29,9 +34,14 @@ export const HIT_EXERCISES = [
   },
   {
     id: "distance",
-    title: "The ray meets the plane: t = n·(a - C) / n·r",
+    title: "The ray from the chapter “The ray of a pixel” meets this plane: t = n·(a - C) / n·r",
     asked: ["t"],
-    given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `a = ${vectorText(found.corners[0])}`, `n = ${vectorText(found.n)}`],
+    given: ({ ray, found }, isSolved) => [
+      `C = ${vectorText(ray.C)}`,
+      earlier(isSolved("forward"), "r", vectorText(ray.r), "The ray of a pixel"),
+      `a = ${vectorText(found.corners[0])}`,
+      earlier(isSolved("normal"), "n", vectorText(found.n), "The plane of a triangle"),
+    ],
     answer: ({ found }) => [found.t],
     hint: ([t], { ray, found }) => {
       if (areClose([t], [-found.t])) return "The absolute value is right, but the sign is wrong: the numerator is n·(a - C), not n·(C - a).";
@@ -44,13 +54,11 @@ export const HIT_EXERCISES = [
   },
   {
     id: "crossings",
-    title: "Inside or outside: how many edges does u cross?",
+    title: "The ray meets the triangle's plane at f(t). How many edges does u = g - f(t) cross, with g = a + v₃?",
     asked: ["crossings"],
     given: (facts) => [
       ...cornersText(facts),
       `f(t) = ${vectorText(facts.found.f)}`,
-      `g = a + v3 = ${vectorText(facts.found.g)}`,
-      `u = g - f(t) = ${vectorText(facts.found.u)}`,
       `Leave out ${"xyz"[mainAxis(facts.found.n)]} and draw the other two coordinates: the crossings are the same, because this coordinate of n is not 0: the triangle does not become a line.`,
     ],
     answer: ({ found }) => [found.crossings],
@@ -63,14 +71,17 @@ export const HIT_EXERCISES = [
   },
   {
     id: "hit",
-    title: "The point that the pixel shows: f(t) = C + t r",
+    title: "Another ray f(t) = C + t r meets the planes of four triangles. For each, the walk's crossings are counted. Which point does the pixel show?",
     asked: triple("f"),
-    given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `t = ${general(found.t)}`],
-    answer: ({ found }) => found.f,
-    hint: (values, { ray, found }) => {
-      if (areClose(values, ray.r.map((value) => value * found.t))) return "This is t r. Add C, where the ray begins.";
-      if (areClose(values, ray.C.map((value, i) => value - found.t * ray.r[i]))) return "This is C − t r, a point behind the camera.";
-      return "Multiply each coordinate of r by t and add the coordinate of C.";
+    given: () => [`C = ${vectorText(OTHER_RAY.C)}`, `r = ${vectorText(OTHER_RAY.r)}`, ...PLANES.map(([t, count]) => `t = ${general(t)}: ${count} ${count === 1 ? "crossing" : "crossings"}`)],
+    answer: () => onOtherRay(0.4),
+    hint: (values) => {
+      const met = PLANES.find(([t]) => areClose(values, onOtherRay(t)));
+      if (met && met[1] % 2 === 0) return "The number of crossings is even there: this point lies outside its triangle.";
+      if (met && met[0] < 0) return "A negative t lies behind the camera.";
+      if (met) return "This is a hit, but another one is closer.";
+      if (areClose(values, OTHER_RAY.r.map((value) => 0.4 * value))) return "This is t r. Add C, where the ray begins.";
+      return "Find the smallest positive t with an odd number of crossings. Multiply r by it and add C.";
     },
   },
   {

@@ -48,12 +48,12 @@ export const LIGHT_EXERCISES = [
     id: "noise",
     title: "A picture with 16 samples has the noise 0.08. How many samples reduce it to 0.02?",
     asked: ["samples"],
-    given: () => ["noise ~ 1/√n"],
+    given: () => ["noise ~ 1/√N"],
     answer: () => [256],
     hint: ([value]) => {
       if (areClose([value], [64])) return "Four times the samples halve the noise. A quarter of the noise requires more.";
       if (areClose([value], [4])) return "Fewer samples mean more noise.";
-      return "The noise must fall by a factor of 4, so n must grow by a factor of 4².";
+      return "The noise must fall by a factor of 4, so N must grow by a factor of 4².";
     },
   },
   {

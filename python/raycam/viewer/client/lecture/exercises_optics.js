@@ -1,19 +1,20 @@
 // Exercises of chapters 17 to 21: lenses, videos, two cameras, calibration, and exactness.
 
-import { areClose } from "./answers.js";
+import { areClose, triple } from "./answers.js";
 
 /** @type {import("./answers.js").Exercise[]} */
 export const OPTICS_EXERCISES = [
   {
     id: "distortion",
-    title: "k₁ = −0.3. Without distortion, a point would appear at the distance 0.5 from the principal point. At which distance does it appear?",
+    title: "k₁ = −0.3. Without distortion, a point would appear at the distance 0.8 from the principal point. At which distance does it appear?",
     asked: ["distance"],
-    given: () => ["r (1 + k₁ r²)"],
-    answer: () => [0.4625],
+    given: () => ["d = 0.8, k₁ = −0.3"],
+    answer: () => [0.6464],
     hint: ([value]) => {
-      if (areClose([value], [0.5375])) return "The sign of k₁ is negative.";
-      if (areClose([value], [0.425])) return "Square the distance: k₁ r².";
-      return "Put r = 0.5 and k₁ = −0.3 into r (1 + k₁ r²).";
+      if (areClose([value], [0.9536])) return "The sign of k₁ is negative.";
+      if (areClose([value], [0.608])) return "Square the distance: k₁ d².";
+      if (areClose([value], [0.808])) return "This is 1 + k₁ d². Multiply it by d.";
+      return "Put d = 0.8 and k₁ = −0.3 into d (1 + k₁ d²).";
     },
   },
   {
@@ -42,26 +43,40 @@ export const OPTICS_EXERCISES = [
   },
   {
     id: "depth",
-    title: "Two cameras stand side by side: f = 300 pixels, b = 0.6 m, and the disparity is 45 pixels. What is the depth?",
+    title: "Two cameras stand side by side: f = 300 pixels, B = 0.6 m, and the disparity δ is 45 pixels. What is the depth?",
     asked: ["depth (m)"],
-    given: () => ["d = f b / depth"],
+    given: () => ["f = 300, B = 0.6, δ = 45"],
     answer: () => [4],
     hint: ([value]) => {
       if (areClose([value], [45 / 180])) return "The fraction is upside down.";
-      if (areClose([value], [500])) return "Multiply f by b, do not divide.";
-      return "Solve d = f b / depth for the depth.";
+      if (areClose([value], [500])) return "Multiply f by B, do not divide.";
+      return "Solve δ = f B / depth for the depth.";
+    },
+  },
+  {
+    id: "triangulate",
+    title: "Two rays C + t r and C′ + t′ r′ pass each other. Solve the two equations for t and t′. What is the midpoint of the two closest points?",
+    asked: triple("X"),
+    given: () => [`C  = (0, 0, 0)      r  = (2, 1, 0)`, `C′ = (3, 0, 0.4)    r′ = (1, 2, 0)`],
+    answer: () => [4, 2, 0.2],
+    hint: (values) => {
+      if (areClose(values, [4, 2, 0])) return "This is the closest point of the first ray, for t = 2. Take the mean with that of the second ray.";
+      if (areClose(values, [4, 2, 0.4])) return "This is the closest point of the second ray, for t′ = 1. Take the mean with that of the first ray.";
+      if (areClose(values, [8, 4, 0.4])) return "This is the sum of both points. Halve it.";
+      return "The equations are 5 t − 4 t′ = 6 and 4 t − 5 t′ = 3.";
     },
   },
   {
     id: "points",
-    title: "How many equations do eight points give for the numbers of P?",
-    asked: ["equations"],
-    given: () => ["two equations for each point"],
-    answer: () => [16],
+    title: "Eight points and their pixels are known. By how many does the number of equations exceed the number of unknowns of P?",
+    asked: ["difference"],
+    given: () => ["8 points"],
+    answer: () => [5],
     hint: ([value]) => {
-      if (areClose([value], [8])) return "Each point gives an equation for u and one for v.";
-      if (areClose([value], [24])) return "A pixel has two coordinates, u and v.";
-      return "Each point gives two equations.";
+      if (areClose([value], [16])) return "This is the number of equations. Subtract the unknowns.";
+      if (areClose([value], [4])) return "P has twelve numbers, but a common factor does not matter: eleven are unknown.";
+      if (areClose([value], [-3])) return "Each point gives two equations, one for the column and one for the row.";
+      return "Each point gives two equations, and P has eleven free numbers.";
     },
   },
   {

@@ -10,7 +10,7 @@ import { fixed } from "../figure/numbers.js";
 
 /** Returns true if the reader prefers no motion. */
 export const isStill = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
-const STEP_MS = 900;
+const STEP_MS = 900, GLIDE_MS = 500;
 
 export class Figure {
   /** @param {HTMLElement} host @param {Shared} shared @param {Pictures} pictures */
@@ -47,7 +47,9 @@ export class Figure {
   /** Adds a canvas. @param {import("../figure/board.js").Drawing} drawing @returns {HTMLCanvasElement} */
   canvas(drawing) {
     const canvas = document.createElement("canvas");
-    this.stage.append(canvas);
+    const frame = element("div", "", { class: "frame" });
+    frame.append(canvas);
+    this.stage.append(frame);
     const board = new Board(canvas, drawing, this.shared);
     this.updates.push(() => board.paint());
     return canvas;
@@ -151,6 +153,18 @@ export class Figure {
     });
     add("Step", () => (stop(), go(get() + stride)));
     this.tools.append(group);
+  }
+
+  /** Moves something smoothly: `act` gets shares that grow from 0 to 1, only the last if the reader prefers no motion. @param {(share: number) => void} act @param {number} [ms] */
+  glide(act, ms = GLIDE_MS) {
+    const began = performance.now();
+    const step = () => {
+      const part = isStill() || !this.isVisible ? 1 : Math.min(1, (performance.now() - began) / ms);
+      act(part * part * (3 - 2 * part));
+      this.shared.redraw();
+      if (part < 1) requestAnimationFrame(step);
+    };
+    step();
   }
 
   /** Adds lines of text with symbols: [symbol, text] pairs or plain texts. @param {() => (string | [string, string])[][]} lines */

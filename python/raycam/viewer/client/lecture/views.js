@@ -1,15 +1,18 @@
 // The two views that most figures show: the picture with the selected pixel, and the world from outside.
 
 import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";
-import { pixelOf, rayOfPixel } from "../core/steps.js";
-import { OutsideView } from "../figure/outside.js";
-import { drawDot, drawLine } from "../figure/shapes.js";
+import { rayOfPixel } from "../core/steps.js";
+import { AXIS_LENGTH, OutsideView } from "../figure/outside.js";
+import { cameraOf } from "./camera.js";
+import { isStill } from "./figure.js";
+import { aimAt, rollToward, setSun } from "./steer.js";
 import { FLOOR, SIZE, toSun, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
-/** @typedef {import("../figure/board.js").Pen} Pen */
 
-const GRAB_PX = 16, IMAGE_DISTANCE = 1.5, KEY_MOVE = 0.05, SUN_FOOT = [-1.6, 0.9, 0], SUN_AWAY = 4.2;
+export const GRAB_PX = 16, KEY_MOVE = 0.05;
+const SPIN_DECAY = 0.93, MIN_SPEED_PX = 0.15, SPIN_PAUSE_MS = 60;
+const IMAGE_DISTANCE = 1.5, SUN_FOOT = [-1.6, 0.9, 0], SUN_AWAY = 4.2, V_LENGTH = AXIS_LENGTH * IMAGE_DISTANCE;
 /** The newest flat picture of the shared world. @type {{ canvas: HTMLCanvasElement | null }} */
 const SHARED_PICTURE = { canvas: null };
 
@@ -26,19 +29,19 @@ export function sharedPicture({ shared, pictures }) {
   return SHARED_PICTURE.canvas;
 }
 
-/** A handle that is dragged in both views. @typedef {{ get: () => number[], set: (point: number[]) => void, color: string, symbol?: string, text?: string }} Handle */
+/** A handle that is dragged in both views. The sun is a direction, which the picture shows at infinity. @typedef {{ get: () => number[], set: (point: number[]) => void, color: string, symbol?: string, text?: string, glows?: "sun" | "bulb", isQuiet?: boolean }} Handle `isQuiet`: drawn only while it is selected or its symbol is highlighted */
 
 /** A point that a reader drags: above a height, within 6 units of the origin, in steps of 0.001. @param {number[]} point @param {number} lowest */
 export const withinWorld = ([x, y, z], lowest) => [x, y, Math.max(lowest, z)].map((value) => Math.max(-6, Math.min(6, Math.round(value * 1000) / 1000)));
 
 /** The handle of the camera's centre. @param {Figure} fig @returns {Handle} */
-export function centerHandle({ shared }) {
+function centerHandle({ shared }) {
   return { get: () => shared.numbers.C, color: "C", symbol: "C", text: "C", set: (point) => { shared.numbers.C = withinWorld(point, 0.2); } };
 }
 
 /** The handle of the bulb. @param {Figure} fig @returns {Handle} */
 export function bulbHandle({ shared }) {
-  return { get: () => shared.numbers.bulb, color: "L", symbol: "L", text: "bulb", set: (point) => { shared.numbers.bulb = withinWorld(point, 0.2); } };
+  return { get: () => shared.numbers.bulb, color: "L", symbol: "L", text: "bulb", glows: "bulb", set: (point) => { shared.numbers.bulb = withinWorld(point, 0.2); } };
 }
 
 /** The handle of one vertex of the green triangle. @param {Figure} fig @param {number} k @param {Partial<Handle>} [look] @returns {Handle} */
@@ -58,15 +61,21 @@ export function sunStrokes({ shared }) {
 
 /** The handle of the sun's direction, at the middle one of its rays. @param {Figure} fig @returns {Handle} */
 export function sunHandle({ shared: { numbers } }) {
-  const degrees = (/** @type {number} */ angle) => Math.round((angle * 1800) / Math.PI) / 10;
   return {
-    get: () => plusTimes(SUN_FOOT, SUN_AWAY, toSun(numbers)), color: "L", symbol: "L", text: "sun",
-    set: (point) => {
-      const [x, y, z] = minus(point, SUN_FOOT);
-      numbers.sun = degrees(Math.atan2(y, x));
-      numbers.height = Math.max(5, Math.min(90, degrees(Math.atan2(z, Math.hypot(x, y)))));
-    },
+    get: () => plusTimes(SUN_FOOT, SUN_AWAY, toSun(numbers)), color: "L", symbol: "L", text: "sun", glows: "sun",
+    set: (point) => setSun(numbers, minus(point, SUN_FOOT)),
   };
+}
+
+/** Handles of the camera: its centre, the tip of v for yaw and pitch, and the upper edge of the image plane for the roll. @param {Figure} fig @returns {Handle[]} */
+export function cameraHandles(fig) {
+  const { shared } = fig;
+  const { numbers } = shared;
+  return [
+    centerHandle(fig),
+    { get: () => plusTimes(numbers.C, V_LENGTH, rowOf(shared.camera.R, 2)), set: (point) => aimAt(numbers, point), color: "R", symbol: "v" },
+    { get: () => imagePoint(fig, SIZE[0] / 2 - 0.5, -0.5), set: (point) => rollToward(numbers, point), color: "R", symbol: "R", text: "roll" },
+  ];
 }
 
 /** Handles of the corners of the free triangle that the pixel shows, or of the green one. @param {Figure} fig @returns {Handle[]} */
@@ -84,7 +93,7 @@ export function cornerHandles({ shared }) {
 }
 
 /** The keyboard's way to handles: Enter selects the next one, arrow keys move it. @param {() => Handle[]} handles */
-function handleKeys(handles) {
+export function handleKeys(handles) {
   let selected = -1;
   const name = (/** @type {Handle | undefined} */ handle) => (handle ? `Arrow keys move ${handle.text || handle.symbol}.` : "No point is selected.");
   return {
@@ -97,30 +106,67 @@ function handleKeys(handles) {
   };
 }
 
+/** The motion that goes on after a view was turned quickly, and fades. @param {Figure} fig @param {OutsideView} view */
+function spinOf(fig, view) {
+  let [last, speed, isOn] = [0, [0, 0], false];
+  const step = () => {
+    if (!isOn || !fig.isVisible || Math.hypot(...speed) < MIN_SPEED_PX) return;
+    view.orbit(speed, [0, 0]);
+    speed = speed.map((value) => SPIN_DECAY * value);
+    fig.shared.redraw();
+    requestAnimationFrame(step);
+  };
+  return {
+    note: (/** @type {number[]} */ at, /** @type {number[]} */ from) => {
+      last = performance.now();
+      speed = at.map((value, i) => 0.6 * (value - from[i]) + 0.4 * speed[i]);
+    },
+    begin: () => {
+      if (isStill() || performance.now() - last > SPIN_PAUSE_MS) return;
+      isOn = true;
+      requestAnimationFrame(step);
+    },
+    stop: () => {
+      [isOn, speed] = [false, [0, 0]];
+    },
+  };
+}
+
 /**
  * Adds the view from outside, which turns when it is dragged.
  * @param {Figure} fig
- * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("../figure/outside.js").Content, handles?: () => Handle[], picksPixel?: boolean }} options
+ * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("../figure/outside.js").Content, handles?: () => Handle[], picksPixel?: boolean, hasPoints?: boolean }} options `hasPoints`: false if nothing in the view is dragged
  */
-export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(), content, handles: given, picksPixel = false }) {
+export function addOutside(fig, { label, ratio = 0.6, view = new OutsideView(), content, handles: given, picksPixel = false, hasPoints = true }) {
   const { shared } = fig;
-  const handles = given || (() => []);
+  let hasCamera = false;
+  const handles = () => {
+    const named = given?.() || [];
+    return !hasCamera || named.some(({ symbol }) => symbol === "C") ? named : [...named, ...cameraHandles(fig).map((handle) => ({ ...handle, isQuiet: true }))];
+  };
   const keys = handleKeys(handles);
+  const spin = spinOf(fig, view);
   /** @type {Handle | null} */
   let held = null;
   let paints = false;
+  const nearest = (/** @type {number[]} */ at) => handles().find((handle) => {
+    const [x, y] = view.see(handle.get());
+    return Math.hypot(x - at[0], y - at[1]) < GRAB_PX;
+  }) || null;
   fig.canvas({
-    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too${given ? ", and Enter selects a point that they move" : ""}.`,
+    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too${hasPoints ? ", and Enter selects a point that they move" : ""}.`,
     draw: (pen) => {
       const shown = content();
-      const spots = handles().map(({ get, color, symbol, text }, i) => ({ at: get(), color, symbol, text, radius: keys.isSelected(i) ? 9 : 6 }));
+      hasCamera = shown.rig?.C === shared.numbers.C;
+      const spots = handles().flatMap(({ get, color, symbol, text, glows, isQuiet }, i) => (isQuiet && !keys.isSelected(i) && !pen.lit(symbol) ? [] : [
+        { at: get(), color, symbol, text: isQuiet ? "" : text, radius: keys.isSelected(i) ? 9 : 6, isHandle: true, glows },
+      ]));
       view.draw(pen, { ...shown, spots: [...(shown.spots || []), ...spots] });
     },
+    isHandle: (at) => nearest(at) !== null,
     grab: (at) => {
-      held = handles().find((handle) => {
-        const [x, y] = view.see(handle.get());
-        return Math.hypot(x - at[0], y - at[1]) < GRAB_PX;
-      }) || null;
+      spin.stop();
+      held = nearest(at);
       const pixel = picksPixel && !held ? view.pixelAt(rigOf(fig), at) : null;
       paints = pixel !== null;
       if (pixel) pick(fig, pixel);
@@ -133,9 +179,13 @@ export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(),
       } else if (paints) {
         const pixel = view.pixelAt(rigOf(fig), at);
         if (pixel) pick(fig, pixel);
-      } else view.orbit(at, from);
+      } else {
+        view.orbit(at, from);
+        spin.note(at, from);
+      }
     },
-    next: given && keys.next,
+    release: () => spin.begin(),
+    next: hasPoints ? keys.next : undefined,
     nudge: ([x, y]) => {
       const handle = keys.get();
       if (!handle) return view.orbit([8 * x, 8 * y], [0, 0]);
@@ -153,96 +203,33 @@ export function pick({ shared }, pixel) {
   shared.changed();
 }
 
-/**
- * Adds the picture. A click selects the pixel, corners are dragged at their depth, arrow keys move the pixel.
- * @param {Figure} fig
- * @param {{ label?: string, handles?: () => Handle[], overlay?: (pen: Pen, place: (u: number, v: number) => number[]) => void, image?: () => HTMLCanvasElement | null }} [options]
- */
-export function addPicture(fig, { label = "The picture", handles: given, overlay, image = () => sharedPicture(fig) } = {}) {
-  const { shared } = fig;
-  const handles = given || (() => []);
-  let scale = 1;
-  const keys = handleKeys(handles);
-  /** @type {Handle | null} */
-  let held = null;
-  const place = (/** @type {number} */ u, /** @type {number} */ v) => [(u + 0.5) * scale, (v + 0.5) * scale];
-  const pixelAt = (/** @type {number[]} */ at) => at.map((value) => value / scale - 0.5);
-  const moveTo = (/** @type {Handle} */ handle, /** @type {number[]} */ [u, v]) => {
-    const { r, C, forward } = rayOfPixel(shared.camera.P, u, v);
-    handle.set(plusTimes(C, dot(minus(handle.get(), C), forward) / dot(r, forward), r));
-    shared.changed();
-  };
-  const seen = (/** @type {number[]} */ point) => {
-    const { u, v, inFront } = pixelOf(shared.camera.P, point);
-    return inFront ? place(u, v) : [-99, -99];
-  };
-  fig.canvas({
-    ratio: SIZE[1] / SIZE[0], label: `${label}. Click to select a pixel; the arrow keys move it${given ? ", and Enter selects a point that they move" : ""}.`,
-    draw: (pen) => {
-      scale = pen.width / SIZE[0];
-      const canvas = image();
-      pen.ctx.imageSmoothingEnabled = false;
-      if (canvas) pen.ctx.drawImage(canvas, 0, 0, pen.width, pen.height);
-      else drawLine(pen, [[0, 0], [pen.width, 0], [pen.width, pen.height], [0, pen.height]], { color: "soft", fill: "soft", close: true });
-      overlay?.(pen, place);
-      handles().forEach((handle, i) => {
-        drawDot(pen, seen(handle.get()), handle.color, keys.isSelected(i) || pen.lit(handle.symbol) ? 9 : 6);
-        pen.touch(handle.symbol, [seen(handle.get())]);
-        pen.label({ at: seen(handle.get()), text: handle.text || "", symbol: handle.symbol });
-      });
-      const pixel = place(shared.numbers.pixel[0], shared.numbers.pixel[1]);
-      drawPixel(pen, pixel);
-      pen.touch("x", [pixel]);
-    },
-    grab: (at) => {
-      held = handles().find((handle) => {
-        const [x, y] = seen(handle.get());
-        return Math.hypot(x - at[0], y - at[1]) < GRAB_PX;
-      }) || null;
-      if (!held) pick(fig, pixelAt(at));
-      return true;
-    },
-    drag: (at) => {
-      if (held) moveTo(held, pixelAt(at));
-      else pick(fig, pixelAt(at));
-    },
-    next: given && keys.next,
-    nudge: ([x, y]) => {
-      const handle = keys.get();
-      if (!handle) return pick(fig, [shared.numbers.pixel[0] + x, shared.numbers.pixel[1] + y]);
-      const { u, v } = pixelOf(shared.camera.P, handle.get());
-      moveTo(handle, [u + x, v + y]);
-    },
-  });
-}
-
-/** The mark of the selected pixel. @param {Pen} pen @param {number[]} at */
-export function drawPixel(pen, [x, y]) {
-  const half = pen.lit("x") ? 8 : 5;
-  const square = [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]];
-  drawLine(pen, square, { color: "white", width: 4, close: true });
-  drawLine(pen, square, { color: "#d32f2f", width: 2, close: true });
-}
-
 /** The shared world as content of a view from outside. @param {Figure} fig @param {boolean} [withCamera] */
 export function worldContent(fig, withCamera = true) {
   const { corners, colors } = fig.shared;
-  return { corners, colors, grid: FLOOR, rig: withCamera ? rigOf(fig) : null };
+  return { corners, colors, sun: toSun(fig.shared.numbers), grid: FLOOR, rig: withCamera ? rigOf(fig) : null };
 }
 
 /** The shared camera, as views from outside draw it. @param {Figure} fig @returns {import("../figure/outside.js").Rig} */
 export function rigOf(fig) {
-  const { camera, numbers } = fig.shared;
-  const [right, bottom] = SIZE.map((side) => side - 0.5);
-  const corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]].map(([u, v]) => imagePoint(fig, u, v));
-  return { C: numbers.C, v: rowOf(camera.R, 2), size: SIZE, distance: IMAGE_DISTANCE, corners, picture: sharedPicture(fig) };
+  return rigFor(fig.shared.numbers, sharedPicture(fig));
 }
 
-/** The point of the drawn image plane at pixel coordinates. @param {Figure} fig @param {number} u @param {number} v */
-export function imagePoint({ shared }, u, v) {
-  const { r, C, forward } = rayOfPixel(shared.camera.P, u, v);
+/** A camera, as views from outside draw it. @param {import("./world.js").Numbers} numbers @param {CanvasImageSource | null} picture @returns {import("../figure/outside.js").Rig} */
+export function rigFor(numbers, picture) {
+  const { P, R } = cameraOf(numbers);
+  const [right, bottom] = SIZE.map((side) => side - 0.5);
+  const corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]].map(([u, v]) => onImagePlane(P, u, v));
+  return { C: numbers.C, v: rowOf(R, 2), size: SIZE, distance: IMAGE_DISTANCE, corners, picture };
+}
+
+/** The point of a camera's drawn image plane at pixel coordinates. @param {number[]} P @param {number} u @param {number} v */
+function onImagePlane(P, u, v) {
+  const { r, C, forward } = rayOfPixel(P, u, v);
   return plusTimes(C, IMAGE_DISTANCE / dot(r, forward), r);
 }
+
+/** The point of the shared camera's drawn image plane at pixel coordinates. @param {Figure} fig @param {number} u @param {number} v */
+export const imagePoint = ({ shared }, u, v) => onImagePlane(shared.camera.P, u, v);
 
 /** The three axes at the origin. @returns {import("../figure/outside.js").Stroke[]} */
 export function axisStrokes(length = 1.2) {

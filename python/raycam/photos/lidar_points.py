@@ -1,0 +1,116 @@
+"""The points that lidars measure on faces, for `surface_visibility`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Bools, Floats
+from ..lidar import Lidar, measured_faces
+from ..world import World
+
+__all__ = ["FacePoints", "points_on_faces"]
+
+POINTS_PER_SAMPLE = 16
+"""Points of a lidar on a face for each of the face's samples.
+
+The rows of most lidars are ten times as far apart as their points, so that fewer points per sample would leave samples
+of measured surfaces without a point.
+"""
+PAIRS_AT_ONCE = 1 << 18
+"""Pairs of a point and a sample whose distance is computed at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class FacePoints:
+    """The points of a lidar, ordered by face and pulse."""
+
+    offsets: npt.NDArray[np.int64]
+    """Points of face i are `offsets[i]:offsets[i + 1]`, int64 [faces + 1]."""
+    barycentric: npt.NDArray[np.float32]
+    """The points' weights of the first two corners, float32 [n, 2]."""
+    cosine: npt.NDArray[np.float32]
+    """The cosines of the points' angles of incidence, float32 [n]."""
+    front: Bools
+    """True for points on the faces' fronts, [n]."""
+
+    def of(self, facing: str) -> FacePoints:
+        """Returns the points on the fronts, or with `facing` "both" all points."""
+        if facing == "both" or self.front.all():
+            return self
+        before = np.concatenate([[0], np.cumsum(self.front)])
+        kept = self.front
+        return FacePoints(before[self.offsets], self.barycentric[kept], self.cosine[kept], self.front[kept])
+
+    def counts(self, faces: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Returns the number of points on each face [k]."""
+        found: npt.NDArray[np.int64] = self.offsets[faces + 1] - self.offsets[faces]
+        return found
+
+    def first_cosine(self, faces: npt.NDArray[np.int64]) -> Floats:
+        """Returns the cosine of the first point of each face [k], which must have points."""
+        return self.cosine[self.offsets[faces]].astype(float)
+
+    def nearest_samples(
+        self,
+        faces: npt.NDArray[np.int64],
+        corners: Floats,
+        weights: Floats,
+        first: npt.NDArray[np.int64],
+        numbers: npt.NDArray[np.int64],
+    ) -> npt.NDArray[np.int64]:
+        """Returns the samples, ascending, that are nearest to a point among the samples of its face.
+
+        `corners` [k, 3, 3] are those of `faces` [k]; face i has the samples `first[i]` to before
+        `first[i] + numbers[i]` of `weights` [m, 3].
+        """
+        found = [np.zeros(0, np.int64)]
+        for number in np.unique(numbers):
+            group = np.flatnonzero(numbers == number)
+            counts = self.counts(faces[group])
+            point, face = _ranges(self.offsets[faces[group]], counts), np.repeat(group, counts)
+            step = max(1, PAIRS_AT_ONCE // int(number))
+            for start in range(0, len(point), step):
+                own = face[start : start + step]
+                sample = first[own][:, None] + np.arange(number)
+                apart = weights[sample, :2] - self.barycentric[point[start : start + step], None]
+                edges = (corners[own, :2] - corners[own, 2:])[:, None]
+                offset = apart[..., :1] * edges[:, :, 0] + apart[..., 1:] * edges[:, :, 1]
+                nearest = (offset**2).sum(axis=2).argmin(axis=1)
+                found.append(np.unique(first[own] + nearest))
+        return np.unique(np.concatenate(found))
+
+
+def _ranges(first: npt.NDArray[np.int64], counts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Returns the numbers `first[i]` to before `first[i] + counts[i]`, for each i."""
+    ends = np.cumsum(counts)
+    found: npt.NDArray[np.int64] = np.arange(ends[-1] if len(ends) else 0) + np.repeat(
+        first - ends + counts, counts
+    )
+    return found
+
+
+def points_on_faces(
+    world: World, lidar: Lidar, ids: npt.NDArray[np.int32], threads: int | None
+) -> FacePoints:
+    """Returns the points of a lidar's frame on the faces `ids` [n, 2], which are in ascending order."""
+    found = measured_faces(world, lidar, threads=threads)
+    key, wanted = _keys(ids), _keys(found.ids)
+    face = np.searchsorted(key, wanted)
+    known = (face < len(key)) & (key[np.minimum(face, len(key) - 1)] == wanted)
+    row = np.flatnonzero(known)
+    row = row[np.argsort(face[row], kind="stable")]
+    counts = np.bincount(face[row], minlength=len(ids))
+    return FacePoints(
+        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        found.barycentric[row, :2].astype(np.float32),
+        found.cosine[row].astype(np.float32),
+        found.front[row],
+    )
+
+
+def _keys(ids: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
+    keys: npt.NDArray[np.int64] = (ids[:, 0].astype(np.int64) << 32) + ids[:, 1]
+    return keys

@@ -1,0 +1,93 @@
+"""Ouster's packets, compared with those that ouster-sdk 1.0.1 encodes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from lidar.files.test_packets import packets_of
+from raycam.lidar.files.ouster_packets import ouster_packets
+from support.raises import raises
+
+SDK_PACKETS = "c807fa7da12a44b92177c5950e351041a94e65e9b71151860e40adf323eb9ebf"
+"""SHA-256 of the packets of `frame_to_packets` of ouster-sdk 1.0.1 for an OS1-64 in the mode 512x10 with
+`SensorInfo.from_default`, RANGE 1000 + 37 row + 11 column, REFLECTIVITY (row + 3 column) mod 256, the other fields 0,
+and the time stamps of the columns at 10 Hz. The frame's number and the encoder, which the SDK does not write into each
+column, are set to 0."""
+
+
+def test_packets_equal_those_of_ouster_sdk() -> None:
+    row, column = (each.ravel() for each in np.mgrid[:64, :512])
+    columns = {
+        "lost": np.zeros(len(row), np.int8),
+        "distance": (1000 + 37 * row + 11 * column) / 1000.0,
+        "intensity": ((row + 3 * column) % 256).astype(np.uint8),
+        "laser": row,
+        "column": column,
+    }
+    packets = ouster_packets(columns, (64, 512), 10.0)
+    np.testing.assert_allclose([time for time, _ in packets], np.arange(32) / 320)
+    table = np.frombuffer(b"".join(data for _, data in packets), np.uint8).reshape(512, 788).copy()
+    encoder = table[:, 12:16].copy().view("<u4").ravel()
+    np.testing.assert_array_equal(encoder, np.arange(512) * 176)
+    table[:, 10:16] = 0
+    assert hashlib.sha256(table.tobytes()).hexdigest() == SDK_PACKETS
+
+
+@pytest.mark.parametrize(("name", "mode"), [("os1-16", "512x10"), ("os1-128", "1024x20")])
+def test_saved_packets_have_the_ranges_of_the_scan_and_the_metadata_of_the_unit(
+    name: str, mode: str, tmp_path: Path
+) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [40, 60, 20]}, name="hall", color=[0.5] * 3)
+    lidar = raycam.Lidar(name, mode=mode).placed([3, 2, 1])
+    scan = raycam.scan(world, lidar)
+    scan.save(tmp_path / "scan.pcap")
+    rows, count = scan.pattern.shape
+    ranges = np.zeros((rows, count))
+    for packet in packets_of(tmp_path / "scan.pcap"):
+        size = 16 + 12 * rows + 4
+        assert len(packet) == 16 * size
+        for start in range(0, len(packet), size):
+            time, number = struct.unpack_from("<QH", packet, start)
+            assert time == round(number / (count * lidar.rate) * 1e9)
+            pixels = np.frombuffer(packet, "<u4", 3 * rows, start + 16).reshape(rows, 3)
+            ranges[:, number] = pixels[:, 0] / 1000
+    np.testing.assert_allclose(ranges[scan["laser"], scan["column"]], scan["distance"], atol=1e-9)
+    assert np.count_nonzero(ranges) == scan.count
+    unit = raycam.load_lidar(tmp_path / "scan.json")
+    for field in ("directions", "origins", "times"):
+        np.testing.assert_array_equal(getattr(unit.pattern(), field), getattr(lidar.pattern(), field))
+    assert unit.settings["mode"] == mode
+    assert unit.pixel_shifts(count) == lidar.pixel_shifts(count)
+
+
+def test_metadata_of_others_is_not_replaced(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [40, 60, 20]}, name="hall", color=[0.5] * 3)
+    scan = raycam.scan(world, raycam.Lidar("os1-16", mode="512x10"))
+    (tmp_path / "scan.json").write_text(json.dumps({"beam_intrinsics": {}}), encoding="utf-8")
+    with raises(raycam.LidarError, code="cannot_write", mentions=["scan.json"]):
+        scan.save(tmp_path / "scan.pcap")
+    assert json.loads((tmp_path / "scan.json").read_text(encoding="utf-8")) == {"beam_intrinsics": {}}
+    for _ in range(2):
+        scan.save(tmp_path / "other.pcap")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other.json", "other.pcap", "scan.json"]
+
+
+def test_scans_with_two_returns_or_large_distances_have_no_packets(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [4000, 60, 20]}, name="hall", color=[0.5] * 3)
+    lidar = raycam.Lidar("os1-16", mode="512x10")
+    far = lidar.replace(range_10=1e6, max_range=1e6)
+    for one, code in ((lidar.replace(returns="dual"), "cannot_write"), (far, "cannot_write")):
+        with raises(raycam.LidarError, code=code):
+            raycam.scan(world, one).save(tmp_path / "scan.pcap")
+    assert not list(tmp_path.iterdir())
+    with raises(raycam.LidarError, code="wrong_device", mentions=["vlp16"]):
+        raycam.Lidar("vlp16").metadata  # noqa: B018
