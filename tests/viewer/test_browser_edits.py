@@ -95,7 +95,7 @@ def test_handle_drag_is_one_step_of_undo(
     before, image = matrix_of(session), truth(session)
     camera = session.view.camera
     tab.press(key)
-    tab.wait("document.getElementById('tool').value !== 'none'")
+    tab.wait("document.querySelector('[data-tool][aria-pressed=true]').dataset.tool !== 'none'")
     tab.evaluate("new Promise((done) => setTimeout(done, 300))")
     x, y = place_on_handle(tab, session, "x")
     drag(tab, (x, y), (x + 60, y + 35), steps=12)
@@ -142,7 +142,7 @@ def test_drag_outside_of_the_handles_turns_the_camera(tab: Tab, serve: Serve) ->
     session = opened(tab, serve(), SAMPLES)
     before, camera = matrix_of(session), session.view.camera
     tab.press("g")
-    tab.wait("document.getElementById('tool').value === 'move'")
+    tab.wait("document.querySelector('[data-tool=move]').ariaPressed === 'true'")
     x, y = place_of(tab, 3, 3, SIZE)
     drag(tab, (x, y), (x + 60, y + 35))
     rest(tab, session)

@@ -60,7 +60,7 @@ pub use crate::world::statistics::WorldStats;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
 pub use error::{Result, SceneError, suggestion};
 pub use error_code::{ErrorCode, Message};
-pub use light::{FileRef, IesProfile, Light, LightTraits, LightVisibility, light_names};
+pub use light::{FileRef, IesProfile, Light, LightTraits, LightVisibility};
 pub use material::{Alpha, Material, MaterialModel};
 pub use medium::Medium;
 pub use medium::fog::Fog;

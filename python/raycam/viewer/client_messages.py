@@ -14,6 +14,7 @@ from ..render.frame import CHANNELS, VIEWS
 from ..world.framing import DIRECTIONS
 from .scene.gizmo import HANDLES, TOOLS
 from .scene.look import LIGHTS
+from .scene.texture_slots import SLOTS
 
 __all__ = ["MAX_IMAGE_SIZE", "MESSAGES", "Base64", "Color", "Length", "Message", "OneOf", "Range"]
 
@@ -282,6 +283,12 @@ class Edit(Message):
                 "scale",
                 "strength",
                 "isolate",
+                "place",
+                "level",
+                "position",
+                "direction",
+                "add",
+                "remove",
             ),
         ),
     ]
@@ -300,6 +307,48 @@ class Select(Message):
     KIND = "select"
     number: Annotated[int, Range(0, 10**6)]
     tool: Annotated[str, OneOf(("none", "outline", *TOOLS))]
+
+
+@dataclass(frozen=True)
+class SelectLight(Message):
+    """Selects a light, and shows handles that move it."""
+
+    KIND = "select_light"
+    number: Annotated[int, Range(0, 10**6)]
+
+
+@dataclass(frozen=True)
+class Texture(Message):
+    """Replaces a texture of an object by an uploaded image, or removes it if `file` is empty."""
+
+    KIND = "texture"
+    number: Annotated[int, Range(0, 10**6)]
+    slot: Annotated[str, OneOf(SLOTS)]
+    file: Name
+
+
+@dataclass(frozen=True)
+class Thumbnails(Message):
+    """Requests small images of an object's textures."""
+
+    KIND = "thumbnails"
+    number: Annotated[int, Range(0, 10**6)]
+
+
+@dataclass(frozen=True)
+class KeepCamera(Message):
+    """Adds the present camera to the world, under a name (empty: "view")."""
+
+    KIND = "keep_camera"
+    name: Name
+
+
+@dataclass(frozen=True)
+class RemoveCamera(Message):
+    """Removes a camera of the world."""
+
+    KIND = "remove_camera"
+    name: FileName
 
 
 @dataclass(frozen=True)

@@ -172,6 +172,8 @@ class Scheduler(threading.Thread):
         started = time.perf_counter()
         frame = refinement.step(cancel)
         if frame is None or not images.keep_still(version, frame):
+            if view.channel in SAMPLED and version == images.version:
+                session.connection.send(_progress(session, view, refinement))
             return
         session.connection.send({"type": "about", **session.about()})
         if view.channel in SAMPLED:
@@ -179,7 +181,7 @@ class Scheduler(threading.Thread):
             seconds = time.perf_counter() - started
             self._send_plane(session, view, version, frame, refinement.samples, seconds, refinement)
         else:
-            session.connection.send({"type": "progress", "samples": refinement.samples})
+            session.connection.send(_progress(session, view, refinement))
 
     def _show_still(self, session: Session) -> None:
         """Sends the chosen channel of the existing samples."""
@@ -215,6 +217,8 @@ class Scheduler(threading.Thread):
             rate, found = round(refinement.rate), refinement.change
             change = None if found is None else {"share": round(found[0], 6), "since": found[1]}
         fields: dict[str, Any] = {"moving": False, "samples": samples, "rate": rate, "change": change}
+        if refinement is not None:
+            fields["wanted"] = session.images.samples_of(view)
         if view.channel == "color" and not is_exact:
             fields["encoding"] = "jpeg"
             quality = STILL_QUALITY if is_finished else REFINING_QUALITY
@@ -250,3 +254,8 @@ class Scheduler(threading.Thread):
             **fields,
         }
         session.connection.send(message, buffers)
+
+
+def _progress(session: Session, view: View, refinement: Refinement) -> dict[str, Any]:
+    """The message with the samples of the still image so far, and of the finished one."""
+    return {"type": "progress", "samples": refinement.samples, "wanted": session.images.samples_of(view)}

@@ -18,6 +18,7 @@
 //! * [`volume`]: paths that a medium scatters.
 //! * [`hidden_objects`]: objects that some rays do not find.
 //! * [`passes`]: the parts of the radiance, by their way to the camera and by their light.
+//! * [`record_passes`]: what paths add to them.
 //! * [`requirements`]: the lights and rays that each integrator requires.
 //! * [`shade`]: one hit of any material.
 //! * [`bright_path`]: traces the paths of a batch again to find the surfaces and the light of the brightest path, for
@@ -38,6 +39,7 @@ pub(crate) mod passes;
 pub(crate) mod path;
 pub(crate) mod path_state;
 pub(crate) mod path_tracer;
+mod record_passes;
 pub(crate) mod requirements;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;

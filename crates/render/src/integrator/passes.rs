@@ -10,15 +10,11 @@ use glam::Vec3;
 
 use crate::error::RenderError;
 use crate::film::channel::Channel;
-use crate::integrator::path_state::PathState;
-use crate::integrator::path_tracer::PathTracer;
 use crate::integrator::requirements::{effective_lights, needs_light};
 use crate::light::light_sampling::SampledLight;
 use crate::light::lights::{LightOwner, LightView, Lights};
 use crate::light::prepared_light::PreparedLight;
 use crate::light::samples::LightLiSample;
-use crate::media::map::{MediaMap, MediumRay};
-use crate::prepare::medium::Medium;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Settings;
 
@@ -71,11 +67,16 @@ impl LightWay {
     const STRAIGHT: Self = Self { scatterings: Scatterings::None, first: None };
 
     /// The way with one more scattering; `first` is used if it has none yet.
-    fn scattered(self, first: impl FnOnce() -> FirstScattering) -> Self {
+    pub fn scattered(self, first: impl FnOnce() -> FirstScattering) -> Self {
         match self.scatterings {
             Scatterings::None => Self { scatterings: Scatterings::One, first: Some(first()) },
             _ => Self { scatterings: Scatterings::Several, ..self },
         }
+    }
+
+    /// True if further scatterings do not change the way.
+    pub fn is_final(&self) -> bool {
+        self.scatterings == Scatterings::Several
     }
 
     /// Fraction of each colour that belongs to a pass other than those of lights.
@@ -179,8 +180,35 @@ impl Passes<'_> {
         }
     }
 
-    fn way(&self, path: &PathState) -> LightWay {
-        self.recorder.borrow().ways[path.way as usize]
+    /// Way of a path, by its index.
+    pub fn way(&self, index: u32) -> LightWay {
+        self.recorder.borrow().ways[index as usize]
+    }
+
+    /// Adds a way and returns its index.
+    pub fn push_way(&self, way: LightWay) -> u32 {
+        let ways = &mut self.recorder.borrow_mut().ways;
+        ways.push(way);
+        ways.len() as u32 - 1
+    }
+
+    /// Adds light to the passes of a camera ray; `light` is a function of the pass's fraction of each colour, which
+    /// depends on the mean cosine of a medium.
+    pub fn add_air_light(
+        &self,
+        ray_index: usize,
+        (way, direction): (LightWay, Vec3),
+        light: impl Fn(&dyn Fn(f32) -> Vec3) -> Vec3,
+    ) {
+        let mut recorder = self.recorder.borrow_mut();
+        let PassRecorder { passes, values, .. } = &mut *recorder;
+        let values = &mut values[ray_index * passes.len()..][..passes.len()];
+        for (value, &pass) in values.iter_mut().zip(&*passes) {
+            *value += light(&|g| match pass {
+                Pass::Light(owner) => self.lights.share_of_air_light(owner, direction, g),
+                pass => way.share(pass),
+            });
+        }
     }
 }
 
@@ -199,72 +227,6 @@ fn share_of_light(lights: &Lights, owner: LightOwner, source: LightSource) -> Ve
             lights.share_of_infinite(owner, |light| light.constant_radiance().unwrap_or_default(), true)
         }
     }
-}
-
-impl PathTracer<'_> {
-    /// Records light that a path finds at the end of its ray.
-    #[inline]
-    pub fn record(&self, path: &PathState, source: LightSource, light: Vec3) {
-        if let Some(passes) = self.settings.passes {
-            record_light(passes, path, source, light);
-        }
-    }
-
-    /// Tag of a shadow ray at a path's hit; `None` unless passes are recorded. `first` is what scatters the light
-    /// there.
-    #[inline]
-    pub fn tag(
-        &self,
-        path: &PathState,
-        source: LightSource,
-        first: impl FnOnce() -> FirstScattering,
-    ) -> Option<PassTag> {
-        let passes = self.settings.passes?;
-        Some(PassTag { way: passes.way(path).scattered(first), source })
-    }
-
-    /// Tag of a shadow ray in place of a path's last segment.
-    pub fn tag_of_last_segment(&self, path: &PathState, source: LightSource) -> Option<PassTag> {
-        let passes = self.settings.passes?;
-        Some(PassTag { way: passes.way(path), source })
-    }
-
-    /// Records that something scatters a path.
-    #[inline]
-    pub fn record_scattering(&self, path: &mut PathState, first: impl FnOnce() -> FirstScattering) {
-        if let Some(passes) = self.settings.passes {
-            let way = passes.way(path);
-            if way.scatterings != Scatterings::Several {
-                let ways = &mut passes.recorder.borrow_mut().ways;
-                path.way = ways.len() as u32;
-                ways.push(way.scattered(first));
-            }
-        }
-    }
-
-    /// Records the air light of the media of a ray, in closed form.
-    pub(super) fn record_air_light(&self, media: &MediaMap, path: &PathState, ray: &MediumRay) {
-        let Some(passes) = self.settings.passes else { return };
-        let way = passes.way(path).scattered(|| FirstScattering::Medium);
-        let mut recorder = passes.recorder.borrow_mut();
-        let PassRecorder { passes: requested, values, .. } = &mut *recorder;
-        let values = &mut values[path.ray_index() * requested.len()..];
-        for (value, &pass) in values.iter_mut().zip(&*requested) {
-            let share = |g: f32| match pass {
-                Pass::Light(owner) => self.lights.share_of_air_light(owner, path.direction, g),
-                pass => way.share(pass),
-            };
-            let air_light = |medium: &Medium| {
-                self.lights.air_light().radiance(path.direction, medium.albedo, medium.g) * share(medium.g)
-            };
-            *value += path.throughput * media.closed_form(path.interior_list, ray, air_light).added;
-        }
-    }
-}
-
-#[inline(never)]
-fn record_light(passes: Passes, path: &PathState, source: LightSource, light: Vec3) {
-    passes.add(path.ray_index(), PassTag { way: passes.way(path), source }, light);
 }
 
 /// Passes of a frame's channels, in order.

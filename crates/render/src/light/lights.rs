@@ -4,8 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::dispatch_simd;
-use raycam_scene::light::SURFACES;
-use raycam_scene::{Light, LightTraits, LightVisibility, Up, light_names};
+use raycam_scene::world::{SURFACES, light_names};
+use raycam_scene::{Light, LightTraits, LightVisibility, Up};
 
 use crate::light::air_light::AirLight;
 use crate::light::bounds::LightBounds;

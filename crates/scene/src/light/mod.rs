@@ -3,7 +3,6 @@
 pub(crate) mod blackbody;
 pub(crate) mod file_ref;
 pub(crate) mod ies_profile;
-pub(crate) mod names;
 mod strength;
 pub(crate) mod traits;
 pub(crate) mod validate;
@@ -20,7 +19,6 @@ use crate::texture::{Image, Texels};
 
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
-pub use crate::light::names::{SURFACES, light_names};
 pub use crate::light::traits::{LightTraits, LightVisibility};
 
 /// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear; a single

@@ -5,9 +5,10 @@ use glam::DAffine3;
 use crate::camera::Camera;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
-use crate::light::{Light, LightTraits, SURFACES};
+use crate::light::{Light, LightTraits};
 use crate::notice::{Notice, NoticeCode};
 use crate::world::World;
+use crate::world::light_names::SURFACES;
 use crate::world::names::Names;
 
 impl World {

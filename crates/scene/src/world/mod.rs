@@ -7,6 +7,7 @@ pub mod category;
 mod default_camera;
 mod edit;
 mod find;
+mod light_names;
 mod mesh_file;
 mod names;
 mod open_media;
@@ -22,6 +23,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3};
 use serde::{Deserialize, Serialize};
 
+pub use self::light_names::{SURFACES, light_names};
 pub use self::names::Names;
 use crate::animation::NodeTree;
 use crate::camera::sensor::{LidarSurface, NamedSensor};

@@ -19,16 +19,23 @@ from ...world import World
 from ...world.load import load
 from .sources import ARCHIVE, check_name, combine_models, first_world, unpack
 
-__all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types"]
+__all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
 
 MAX_BYTES = 256 * 2**20
 MAX_FILES = 200
+IMAGES = (".png", ".jpg", ".jpeg", ".webp")
+"""The extensions of images that replace textures."""
 
 
 def file_types() -> dict[str, list[str]]:
     """The extensions of `worlds` and models, and of their `companions`, without the dot."""
     worlds, companions = file_extensions()
     return {"worlds": worlds, "companions": companions}
+
+
+def is_image(name: str) -> bool:
+    """True for the name of an image that can become a texture."""
+    return name.lower().endswith(IMAGES)
 
 
 class Uploads:
@@ -88,6 +95,15 @@ class Uploads:
             raise type(error)(self._without_folder(str(error)), code=error.code) from None
         self._opened = set(self._sizes)
         return world
+
+    def image(self, name: str) -> str:
+        """The path of an image that was received completely. Raises `SettingsError`."""
+        name = check_name(name)
+        if not is_image(name) or name not in self._sizes or self._received[name] != self._sizes[name]:
+            raise SettingsError(
+                f"{name}: expected an uploaded image ({', '.join(IMAGES)})", code="unknown_format"
+            )
+        return str(self._path() / name)
 
     def _complete(self, name: str) -> str:
         """The name of a world that was received completely; of the world in an archive. Raises `SettingsError`."""

@@ -1,7 +1,7 @@
 //! Names of lights, by which channels refer to them.
 
 use crate::light::{Light, LightTraits};
-use crate::world::Names;
+use crate::world::names::Names;
 
 /// Name of the light of all emissive surfaces.
 pub const SURFACES: &str = "surfaces";
