@@ -14,8 +14,9 @@
 //! math color          rotations, Hermite curves; colour spaces, view transforms
 //! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
 //! medium              fog, and coefficients of absorption and scattering
-//! material light      reflection models; emitters
+//! material            reflection models
 //! camera              projection, lens models, aperture, shutter, rigs
+//! light               emitters
 //! animation           node hierarchies, skins, morph targets (glTF)
 //! render_options      options of a render
 //! video               orbits and keyframes
