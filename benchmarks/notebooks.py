@@ -41,7 +41,7 @@ FIND = """(() => { const roots = [document];
   }
   return null; })()"""
 PATIENCE = 60.0  # seconds
-SHIFT = 8  # of the modifiers of a key
+SHIFT = 8  # the code of the Shift key among the modifiers
 
 
 def jupyterlab(folder: Path, port: int) -> tuple[list[str], str]:
@@ -116,7 +116,7 @@ def walk(tab: Tab, url: str, out: Path, name: str) -> None:
     tab.call("Page.navigate", url=url)
     if name == "jupyterlab":
         tab.wait("document.querySelectorAll('.jp-Notebook .jp-Cell').length >= 2")
-        time.sleep(5)  # the kernel starts
+        time.sleep(5)  # time for the kernel to start
         tab.click(700, 160)
         for _ in range(2):
             for kind in ("keyDown", "keyUp"):

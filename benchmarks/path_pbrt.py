@@ -26,7 +26,7 @@ def rgb(name: str, value: Any) -> str:
 
 
 def material(about: dict[str, Any]) -> str:
-    # pbrt's roughness is its square, if it is not mapped.
+    # Without remapping, pbrt's roughness is the square of raycam's.
     rough = f'"float roughness" {about.get("roughness", 0.0) ** 2:.9g} "bool remaproughness" false'
     if "principled" in about:
         return f'"coateddiffuse" {rgb("reflectance", about["principled"])} {rough}'
@@ -90,9 +90,9 @@ def picture(
     folder = Path(kept.name)
     view = scene["camera"]
     about = world(scene, folder)
-    # A path of no bounce has one segment. There is no word for any number of them.
+    # In pbrt, a path with maxdepth 0 has one segment. pbrt has no value for an unlimited number.
     bounces = (scene.get("depth", DEPTH) or 1000) - 1
-    # Its axes are left-handed.
+    # pbrt's camera axes are left-handed.
     looks = [
         "Scale -1 1 1",
         f"LookAt {numbers([view['eye'], view['target'], [0, 0, 1]])[1:-1]}",
@@ -115,11 +115,11 @@ def picture(
         seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         return read_pfm(folder / "one.pfm", size), seconds
 
-    # Reading and building are in every call.
+    # Each call of pbrt includes reading the scene and building the tree.
     start = min(run(1, seed)[1] for seed in range(5))
 
     def render(samples: int, seed: int) -> tuple[Array, float]:
-        assert kept.name  # the folder lives as long as this function
+        assert kept.name  # keeps the temporary folder until the function returns
         image, seconds = run(samples, seed)
         return image, seconds - start
 

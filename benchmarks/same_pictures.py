@@ -258,7 +258,7 @@ def worker(folder: str, models: list[str]) -> None:
     for name, picture in pictures(raycam, Path(folder), [Path(model) for model in models]):
         try:
             result = digest(picture())
-        except Exception as error:  # the other build must fail in the same way
+        except Exception as error:  # the other build must raise the same error
             result = {"error": f"{type(error).__name__}: {error}"}
         print(json.dumps([name, result]), flush=True)
 

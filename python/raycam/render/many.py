@@ -201,7 +201,10 @@ def _by_joints(
     moving = joint_poses(world, joints)
     twice = [which for which, _ in moved if which in moving]
     if twice:
-        raise SettingsError(f"poses and joints both place {', '.join(map(repr, twice))}; give one of them")
+        raise SettingsError(
+            f"poses and joints both place {', '.join(map(repr, twice))}; give one of them",
+            code="conflicting_values",
+        )
     return [*moved, *moving.items()], follow_joints(world, cameras, joints)
 
 

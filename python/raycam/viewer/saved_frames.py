@@ -67,12 +67,16 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
     names = [*(name for name in CHANNELS if name in arrays), *filter(is_pass, arrays)]
     channels = {name: arrays[name] for name in dict.fromkeys(names)}
     if not channels or "size" not in arrays or "region" not in arrays:
-        raise FormatError(f"{os.fspath(path)}: this .npz file does not contain a frame of raycam")
+        raise FormatError(
+            f"{os.fspath(path)}: this .npz file does not contain a frame of raycam", code="wrong_format"
+        )
     width, height = (int(side) for side in arrays["size"])
     x, y, columns, rows = (int(side) for side in arrays["region"])
     for name, array in channels.items():
         if array.shape[:2] != (rows, columns) or array.dtype != channel_form(name)[0]:
-            raise FormatError(f"{os.fspath(path)}: {name} is {array.dtype.name} {list(array.shape)}")
+            raise FormatError(
+                f"{os.fspath(path)}: {name} is {array.dtype.name} {list(array.shape)}", code="wrong_shape"
+            )
     camera = _camera(path, str(arrays["camera"])) if "camera" in arrays else None
     return Frame(channels, camera=camera, size=(width, height), region=(x, y, columns, rows))
 
@@ -82,7 +86,9 @@ def _load_exr(path: str | os.PathLike[str]) -> Frame:
     try:
         windows, notes = _header(path)
     except (ValueError, KeyError, struct.error):
-        raise FormatError(f"{os.fspath(path)}: the header cannot be read; save the file again") from None
+        raise FormatError(
+            f"{os.fspath(path)}: the header cannot be read; save the file again", code="damaged_data"
+        ) from None
     size, region, notices = _places(path, windows, notes)
     planes = _planes({name: _numbers(name, whole, bits) for name, whole, bits in channels})
     notices += [
@@ -102,7 +108,9 @@ def _camera(path: str | os.PathLike[str], text: str) -> Camera:
     try:
         return Camera.from_dict(json.loads(text))
     except (ValueError, TypeError, CameraError) as fault:
-        raise FormatError(f"{os.fspath(path)}: its camera cannot be read: {fault}") from None
+        raise FormatError(
+            f"{os.fspath(path)}: its camera cannot be read: {fault}", code="invalid_camera"
+        ) from None
 
 
 def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, str]]:
@@ -146,7 +154,8 @@ def _places(
         if region[2:] != (columns, rows):
             raise FormatError(
                 f"{os.fspath(path)}: its header contains raycam.region {notes['raycam.region']!r} and raycam.size "
-                f"{notes['raycam.size']!r}, which do not fit its {columns} x {rows} pixels"
+                f"{notes['raycam.size']!r}, which do not fit its {columns} x {rows} pixels",
+                code="wrong_shape",
             )
     is_within = 0 <= left - x <= width - columns and 0 <= top - y <= height - rows
     if is_within:

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::DAffine3;
 use raycam_scene::animation::NodeLight;
-use raycam_scene::{Light, LightTraits, NoticeCode};
+use raycam_scene::{ErrorCode, Light, LightTraits, NoticeCode};
 
 use crate::error::Result;
 use crate::gltf::json::extensions::Spot;
@@ -29,7 +29,8 @@ impl Builder<'_, '_> {
             None => &[][..],
             Some(Lenient::Valid(lights)) => &lights.lights,
             Some(Lenient::Faulty(fault)) => {
-                return Err(document.fault(format!("extensions.KHR_lights_punctual: {fault} (TYPE_MISMATCH)")));
+                return Err(document
+                    .fault(ErrorCode::WrongType, format!("extensions.KHR_lights_punctual: {fault} (TYPE_MISMATCH)")));
             }
         };
         const LIGHTS: &str = "extensions.KHR_lights_punctual.lights";
@@ -73,9 +74,10 @@ impl Builder<'_, '_> {
                 }
             }
             kind => {
-                return Err(document.fault(format!(
-                    "{place}.type: {kind:?}; expected directional, point or spot (VALUE_NOT_IN_LIST)"
-                )));
+                return Err(document.fault(
+                    ErrorCode::UnknownName,
+                    format!("{place}.type: {kind:?}; expected directional, point or spot (VALUE_NOT_IN_LIST)"),
+                ));
             }
         };
         let added = self.world.add_light(light.clone());
@@ -100,7 +102,7 @@ impl Builder<'_, '_> {
         let (inner, outer) = spot.map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
         if outer.is_nan() || outer <= 0.0 {
             let message = format!("{place}.spot.outerConeAngle: {outer}; expected a number greater than 0 ({CODE})");
-            return Err(self.document.fault(message));
+            return Err(self.document.fault(ErrorCode::OutOfRange, message));
         }
         let used_outer = outer.min(FRAC_PI_2);
         let used_inner = inner.clamp(0.0, used_outer);

@@ -8,6 +8,7 @@ use serde::de::{
 };
 use serde::forward_to_deserialize_any;
 
+use crate::error_code::ErrorCode;
 use crate::schema::deserialize::error::{DeError, quoted};
 use crate::schema::deserialize::list::visit_list;
 use crate::schema::deserialize::number::{ArrayDeserializer, Number};
@@ -223,7 +224,9 @@ impl<'a, 'de> EnumAccess<'de> for TaggedAccess<'a> {
     fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, TableAccess<'a>), DeError> {
         let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
             let names = quoted(self.variants);
-            return Err(DeError::custom(format_args!("the key {TAG:?} is missing; expected one of {names}")));
+            return Err(DeError::new(
+                ErrorCode::MissingValue.message(format!("the key {TAG:?} is missing; expected one of {names}")),
+            ));
         };
         let variant = seed
             .deserialize(ValueDeserializer(&tag.value))
@@ -243,11 +246,11 @@ impl<'de> VariantAccess<'de> for TableAccess<'_> {
     }
 
     fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, DeError> {
-        Err(DeError::custom("a table; expected a name"))
+        Err(DeError::new(ErrorCode::WrongType.message("a table; expected a name")))
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, DeError> {
-        Err(DeError::custom("a table; expected a name"))
+        Err(DeError::new(ErrorCode::WrongType.message("a table; expected a name")))
     }
 
     fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], visitor: V) -> Result<V::Value, DeError> {

@@ -40,7 +40,7 @@ export class Measure {
 
   /** @param {import("../client.js").Message} values of the held pixel */
   receive({ u, v, values }) {
-    if (!this.isActive || (u === this.first?.column && v === this.first.row)) return;
+    if (!this.isActive || (this.first && u === this.first.column && v === this.first.row)) return;
     const point = values.position?.numbers;
     if (!point?.every(Number.isFinite)) return this.client.say("Measure: this pixel shows no object; click another one.", "notice");
     if (!this.first) {
