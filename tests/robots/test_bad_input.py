@@ -76,20 +76,20 @@ def test_missing_meshes_are_listed_together_or_replaced(write: Callable[[str], P
 
 
 TREES = {
-    "three roots": (links("a", "b", "c"), fault("syntax", "3 links", "line 2", "line 4")),
+    "three roots": (links("a", "b", "c"), fault("not_a_tree", "3 links", "line 2", "line 4")),
     "loop of two beside a root": (
         links("r", "a", "b") + joint("j", "a", "b") + joint("k", "b", "a"),
-        fault("syntax", "'j'", "'k'"),
+        fault("cyclic_reference", "'j'", "'k'"),
     ),
-    "link is its own parent": (links("a") + joint("j", "a", "a"), fault("syntax", "'j'")),
-    "no parent link": (links("a", "b") + joint("j", "base", "b"), fault("syntax", "'base'", ":4")),
-    "no child link": (links("a", "b") + joint("j", "a", "bb"), fault("syntax", "'bb'", "'b'", ":4")),
+    "link is its own parent": (links("a") + joint("j", "a", "a"), fault("cyclic_reference", "'j'")),
+    "no parent link": (links("a", "b") + joint("j", "base", "b"), fault("unknown_name", "'base'", ":4")),
+    "no child link": (links("a", "b") + joint("j", "a", "bb"), fault("unknown_name", "'bb'", "'b'", ":4")),
     "same link": (links("a", "a"), fault("duplicate_name", "'a'", "line 2", ":3")),
     "same joint": (
         links("a", "b", "c") + joint("j", "a", "b") + joint("j", "b", "c"),
         fault("duplicate_name", "'j'"),
     ),
-    "no links": ("", fault("syntax", ":1")),
+    "no links": ("", fault("nothing_visible", ":1")),
 }
 
 

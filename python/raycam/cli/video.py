@@ -116,7 +116,9 @@ def _follow(world: World, options: argparse.Namespace) -> None:
 
     if len(world.robots) != 1:
         names = ", ".join(world.robots) or "none"
-        raise SettingsError(f"--trajectory requires a world with one robot; robots: {names}")
+        raise SettingsError(
+            f"--trajectory requires a world with one robot; robots: {names}", code="missing_value"
+        )
     (robot,) = world.robots.values()
     times, vectors = read_trajectory(robot, options.trajectory)
     starts = robot._kinematics.starts

@@ -22,7 +22,7 @@ DEFAULT_AMBIENT = 0.4
 MIN_DISTANCE = 0.1
 """Smallest distance in metres from the origin at which the strength of a lamp is evaluated."""
 
-Fail = Callable[[Element, str], FormatError]
+Fail = Callable[[Element, str, str], FormatError]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def read_light(
     """
     kind = light.attributes.get("type", "point").strip()
     if kind not in TYPES:
-        raise fail(light, f"unknown type of light {kind!r}; expected {', '.join(TYPES)}")
+        raise fail(light, f"unknown type of light {kind!r}; expected {', '.join(TYPES)}", "unknown_name")
 
     def numbers(owner: Element | None, tag: str, default: tuple[float, ...]) -> tuple[float, ...]:
         found = None if owner is None else owner.find(tag)
@@ -54,12 +54,12 @@ def read_light(
             return default
         values = read_numbers(found, len(found.text.split()) if tag == "diffuse" else len(default), fail)
         if tag != "direction" and min(values) < 0:
-            raise fail(found, f"<{tag}> must not be negative")
+            raise fail(found, f"<{tag}> must not be negative", "out_of_range")
         return values
 
     diffuse = numbers(light, "diffuse", (1.0, 1.0, 1.0, 1.0))
     if len(diffuse) not in (3, 4):
-        raise fail(light, f"<diffuse> must have 3 or 4 numbers, got {len(diffuse)}")
+        raise fail(light, f"<diffuse> must have 3 or 4 numbers, got {len(diffuse)}", "wrong_shape")
     strength = np.pi * numbers(light, "intensity", (1.0,))[0] * np.array(diffuse[:3])
     on = light.find("light_on")
     if not strength.any() or (on is not None and on.text.strip().lower() in ("0", "false")):
@@ -67,7 +67,7 @@ def read_light(
     pose = read_pose(light, fail)[0] if world_from_light is None else world_from_light
     direction = pose[:3, :3] @ numbers(light, "direction", (0.0, 0.0, -1.0))
     if not np.linalg.norm(direction) > 0:
-        raise fail(light, "<direction> must not be 0 0 0")
+        raise fail(light, "<direction> must not be 0 0 0", "out_of_range")
     label = f"{name}:{light.line}: light {light.attributes.get('name', kind)!r}"
     notices = []
     shadows = light.find("cast_shadows")
@@ -83,7 +83,7 @@ def read_light(
     distance = max(float(np.linalg.norm(pose[:3, 3])), MIN_DISTANCE)
     fading = constant + linear * distance + quadratic * distance**2
     if not fading > 0:
-        raise fail(attenuation or light, "the attenuation must not be 0")
+        raise fail(attenuation or light, "the attenuation must not be 0", "out_of_range")
     if constant or linear:
         text = f"{label} gets weaker with the square of the distance; its strength is right at the world's origin"
         notices.append(Notice(text, "approximated_value"))
@@ -98,6 +98,7 @@ def read_light(
             raise fail(
                 spot or light,
                 f"a spot light requires 0 <= inner_angle <= outer_angle < pi, got {inner:g} and {outer:g}",
+                "out_of_range",
             )
         keys["direction"] = direction.tolist()
         keys |= {"inner": float(np.degrees(inner / 2)), "outer": float(np.degrees(outer / 2))}
@@ -114,5 +115,7 @@ def ambient_light(world: Element, fail: Fail) -> SdfLight | None:
         else read_numbers(ambient, len(ambient.text.split()), fail)[:3]
     )
     if len(color) != 3 or min(color) < 0:
-        raise fail(ambient or world, "<ambient> must have 3 or 4 numbers that are not negative")
+        raise fail(
+            ambient or world, "<ambient> must have 3 or 4 numbers that are not negative", "wrong_shape"
+        )
     return SdfLight("sky", {"radiance": list(color)}) if any(color) else None

@@ -210,7 +210,7 @@ class Scheduler(threading.Thread):
         """
         connection = session.connection
         is_finished = refinement is None or samples >= session.images.samples_of(view)
-        is_exact = connection.wants_planes and (is_finished or connection.is_plane_due)
+        is_exact = connection.needs_exact(is_finished)
         width, height = frame.size
         rate, change = round(width * height / seconds) if seconds > 0 else 0, None
         if refinement is not None:
@@ -227,7 +227,8 @@ class Scheduler(threading.Thread):
             plane = frame[view.channel] if is_exact else reduced(frame[view.channel])
             header, data = pack(view.channel, plane, level=6 if is_finished else 1)
             fields |= {"encoding": "plane", "plane": header, "exact": is_exact or plane.dtype.kind == "i"}
-            connection.is_plane_due &= not is_exact
+            if is_exact:
+                connection.mark_exact_sent()
         self._send(session, view, version, fields, [data], seconds)
 
     def _send(

@@ -154,7 +154,7 @@ class WorldBuilding(WorldContents):
         """
         files = FileResolver(Path(path), folder, packages)
         if name is not None and (not isinstance(name, str) or not name):
-            raise WorldError(f"a robot's name must be a string, got {name!r}")
+            raise WorldError(f"a robot's name must be a string, got {name!r}", code="wrong_type")
         models = read_robots(path, files, xacro_args)
         if len(models) > 1:
             names = ", ".join(model.description.name for model in models[:10])

@@ -39,7 +39,7 @@ def expand_joint_keyframes(world: WorldContents, description: Mapping[str, Any])
     others = [frame for frame in frames if "robot" not in frame]
     fps = real("video.fps", description.get("fps", 24.0), error=WorldError)
     if not fps > 0:
-        raise WorldError(f"video.fps must be positive, got {fps:g}")
+        raise WorldError(f"video.fps must be positive, got {fps:g}", code="out_of_range")
     names = list(dict.fromkeys(frame["robot"] for frame in frames if "robot" in frame))
     expanded: list[dict[str, Any]] = []
     for name in names:
@@ -59,7 +59,8 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
         joints = frame.get("joints")
         if not isinstance(joints, Mapping):
             raise WorldError(
-                f"video.keyframe: joints must be a table of joint names and values, got {joints!r}"
+                f"video.keyframe: joints must be a table of joint names and values, got {joints!r}",
+                code="wrong_type",
             )
         time = real("video.keyframe.time", frame.get("time"), what="seconds", error=WorldError)
         for joint, value in joints.items():
@@ -71,7 +72,8 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
     if len(times) * len(robot._parts) > MAX_KEYFRAMES:
         raise WorldError(
             f"video.keyframe: robot {robot.name!r} requires more than {MAX_KEYFRAMES} object keyframes; "
-            "shorten the video or lower its fps"
+            "shorten the video or lower its fps",
+            code="too_large",
         )
     vectors = np.tile(robot._values, (len(times), 1))
     for joint, track in tracks.items():
@@ -100,7 +102,8 @@ def _moved_objects(robot: Robot, times: Floats, vectors: Floats) -> list[dict[st
         if np.linalg.det(matrices[0, :3, :3]) < 0:
             raise WorldError(
                 f"object {name!r} is mirrored (a mesh with a negative scale), and keyframes cannot move mirrored"
-                " objects; use render_many(joints=...), or mirror the mesh file"
+                " objects; use render_many(joints=...), or mirror the mesh file",
+                code="unsupported_feature",
             )
         found += [
             {"time": float(time), "object": name, "matrix": matrix, "interpolation": "linear"}
@@ -137,7 +140,8 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     if not names or names[0].lower() not in ("time", "t"):
         raise WorldError(
-            f'{path}:1: expected the header "time, JOINT, ...", got {lines[0] if lines else ""!r}'
+            f'{path}:1: expected the header "time, JOINT, ...", got {lines[0] if lines else ""!r}',
+            code="missing_value",
         )
     rows = []
     for number, line in enumerate(lines[1:], start=2):
@@ -147,7 +151,8 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
             row = []
         if len(row) != len(names):
             raise WorldError(
-                f"{path}:{number}: expected {len(names)} numbers separated by commas, got {line!r}"
+                f"{path}:{number}: expected {len(names)} numbers separated by commas, got {line!r}",
+                code="wrong_shape",
             )
         rows.append(row)
     table = floats(os.fspath(path), rows, ("n", len(names)), error=WorldError)

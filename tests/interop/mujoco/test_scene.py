@@ -113,7 +113,7 @@ def test_other_objects_and_data_of_another_model_raise() -> None:
         raycam.from_mujoco({})
     scene = raycam.from_mujoco(mujoco.MjModel.from_xml_string(FLAT))
     other = mujoco.MjData(mujoco.MjModel.from_xml_string(ROUND))
-    with raises(raycam.WorldError, code="invalid_world", mentions=["4", "6"]):
+    with raises(raycam.WorldError, code="wrong_shape", mentions=["4", "6"]):
         scene.update(other)
 
 

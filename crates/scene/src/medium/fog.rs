@@ -27,13 +27,13 @@ impl Fog {
         check_coefficients("extinction", self.extinction)?;
         if !self.albedo.iter().all(|v| (0.0..=1.0).contains(v)) {
             let message = format!("{:?}: expected 0 to 1", self.albedo);
-            return Err(SceneError::schema("albedo", ErrorCode::OutOfRange.message(message)));
+            return Err(SceneError::schema(ErrorCode::OutOfRange, "albedo", message));
         }
         check_mean_cosine(self.g)?;
         match self.height {
             Some(height) if !height.is_finite() => {
                 let message = format!("{height}: expected a finite coordinate; leave it out for fog everywhere");
-                Err(SceneError::schema("height", ErrorCode::OutOfRange.message(message)))
+                Err(SceneError::schema(ErrorCode::OutOfRange, "height", message))
             }
             _ => Ok(()),
         }

@@ -44,7 +44,7 @@ pub(crate) fn check_coefficients(key: &str, rgb: Rgb) -> Result<()> {
         return Ok(());
     }
     let message = format!("{rgb:?}: expected numbers per metre that are finite and >= 0");
-    Err(SceneError::schema(key, ErrorCode::OutOfRange.message(message)))
+    Err(SceneError::schema(ErrorCode::OutOfRange, key, message))
 }
 
 /// The mean cosine of scattering angles, between -1 and 1.
@@ -53,5 +53,5 @@ pub(crate) fn check_mean_cosine(g: f32) -> Result<()> {
         return Ok(());
     }
     let message = format!("{g}: expected a number between -1 and 1, the mean cosine of the scattering angle");
-    Err(SceneError::schema("g", ErrorCode::OutOfRange.message(message)))
+    Err(SceneError::schema(ErrorCode::OutOfRange, "g", message))
 }

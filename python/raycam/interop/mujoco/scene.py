@@ -89,7 +89,8 @@ class MujocoScene:
         if len(data.geom_xpos) != self.model.ngeom or len(data.cam_xpos) != self.model.ncam:
             raise WorldError(
                 f"data belongs to another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, "
-                f"expected {self.model.ngeom} and {self.model.ncam}"
+                f"expected {self.model.ngeom} and {self.model.ncam}",
+                code="wrong_shape",
             )
         if self.model.ngeom and not np.any(data.geom_xmat):
             raise WorldError(

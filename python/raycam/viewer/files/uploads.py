@@ -68,7 +68,9 @@ class Uploads:
             self._sizes[name], self._received[name] = size, 0
         if self._received.get(name) != offset or self._sizes[name] != size or offset + len(piece) > size:
             self._drop(name)
-            raise SettingsError(f"{name}: a piece is missing or too long; drop the file again")
+            raise SettingsError(
+                f"{name}: a piece is missing or too long; drop the file again", code="wrong_shape"
+            )
         with self._file(name, "wb" if offset == 0 else "ab") as file:
             file.write(piece)
         self._received[name] = offset + len(piece)
@@ -114,7 +116,7 @@ class Uploads:
                 code="unknown_format",
             )
         if name not in self._sizes or self._received[name] != self._sizes[name]:
-            raise SettingsError(f"{name} was not uploaded completely; drop it again")
+            raise SettingsError(f"{name} was not uploaded completely; drop it again", code="truncated_file")
         return self._unpack(name) if name.lower().endswith(ARCHIVE) else name
 
     def close(self) -> None:
@@ -178,7 +180,9 @@ class Uploads:
             return path.open(mode)
         except OSError as error:
             self._drop(name)
-            raise SettingsError(f"{name}: cannot store this file ({error.strerror})") from None
+            raise SettingsError(
+                f"{name}: cannot store this file ({error.strerror})", code="storage"
+            ) from None
 
     def _drop(self, name: str) -> None:
         self._sizes.pop(name, None)

@@ -255,7 +255,9 @@ class Session:
 
     def _require_open(self) -> None:
         if not self.allows_open:
-            raise SettingsError("this view cannot open files: start it with --allow-open (allow_open=True)")
+            raise SettingsError(
+                "this view cannot open files: start it with --allow-open (allow_open=True)", code="read_only"
+            )
 
     # Messages ---------------------------------------------------------------------------------------------
 
@@ -324,8 +326,7 @@ class Session:
                 self.images.show_moving_again()
 
     def _send_planes(self, message: messages.Planes) -> None:
-        if message.wanted != self.connection.wants_planes:
-            self.connection.wants_planes = self.connection.is_plane_due = message.wanted
+        if self.connection.request_planes(message.wanted):
             with self.lock:
                 self.images.show_again()
 

@@ -39,12 +39,12 @@ impl FogSpec {
             (None, Some(extinction)) => rgb(extinction),
             (None, None) => {
                 let message = "the fog has no density; give visibility in metres or extinction per metre";
-                return Err(SceneError::schema("", ErrorCode::MissingValue.message(message)));
+                return Err(SceneError::schema(ErrorCode::MissingValue, "", message));
             }
             (Some(_), Some(_)) => {
                 let message =
                     "visibility and extinction are both given; give one of them (extinction = ln 20 / visibility)";
-                return Err(SceneError::schema("extinction", ErrorCode::ConflictingValues.message(message)));
+                return Err(SceneError::schema(ErrorCode::ConflictingValues, "extinction", message));
             }
         };
         let fog = Fog {
@@ -64,5 +64,5 @@ fn check_visibility(visibility: f64) -> Result<f64> {
         return Ok(visibility);
     }
     let message = format!("{visibility}: expected a finite number of metres > 0");
-    Err(SceneError::schema("visibility", ErrorCode::OutOfRange.message(message)))
+    Err(SceneError::schema(ErrorCode::OutOfRange, "visibility", message))
 }
