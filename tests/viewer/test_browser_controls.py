@@ -54,7 +54,7 @@ def said(tab: Tab) -> str:
 def test_status_shows_rate_triangles_and_connection(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     until(lambda: session.images.refinement_of(session.view).change is not None)
-    tab.wait("document.getElementById('status-change').textContent.includes(' % since ')")
+    tab.wait("document.getElementById('status-change').textContent.includes(' % changed since ')")
     assert text_of(tab, "status-rate").endswith(" M samples/s")
     assert text_of(tab, "status-world") == "14 triangles"
     assert text_of(tab, "status-connection") == "connected"

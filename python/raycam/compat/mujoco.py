@@ -165,13 +165,15 @@ class Renderer:
 
     def _depth(self, camera: Camera) -> npt.NDArray[Any]:
         depth = render(self._scene.world, camera, channels=["depth"])["depth"]
-        far = float(self._model.vis.map.zfar * self._model.stat.extent)
-        return np.where(np.isfinite(depth) & (depth > 0), np.minimum(depth, far), far).astype(np.float32)
+        far = np.float32(self._model.vis.map.zfar * self._model.stat.extent)
+        # The depth of the background is infinite, and NaN where the camera has no ray.
+        return np.asarray(np.fmin(depth, far), np.float32)
 
     def _segmentation(self, camera: Camera) -> npt.NDArray[Any]:
         instance = render(self._scene.world, camera, channels=["instance"])["instance"]
-        elements = np.array([*self._scene.elements, (-1, -1)], np.int32)
-        return np.ascontiguousarray(elements[instance][..., ::-1])
+        # The last row is for the background, whose instance is -1.
+        elements = np.array([*self._scene.elements, (-1, -1)], np.int32)[:, ::-1]
+        return elements.take(instance, axis=0, mode="wrap")
 
     def enable_depth_rendering(self) -> None:
         """Makes `render` return depth."""

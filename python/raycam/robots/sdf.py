@@ -34,6 +34,8 @@ JOINTS: dict[str, JointType] = {
 }
 UNLIMITED = 1e15
 """Limits from which a revolute joint turns without end."""
+PBR_VALUES = {"roughness": "roughness", "metalness": "metallic"}
+"""Numbers of `<pbr><metal>`, and the fields of `Material`."""
 SILENT = {
     "pose", "link", "joint", "frame", "model", "include", "static", "self_collide", "allow_auto_disable", "enable_wind",
     "plugin", "name", "uri", "gripper", "placement_frame", "physics", "gravity", "magnetic_field", "atmosphere",
@@ -471,12 +473,35 @@ def _material(document: _Document, part: Element) -> Material:
             raise document.fail(color, "colours must be between 0 and 1", "out_of_range")
         opacity = values[3] if len(values) == 4 else 1.0
         rgba = (values[0], values[1], values[2], opacity)
-    texture = None
+    emissive = element.find("emissive")
+    emission = None if emissive is None else _color(document, emissive)
+    texture: str | None = None
+    factors: dict[str, float] = {}
     for pbr in element.find_all("pbr"):
         for flow in pbr.children:
             albedo = flow.find("albedo_map")
             texture = texture or (None if albedo is None else _located(document, albedo.text.strip()))
-            document.ignored.update(
-                f"pbr/{child.tag}" for child in flow.children if child.tag != "albedo_map"
-            )
-    return Material("", rgba, texture)
+            for child in flow.children:
+                if flow.tag == "metal" and child.tag in PBR_VALUES:
+                    factors[PBR_VALUES[child.tag]] = _fraction(document, child)
+                elif child.tag != "albedo_map":
+                    document.ignored[f"pbr/{child.tag}"] += 1
+    return Material("", rgba, texture, emission=emission if emission and any(emission) else None, **factors)
+
+
+def _color(document: _Document, element: Element) -> tuple[float, float, float]:
+    """Red, green and blue between 0 and 1; a fourth number is ignored, as in Gazebo."""
+    count = 3 if len(element.text.split()) == 3 else 4
+    red, green, blue = read_numbers(element, count, document.fail)[:3]
+    if not all(0 <= value <= 1 for value in (red, green, blue)):
+        raise document.fail(element, "colours must be between 0 and 1", "out_of_range")
+    return red, green, blue
+
+
+def _fraction(document: _Document, element: Element) -> float:
+    (value,) = read_numbers(element, 1, document.fail)
+    if not 0 <= value <= 1:
+        raise document.fail(
+            element, f"<{element.tag}> must be between 0 and 1, got {value:g}", "out_of_range"
+        )
+    return value

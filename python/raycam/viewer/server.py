@@ -230,8 +230,11 @@ class Server:
             hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
             if not isinstance(hello, Hello):
                 raise BadMessage("the first message must be hello")
-        except (BadMessage, TimeoutError) as error:
-            await connection.close(POLICY_VIOLATION, str(error) or "the first message must be hello")
+        except TimeoutError:  # a page on a slow machine: it connects again
+            await connection.close(GOING_AWAY, f"no hello within {HANDSHAKE_TIME:g} s")
+            return None
+        except BadMessage as error:
+            await connection.close(POLICY_VIOLATION, str(error))
             return None
         session = self._session(hello.session)
         if session is None:

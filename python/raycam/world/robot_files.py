@@ -285,6 +285,12 @@ class _Builder:
                         "ignored_transparency",
                     )
                 )
+        surface = {"roughness": material.roughness, "metallic": material.metallic}
+        stated = {name: value for name, value in surface.items() if value is not None}
+        if stated:
+            keys |= {"type": "principled", **stated}
+        if material.emission is not None:
+            keys["emission"] = linear_from_srgb(np.array(material.emission))
         if material.texture is not None:
             try:
                 keys["texture"] = self._files.find(material.texture)
