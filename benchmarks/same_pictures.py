@@ -207,7 +207,7 @@ def pictures(raycam: Any, folder: Path, models: list[Path]) -> Iterator[tuple[st
     yield (
         "noise",
         lambda: raycam.render(
-            world, camera, integrator="path", **noise_option(raycam), channels=["color", "error"]
+            world, camera, integrator="path", noise_threshold=0.005, channels=["color", "error"]
         ),
     )
     yield (
@@ -227,14 +227,6 @@ def pictures(raycam: Any, folder: Path, models: list[Path]) -> Iterator[tuple[st
                 channels="all",
             ),
         )
-
-
-def noise_option(raycam: Any) -> dict[str, float]:
-    """The option under the name that the build knows."""
-    import inspect
-
-    known = inspect.signature(raycam.render).parameters
-    return {"noise_threshold" if "noise_threshold" in known else "noise": 0.005}
 
 
 def digest(frame: Any) -> dict[str, str]:

@@ -122,18 +122,18 @@ def change_message(data: bytes) -> Callable[[Path], None]:
 GOOD = state(1, ["a"], [0.5])
 FAULTS: dict[str, tuple[str, Callable[[Path], None], Any]] = {
     "text": ("mcap", damage_text, fault("unknown_format", "MCAP or SQLite")),
-    "cut": ("db3", cut_half, fault(None, ".db3")),
-    "cut mcap": ("mcap", cut_half, fault(None, ".mcap")),
-    "cut message": ("db3", change_message(GOOD[:30]), fault(None, "/joint_states", "30")),
-    "huge count": ("db3", change_message(GOOD[:12] + b"\xff" * 8), fault(None, "/joint_states")),
-    "other encoding": ("db3", change_message(b"\0\7\0\0" + GOOD[4:]), fault(None, "00070000")),
+    "cut": ("db3", cut_half, fault("damaged_data", ".db3")),
+    "cut mcap": ("mcap", cut_half, fault("damaged_data", ".mcap")),
+    "cut message": ("db3", change_message(GOOD[:30]), fault("truncated_file", "/joint_states", "30")),
+    "huge count": ("db3", change_message(GOOD[:12] + b"\xff" * 8), fault("truncated_file", "/joint_states")),
+    "other encoding": ("db3", change_message(b"\0\7\0\0" + GOOD[4:]), fault("wrong_format", "00070000")),
     "not a number": (
         "db3",
         change_message(state(1, ["a"], [np.nan])),
         fault("out_of_range", "/joint_states"),
     ),
-    "lengths": ("db3", change_message(state(1, ["a", "b"], [1])), fault(None, "2 names and 1")),
-    "empty": ("db3", change_message(b""), fault(None, "/joint_states")),
+    "lengths": ("db3", change_message(state(1, ["a", "b"], [1])), fault("damaged_data", "2 names and 1")),
+    "empty": ("db3", change_message(b""), fault("wrong_format", "/joint_states")),
 }
 
 

@@ -87,7 +87,8 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
         }
     }
     for light in &mut world.lights {
-        if let Light::Environment { image: FileRef { content: Some(image), .. }, .. } = light
+        if let Light::Environment { image: FileRef { content: Some(image), .. }, .. }
+        | Light::Projector { image: FileRef { content: Some(image), .. }, .. } = light
             && let Some(found) = decoded(image)?
         {
             *image = found;

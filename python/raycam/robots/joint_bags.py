@@ -147,7 +147,9 @@ def _mcap_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
                 if schema is not None and schema.name == JOINT_STATE and channel.message_encoding == "cdr":
                     yield channel.topic, message.data, message.log_time
         except (McapError, struct.error, ValueError, EOFError, KeyError) as error:
-            raise FormatError(f"{path}: damaged MCAP file: {type(error).__name__}: {error}") from None
+            raise FormatError(
+                f"{path}: damaged MCAP file: {type(error).__name__}: {error}", code="damaged_data"
+            ) from None
 
 
 def _mcap_topics(path: Path, summary: Any) -> list[str] | None:
@@ -176,12 +178,14 @@ def _sqlite_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
         try:
             for topic, data, time in connection.execute(query, (JOINT_STATE, MAX_MESSAGE_BYTES)):
                 if not isinstance(topic, str) or not isinstance(data, bytes) or not isinstance(time, int):
-                    raise FormatError(f"{path}: the table of messages has values of wrong types")
+                    raise FormatError(
+                        f"{path}: the table of messages has values of wrong types", code="damaged_data"
+                    )
                 yield topic, data, time
         finally:
             connection.close()
     except sqlite3.Error as error:
-        raise FormatError(f"{path}: not a readable bag: {error}") from None
+        raise FormatError(f"{path}: not a readable bag: {error}", code="damaged_data") from None
 
 
 class _Reader:
@@ -189,7 +193,10 @@ class _Reader:
 
     def __init__(self, data: bytes, where: str) -> None:
         if len(data) < 4 or data[0] != 0 or data[1] not in (0, 1):
-            raise FormatError(f"{where}: expected a message in plain CDR, got the header {data[:4].hex()}")
+            raise FormatError(
+                f"{where}: expected a message in plain CDR, got the header {data[:4].hex()}",
+                code="wrong_format",
+            )
         self._data, self._place, self._where = data, 4, where
         self._order = "<" if data[1] == 1 else ">"
 
@@ -199,7 +206,9 @@ class _Reader:
         self._place += -(self._place - 4) % size if count else 0
         end = self._place + size * count
         if end > len(self._data):
-            raise FormatError(f"{self._where}: a message ends after {len(self._data)} of {end} bytes")
+            raise FormatError(
+                f"{self._where}: a message ends after {len(self._data)} of {end} bytes", code="truncated_file"
+            )
         found = struct.unpack_from(f"{self._order}{count}{kind}", self._data, self._place)
         self._place = end
         return found
@@ -217,14 +226,19 @@ class _Reader:
 def _decode(data: bytes, logged: int, where: str) -> _State:
     """A `JointState`; its time is that of the recorder if the header has none."""
     if len(data) > MAX_MESSAGE_BYTES:
-        raise FormatError(f"{where}: a message of {len(data)} bytes; the limit is {MAX_MESSAGE_BYTES}")
+        raise FormatError(
+            f"{where}: a message of {len(data)} bytes; the limit is {MAX_MESSAGE_BYTES}",
+            code="budget_exceeded",
+        )
     reader = _Reader(data, where)
     seconds, nanoseconds = int(reader.numbers("i", 1)[0]), reader.count()
     reader.text()
     names = [reader.text() for _ in range(reader.count())]
     positions = reader.numbers("d", reader.count())
     if positions and len(positions) != len(names):
-        raise FormatError(f"{where}: a message has {len(names)} names and {len(positions)} positions")
+        raise FormatError(
+            f"{where}: a message has {len(names)} names and {len(positions)} positions", code="damaged_data"
+        )
     if not np.isfinite(positions).all():
         raise FormatError(f"{where}: positions must be finite numbers", code="out_of_range")
     return _State(seconds * 10**9 + nanoseconds or logged, names, positions)

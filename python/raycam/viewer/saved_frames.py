@@ -16,7 +16,7 @@ import numpy.typing as npt
 from .. import _core
 from ..camera import Camera
 from ..errors import CameraError, FormatError, Notice
-from ..render.frame import CHANNELS, Frame
+from ..render.frame import CHANNELS, Frame, channel_form, is_channel, is_pass
 
 __all__ = ["ENDINGS", "is_frame", "load_frame"]
 
@@ -64,7 +64,8 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
         raise FormatError(
             f"{os.fspath(path)}: not an .npz file written by raycam", code="unknown_format"
         ) from None
-    channels = {name: arrays[name] for name in CHANNELS if name in arrays}
+    names = [*(name for name in CHANNELS if name in arrays), *filter(is_pass, arrays)]
+    channels = {name: arrays[name] for name in dict.fromkeys(names)}
     if not channels or "size" not in arrays or "region" not in arrays:
         raise FormatError(
             f"{os.fspath(path)}: this .npz file does not contain a frame of raycam", code="wrong_format"
@@ -72,7 +73,7 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
     width, height = (int(side) for side in arrays["size"])
     x, y, columns, rows = (int(side) for side in arrays["region"])
     for name, array in channels.items():
-        if array.shape[:2] != (rows, columns) or array.dtype != CHANNELS[name][0]:
+        if array.shape[:2] != (rows, columns) or array.dtype != channel_form(name)[0]:
             raise FormatError(
                 f"{os.fspath(path)}: {name} is {array.dtype.name} {list(array.shape)}", code="wrong_shape"
             )
@@ -93,7 +94,7 @@ def _load_exr(path: str | os.PathLike[str]) -> Frame:
     notices += [
         Notice("the values are float32, because EXR files cannot contain float64", "rounded_values", [name])
         for name, array in planes.items()
-        if name in CHANNELS and CHANNELS[name][0] != array.dtype
+        if is_channel(name) and channel_form(name)[0] != array.dtype
     ]
     camera = _camera(path, notes["raycam.camera"]) if "raycam.camera" in notes else None
     return Frame(planes, camera=camera, size=size, region=region, notices=notices)
@@ -200,7 +201,7 @@ def _joined(layer: str, letters: str) -> str:
 
 def _fits(name: str, array: npt.NDArray[Any]) -> bool:
     """True if the array has the form of the channel of this name, except for the precision of floats."""
-    if name not in CHANNELS:
+    if not is_channel(name):
         return False
-    dtype, components = CHANNELS[name]
+    dtype, components = channel_form(name)
     return array.dtype.kind == dtype.kind and array.shape[2:] == ((components,) if components > 1 else ())

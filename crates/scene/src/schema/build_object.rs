@@ -56,7 +56,7 @@ impl ObjectSpec {
         self.check_material(&keys, self.mesh.is_some() || self.instance_of.is_some())?;
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
         let name = self.object_name(kind)?;
-        let (visible, shadow_catcher) = (self.visible.unwrap_or(true), self.shadow_catcher.unwrap_or(false));
+        let (visible, shadow_catcher) = (self.visible.take(), self.shadow_catcher.unwrap_or(false));
         self.lidar.as_ref().map_or(Ok(()), LidarSurface::validate)?;
         let mut lidar = self.lidar;
         let mut category = self.category.take().map(|Category(name)| name);
@@ -91,17 +91,12 @@ impl ObjectSpec {
                 (mesh, materials)
             }
         };
-        Ok(world.add_object(Object {
-            name,
-            category,
-            mesh,
-            materials,
-            world_from_mesh,
-            scale_shear: shape,
-            visible,
-            shadow_catcher,
-            lidar,
-        })?)
+        let placed = Object::new(name, mesh, materials, world_from_mesh);
+        let mut object = Object { category, scale_shear: shape, shadow_catcher, lidar, ..placed };
+        if let Some(visible) = visible {
+            visible.apply(&mut object);
+        }
+        Ok(world.add_object(object)?)
     }
 
     /// Materials of another object, with the changes of this description, added to the world.

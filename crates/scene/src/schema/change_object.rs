@@ -72,7 +72,9 @@ impl ObjectSpec {
         };
         Some(world.check_object(id).and(place).map(|place| {
             let object = &mut world.objects[id];
-            object.visible = self.visible.unwrap_or(object.visible);
+            if let Some(visible) = self.visible {
+                visible.apply(object);
+            }
             if let Some((world_from_mesh, scale_shear)) = place {
                 (object.world_from_mesh, object.scale_shear) = (world_from_mesh, scale_shear);
                 world.release_object(id);
@@ -126,7 +128,9 @@ impl ObjectSpec {
         if let Some(Category(category)) = self.category.take() {
             object.category = Some(category);
         }
-        object.visible = self.visible.unwrap_or(object.visible);
+        if let Some(visible) = self.visible.take() {
+            visible.apply(object);
+        }
         object.shadow_catcher = self.shadow_catcher.unwrap_or(object.shadow_catcher);
         object.lidar = self.lidar.or(object.lidar);
         if let Some((world_from_mesh, scale_shear)) = place {

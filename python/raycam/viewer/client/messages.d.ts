@@ -196,7 +196,7 @@ export interface Redo {
 /** Chooses the channel that is shown. */
 export interface Channel {
   type: "channel";
-  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "transmittance" | "error";
+  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "transmittance" | "emission" | "direct" | "indirect" | "diffuse" | "specular" | "volume" | "roughness" | "metallic" | "nocs" | "projector_uv" | "error";
 }
 
 /** Sets exposure (stops) and view transform of the saved and the moving images. */

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::DAffine3;
 use raycam_scene::animation::NodeLight;
-use raycam_scene::{ErrorCode, Light, NoticeCode};
+use raycam_scene::{ErrorCode, Light, LightTraits, NoticeCode};
 
 use crate::error::Result;
 use crate::gltf::json::extensions::Spot;
@@ -70,6 +70,7 @@ impl Builder<'_, '_> {
                     intensity: Some(power),
                     inner: inner.to_degrees(),
                     outer: outer.to_degrees(),
+                    radius: 0.0,
                 }
             }
             kind => {
@@ -81,7 +82,16 @@ impl Builder<'_, '_> {
         };
         let added = self.world.add_light(light.clone());
         let added = added.map_err(|error| document.scene(&place, error))?;
+        self.name_light(added, node);
         Ok(Some(NodeLight { light: added, node, definition: index, base: light, color, intensity }))
+    }
+
+    /// Names a light like its node, if no other light has this name.
+    fn name_light(&mut self, light: usize, node: usize) {
+        let name = self.document.root.nodes.get(node).map(|node| node.name.clone());
+        let traits = LightTraits { name: name.filter(|name| !name.is_empty()), ..LightTraits::default() };
+        // The default name remains if another light has the node's name.
+        let _ = self.world.set_light_traits(light, traits);
     }
 
     /// Inner and outer angle of a spot in radians, clamped to 0 <= inner <= outer <= pi/2. Blender writes equal angles,
