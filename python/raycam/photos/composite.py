@@ -187,7 +187,8 @@ def _adjustments(
         return corner, np.zeros((len(unknowns), 3))
 
     def every(unknown: Ints) -> Ints:
-        return np.tile(unknown, (len(EDGE_PLACES), 1))[known]
+        repeated: Ints = np.tile(unknown, (len(EDGE_PLACES), 1))[known]
+        return repeated
 
     links = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2)[faces.view >= 0].reshape(-1, 2)
     seam_samples = SeamSamples(
