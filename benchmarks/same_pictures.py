@@ -3,7 +3,8 @@
     python benchmarks/same_pictures.py --against PYTHON [--isa avx512 avx2 portable] [--models FOLDER ...]
 
 PYTHON is an interpreter that has the other build. Each build renders the same list of pictures in a process of its own,
-once per instruction set; a picture counts as different if one byte of one channel differs. Exit status 1 if any does.
+once per instruction set; a picture counts as different if one byte of a channel
+that both builds have differs. Exit status 1 if any does.
 The list holds the scenes of the path-tracing benchmark, all materials, lights and lenses, textures, cameras that move,
 and every glTF, OBJ, PLY, STL and OFF file below the folders given.
 """
@@ -289,9 +290,14 @@ def main() -> None:
                 print(f"{isa}: this processor lacks it")
                 continue
             print(isa, mine.pop("build")["raycam"], "and", other.pop("build")["raycam"])
-            names = [name for name in {**mine, **other} if mine.get(name) != other.get(name)]
-            for name in names:
-                print(f"  {name}: {mine.get(name)} and {other.get(name)}")
+            names = []
+            for name in {**mine, **other}:
+                here, there = mine.get(name, {}), other.get(name, {})
+                both = here.keys() & there.keys()
+                wrong = sorted(channel for channel in both if here[channel] != there[channel])
+                if wrong or not both:
+                    names.append(name)
+                    print(f"  {name}: {', '.join(wrong) or f'{here} and {there}'}")
             failed = sum("error" in result and len(result) == 1 for result in mine.values())
             print(f"{isa}: {len(mine)} pictures ({failed} refused by both), {len(names)} differ", flush=True)
             different += len(names)
