@@ -26,8 +26,7 @@ def storms(folder: Path, count: int, pause: float) -> list[Row]:
         (folder / f"storm{seed}").mkdir()
         pool = connected(f"local:{WORKERS}")
         try:
-            # The other three workers render a frame in half a second, so the job lasts longer than
-            # the pause.
+            # The other three workers render a frame in half a second, so the job takes longer than the pause.
             seen = storm(
                 folder / f"storm{seed}",
                 pool,

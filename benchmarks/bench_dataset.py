@@ -64,8 +64,9 @@ def work(name: str, frames: int) -> None:
     def progress(done: int, total: int, failed: int) -> None:
         if done in (total // 8, total // 2, total):
             peaks[done] = peak()
-            # Resets the peak memory, so that it is that of the following part.
-            Path("/proc/self/clear_refs").write_text("5")
+            Path("/proc/self/clear_refs").write_text(
+                "5"
+            )  # resets the peak, so that it belongs to the next part
 
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
@@ -74,7 +75,7 @@ def work(name: str, frames: int) -> None:
         )
         seconds = time.perf_counter() - start
     _, early, late = peaks.values()
-    growth = max(late, peak()) / early - 1  # the last peak belongs to the index files
+    growth = max(late, peak()) / early - 1  # the second peak includes the index files
     print(json.dumps({"seconds": seconds, "growth": growth, "peak": max(*peaks.values(), peak())}))
 
 

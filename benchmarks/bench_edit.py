@@ -35,7 +35,7 @@ def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -
             start = time.process_time()
             for i in range(count):
                 call(number * count + i)
-            if number:  # the first round builds the acceleration structures
+            if number:  # the first round includes building and is not counted
                 best[k] = min(best[k], time.process_time() - start)
     return [1e6 * seconds / count for seconds, (_, count) in zip(best, calls, strict=True)]
 
@@ -94,7 +94,7 @@ def rows(rounds: int, calls: int) -> list[list[str]]:
             depth(world)
 
         few = max(3, calls // 20) if "1,000" in name else calls
-        other = world.copy()  # the world itself is not edited
+        other = world.copy()  # the world itself is not changed
         loops: list[Callable[[int], object]] = [
             lambda i, w=world: depth(w, i),
             lambda i, w=world: depth(w.at(i % 60 + 0.5)),

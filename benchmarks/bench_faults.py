@@ -25,7 +25,7 @@ from cluster_faults import WORLD
 from job_frames import check_intact, results
 
 FRAMES = 40
-# Root ignores file permissions unless this capability is removed.
+# The super-user ignores file permissions, so the process gives up this capability.
 HELD_TO_PERMISSIONS = ["setpriv", "--bounding-set=-dac_override", "--inh-caps=-dac_override"]
 
 

@@ -19,7 +19,7 @@ import report
 SIZE = (1024, 768)
 EYE, TARGET, FOV = (2.3, 1.4, 1.0), (0.0, 0.0, 0.0), 45.0
 Picture = Callable[[], object]
-# Added to K for tools whose first pixel centre is at (0.5, 0.5).
+# Added to K for renderers in which the centre of the first pixel is at (0.5, 0.5).
 HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
 
 

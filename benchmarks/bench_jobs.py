@@ -32,8 +32,9 @@ def kills(folder: Path, count: int) -> list[Row]:
     rows = []
 
     def recover(one: Path) -> tuple[int, int]:
-        # Raises an error if a final file is damaged or a frame is missing.
-        finished = check_intact(one, whole)
+        finished = check_intact(
+            one, whole
+        )  # raises an error if a final file is damaged or a frame is missing
         pool = Pool()
         Job(one, plan).run(pool)
         if len(pool.made) != 8 - finished or results(one) != whole:
@@ -89,7 +90,7 @@ def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
     one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
     job = Job(folder / name.replace(" ", "-"), one)
     with make_pool(where, threads=1) as pool:  # type: ignore[arg-type]
-        job.run(pool, frames=range(8))  # starts the workers
+        job.run(pool, frames=range(8))  # starts the workers before the measurement
         start = time.perf_counter()
         job.run(pool)
         seconds = time.perf_counter() - start
@@ -153,7 +154,7 @@ def scaling(folder: Path, rounds: int, frames: int, samples: int) -> Row:
     scene.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5])
     scene.add_light({"type": "sky", "radiance": [1, 1, 1]})
     scene.add_camera(raycam.Camera.look_at([3, -2, 2], [0, 0, 0], size=(480, 360), fov=45))
-    # The camera does not move, so that every round renders the same image.
+    # The camera does not move, so that every round does the same work.
     scene.set_video(fps=frames * (rounds + 1), seconds=1.0)
     package = VideoPlan(scene, samples=samples).package()
     seconds: dict[int, list[float]] = {1: [], 2: []}
@@ -165,8 +166,9 @@ def scaling(folder: Path, rounds: int, frames: int, samples: int) -> Row:
                 part = range(number * frames, (number + 1) * frames)
                 Job(folder / f"scale{count}", package).run(pool, frames=part)
                 seconds[count].append(time.perf_counter() - start)
-    # The first round includes the start of the workers.
-    best = {count: min(times[1:]) for count, times in seconds.items()}
+    best = {
+        count: min(times[1:]) for count, times in seconds.items()
+    }  # the first round includes starting the workers
     return [
         f"2 workers beside 1, frames of {best[1] / frames:.2f} s",
         f"{rounds} rounds of {frames} frames in turn, the best of each",

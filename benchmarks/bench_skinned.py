@@ -22,7 +22,7 @@ def film(model: str, samples: int, threads: int | None = None):
     from raycam.video import VideoPlan
 
     world = raycam.load(model)
-    # A turntable would move the camera; here the camera is fixed and the animation plays.
+    # A turntable would move the camera; here the camera rests and the animation plays.
     lower, upper = world.bounds
     middle = (lower + upper) / 2
     away = middle + np.array([1.0, 0.3, 0.7]) * (upper - lower).max() * 1.6
@@ -78,7 +78,9 @@ def pyrender_frames(shapes: str) -> None:
         vertices, K, world_from_gl = arrays["vertices"], arrays["K"], arrays["world_from_gl"]
         model = str(arrays["model"])
     mesh = next(iter(trimesh.load(model, process=False).geometry.values()))
-    corners = mesh.faces.reshape(-1)  # each triangle has its own corners, in raycam's order
+    corners = mesh.faces.reshape(
+        -1
+    )  # one vertex for each corner of each triangle, in the same order as in raycam
     material = pyrender.MetallicRoughnessMaterial(
         baseColorTexture=mesh.visual.material.baseColorTexture, metallicFactor=0.0
     )

@@ -74,7 +74,7 @@ def main() -> None:
         commands = ours | theirs
         seconds: dict[str, list[float | None]] = {name: [] for name in commands}
         for command in commands.values():
-            process_seconds(command)  # loads all files into the page cache and compiles .pyc files
+            process_seconds(command)  # fills the page cache and compiles .pyc files
         for _ in range(options.rounds):
             for name, command in commands.items():
                 seconds[name].append(process_seconds(command))

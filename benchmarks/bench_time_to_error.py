@@ -75,7 +75,7 @@ def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]
     images: dict[str, list[list[Array]]] = {key: [] for key in pictures}
     times: dict[str, list[float]] = {key: [] for key in pictures}
     for samples in LADDER:
-        # Some renderers compile code for each number of samples.
+        # Some renderers compile kernels for each number of samples.
         for picture in pictures.values():
             picture(samples, 0)
         found = [

@@ -37,8 +37,8 @@ from support.viewer_client import Client
 
 SAMPLES = 16
 VIEWS = [(640, 480), (1280, 720)]
-RATE = 60  # camera moves per second
-PATIENCE = 100  # maximum seconds of a part of the measurement
+RATE = 60  # moves per second
+PATIENCE = 100  # seconds, the maximum for one part of the measurement
 RIVALS = ("viser", "f3d", "open3d")
 SOFTWARE = (
     "--use-gl=angle",
@@ -134,7 +134,7 @@ class Served:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.process.kill()  # first, so that no socket waits for a closing handshake
+        self.process.kill()  # killed first, so that closing the socket does not wait for the server
         self.process.wait(30)
         self._opened.close()
 
@@ -177,7 +177,7 @@ def one(text: str) -> Row:
     return [text, "", ""]
 
 
-# On the socket --------------------------------------------------------------------------------------------
+# Clients of the socket ------------------------------------------------------------------------------------
 
 
 def still(client: Client, samples: int) -> None:
@@ -263,7 +263,7 @@ def on_the_socket(path: Path, size: tuple[int, int], seconds: float) -> list[Row
         return [*rows, ["memory of its session", *one(f"{served.memory() - before:.0f} MiB")]]
 
 
-# In the page ----------------------------------------------------------------------------------------------
+# Pages in a browser ---------------------------------------------------------------------------------------
 
 
 def fit(tab: Tab, size: tuple[int, int]) -> None:
@@ -336,7 +336,7 @@ def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> 
         return rows
 
 
-# Without a server -----------------------------------------------------------------------------------------
+# Pages without a server -----------------------------------------------------------------------------------
 
 
 def samples_in_slices() -> list[Row]:
@@ -406,7 +406,7 @@ def page_sizes(tab: Tab, folder: Path) -> list[Row]:
     return rows
 
 
-# Others ---------------------------------------------------------------------------------------------------
+# Other viewers --------------------------------------------------------------------------------------------
 
 
 def write_triangles(path: Path) -> None:

@@ -43,7 +43,7 @@ def worlds() -> dict[str, raycam.World]:
     return {"box": box, "spot": spot}
 
 
-WARM = 1.0  # seconds of camera movement after which browsers have optimised the code
+WARM = 1.0  # seconds of movement, after which the browser has optimised the code
 
 
 def moving(tab: Tab, rounds: int, warm: float = 0.0) -> list[float]:

@@ -15,10 +15,11 @@ import numpy as np
 
 
 def blenderproc() -> types.ModuleType:
-    """Imports BlenderProc into a Python with bpy, and skips its installation of packages into Blender."""
+    """BlenderProc for a Python with Blender as a module: BlenderProc must not install packages into Blender."""
     os.environ["INSIDE_OF_THE_INTERNAL_BLENDER_PYTHON_ENVIRONMENT"] = "1"
     packages = next(path for path in sys.path if path.endswith("site-packages"))
-    sys.path.append(packages + os.sep)  # BlenderProc removes the path itself
+    # BlenderProc removes this path from sys.path; another spelling of it remains.
+    sys.path.append(packages + os.sep)
     setup = types.ModuleType("blenderproc.python.utility.SetupUtility")
     setup.SetupUtility = type("SetupUtility", (), {"setup": staticmethod(lambda *_: sys.argv)})
     sys.modules[setup.__name__] = setup
@@ -28,7 +29,7 @@ def blenderproc() -> types.ModuleType:
     from blenderproc.python.utility.Utility import Utility
 
     Utility.temp_dir = tempfile.mkdtemp()
-    # As in BlenderProc's `init`, except for the language, which the module bpy does not support.
+    # The same settings as bproc.init(), except for the language, which Blender as a module does not support.
     bproc.clean_up(clean_up_camera=True)
     bpy.context.scene.render.engine = "CYCLES"
     RendererUtility.set_render_devices()
@@ -71,7 +72,7 @@ def main() -> None:
     render.set_max_amount_of_samples(1)
     render.set_noise_threshold(0)
     render.set_denoiser(None)
-    render.render()  # once, so that later renders do not include one-time preparation
+    render.render()  # not measured: the first call builds data that later calls reuse
     colors = timed("color", render.render)["colors"]
     render.enable_depth_output(activate_antialiasing=False)
     render.enable_normals_output()
@@ -90,7 +91,7 @@ def main() -> None:
     found = {"blender": bpy.app.version_string, "blenderproc": bproc.__version__, "seconds": taken}
     found["objects"] = [len(np.unique(mask)) for mask in masks["instance_segmaps"]]
     print("found " + json.dumps(found), flush=True)
-    os._exit(0)  # bpy may crash at exit
+    os._exit(0)  # Blender as a module may crash in a normal exit
 
 
 if __name__ == "__main__":

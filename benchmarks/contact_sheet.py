@@ -21,7 +21,7 @@ def moment(world: raycam.World) -> raycam.World:
 def picture(path: Path, size: int, samples: int, light: str | None) -> tuple[np.ndarray, int]:
     world = moment(raycam.load(path))
     notices = len(world.notices)
-    # From the front, as Khronos's test models are meant to be shown: flat models from straight ahead.
+    # Viewed from the front, because Khronos' flat test models face this direction.
     low, high = world.bounds
     flat = (high - low)[2] < 0.35 * (high - low).max()
     away = np.array([0.0, 0.0, 1.0] if flat else [0.55, 0.4, 1.0])
@@ -32,7 +32,7 @@ def picture(path: Path, size: int, samples: int, light: str | None) -> tuple[np.
     eye = (low + high) / 2 + away * 1e3 * np.linalg.norm(high - low)
     aim = raycam.Camera.look_at(eye, (low + high) / 2, [0, 1, 0], size=(size, size), fov=30)
     seen = (corners - (low + high) / 2) @ aim.R.T
-    # The smallest distance at which all corners of the bounds are visible.
+    # The smallest distance at which every corner of the bounds is in the image.
     distance = (np.abs(seen[:, :2]).max(axis=1) / (0.94 * np.tan(np.radians(15))) - seen[:, 2]).max()
     eye = (low + high) / 2 + away * distance
     camera = raycam.Camera.look_at(eye, (low + high) / 2, [0, 1, 0], size=(size, size), fov=30)

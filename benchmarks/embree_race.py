@@ -122,7 +122,7 @@ def main() -> None:
                 high = run([*base, "--quality", "high"])
                 again = run(ours_command)
                 robust = run([*base, "--robust"])
-                # So few rays that their time is negligible.
+                # A warm-up with so few rays that it takes no time.
                 medium_build = [*base, "--size", "8x8"]
                 rates = best_builds({"medium": medium_build, "raycam": build_command})
                 build_ratios.append(rates["raycam"] / rates["medium"])

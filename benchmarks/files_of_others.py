@@ -42,7 +42,7 @@ def apart(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
             found = work()
         except (raycam.Error, OSError) as error:
             found = {"refused": f"{type(error).__name__}: {error}"}
-        except BaseException as error:  # panics and crashes are what this benchmark searches for
+        except BaseException as error:  # any error of a reader is reported
             found = {"fault": repr(error)}
         found["seconds"] = time.perf_counter() - start
         found["MiB"] = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024

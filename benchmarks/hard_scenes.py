@@ -133,7 +133,7 @@ def hard_scenes(folder: Path) -> dict[str, Scene]:
 def rooms_of_two_meters(builder: Builder) -> None:
     walls = room([-1, -1, 0], [1, 1, 2])
     view = ([-0.9, -0.9, 1.4], [0.3, 0.4, 0.6], 62.0)
-    # A door with a gap of 0.1 to the next room, which contains the lamp.
+    # A door leaves a gap of 0.1 to the next room, which contains the lamp.
     door = joined(block([0.98, -1, 0], [1.02, 0.6, 2]), block([0.98, 0.7, 0], [1.02, 1, 2]))
     rooms = room([-1, -1, 0], [3, 1, 2])
     things = [(ball([0.3, 0.2, 0.35], 0.35, 4), GREY), (block([-0.4, 0.4, 0], [0, 0.8, 0.6]), GREY)]
@@ -227,7 +227,7 @@ def spaces_with_glass(builder: Builder) -> None:
     waves = 0.03 * (np.sin(7 * x + 2 * y) + np.sin(5 * y - 3 * x + 1) + 0.6 * np.sin(11 * x - 9 * y)) / 2
     number = np.arange(129 * 129).reshape(129, 129)
     surface, up = grid(0.8 + waves, (1.998, 1.998))
-    # The water: the waves, and walls and a floor slightly inside of the tank.
+    # The water body: its waves, walls and floor, slightly inside of the tank.
     rim = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
     bottom = surface[rim] * [1, 1, 0] + [0, 0, 0.002]
     a, b = np.arange(len(rim)), (np.arange(len(rim)) + 1) % len(rim)

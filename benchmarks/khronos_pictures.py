@@ -24,8 +24,8 @@ from PIL import Image, ImageDraw
 
 RENDERERS = ("blender-cycles", "three-gpu-pathtracer", "vray", "dspbr-pt", "gltf-sample-viewer", "filament")
 
-# Supersampling factor: images are rendered larger and reduced after tone mapping, as the references
-# were, so that thin dark lines stay dark.
+# Rendered at this multiple of the size and reduced after tone mapping, as the reference images were, so that thin
+# dark lines stay dark.
 OVER = 2
 
 
@@ -57,7 +57,7 @@ def camera_of(scenario: dict[str, Any], width: int) -> raycam.Camera:
 
 def picture(path: Path, scenario: dict[str, Any], options: argparse.Namespace) -> Image.Image:
     with tempfile.TemporaryDirectory() as name:
-        # A world file cannot use files outside of its folder.
+        # A world reads only files in its folder.
         folder = Path(shutil.copytree(path.parent, Path(name) / "model"))
         light = f"light{options.light.suffix}"
         shutil.copy(options.light, folder / light)

@@ -35,7 +35,7 @@ def embree_leaks(folder: Path, number: int, robust: bool) -> np.ndarray:
     count = np.zeros(3, int)
     for part in np.array_split(rays, max(1, len(rays) // 100_000)):
         origins, directions, t_max = (np.ascontiguousarray(a) for a in np.split(part, [3, 6], axis=1))
-        # Embree's rays have a finite length; all meshes here are nearer than this.
+        # Embree requires a finite ray length; all meshes here are nearer.
         ends = np.minimum(t_max[:, 0], np.float32(1e30))
         near = scene.run(origins, directions, ends) < 0
         dark = scene.run(origins, directions, ends, query="OCCLUDED") < 0

@@ -31,7 +31,7 @@ from hard_scenes import hard_scenes
 from path_scenes import DEPTH, scenes
 
 TURNS = 2
-# The renderers that other Python installations provide, with their modules and settings.
+# Renderers that are installed for other Python interpreters, with the module and the settings of each.
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
     for sampler in ("independent", "multijitter")
@@ -52,7 +52,7 @@ def measure(options: argparse.Namespace) -> Found:
     clocks = {"path_cycles": {"clock": time.process_time}, "path_pbrt": {"executable": options.pbrt}}
     own = clocks.get(name, {})
     picture = module.picture(scene, options.size, **settings, **own)
-    picture(options.samples, 999)  # Mitsuba compiles code for each number of samples
+    picture(options.samples, 999)  # not measured: Mitsuba compiles kernels for each number of samples
     pictures, times = [], []
     for seed in range(options.seeds):
         start = time.process_time()
@@ -97,7 +97,7 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
             if package:
                 environment["PYTHONPATH"] = package
             done = subprocess.run(asked, check=True, capture_output=True, text=True, env=environment)
-            # Renderers print other text as well, sometimes on the same line.
+            # Renderers also print to this stream, sometimes on the same line.
             one, _ = json.JSONDecoder().raw_decode(done.stdout[done.stdout.index('{"seconds"') :])
             best[rival] = {**one, "seconds": min(one["seconds"], best.get(rival, one)["seconds"])}
     return best

@@ -41,8 +41,8 @@ FIND = """(() => { const roots = [document];
     for (const each of root.querySelectorAll("*")) if (each.shadowRoot) roots.push(each.shadowRoot);
   }
   return null; })()"""
-PATIENCE = 60.0  # seconds to wait for a result
-SHIFT = 8  # bit of the Shift key in the modifiers of a key event
+PATIENCE = 60.0  # seconds
+SHIFT = 8  # the code of the Shift key among the modifiers
 
 
 def jupyterlab(folder: Path, port: int) -> tuple[list[str], str]:
@@ -119,7 +119,7 @@ def walk(tab: Tab, url: str, out: Path, name: str) -> None:
     tab.call("Page.navigate", url=url)
     if name == "jupyterlab":
         tab.wait("document.querySelectorAll('.jp-Notebook .jp-Cell').length >= 2")
-        time.sleep(5)  # the kernel needs time to start
+        time.sleep(5)  # time for the kernel to start
         tab.click(700, 160)
         for _ in range(2):
             for kind in ("keyDown", "keyUp"):

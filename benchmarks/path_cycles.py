@@ -79,8 +79,8 @@ def material(bpy: Any, style: dict[str, Any]) -> Any:
         named = {"Roughness": style["roughness"], "Metallic": style["metallic"], "IOR": 1.5}
         surface = node("BsdfPrincipled", Base_Color=[*style["principled"], 1], **named)
     elif "pane" in style:
-        # With all reflections between both sides: 2 F / (1 + F). On back faces, the node `Fresnel`
-        # would assume that the ray leaves glass.
+        # All reflections between both sides: 2 F / (1 + F). From behind, Cycles' node `Fresnel` would assume a ray that
+        # leaves the glass.
         back = tree.nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
         ior = math_node("POWER", style["pane"], math_node("SUBTRACT", 1.0, math_node("MULTIPLY", back, 2.0)))
         fresnel = node("Fresnel", IOR=ior).outputs[0]
@@ -125,7 +125,7 @@ def add_light(bpy: Any, light: dict[str, Any], rotation: Any) -> None:
         lamp = bpy.data.lights.new("lamp", "AREA")
         lamp.shape = "RECTANGLE"
         lamp.size, lamp.size_y = np.linalg.norm(u), np.linalg.norm(v)
-        # Power in watts that a Lambertian sheet emits in all directions.
+        # The power in watts of a Lambertian emitter.
         lamp.energy = math.pi * lamp.size * lamp.size_y
         lamp.color = light["radiance"]
         axes = np.stack(
@@ -149,7 +149,7 @@ def add_light(bpy: Any, light: dict[str, Any], rotation: Any) -> None:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = axes, center
     bpy_object = bpy.data.objects.new("lamp", lamp)
-    # Nested lists would be read as columns.
+    # mathutils interprets plain lists as columns.
     bpy_object.matrix_world = matrix.T.tolist()
     bpy.context.collection.objects.link(bpy_object)
     bpy_object.visible_camera = True
@@ -174,7 +174,7 @@ def picture(
     bpy.ops.wm.read_factory_settings(use_empty=True)
     world = bpy.context.scene
     world.render.engine = "CYCLES"
-    # Bounces after the first hit; the light is one more segment. 1024 bounces are the maximum.
+    # Cycles counts bounces after the first hit, and a path to a light has one segment more. Its maximum is 1024.
     bounces = dict.fromkeys(BOUNCES, (scene.get("depth", DEPTH) or 1026) - 2)
     for name, value in (SETTINGS | bounces | settings).items():
         setattr(world.cycles, name, value)

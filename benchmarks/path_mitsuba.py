@@ -17,8 +17,7 @@ def bsdf(material: dict[str, Any]) -> dict[str, Any]:
     if "principled" in material:
         shape = {name: material[name] for name in ("roughness", "metallic")}
         if "coat" in material:
-            # A quarter of Mitsuba's coat equals a coat of weight 1; its roughness is 0.1 without
-            # gloss.
+            # A quarter of the coat's reflection has the roughness 0.1 without a glossy lobe.
             shape |= {"clearcoat": 4 * material["coat"], "clearcoat_gloss": 0.0}
         return {"type": "principled", "base_color": rgb(material["principled"]), "specular": 0.5, **shape}
     # Mitsuba's roughness is the square of raycam's.
@@ -53,7 +52,7 @@ def emitter(light: dict[str, Any], transform: Any) -> dict[str, Any]:
             "emitter": {"type": "area", "radiance": rgb(light["radiance"])},
         }
     if "image" in light:
-        # Mitsuba's up axis is y, and +z is in the middle of the image.
+        # Mitsuba's environment has y up, and the middle of the image is z.
         turned = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
         return {"type": "envmap", "filename": light["image"], "to_world": transform(turned)}
     if "bulb" in light:
@@ -74,7 +73,7 @@ def picture(
     view = scene["camera"]
     world: dict[str, Any] = {
         "type": "scene",
-        # -1 means no limit on the number of segments.
+        # In Mitsuba, -1 means an unlimited number of segments.
         "integrator": {"type": "path", "max_depth": scene.get("depth", DEPTH) or -1},
         "sensor": {
             "type": "perspective",

@@ -90,9 +90,9 @@ def picture(
     folder = Path(kept.name)
     view = scene["camera"]
     about = world(scene, folder)
-    # A path without bounces has one segment. pbrt has no value for an unlimited number.
+    # In pbrt, a path with maxdepth 0 has one segment. pbrt has no value for an unlimited number.
     bounces = (scene.get("depth", DEPTH) or 1000) - 1
-    # pbrt's axes are left-handed.
+    # pbrt's camera axes are left-handed.
     looks = [
         "Scale -1 1 1",
         f"LookAt {numbers([view['eye'], view['target'], [0, 0, 1]])[1:-1]}",
@@ -115,11 +115,11 @@ def picture(
         seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         return read_pfm(folder / "one.pfm", size), seconds
 
-    # Every call includes reading the scene and building the BVH.
+    # Each call of pbrt includes reading the scene and building the tree.
     start = min(run(1, seed)[1] for seed in range(5))
 
     def render(samples: int, seed: int) -> tuple[Array, float]:
-        assert kept.name  # keeps the temporary folder until this function returns
+        assert kept.name  # keeps the temporary folder until the function returns
         image, seconds = run(samples, seed)
         return image, seconds - start
 

@@ -47,7 +47,7 @@ def picture(
 
 def main() -> None:
     task = json.loads(sys.argv[1])
-    # Results have their own stream, because renderers print to stdout.
+    # Answers use a separate stream, because renderers print to stdout.
     with os.fdopen(os.dup(1), "w") as answers:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         module = importlib.import_module(f"path_{task['renderer']}")

@@ -22,7 +22,7 @@ import path_worker
 import report
 
 PICTURES = 16
-# Seeds are far apart, because Mitsuba also uses the following seeds for the pixels of an image.
+# Seeds that are far apart, because Mitsuba seeds its pixels with the numbers after the image's seed.
 SEED_STEP = 100_003
 
 
@@ -46,7 +46,7 @@ def judge(a: Any, b: Any) -> tuple[float, float, float]:
     (mine, my_error, _), (its, its_error, _) = a, b
     v = my_error**2 + its_error**2
     freedom = v**2 / np.maximum((my_error**4 + its_error**4) / (PICTURES - 1), 1e-300)
-    # If neither image has noise, only rounding errors remain.
+    # Neither image has noise, so only rounding errors remain.
     floor = 1e-5 * np.maximum(np.abs(its), 1e-3)
     t = (mine - its) / np.sqrt(v + floor**2)
     p = 2 * stats.t.sf(np.abs(t), np.maximum(freedom, PICTURES - 1))

@@ -161,7 +161,7 @@ def main() -> None:
                 theirs = pictures(picture, options.samples)
             mean = theirs.mean()
             off, t = t_of(mine.mean(axis=(1, 2, 3)), theirs.mean(axis=(1, 2, 3)), 1e-5 * mean)
-            # In blocks without random numbers, only float32 rounding may differ.
+            # Blocks of pixels without noise may differ by rounding errors of float32 only.
             of_block, block_t = t_of(blocks(mine), blocks(theirs), 3e-4 * mean)
             beyond += int((np.abs(block_t) > 4.1).sum())
             tested += block_t.size

@@ -33,13 +33,12 @@ from support.viewer_client import Client
 SPACES = [(640, 480), (640, 480), (480, 360), (320, 240)]
 SEATS = 8  # maximum number of simultaneous clients
 GROWTH = 0.05
-WARM_UP = 5  # minutes before the measurement begins
-SPAN = 5  # minutes over which memory is averaged
+WARM_UP = 5  # minutes
+SPAN = 5  # minutes over which means are computed
 CHANNELS = ["color", "depth", "normal", "instance", "position", "error"]
-# Expected error messages: undo without an edit, an image without samples, pixels outside of the
-# image.
+# Errors that a client may receive: undo without an edit, images that are not ready, pixels outside the image.
 REFUSALS = ("nothing to", "no samples yet", "not in the picture")
-# Frequency of each kind of message, in percent.
+# The percentage of each kind of message.
 KINDS = {
     **{"orbit": 40, "pan": 8, "dolly": 8, "home": 2, "probe": 24, "channel": 3, "edit": 6, "undo": 4},
     **{"redo": 2, "gizmo": 1, "explain": 0.5, "size": 0.5, "quality": 0.5, "snapshot": 0.3, "overlay": 0.2},
@@ -171,8 +170,7 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=60, help="messages a second, of all clients together")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    # Shells start background jobs with this signal ignored, and the server, which is stopped by it,
-    # would inherit that.
+    # Shells start background jobs with SIGINT ignored. The server, which SIGINT stops, would inherit this.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     server = Server(str(raycam.data.path("spot.toml")))
     try:
@@ -207,8 +205,7 @@ def visit(server: Server, chance: random.Random, minutes: float, rate: float) ->
             figures = [f"{kept[len(rows)]:.1f}", str(server.threads()), str(server.descriptors())]
             rows.append([str(len(rows)), *figures, f"{said:,}", f"{heard:,}"])
             print(" ".join(rows[-1]), flush=True)
-        # On average every five seconds, a client connects, reconnects or leaves.
-        if chance.random() < 0.2 / rate:
+        if chance.random() < 0.2 / rate:  # every five seconds, a client connects, reconnects or leaves
             if len(visitors) < SEATS and chance.random() < 0.4:
                 back = sessions.pop() if sessions and chance.random() < 0.5 else ""
                 visitors.append(Visitor(server, chance, back))
@@ -220,7 +217,7 @@ def visit(server: Server, chance: random.Random, minutes: float, rate: float) ->
         at = chance.randrange(len(visitors))
         try:
             visitors[at].say()
-        except ConnectionClosed as reason:  # a page also reconnects to its session
+        except ConnectionClosed as reason:  # the client reconnects to its session, as a page does
             print(f"a client was thrown out: {reason}", flush=True)
             visitors[at].thrown_out += 1
             done.append(visitors[at])
@@ -231,7 +228,7 @@ def visit(server: Server, chance: random.Random, minutes: float, rate: float) ->
         each.leave()
         done.append(each)
     time.sleep(5)
-    # asyncio's thread pool reaches its size during the warm-up and does not grow any more.
+    # The thread pool of asyncio reaches its final size within the warm-up.
     pooled = max(int(row[2]) for row in rows[: WARM_UP + 1])
     left = (server.threads() - max(threads, pooled), server.descriptors() - descriptors)
     server.process.send_signal(signal.SIGINT)

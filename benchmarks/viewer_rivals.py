@@ -18,7 +18,7 @@ SIZE = (640, 480)
 SMALL = (160, 120)
 """The size of viser's pictures: its browser draws WebGL in software, where one of 640 x 480 takes 20 s."""
 ROUNDS = 20
-LONGEST = 15.0  # maximum seconds of a measurement
+LONGEST = 15.0  # seconds, the maximum length of a measurement
 TARGET = np.array([0.0, 0.0, 0.7])
 
 
@@ -75,7 +75,7 @@ def viser(path: str) -> None:
             found = client.get_render(
                 SMALL[1], SMALL[0], wxyz=rotation.wxyz, position=eye(number), fov=0.8, transport_format="jpeg"
             )
-            if found[..., :3].std() > 2:  # otherwise the mesh has not been loaded yet
+            if found[..., :3].std() > 2:  # otherwise, the mesh has not arrived yet
                 return found
 
     picture(-1)  # the first two images are slow, because the browser compiles its shaders

@@ -43,7 +43,11 @@ def keep(tab: Tab, name: str) -> None:
 
 def live(tab: Tab, session: Session) -> None:
     """The live view with the handles of an object."""
+    tab.evaluate("document.querySelector('#tree-list li .row-name').click()")
     tab.press("g")
+    tab.evaluate("document.getElementById('edit').scrollIntoView(), null")
+    tab.wait("document.querySelector('.thumbnail img')?.complete")
+    tab.wait(REST)
     keep(tab, "live")
     tab.press("g")
     tab.evaluate("document.getElementById('panel').scrollTop = 0, null")
@@ -56,7 +60,7 @@ def probe(tab: Tab, session: Session) -> None:
     tab.wait("!document.getElementById('scalar-controls').hidden")
     tab.evaluate("document.getElementById('range-log').click(), null")
     tab.click(*place_of(tab, 0.46 * width, 0.42 * height, session.view.size))
-    tab.wait("document.querySelectorAll('#values tr').length === 17")
+    tab.wait("document.querySelectorAll('#values tr').length === 18")
     keep(tab, "probe")
 
 

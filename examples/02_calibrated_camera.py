@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import raycam
 
-# The results of cv2.calibrateCamera and cv2.solvePnP; the principal point need not be at the centre.
+# The results of cv2.calibrateCamera and cv2.solvePnP; the principal point may differ from the image's centre.
 K = np.array([[812.3, 0, 333.1], [0, 809.7, 251.8], [0, 0, 1]])
 rvec = np.array([1.85, -0.62, 0.48])
 tvec = np.array([-0.1, 0.05, 3.6])
@@ -27,7 +27,7 @@ pixels, _ = camera.project(corners)
 print(f"largest difference to cv2.projectPoints: {np.abs(pixels - expected).max():.1e} px")
 assert np.abs(pixels - expected).max() < 1e-9
 
-picture = np.ascontiguousarray(frame.to_srgb8()[..., ::-1])  # OpenCV keeps blue first
+picture = np.ascontiguousarray(frame.to_srgb8()[..., ::-1])  # OpenCV expects the order blue, green, red
 for u, v in expected:
     cv2.circle(picture, (round(u * 16), round(v * 16)), 6 * 16, (255, 255, 255), 1, cv2.LINE_AA, shift=4)
 cv2.imwrite("overlay.png", picture)

@@ -17,7 +17,7 @@ frame = raycam.render(world, camera, channels="all")
 frame.save("truth.exr")  # named layers, float32, the camera matrix in the header
 frame.save("truth.npz")  # the same arrays for NumPy
 
-# Every point seen projects onto the centre of its own pixel.
+# Each visible point projects onto the centre of its pixel.
 v, u = np.nonzero(frame["instance"] >= 0)
 pixels, in_front = camera.project(frame["position"][v, u])
 print(f"largest distance from the pixel's centre: {np.abs(pixels - np.stack([u, v], -1)).max():.1e} px")

@@ -17,7 +17,7 @@ print(explanation)
 Path("explain.txt").write_text(str(explanation), encoding="utf-8")
 explanation.save_figure("explain.svg")
 
-# Its numbers can be used: the winner's plane, solved once more for the ray.
+# The numbers can be used, for example to intersect the ray with the plane of the nearest triangle again.
 winner = explanation.winner
 t = winner.n @ (winner.a - explanation.C) / (winner.n @ explanation.r)
 frame = raycam.render(world, camera, channels=["triangle", "depth"])

@@ -25,10 +25,10 @@ on_wagon = (hits["instance"] == wagon).sum()
 print(f"{met.sum()} of {len(met)} beams come back, {on_wagon} of them from the wagon")
 print(f"the farthest measures {hits['t'][met].max():.2f} m")
 
-# Is anything between a measured point and a lamp under the ceiling?
+# Is there anything between a measured point and a lamp under the ceiling?
 points = hits["position"][met]
 lamp = np.array([0.0, 0.0, 4.0])
-above = points + 1e-6 * hits["normal"][met]  # a little off the surface that it lies on
+above = points + 1e-6 * hits["normal"][met]  # slightly above the surface
 dark = world.occluded(above, lamp - above, t_max=1.0)
 print(f"{dark.mean():.0%} of the points lie in the lamp's shadow")
 

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import raycam
 
-# Files that a world names lie in its folder or below; this is the one that comes with raycam.
+# A world may name only files in its folder; this file comes with raycam.
 world = raycam.World(folder=Path(raycam.__file__).parent / "assets")
 world.add_object(mesh="spot/cow.obj", name="spot", roll=90, yaw=130, location=[0, 0, 0.737])
 
-# The same mesh again, in other places and sizes: the triangles are kept once.
+# The same mesh again at other positions and sizes; its triangles are stored once.
 for k in range(5):
     angle = np.radians(72 * k + 40)
     place = [2.2 * np.cos(angle), 2.2 * np.sin(angle), 0.737 * 0.4]
     world.add_object(instance_of="spot", name=f"calf {k}", roll=90, yaw=72 * k, scale=0.4, location=place)
 
-# A hill from a grid of heights, with the same image as its texture: uvs say which part of it is where.
+# A hill from a grid of heights. Its uvs assign a position in the image to each vertex.
 x, y = np.meshgrid(np.linspace(-6, 6, 61), np.linspace(-6, 6, 61))
 height = 0.25 * np.maximum(0, np.hypot(x, y) - 3.2) ** 1.5
 vertices = np.stack([x, y, height], -1).reshape(-1, 3)

@@ -335,7 +335,7 @@ def test_unreadable_files_raise_with_their_name(tmp_path: Path) -> None:
         path = tmp_path / f"empty{ending}"
         path.write_bytes(b"")
         if ending != ".toml":
-            with raises(raycam.Error, code="syntax", mentions=[path.name]):
+            with raises(raycam.Error, code="empty_file", mentions=[path.name]):
                 raycam.load(path)
         path.write_bytes(bytes(range(256)))
         with raises(raycam.Error, mentions=[path.name]):

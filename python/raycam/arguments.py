@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -301,11 +301,25 @@ def one_of(name: str, given: object, valid: Sequence[str], *, error: type[Error]
     raise error(nearest(name, given, list(valid)), code="unknown_name")
 
 
-def words(name: str, given: object, valid: Iterable[str], *, error: type[Error] = SettingsError) -> list[str]:
-    """Returns one word, or several, without duplicates; raises `error` with the nearest of `valid`."""
+def words(
+    name: str,
+    given: object,
+    valid: Iterable[str],
+    *,
+    also: Callable[[str], bool] = lambda word: False,
+    error: type[Error] = SettingsError,
+) -> list[str]:
+    """Returns one word, or several, without duplicates; raises `error` with the nearest of `valid`.
+
+    Words for which `also` is true are valid, too.
+    """
     each = [given] if isinstance(given, str) else several(name, given, "words", error=error)
     known = list(valid)
-    return list(dict.fromkeys([one_of(name, one, known, error=error) for one in each]))
+
+    def check(one: object) -> str:
+        return one if isinstance(one, str) and also(one) else one_of(name, one, known, error=error)
+
+    return list(dict.fromkeys([check(one) for one in each]))
 
 
 def thread_count(threads: object) -> int | None:

@@ -284,6 +284,34 @@ _OWN_ERRORS = {
         "The times of pulses or poses decrease.",
         "Sort the rows by time.",
     ),
+    "failed_process": Code(
+        "The separate process that reads a file failed.",
+        "Repair or simplify the file; the message contains the end of the process's output.",
+    ),
+    "failed_denoising": Code(
+        "Open Image Denoise returned an error.",
+        "Reinstall pyoidn, or render without denoise.",
+    ),
+    "not_a_tree": Code(
+        "The links of a robot do not form a tree with one root.",
+        "Connect each link except the root to one parent by one joint.",
+    ),
+    "unfinished_job": Code(
+        "A job has not finished all its frames or tiles.",
+        "Run the job again until it is finished.",
+    ),
+    "unimportable_class": Code(
+        "The class of a sensor cannot be imported by a worker or on this machine.",
+        "Define the class in an importable module, with the class method from_dict.",
+    ),
+    "insecure_address": Code(
+        "The address would make an unencrypted live view available to other people.",
+        "Forward the port with ssh, or add --yes.",
+    ),
+    "unsupported_version": Code(
+        "An object comes from a version of another package that is not supported.",
+        "Upgrade the package to the version that the message states, and create the object again.",
+    ),
     "missing_dependency": Code(
         "An optional package is not installed.",
         "Install the extra that the message names, such as raycam[usd].",

@@ -213,13 +213,13 @@ def test_world_files_define_lenses() -> None:
     np.testing.assert_array_equal(moved.distortion, FISHEYE[1])
     for change, code in (
         ({"distortion": [1, 2, 3]}, "invalid_lens"),
-        ({"distortion": None}, "invalid_value"),
+        ({"distortion": None}, "missing_value"),
         ({"lens": "brown"}, "unknown_name"),
     ):
         wrong = {key: value for key, value in (table | change).items() if value is not None}
         with raises(raycam.Error, code=code, mentions=["camera[0]"]):
             raycam.World.from_dict({"camera": wrong})
-    with raises(raycam.Error, code="invalid_value"):
+    with raises(raycam.Error, code="conflicting_values"):
         raycam.World.from_dict({"camera": {"matrix": K @ np.eye(3, 4), "distortion": OPENCV[0]}})
 
 

@@ -544,3 +544,10 @@ def test_help_names_every_format(
     help_text = capsys.readouterr().out.rpartition(option)[2].partition("\n  -")[0]
     help_text = re.sub(r"-\n\s+", "-", help_text)  # the help breaks lines at hyphens
     assert [word for word in re.findall(r"[\w-]+", help_text) if word in formats] == list(formats)
+
+
+def test_dataset_help_lists_all_formats(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["dataset", "--help"])
+    words = set(re.findall(r"[\w-]+", capsys.readouterr().out))
+    assert set(dataset.FORMATS) <= words

@@ -62,8 +62,8 @@ def test_trajectories_are_read_from_csv_and_npy() -> None:
     np.save("j.npy", np.array([[0, 0.5, 0.1], [1, 0.6, 0.2]]))
     np.testing.assert_array_equal(read_trajectory(robot, "j.npy")[1], [[0.5, 0.1], [0.6, 0.2]])
     for text, expected in (
-        ("a,b\n", fault("invalid_world", "j.csv:1", '"time, JOINT, ..."')),
-        ("time,turn\n0,x\n", fault("invalid_world", "j.csv:2")),
+        ("a,b\n", fault("missing_value", "j.csv:1", '"time, JOINT, ..."')),
+        ("time,turn\n0,x\n", fault("wrong_shape", "j.csv:2")),
         ("time,trun\n0,1\n", fault("unknown_name", "'turn'")),
     ):
         Path("j.csv").write_text(text, encoding="utf-8")

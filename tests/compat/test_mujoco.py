@@ -110,19 +110,29 @@ def test_scene_options_select_groups(state: tuple[mujoco.MjModel, mujoco.MjData]
 def test_calibrated_camera_and_out_are_used(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     model, data = state
     renderer = stand_in.Renderer(model, 30, 40)
-    with raises(raycam.SettingsError, code="invalid_settings", mentions=["update_scene"]):
+    with raises(raycam.SettingsError, code="missing_value", mentions=["update_scene"]):
         renderer.render()
     renderer.update_scene(data)
     renderer.camera = raycam.Camera.look_at([0, -3, 1], [0, 0, 0.5], size=(20, 10), fov=50)
     out = np.zeros((10, 20, 3), np.uint8)
     assert renderer.render(out=out) is out
     assert out.any()
-    with raises(raycam.SettingsError, code="invalid_settings", mentions=["[10, 20, 3]", "[3, 3]"]):
+    with raises(raycam.SettingsError, code="wrong_shape", mentions=["[10, 20, 3]", "[3, 3]"]):
         renderer.render(out=np.zeros((3, 3)))
 
 
-@pytest.mark.parametrize("camera", ["frnt", 1, -2, 0.5])
-def test_unknown_cameras_raise(state: tuple[mujoco.MjModel, mujoco.MjData], camera: object) -> None:
+@pytest.mark.parametrize(
+    ("camera", "code"),
+    [
+        ("frnt", "unknown_name"),
+        (1, "index_out_of_range"),
+        (-2, "index_out_of_range"),
+        (0.5, "index_out_of_range"),
+    ],
+)
+def test_unknown_cameras_raise(
+    state: tuple[mujoco.MjModel, mujoco.MjData], camera: object, code: str
+) -> None:
     model, data = state
-    with raises(raycam.SettingsError, code="invalid_settings", mentions=["camera"]):
+    with raises(raycam.SettingsError, code=code, mentions=["camera"]):
         stand_in.Renderer(model).update_scene(data, camera)

@@ -229,5 +229,5 @@ def test_image_alpha_applies_to_files_and_arrays(tmp_path: Path) -> None:
             world.add_object(plane={"size": 8}, type="unlit", texture=texture, **alpha)
             seen = raycam.render(world, camera, samples=4, channels=["alpha"])["alpha"]
             assert seen.mean() == pytest.approx(there, abs=0.06), (alpha, type(image))
-    with raises(raycam.WorldError, code="invalid_value"):
+    with raises(raycam.WorldError, code="conflicting_values"):
         raycam.World().add_object(plane={}, alpha="opaque", opacity=0.5)

@@ -125,7 +125,9 @@ def test_mtl_options_after_the_file_name_are_applied(tmp_path: Path) -> None:
 def test_decimal_comma_raises_with_the_number(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
     with raises(
-        raycam.FormatError, code="syntax", mentions=[name, next(word for word in text.split() if "," in word)]
+        raycam.FormatError,
+        code="wrong_type",
+        mentions=[name, next(word for word in text.split() if "," in word)],
     ):
         raycam.load(tmp_path / name)
 

@@ -107,7 +107,7 @@ def test_invalid_textures_are_refused() -> None:
     ]:
         with raises(raycam.WorldError, **words):
             world.add_object(plane={}, texture=raycam.Texture(image))
-    with raises(raycam.WorldError, code="invalid_value"):
+    with raises(raycam.WorldError, code="conflicting_values"):
         world.add_object(plane={}, textures={"roughness": raycam.Texture(np.zeros((2, 2)))})
 
 

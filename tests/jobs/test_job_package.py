@@ -65,7 +65,7 @@ def test_damaged_packages_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with raises(raycam.FormatError, code="damaged_job"):
         JobPackage.from_bytes(package.to_bytes() + b"x", "p", package.id)
     junk = JobPackage("video", 1, {}, b"no world")
-    with raises(raycam.FormatError, code="syntax"):
+    with raises(raycam.FormatError, code="wrong_format"):
         JobPackage.from_bytes(junk.to_bytes(), "p", junk.id).world  # noqa: B018
     monkeypatch.setattr(module, "__version__", "99.0")
     with raises(raycam.JobError, code="changed_input", mentions=["99.0"]):

@@ -33,7 +33,7 @@ def test_joined_tiles_equal_the_whole_image_bit_for_bit(tmp_path: Path) -> None:
     whole = raycam.render(world, camera, **options)
     job = Job(tmp_path, tiled_picture.job_package(world, camera, tile=16, **options))
     job.run(Pool(), frames=range(0, 12, 5))
-    with raises(JobError, code="invalid_job", mentions=["12"]):
+    with raises(JobError, code="unfinished_job", mentions=["12"]):
         tiled_picture.assemble(job)
     with make_pool(2) as pool:
         job.run(pool)

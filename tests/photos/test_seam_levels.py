@@ -25,16 +25,17 @@ def test_links_are_neighbours_on_the_surface() -> None:
 def test_vertex_adjustments_equal_scipys_least_squares_solution() -> None:
     random = np.random.default_rng(0)
     first, second = random.integers(0, 10, (30, 2)), random.integers(10, 20, (30, 2))
-    place, difference = random.random(30), random.normal(size=(30, 3))
+    place, difference, weight = random.random(30), random.normal(size=(30, 3)), random.random(30)
     links = np.stack([np.arange(19), np.arange(1, 20)], axis=1)
     links = links[links[:, 0] != 9]
-    found = level_vertices(20, links, SeamSamples(first, second, place, difference))
+    found = level_vertices(20, links, SeamSamples(first, second, place, difference, weight))
     seam, smooth = np.zeros((30, 20)), np.zeros((len(links), 20))
     for row in range(30):
         for column, share in ((first, 1), (second, -1)):
             seam[row, column[row, 0]] += share * (1 - place[row])
             seam[row, column[row, 1]] += share * place[row]
     smooth[np.arange(len(links)), links[:, 0]], smooth[np.arange(len(links)), links[:, 1]] = 1, -1
+    seam, difference = (np.sqrt(weight)[:, None] * each for each in (seam, difference))
     stacked = np.concatenate([seam, np.sqrt(0.1) * smooth, np.sqrt(1e-4) * np.eye(20)])
     right = np.concatenate([-difference, np.zeros((len(links) + 20, 3))])
     np.testing.assert_allclose(found, np.linalg.lstsq(stacked, right, rcond=None)[0], atol=2e-3)

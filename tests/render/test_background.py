@@ -202,7 +202,7 @@ def test_world_files_define_background_photos(tmp_path: Path) -> None:
         (
             '{ image = "a.png", fit = "cover", camera = { fov = 60, location = [0, 0, 0] } }',
             raycam.WorldError,
-            fault("invalid_value", "cover"),
+            fault("conflicting_values", "cover"),
         ),
         ('{ file = "a.png" }', raycam.WorldError, fault("unknown_key", "file")),
         ("3", raycam.WorldError, fault("wrong_type", "w.toml:4", "camera[0].background")),

@@ -13,7 +13,7 @@ import OpenEXR
 import pytest
 import raycam
 from PIL import Image
-from raycam.render.frame import CHANNELS, SAVERS, check_save
+from raycam.render.frame import CHANNELS, PASSES, SAVERS, check_save
 from support.raises import raises, warns
 
 SIZE = (7, 5)
@@ -65,6 +65,8 @@ def test_channels_table_lists_dtypes_and_components() -> None:
             "transmittance",
             "error",
         ),
+        *("emission", "direct", "indirect", "diffuse", "specular", "volume"),
+        *("roughness", "metallic", "nocs", "projector_uv"),
     }
 
 
@@ -161,8 +163,12 @@ def test_exr_file_contains_every_channel(tmp_path: Path, half: bool) -> None:
         "shadow": ["shadow.R", "shadow.G", "shadow.B"],
         "transmittance": ["transmittance.R", "transmittance.G", "transmittance.B"],
         "error": ["error.V"],
+        "roughness": ["roughness.V"],
+        "metallic": ["metallic.V"],
+        "projector_uv": ["projector_uv.U", "projector_uv.V"],
     }
-    vectors = ["normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]
+    names |= {name: [f"{name}.{color}" for color in "RGB"] for name in PASSES}
+    vectors = ["normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric", "nocs"]
     names |= {name: [f"{name}.{axis}" for axis in "XYZ"] for name in vectors}
     names |= {name: [f"{name}.id"] for name in ("instance", "category", "triangle", "material")}
     assert set(names) == set(CHANNELS)

@@ -222,13 +222,13 @@ def test_water_presets_equal_jerlovs_water_types(row: tuple[str, float, float]) 
         ({"type": "boundary", "medium": {"scattering": 1, "g": 1}}, "medium.g", "out_of_range"),
         ({"type": "boundary", "medium": "mlik"}, "milk", "unknown_name"),
         ({"type": "boundary", "medium": {"density": 1}}, "density", "unknown_key"),
-        ({"type": "boundary", "roughness": 0.2}, "roughness", "invalid_value"),
-        ({"type": "matte", "medium": "milk"}, "medium", "invalid_value"),
-        ({"type": "glass", "medium": "milk", "thin": True}, "medium", "invalid_value"),
+        ({"type": "boundary", "roughness": 0.2}, "roughness", "conflicting_values"),
+        ({"type": "matte", "medium": "milk"}, "medium", "conflicting_values"),
+        ({"type": "glass", "medium": "milk", "thin": True}, "medium", "conflicting_values"),
         (
             {"type": "glass", "medium": "milk", "attenuation_distance": 1},
             "attenuation_distance",
-            "invalid_value",
+            "conflicting_values",
         ),
     ],
 )

@@ -148,5 +148,5 @@ def test_render_many_with_joints_equals_single_images(arm: Path) -> None:
         alone = raycam.render(world, camera, channels=["color", "depth", "instance"], frame=number)
         for name in ("color", "depth", "instance"):
             np.testing.assert_array_equal(frames[number][name], alone[name])
-    with raises(raycam.SettingsError, code="invalid_settings", mentions=["arm/upper"]):
+    with raises(raycam.SettingsError, code="conflicting_values", mentions=["arm/upper"]):
         raycam.render_many(world, camera, joints={"arm": q}, poses={"arm/upper": np.eye(4)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import cv2
@@ -204,3 +205,39 @@ def test_malformed_files_are_refused_with_file_and_line(
     with raises(FormatError, mentions=[fact]) as refused:
         load(tmp_path, text)
     assert "robot.sdf" in str(refused.value)
+
+
+def material_of(folder: Path, text: str) -> dict:
+    visual = BOX.replace("</visual>", f"<material>{text}</material></visual>")
+    world = load(folder, f'<sdf version="1.9"><model name="m"><link name="a">{visual}</link></model></sdf>')
+    return json.loads(world._core.material(0, 0))
+
+
+def test_pbr_values_and_emission_become_the_material(tmp_path: Path) -> None:
+    pbr = "<pbr><metal><roughness>0.25</roughness><metalness>0.75</metalness></metal></pbr>"
+    found = material_of(tmp_path, f"<diffuse>1 1 1 1</diffuse><emissive>1 0.5 0 1</emissive>{pbr}")
+    values = found["model"]["Principled"]
+    assert (values["roughness"]["value"], values["metallic"]["value"]) == (0.25, 0.75)
+    half = ((0.5 + 0.055) / 1.055) ** 2.4
+    np.testing.assert_allclose(found["emission"]["value"], [1, half, 0], rtol=1e-6)
+    plain = material_of(tmp_path, "<diffuse>1 1 1 1</diffuse><emissive>0 0 0 1</emissive>")
+    assert plain["emission"]["value"] == [0, 0, 0]
+    assert "Principled" not in plain["model"]
+
+
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        ("<pbr><metal><roughness>1.5</roughness></metal></pbr>", ["<roughness>", "1.5"]),
+        ("<pbr><metal><metalness>x</metalness></metal></pbr>", ["x"]),
+        ("<emissive>2 0 0 1</emissive>", ["0 and 1"]),
+    ],
+)
+def test_invalid_material_values_are_refused(tmp_path: Path, text: str, facts: list[str]) -> None:
+    with raises(FormatError, mentions=["robot.sdf:1", *facts]):
+        material_of(tmp_path, text)
+
+
+def test_maps_that_are_not_shown_are_reported(tmp_path: Path) -> None:
+    with warns(raycam.Notice, code="ignored_element", mentions=["pbr/normal_map"]):
+        material_of(tmp_path, "<pbr><metal><normal_map>n.png</normal_map></metal></pbr>")

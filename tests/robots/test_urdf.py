@@ -26,55 +26,64 @@ def joint(
 
 
 BAD = {
-    "two roots": (LINKS, fault("syntax", ":3:", "'a' (line 2)", "'b' (line 3)")),
+    "two roots": (LINKS, fault("not_a_tree", ":3:", "'a' (line 2)", "'b' (line 3)")),
     "loop": (
         LINKS + '<link name="c"/>\n' + joint("j", "a", "b") + joint("k", "b", "a"),
-        fault("syntax", ":6:", "'k' (line 6)", "'j' (line 5)"),
+        fault("cyclic_reference", ":6:", "'k' (line 6)", "'j' (line 5)"),
     ),
     "two parents": (
         LINKS + '<link name="c"/>\n' + joint("j", "a", "c") + joint("k", "b", "c"),
-        fault("syntax", ":6:", "link 'c'", "'j' (line 5)"),
+        fault("not_a_tree", ":6:", "link 'c'", "'j' (line 5)"),
     ),
-    "unknown parent": (LINKS + joint(parent="aa"), fault("syntax", ":4: joint 'j':", "'aa'", "'a'")),
+    "unknown parent": (LINKS + joint(parent="aa"), fault("unknown_name", ":4: joint 'j':", "'aa'", "'a'")),
     "duplicate link": ('<link name="a"/>\n<link name="a"/>', fault("duplicate_name", ":3:", "'a'", "line 2")),
     "duplicate joint": (
         LINKS + '<link name="c"/>\n' + joint() + joint(child="c"),
         fault("duplicate_name", ":6:", "'j'", "line 5"),
     ),
-    "joint type": (LINKS + joint(kind="hinge"), fault("syntax", ":4: joint 'j':", "'hinge'", "revolute")),
-    "zero axis": (LINKS + joint(more='<axis xyz="0 0 0"/>'), fault("syntax", ":4: joint 'j':", "0 0 0")),
+    "joint type": (
+        LINKS + joint(kind="hinge"),
+        fault("unknown_name", ":4: joint 'j':", "'hinge'", "revolute"),
+    ),
+    "zero axis": (
+        LINKS + joint(more='<axis xyz="0 0 0"/>'),
+        fault("out_of_range", ":4: joint 'j':", "0 0 0"),
+    ),
     "not a number": (
         LINKS + joint(more='<origin xyz="0 nan 0"/>'),
-        fault("syntax", ":4: <origin>", "'xyz'", "'0 nan 0'"),
+        fault("wrong_type", ":4: <origin>", "'xyz'", "'0 nan 0'"),
     ),
-    "two numbers": (LINKS + joint(more='<origin xyz="0 1"/>'), fault("syntax", ":4:", "'0 1'")),
+    "two numbers": (LINKS + joint(more='<origin xyz="0 1"/>'), fault("wrong_type", ":4:", "'0 1'")),
     "mimic circle": (
         LINKS
         + '<link name="c"/>\n'
         + joint("j", more='<mimic joint="k"/>')
         + joint("k", child="c", more='<mimic joint="j"/>'),
-        fault("syntax", ":6:", "j, k, j"),
+        fault("cyclic_reference", ":6:", "j, k, j"),
     ),
     "limits": (
         LINKS + joint().replace('lower="-1"', 'lower="2"'),
-        fault("syntax", ":4: joint 'j':", "2", "1"),
+        fault("out_of_range", ":4: joint 'j':", "2", "1"),
     ),
-    "no geometry": ('<link name="a">\n<visual/></link>', fault("syntax", ":3: <visual>", "<geometry>")),
+    "no geometry": (
+        '<link name="a">\n<visual/></link>',
+        fault("missing_value", ":3: <visual>", "<geometry>"),
+    ),
     "shape": (
         '<link name="a"><visual><geometry>\n<cone radius="1"/></geometry></visual></link>',
-        fault("syntax", ":3:", "'cone'"),
+        fault("unknown_name", ":3:", "'cone'"),
     ),
     "zero scale": (
         '<link name="a"><visual><geometry>\n<mesh filename="a.stl" scale="1 0 1"/></geometry></visual></link>',
-        fault("syntax", ":3:", "scale", "1 0 1"),
+        fault("out_of_range", ":3:", "scale", "1 0 1"),
     ),
     "colour": (
         '<material name="m">\n<color rgba="255 0 0 1"/></material><link name="a"/>',
-        fault("syntax", ":3:", "255 0 0 1"),
+        fault("out_of_range", ":3:", "255 0 0 1"),
     ),
-    "empty": ("", fault("syntax", ":1:")),
-    "xacro": ('<macro name="m"/><link name="a"/>', fault("syntax", ":1:", "xacro")),
-    "no name": ("<link/>", fault("syntax", ":2: <link>", "'name'")),
+    "empty": ("", fault("nothing_visible", ":1:")),
+    "xacro": ('<macro name="m"/><link name="a"/>', fault("wrong_format", ":1:", "xacro")),
+    "no name": ("<link/>", fault("missing_value", ":2: <link>", "'name'")),
 }
 
 
@@ -86,7 +95,7 @@ def test_urdf_faults_raise_with_lines(case: str) -> None:
 
 
 def test_documents_of_other_formats_are_refused_with_their_name() -> None:
-    with raises(raycam.FormatError, code="syntax", mentions=["from_mujoco"]):
+    with raises(raycam.FormatError, code="wrong_format", mentions=["from_mujoco"]):
         read_urdf(b"<mujoco/>", "r.urdf")
 
 
@@ -129,7 +138,7 @@ def test_mimic_of_a_floating_joint_raises() -> None:
         + joint("f", kind="floating")
         + joint("j", "b", "c", more='<mimic joint="f"/>')
     )
-    with raises(raycam.FormatError, code="syntax", mentions=["r.urdf:6", "'j'"]):
+    with raises(raycam.FormatError, code="invalid_value", mentions=["r.urdf:6", "'j'"]):
         read_urdf(urdf(body), "r.urdf")
 
 

@@ -126,7 +126,7 @@ def test_world_refuses_a_rig_with_a_sensor_that_cannot_be_described() -> None:
     class Local(DepthSensor):
         pass
 
-    with raises(raycam.SettingsError, code="invalid_settings", mentions=["Local"]):
+    with raises(raycam.SettingsError, code="unimportable_class", mentions=["Local"]):
         world().add_rig(rig(Local()))
     with raises(raycam.SettingsError, code="wrong_type"):
         world().add_sensor(3)  # type: ignore[arg-type]
@@ -190,9 +190,9 @@ def test_sensor_of_a_local_class_cannot_be_described() -> None:
     class Local(DepthSensor):
         pass
 
-    with raises(raycam.SettingsError, code="invalid_settings", mentions=["Local"]):
+    with raises(raycam.SettingsError, code="unimportable_class", mentions=["Local"]):
         describe_sensor(Local())
-    with raises(raycam.SettingsError, code="invalid_settings", mentions=["absent"]):
+    with raises(raycam.SettingsError, code="unimportable_class", mentions=["absent"]):
         read_sensor({"type": "absent.module:Lidar", "description": {}})
     assert read_sensor(describe_sensor(DepthSensor(noise=0.5))) == DepthSensor(noise=0.5)
 

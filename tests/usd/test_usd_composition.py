@@ -56,7 +56,7 @@ def test_stage_with_a_failed_reference_raises_with_the_cause(tmp_path: Path) -> 
     made = stage(tmp_path / "a.usda")
     made.DefinePrim("/world", "Xform").GetReferences().AddReference("b.usda")
     made.Save()
-    with raises(raycam.FormatError, code="syntax", mentions=["/world", "b.usda"]):
+    with raises(raycam.FormatError, code="nothing_visible", mentions=["/world", "b.usda"]):
         raycam.load(tmp_path / "a.usda")
 
 

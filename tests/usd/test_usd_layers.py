@@ -200,7 +200,7 @@ def test_value_clips_outside_of_the_folder_are_refused(tmp_path: Path, template:
         api.SetClipTimes([(0, 0)])
     square(made, "/other")
     made.Save()
-    with raises(raycam.FormatError, code="syntax", mentions=["a.usda"]):
+    with raises(raycam.FormatError, code="outside_root", mentions=["a.usda"]):
         raycam.load(tmp_path / "inside" / "a.usda")
     points = mesh.GetPointsAttr().Get(Usd.TimeCode.EarliestTime())
     world = raycam.load(tmp_path / "inside" / "a.usda", folder=tmp_path)

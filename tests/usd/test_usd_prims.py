@@ -284,7 +284,7 @@ def test_stage_with_only_hidden_prims_raises_with_their_count(tmp_path: Path, hi
     made.DefinePrim("/world", "Xform")
     for name in ("a", "b"):
         hide(square(made, f"/world/{name}").GetPrim())
-    with raises(raycam.FormatError, code="syntax", mentions=["2 prims", word]):
+    with raises(raycam.FormatError, code="nothing_visible", mentions=["2 prims", word]):
         load(made)
     other = stage(tmp_path / "b.usda")
     other.DefinePrim("/world", "Xform")
@@ -370,12 +370,12 @@ def test_degenerate_faces_are_omitted_with_a_notice(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"\x1f\x8b\x08\0", fault("syntax", "a.usda")),
-        (b"PK\x03\x04\0\0", fault("syntax", "ZIP")),
-        (b"glTF\x02\0\0\0", fault("syntax", "GLB")),
-        (b"<?xml version='1.0'?><Error/>", fault("syntax", "XML")),
-        (b"/annex/objects/MD5E-s1--a.usd", fault("syntax", "a.usda")),
-        (b"404: Not Found", fault("syntax", "a.usda")),
+        (b"\x1f\x8b\x08\0", fault("wrong_format", "a.usda")),
+        (b"PK\x03\x04\0\0", fault("wrong_format", "ZIP")),
+        (b"glTF\x02\0\0\0", fault("wrong_format", "GLB")),
+        (b"<?xml version='1.0'?><Error/>", fault("wrong_format", "XML")),
+        (b"/annex/objects/MD5E-s1--a.usd", fault("placeholder_file", "a.usda")),
+        (b"404: Not Found", fault("placeholder_file", "a.usda")),
     ],
 )
 def test_files_that_are_not_usd_are_refused_with_their_kind(

@@ -61,13 +61,13 @@ def test_files_without_sound_are_refused_before_rendering(tmp_path: Path) -> Non
     with pytest.raises(FileNotFoundError):
         check_audio(tmp_path / "none.wav")
     (tmp_path / "text.wav").write_text("not at all a sound")
-    with raises(FormatError, code="syntax", mentions=["text.wav", "FFmpeg"]):
+    with raises(FormatError, code="damaged_data", mentions=["text.wav", "FFmpeg"]):
         film(tmp_path / "a.mp4", tmp_path / "text.wav")
     with open_video(tmp_path / "mute.mp4", (16, 16), 10) as add:
         add(0, np.zeros((16, 16, 3), np.uint8))
     with raises(FormatError, code="missing_value", mentions=["mute.mp4"]):
         film(tmp_path / "a.mp4", tmp_path / "mute.mp4")
-    with raises(FormatError, code="syntax", mentions=["empty.wav"]):
+    with raises(FormatError, code="missing_value", mentions=["empty.wav"]):
         film(tmp_path / "a.mp4", write_wave(tmp_path / "empty.wav", np.zeros((0, 1))))
     sound = write_wave(tmp_path / "a.wav", tone(1))
     for name in ("a.gif", "folder"):

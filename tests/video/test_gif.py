@@ -75,7 +75,7 @@ def test_every_png_filter_is_decoded(kind: int) -> None:
         data += struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
     with Image.open(io.BytesIO(data)) as image:
         np.testing.assert_array_equal(decode_png(data), np.asarray(image))
-    with raises(raycam.FormatError, code="syntax", mentions=["PNG"]):
+    with raises(raycam.FormatError, code="wrong_format", mentions=["PNG"]):
         decode_png(b"GIF")
 
 

@@ -115,7 +115,7 @@ def test_video_job_supports_transparency_and_sound(tmp_path: Path) -> None:
     make_video(one, tmp_path / "a.mov", pool, lossless=True)
     assert pool.made == []
     (tmp_path / "text.wav").write_text("none")
-    with raises(FormatError, code="syntax", mentions=["text.wav"]):
+    with raises(FormatError, code="damaged_data", mentions=["text.wav"]):
         make_video(one, tmp_path / "b.mov", pool, audio=tmp_path / "text.wav")
     assert (pool.made, (tmp_path / "b.mov.job").exists()) == ([], False)
 

@@ -80,7 +80,8 @@ def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
     """The window position of the end of a handle of the first object."""
     found = handles(matrix_of(session), np.zeros(3), session.view.still_camera, session.selection.tool)
     (lines,) = (each["lines"] for each in found if each["handle"] == handle)
-    u, v = lines[0][-1]
+    # The circles of two axes meet at every quarter turn: an eighth of a turn lies on one circle only.
+    u, v = lines[0][len(lines[0]) // 8 if session.selection.tool == "turn" else -1]
     return place_of(tab, u - 0.5, v - 0.5, session.view.size)
 
 
@@ -95,7 +96,7 @@ def test_handle_drag_is_one_step_of_undo(
     before, image = matrix_of(session), truth(session)
     camera = session.view.camera
     tab.press(key)
-    tab.wait("document.getElementById('tool').value !== 'none'")
+    tab.wait("document.querySelector('[data-tool][aria-pressed=true]').dataset.tool !== 'none'")
     tab.evaluate("new Promise((done) => setTimeout(done, 300))")
     x, y = place_on_handle(tab, session, "x")
     drag(tab, (x, y), (x + 60, y + 35), steps=12)
@@ -142,7 +143,7 @@ def test_drag_outside_of_the_handles_turns_the_camera(tab: Tab, serve: Serve) ->
     session = opened(tab, serve(), SAMPLES)
     before, camera = matrix_of(session), session.view.camera
     tab.press("g")
-    tab.wait("document.getElementById('tool').value === 'move'")
+    tab.wait("document.querySelector('[data-tool=move]').ariaPressed === 'true'")
     x, y = place_of(tab, 3, 3, SIZE)
     drag(tab, (x, y), (x + 60, y + 35))
     rest(tab, session)
@@ -169,7 +170,7 @@ def test_values_of_a_moved_object_belong_to_its_new_position(tab: Tab, serve: Se
     rows, columns = np.nonzero(seen["instance"] == 0)
     middle = len(rows) // 2
     tab.click(*place_of(tab, columns[middle], rows[middle], session.view.size))
-    tab.wait("document.querySelectorAll('#values tr').length === 17")
+    tab.wait("document.querySelectorAll('#values tr').length === 18")
     column, row = held(tab)
     assert seen["instance"][row, column] == 0
     assert np.array(readout(tab)["position"], np.float64).tolist() == seen["position"][row, column].tolist()
@@ -196,7 +197,7 @@ def test_dropped_files_are_opened_with_allow_open(tab: Tab, serve: Serve, tmp_pa
     expected = raycam.load(paths[0])
     assert session.view.base.objects[0].name == "wedge"
     tab.click(*place_of(tab, 24, 16, session.view.size))
-    tab.wait("document.querySelectorAll('#values tr').length === 17")
+    tab.wait("document.querySelectorAll('#values tr').length === 18")
     column, row = held(tab)
     frame = raycam.render(expected, session.view.still_camera, channels=["position", "depth"], samples=1)
     assert readout(tab)["depth"] == [str(frame["depth"][row, column])]

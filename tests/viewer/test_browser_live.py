@@ -9,7 +9,6 @@ import http.server
 import itertools
 import json
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -140,15 +139,16 @@ def test_click_calls_the_callback_of_the_script(tab: Tab, world: raycam.World) -
         viewer.on_pick(told.append)
         tab.open(viewer.url)
         tab.wait(DONE)
-        (session,) = viewer._sessions()
-        x, y = place_of(tab, 40, 30, session.view.size)
+        assert viewer._server is not None
+        (session,) = viewer._server.sessions.values()
+        x, y = place_of(tab, 240, 180, session.view.size)
         for kind in ("mousePressed", "mouseReleased"):
             tab.mouse(kind, x, y, button="left", clickCount=1)
         until(lambda: len(told) == 1)
         seen = raycam.render(world, session.view.still_camera, channels="instance")["instance"]
     (picked,) = told
-    assert picked["pixel"] == (40, 30)
-    assert picked["instance"] == seen[30, 40]
+    assert picked["pixel"] == (240, 180)
+    assert picked["instance"] == seen[180, 240]
 
 
 def test_page_starts_with_the_given_options(tab: Tab, world: raycam.World) -> None:
@@ -186,11 +186,11 @@ def test_view_through_a_distorted_lens_equals_render(tab: Tab, live: Server, wor
     )
     shown = on_the_screen(tab, session.view.size)
     same = [
-        np.abs(each - expected.to_srgb8().astype(int)).max()
+        np.abs(each - expected.to_srgb8().astype(int)).mean()
         for each in shown
         if each.shape == (*session.view.size[::-1], 3)
     ]
-    assert min(same) <= 1
+    assert min(same) <= 2  # a JPEG image
     tab.show(1280, 800)
 
 
@@ -198,7 +198,7 @@ def test_fly_keys_move_the_camera_forward(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     before = session.view.camera
     tab.evaluate("document.getElementById('picture').focus()")
-    tab.press("Tab")
+    tab.press("n")
     tab.wait("document.getElementById('message').textContent.startsWith('Fly')")
     tab.call("Input.dispatchKeyEvent", type="keyDown", key="w", code="KeyW")
     until(lambda: session.view.camera != before)
@@ -216,14 +216,14 @@ def test_walking_keeps_the_camera_height_above_the_ground(
     before = session.view.camera.location
     tab.evaluate("document.getElementById('picture').focus()")
     for said in ("Fly", "Walk"):
-        tab.press("Tab")
+        tab.press("n")
         tab.wait(f"document.getElementById('message').textContent.startsWith('{said}')")
-    x, y = place_of(tab, 40, 30, session.view.size)
+    x, y = place_of(tab, 240, 180, session.view.size)
     tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
     tab.wait("document.getElementById('message').textContent === 'Speed: 1.3 times.'")
     assert np.array_equal(session.view.camera.location, before)
-    places, go = [before], session._go
-    monkeypatch.setattr(session, "_go", lambda moved: (places.append(moved.location), go(moved)))
+    places, show = [before], session.show
+    monkeypatch.setattr(session, "show", lambda view: (places.append(view.camera.location), show(view)))
     # Over the ball, whose top is at 2 m, and down again; slow machines sample only some of the positions.
     tab.call("Input.dispatchKeyEvent", type="keyDown", key="W", code="KeyW", modifiers=8)
     until(lambda: places[-1][0] < -2)
@@ -232,7 +232,7 @@ def test_walking_keeps_the_camera_height_above_the_ground(
     assert before[2] + 1 < max(heights) <= before[2] + 2
     outside = [place[2] for place in places if 1.5 < np.hypot(*place[:2]) < 5]
     assert outside == pytest.approx([before[2]] * len(outside), abs=1e-3)
-    tab.press("Tab")
+    tab.press("n")
     tab.wait("document.getElementById('message').textContent.startsWith('Orbit')")
 
 
@@ -241,7 +241,7 @@ def test_delayed_image_is_reported(tab: Tab, live: Server, monkeypatch: pytest.M
     next_work = Scheduler._next
 
     def only_moving(scheduler: Scheduler) -> object:
-        moves = any(each.moved != each.version for each in scheduler._sessions())
+        moves = any(each.images.is_moving for each in scheduler._sessions())
         return next_work(scheduler) if moves or let_go.is_set() else None
 
     monkeypatch.setattr(Scheduler, "_next", only_moving)
@@ -277,30 +277,29 @@ def test_variant_list_changes_the_materials(tab: Tab, tmp_path: Path) -> None:
             "(() => { const list = document.getElementById('variant'); list.value = 'red';"
             "list.dispatchEvent(new Event('change', { bubbles: true })); })()"
         )
-        until(lambda: session.variant == "red")
+        until(lambda: session.view.variant == "red")
         rest(tab, session)
         expected = raycam.render(
             world.with_variant("red"), session.view.still_camera, samples=SAMPLES, integrator="direct"
         ).to_srgb8()
         shown = on_the_screen(tab, session.view.size)
         assert (
-            min(np.abs(each - expected.astype(int)).max() for each in shown if each.shape == expected.shape)
-            <= 1
+            min(np.abs(each - expected.astype(int)).mean() for each in shown if each.shape == expected.shape)
+            <= 2  # a JPEG image
         )
     finally:
         server.close()
 
 
-def test_exposure_is_applied_without_a_new_image(tab: Tab, live: Server) -> None:
+def test_exposure_keys_brighten_the_image(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     until(lambda: session.connection.sent == session.connection.acknowledged)
-    sent, before = session.connection.sent, on_the_screen(tab, session.view.size)[0]
+    before = on_the_screen(tab, session.view.size)[0]
     tab.evaluate("document.getElementById('picture').focus()")
     for _ in range(3):
         tab.press("=")
-    assert (on_the_screen(tab, session.view.size)[0] > before).any()
-    time.sleep(0.5)
-    assert session.connection.sent == sent
+    until(lambda: session.view.exposure == pytest.approx(1.0))
+    until(lambda: on_the_screen(tab, session.view.size)[0].mean() > 1.1 * before.mean())
 
 
 def test_snapshot_file_equals_render(tab: Tab, live: Server, world: raycam.World, tmp_path: Path) -> None:
@@ -367,7 +366,7 @@ def test_reload_keeps_the_token(tab: Tab, live: Server) -> None:
     tab.wait("document.readyState === 'complete' && !!document.getElementById('status')")
     tab.wait(DONE)
     assert live.token not in tab.evaluate("location.href")
-    assert len([each for each in live.sessions.values() if each.send is not None]) == 1
+    assert len([each for each in live.sessions.values() if each.connection.is_open]) == 1
 
 
 def test_page_of_another_origin_is_refused_even_with_the_token(tab: Tab, live: Server) -> None:

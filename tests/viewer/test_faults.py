@@ -80,8 +80,8 @@ def test_inflate_stops_at_its_limit() -> None:
 def test_invitation_token_is_valid_once(server: Server) -> None:
     token = server.invitation().split("#t=")[1]
     assert token != server.token
-    assert [server._accepts(token), server._accepts(token)] == [True, False]
-    assert [server._accepts(server.token), server._accepts("x")] == [True, False]
+    assert [server._tokens.accept(token), server._tokens.accept(token)] == [True, False]
+    assert [server._tokens.accept(server.token), server._tokens.accept("x")] == [True, False]
 
 
 @pytest.fixture(scope="module")

@@ -46,6 +46,11 @@ GOOD: dict[str, dict[str, Any]] = {
     "overlay": {"cameras": True, "explained": False, "grid": True},
     "scan": {"lidar": "top"},
     "select": {"number": 0, "tool": "move"},
+    "select_light": {"number": 1},
+    "texture": {"number": 0, "slot": "normal", "file": "bumps.png"},
+    "thumbnails": {"number": 2},
+    "keep_camera": {"name": "over the table"},
+    "remove_camera": {"name": "front"},
     "gizmo": {"handle": "x", "stroke": 7, "begin": [1.5, 2], "end": [-3, 4]},
     "film": {"seconds": 2, "degrees": 360},
     "stop": {},
@@ -106,6 +111,8 @@ TAKEN = {
     **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("visible", "visible"): (True,),
+    ("texture", "file"): (PATH,),  # refused when the message is handled
+    **{(kind, "name"): (PATH,) for kind in ("keep_camera", "remove_camera")},  # any text is a name
     **{(kind, "name"): (PATH,) for kind in ("camera", "photograph")},  # a name that no camera has
     ("hello", "session"): (PATH,),  # a session that does not exist
 }

@@ -35,10 +35,10 @@ def test_other_npz_files_are_refused(tmp_path: Path) -> None:
         with pytest.raises(raycam.FormatError):
             load_frame(path)
     np.savez(path, other=np.zeros(3))
-    with raises(raycam.FormatError, code="syntax", mentions=["x.npz"]):
+    with raises(raycam.FormatError, code="wrong_format", mentions=["x.npz"]):
         load_frame(path)
     np.savez(path, depth=np.zeros((3, 4), np.float32), size=[4, 4], region=[0, 0, 4, 4])
-    with raises(raycam.FormatError, code="syntax", mentions=["float32"]):
+    with raises(raycam.FormatError, code="wrong_shape", mentions=["float32"]):
         load_frame(path)
     np.savez(path, depth=np.array([[None]]), size=[1, 1], region=[0, 0, 1, 1])
     with pytest.raises(raycam.FormatError):
@@ -175,7 +175,7 @@ def test_exr_files_of_another_kind_are_refused(tmp_path: Path) -> None:
     with raises(raycam.FormatError, code="unsupported_feature", mentions=["x.exr"]):
         load_frame(path)
     path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 5\n")
-    with raises(raycam.FormatError, code="syntax", mentions=["LFS"]):
+    with raises(raycam.FormatError, code="placeholder_file", mentions=["LFS"]):
         load_frame(path)
     with pytest.raises(FileNotFoundError):
         load_frame(tmp_path / "none.exr")
@@ -201,11 +201,15 @@ def test_damaged_exr_files_are_refused(small_world: raycam.World, tmp_path: Path
             refused.append(str(error))
     assert len(refused) > 50
     assert all("x.exr" in each for each in refused)
-    for note, wrong in ((b"raycam.camera", b'{"K"'), (b"0 0 6 4", b"0 0 7 4"), (b"0 0 6 4", b"a b c d")):
+    for note, wrong, code in (
+        (b"raycam.camera", b'{"K"', "invalid_camera"),
+        (b"0 0 6 4", b"0 0 7 4", "wrong_shape"),
+        (b"0 0 6 4", b"a b c d", "wrong_shape"),
+    ):
         at = whole.index(note)
         found = at if note != b"raycam.camera" else whole.index(b'{"', at)
         path.write_bytes(whole[:found] + wrong + whole[found + len(wrong) :])
-        with raises(raycam.FormatError, code="syntax", mentions=["x.exr"]):
+        with raises(raycam.FormatError, code=code, mentions=["x.exr"]):
             load_frame(path)
 
 
@@ -229,7 +233,7 @@ def test_damaged_camera_in_an_npz_file_is_refused(small_world: raycam.World, tmp
         arrays = dict(saved)
     for text in ("{", '{"K": 3}', "[]", "3"):
         np.savez(tmp_path / "x.npz", **{**arrays, "camera": np.array(text)})
-        with raises(raycam.FormatError, code="syntax", mentions=["x.npz"]):
+        with raises(raycam.FormatError, code="invalid_camera", mentions=["x.npz"]):
             load_frame(tmp_path / "x.npz")
 
 

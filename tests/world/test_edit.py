@@ -325,10 +325,10 @@ def test_matrix_keyframes_interpolate_rotation_and_stretch() -> None:
     assert np.allclose(half[:3, 3], [1, 0, 0.5])
     mirrored = np.diag([1, -1, 1, 1.0])
     for bad, said in (
-        ([{**keys[0], "matrix": mirrored}], fault("invalid_value", "keyframe[0].matrix")),
-        ([keys[0], {"time": 1, "object": "cup", "yaw": 3}], fault("invalid_value", "[1]")),
-        ([{**keys[0], "location": [0, 0, 0]}], fault("invalid_value", "matrix")),
-        ([{"time": 0, "matrix": np.eye(4)}], fault("invalid_value", "[0]")),
+        ([{**keys[0], "matrix": mirrored}], fault("invalid_matrix", "keyframe[0].matrix")),
+        ([keys[0], {"time": 1, "object": "cup", "yaw": 3}], fault("conflicting_values", "[1]")),
+        ([{**keys[0], "location": [0, 0, 0]}], fault("conflicting_values", "matrix")),
+        ([{"time": 0, "matrix": np.eye(4)}], fault("conflicting_values", "[0]")),
     ):
         with raises(raycam.WorldError, **said):
             world.set_video(keyframe=bad)

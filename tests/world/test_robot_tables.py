@@ -124,7 +124,7 @@ def test_mirrored_objects_cannot_have_keyframes(tmp_path: Path) -> None:
     mirrored = ARM.replace('<sphere radius="0.08"/>', '<mesh filename="a.obj" scale="1 -1 1"/>')
     (tmp_path / "arm.urdf").write_text(mirrored, encoding="utf-8")
     world = raycam.load(tmp_path / "arm.urdf")
-    with raises(raycam.WorldError, code="invalid_world", mentions=["'arm/upper/2'"]):
+    with raises(raycam.WorldError, code="unsupported_feature", mentions=["'arm/upper/2'"]):
         world.set_video(
             keyframe=[{"time": time, "robot": "arm", "joints": {"turn": time}} for time in (0, 1)]
         )

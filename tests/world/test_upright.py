@@ -88,7 +88,7 @@ def test_normals_are_turned_with_the_model(tmp_path: Path) -> None:
 
 
 def test_upright_requires_a_mesh_file() -> None:
-    with raises(raycam.WorldError, code="invalid_value"):
+    with raises(raycam.WorldError, code="missing_value"):
         raycam.World().add_object(box={}, upright=True)
 
 

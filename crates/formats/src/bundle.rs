@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use raycam_scene::{FileRef, Image, Light, Texture, TextureCache, World};
+use raycam_scene::{ErrorCode, FileRef, Image, Light, Texture, TextureCache, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -75,7 +75,7 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
         if found.size != image.size {
             let message =
                 format!("damaged file: image {:?} has {:?} pixels; expected {:?}", image.name, found.size, image.size);
-            return Err(FormatError::whole(path, message));
+            return Err(FormatError::whole(path, ErrorCode::DamagedData.message(message)));
         }
         let found = Arc::new(Image { name: image.name.clone(), ..found });
         known.insert(Arc::as_ptr(image), found.clone());
@@ -87,7 +87,8 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
         }
     }
     for light in &mut world.lights {
-        if let Light::Environment { image: FileRef { content: Some(image), .. }, .. } = light
+        if let Light::Environment { image: FileRef { content: Some(image), .. }, .. }
+        | Light::Projector { image: FileRef { content: Some(image), .. }, .. } = light
             && let Some(found) = decoded(image)?
         {
             *image = found;
@@ -103,10 +104,10 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
 /// [`FormatError`] for more bytes than the budget allows, for bytes that are not a world of this version, and for an
 /// invalid world.
 pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
-    let wrong = |message: String| FormatError::whole(path, message);
+    let wrong = |code: ErrorCode, message: String| FormatError::whole(path, code.message(message));
     budget.take_bytes(path, bytes.len() as u64)?;
     let Some(rest) = bytes.strip_prefix(MAGIC.as_bytes()) else {
-        return Err(wrong("the bytes are not a world written by raycam".into()));
+        return Err(wrong(ErrorCode::WrongFormat, "the bytes are not a world written by raycam".into()));
     };
     let version = rest.split(|&byte| byte == b'\n').next().unwrap_or(rest);
     if version != VERSION.as_bytes() {
@@ -116,8 +117,8 @@ pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
     }
     let data = rest.get(version.len() + 1..).unwrap_or_default();
     let mut reader = rmp_serde::Deserializer::from_read_ref(data);
-    let mut world: World =
-        serde::Deserialize::deserialize(&mut reader).map_err(|error| wrong(format!("damaged file: {error}")))?;
+    let mut world: World = serde::Deserialize::deserialize(&mut reader)
+        .map_err(|error| wrong(ErrorCode::DamagedData, format!("damaged file: {error}")))?;
     decode_images(&mut world, path, &mut budget)?;
     let bounded = |world: World| match budget.texture_memory {
         Some(limit) => world.with_texture_cache(TextureCache::new(limit)),

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{ErrorCode, IesProfile};
+use raycam_scene::{ErrorCode, IesProfile, Message};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -32,7 +32,12 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
                 ),
             ));
         }
-        None => return Err(FormatError::whole(path, "the line TILT= is missing, so this is not an IES file")),
+        None => {
+            return Err(FormatError::whole(
+                path,
+                ErrorCode::WrongFormat.message("the line TILT= is missing, so this is not an IES file"),
+            ));
+        }
     }
     let mut numbers = NumberReader {
         path,
@@ -61,17 +66,15 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     budget.take_elements(path, count.saturating_add(verticals).saturating_add(horizontals))?;
     // This many numbers require at least as many bytes.
     if count > source.bytes.len() as u64 {
-        return Err(FormatError::whole(
-            path,
-            format!("{horizontals} x {verticals} intensities are declared, more than the file can contain"),
-        ));
+        let message = format!("{horizontals} x {verticals} intensities are declared, more than the file can contain");
+        return Err(FormatError::whole(path, ErrorCode::ImplausibleSize.message(message)));
     }
     let vertical = numbers.list(verticals, "a vertical angle")?;
     let horizontal = numbers.list(horizontals, "a horizontal angle")?;
     let factor = multiplier * ballast * photometric;
     let candela = numbers.list(count, "an intensity")?;
     let profile = IesProfile { vertical, horizontal, candela: candela.iter().map(|v| (v * factor) as f32).collect() };
-    profile.validate().map_err(|error| FormatError::whole(path, error.to_string()))?;
+    profile.validate().map_err(|error| FormatError::whole(path, Message::from(error)))?;
     Ok(profile)
 }
 
@@ -93,7 +96,11 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
         };
         match token.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(FormatError::line(self.path, line, format!("{token:?}; expected {what}"))),
+            _ => Err(FormatError::line(
+                self.path,
+                line,
+                ErrorCode::WrongType.message(format!("{token:?}; expected {what}")),
+            )),
         }
     }
 
@@ -102,7 +109,8 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
         if value.fract() == 0.0 && (1.0..=1e9).contains(&value) {
             return Ok(value as u64);
         }
-        Err(FormatError::whole(self.path, format!("{what} is {value}; expected a whole number >= 1")))
+        let message = format!("{what} is {value}; expected a whole number >= 1");
+        Err(FormatError::whole(self.path, ErrorCode::OutOfRange.message(message)))
     }
 
     fn list(&mut self, count: u64, what: &str) -> Result<Vec<f64>> {

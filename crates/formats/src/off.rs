@@ -36,7 +36,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let left = rows.lines.remaining() + 1;
     if count.checked_mul(6).is_none_or(|n| n > left) || face_count.checked_mul(4).is_none_or(|n| n > left) {
         let message = format!("{count} vertices and {face_count} faces declared, but only {left} bytes follow");
-        return Err(rows.error(message));
+        return Err(rows.error(ErrorCode::ImplausibleSize.message(message)));
     }
     assets.budget.take_elements(path, count as u64)?;
 
@@ -110,7 +110,9 @@ fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) 
         }
         if header.uvs {
             let [u, v] = uv[..] else {
-                return Err(rows.error(format!("vertex {number} has no texture coordinates")));
+                return Err(
+                    rows.error(ErrorCode::MissingValue.message(format!("vertex {number} has no texture coordinates")))
+                );
             };
             let mut uv = [rows.number(u, "vertex", number)?, rows.number(v, "vertex", number)?];
             if !uv.iter().all(|value| value.is_finite()) {
@@ -141,7 +143,9 @@ fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Resul
         let mut words = rows.next("faces", number, faces)?;
         let size = words.next().and_then(lexer::integer).unwrap_or(-1);
         if size < 0 {
-            return Err(rows.error(format!("face {number}: expected a number of corners")));
+            return Err(
+                rows.error(ErrorCode::WrongType.message(format!("face {number}: expected a number of corners")))
+            );
         }
         for corner in 0..size {
             let Some(word) = rows.word(&mut words) else {
@@ -205,7 +209,9 @@ impl<'a> LineReader<'a> {
 
     /// Kind, and the numbers of vertices and faces; the number of edges is optional and ignored.
     fn header(&mut self) -> Result<(OffHeader, [usize; 2])> {
-        let mut words = self.words().ok_or_else(|| self.error("the file is empty; expected an OFF file"))?;
+        let mut words = self
+            .words()
+            .ok_or_else(|| self.error(ErrorCode::EmptyFile.message("the file is empty; expected an OFF file")))?;
         let mut kind = OffHeader::default();
         let first = words.clone().next().unwrap_or_default();
         // The word may be missing, and the numbers may follow without a space, as in ModelNet.
@@ -213,7 +219,8 @@ impl<'a> LineReader<'a> {
             let end = first.windows(3).position(|window| window == b"OFF");
             let parts = end.map(|at| (&first[..at], &first[at + 3..]));
             let Some((mut prefix, glued)) = parts.filter(|(_, glued)| glued.iter().all(u8::is_ascii_digit)) else {
-                return Err(self.error(format!("{}: not an OFF file", lexer::for_message(first))));
+                return Err(self
+                    .error(ErrorCode::WrongFormat.message(format!("{}: not an OFF file", lexer::for_message(first)))));
             };
             let line = words.0;
             words.next();
@@ -238,7 +245,9 @@ impl<'a> LineReader<'a> {
                 }
                 Some(_) => {}
                 None => {
-                    words = self.words().ok_or_else(|| self.error("the numbers of vertices and faces are missing"))?
+                    words = self.words().ok_or_else(|| {
+                        self.error(ErrorCode::MissingValue.message("the numbers of vertices and faces are missing"))
+                    })?
                 }
             }
         }
@@ -250,13 +259,17 @@ impl<'a> LineReader<'a> {
     }
 
     fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64> {
-        lexer::number(word).ok_or_else(|| self.error(format!("{what} {number}: {}", lexer::not_a_number(word))))
+        lexer::number(word).ok_or_else(|| {
+            self.error(ErrorCode::WrongType.message(format!("{what} {number}: {}", lexer::not_a_number(word))))
+        })
     }
 
     fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3]> {
         let mut values = [0.0; 3];
         for value in &mut values {
-            let word = words.next().ok_or_else(|| self.error(format!("{what} {number}: expected 3 numbers")))?;
+            let word = words.next().ok_or_else(|| {
+                self.error(ErrorCode::WrongShape.message(format!("{what} {number}: expected 3 numbers")))
+            })?;
             *value = self.number(word, what, number)?;
         }
         Ok(values)
@@ -289,7 +302,10 @@ impl OffColors {
                 return Ok(());
             }
             count => {
-                return Err(rows.error(format!("{count} numbers after {number}; expected a colour of 3 or 4 numbers")));
+                return Err({
+                    let message = format!("{count} numbers after {number}; expected a colour of 3 or 4 numbers");
+                    rows.error(ErrorCode::WrongShape.message(message))
+                });
             }
         }
         let mut rgba = [0.0, 0.0, 0.0, f64::NAN];

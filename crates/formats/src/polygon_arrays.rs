@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::color::Rgb;
-use raycam_scene::{MeshFile, MeshPart, Object, World};
+use raycam_scene::{ErrorCode, MeshFile, MeshPart, Object, World};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::polygons::Polygons;
@@ -282,5 +282,5 @@ fn affine(&[a, b, c, x, d, e, f, y, g, h, i, z]: &[f64; 12]) -> DAffine3 {
 }
 
 fn contradiction(path: &Path, what: &str) -> FormatError {
-    FormatError::whole(path, format!("the arrays of {what} are inconsistent"))
+    FormatError::whole(path, ErrorCode::WrongShape.message(format!("the arrays of {what} are inconsistent")))
 }

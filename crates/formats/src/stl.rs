@@ -114,7 +114,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     let InputFile { path, bytes, .. } = source;
     let Some(count) = declared(bytes) else {
         let message = "neither \"solid\" nor the 84 bytes that precede the facets of a binary STL file";
-        return Err(FormatError::whole(path, message));
+        return Err(FormatError::whole(path, ErrorCode::WrongFormat.message(message)));
     };
     let after = source.len() - HEADER_BYTES;
     let (held, extra) = (after / FACET_BYTES, after % FACET_BYTES);
@@ -319,7 +319,11 @@ struct TextParser<'a> {
 impl TextParser<'_> {
     fn begin_solid(&mut self, line: usize, name: String) -> Result<bool> {
         if self.solids.len() == 1 << 16 {
-            return Err(FormatError::line(self.path, line, "more than 65536 solids in one file"));
+            return Err(FormatError::line(
+                self.path,
+                line,
+                ErrorCode::TooLarge.message("more than 65536 solids in one file"),
+            ));
         }
         self.solids.push((name, VertexWelder::default(), Vec::new()));
         self.expect = ParserState::Facet;
@@ -473,12 +477,13 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3> {
         *value = word.and_then(lexer::number).ok_or_else(|| {
             let found = lexer::for_message(lexer::trim(rest));
             let fault = word.map(|word| format!("; {}", lexer::not_a_number(word))).unwrap_or_default();
-            FormatError::line(path, line, format!("vertex {found}; expected three numbers{fault}"))
+            let message = format!("vertex {found}; expected three numbers{fault}");
+            FormatError::line(path, line, ErrorCode::WrongType.message(message))
         })?;
     }
     if let Some(word) = words.next() {
         let message = format!("vertex: {} after three numbers", lexer::for_message(word));
-        return Err(FormatError::line(path, line, message));
+        return Err(FormatError::line(path, line, ErrorCode::WrongShape.message(message)));
     }
     Ok(DVec3::from(values))
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use raycam_scene::schema::{self, Entry, SpannedValue, Value, WorldFile};
-use raycam_scene::{SceneError, World};
+use raycam_scene::{ErrorCode, SceneError, World};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -29,7 +29,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> 
     let InputFile { path, bytes, .. } = source;
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let line = line_of(bytes, error.valid_up_to());
-        FormatError::line(path, line, "not UTF-8 text")
+        FormatError::line(path, line, ErrorCode::NotText.message("not UTF-8 text"))
     })?;
     build(text, path, assets)
 }
@@ -153,22 +153,22 @@ impl TextPiece<'_> {
     fn value(&self, spanned: Spanned<DeValue<'_>>) -> Result<SpannedValue> {
         let span = spanned.span();
         let place = self.shift_span(span.clone());
-        let fail = |message: String| {
+        let fail = |code: ErrorCode, message: String| {
             let line = line_of(self.text.as_bytes(), place.start);
-            Err(FormatError::line(self.path, line, message))
+            Err(FormatError::line(self.path, line, code.message(message)))
         };
         let value = match spanned.into_inner() {
             DeValue::String(text) => Value::String(text.into_owned()),
             DeValue::Boolean(value) => Value::Bool(value),
             DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
                 Ok(value) => Value::Integer(value),
-                Err(_) => return fail(format!("{number} does not fit into 64 bits")),
+                Err(_) => return fail(ErrorCode::OutOfRange, format!("{number} does not fit into 64 bits")),
             },
             DeValue::Float(number) => match number.as_str().parse() {
                 Ok(value) => Value::Float(value),
-                Err(_) => return fail(format!("{number} is not a number")),
+                Err(_) => return fail(ErrorCode::WrongType, format!("{number} is not a number")),
             },
-            DeValue::Datetime(_) => return fail("a date; expected a string in quotes".into()),
+            DeValue::Datetime(_) => return fail(ErrorCode::WrongType, "a date; expected a string in quotes".into()),
             DeValue::Array(items) => {
                 let items: Result<_, _> = items.into_iter().map(|item| self.value(item)).collect();
                 Value::List(items?)

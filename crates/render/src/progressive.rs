@@ -14,6 +14,7 @@ use crate::film::film::Film;
 use crate::film::output_plane::OutputPlane;
 use crate::film::tile::Tile;
 use crate::guiding_switch::install_guiding;
+use crate::integrator::passes::passes_of;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Catchers, Settings};
@@ -71,13 +72,14 @@ impl Progressive {
             return fail("progressive images do not support shadow catchers; use render");
         }
         for channel in &settings.channels {
-            if !matches!(channel, Channel::Color | Channel::Alpha | Channel::Coverage | Channel::Error) {
+            if !channel.depends_on_samples() {
                 let name = channel.name();
                 return fail(&format!(
                     "channel {name:?} does not depend on samples and cannot be progressive; use render"
                 ));
             }
         }
+        passes_of(&settings, &prepared)?;
         let camera = prepared.geometry.camera_outside(camera);
         let workers = Workers::for_work(settings.threads, f64::INFINITY, false)?;
         let mut tiles = Tile::for_threads(region, workers.count());
@@ -208,7 +210,7 @@ impl Progressive {
             renderer.resolve_samples(&one.tile, &one.estimator, scratch, &film);
             Ok(())
         })?;
-        let lit = self.channels().iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
+        let lit = self.channels().iter().any(|channel| channel.shows_light());
         let mut notices = if lit { crate::integrator::notices(settings.integrator, &self.prepared) } else { vec![] };
         renderer.notices(self.region, &mut notices);
         Ok(notices)

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::film::channel::Channel;
 use crate::film::estimator::PixelEstimator;
 use crate::film::film::Film;
 use crate::film::frame::Frame;
@@ -16,6 +15,7 @@ use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
 use crate::guiding_switch::install_guiding;
 use crate::integrator::bright_path::BrightPath;
+use crate::integrator::passes::passes_of;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Integrator, Settings};
@@ -201,6 +201,7 @@ impl RenderRequest<'_> {
         targets: impl Iterator<Item = OutputPlane<'t>>,
     ) -> Result<Vec<Notice>, RenderError> {
         let RenderRequest { world, shutter, settings, region, .. } = *self;
+        passes_of(settings, world)?;
         let camera = &world.geometry.camera_outside(self.camera);
         let film = Film::new(region, targets);
         let film = film.filter(|film| film.has_channels(&settings.channels));
@@ -215,7 +216,7 @@ impl RenderRequest<'_> {
             false => Workers::for_work(settings.threads, estimated_work(settings, region, needs), here)?,
         };
         let tiles = Tile::for_threads(region, workers.count());
-        let lit = settings.channels.iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
+        let lit = settings.channels.iter().any(|channel| channel.shows_light());
         let mut notices = if lit { crate::integrator::notices(settings.integrator, world) } else { vec![] };
         match settings.time_limit {
             Some(seconds) if needs.samples => {

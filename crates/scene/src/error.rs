@@ -81,8 +81,13 @@ impl SceneError {
     }
 
     /// The error of a key of a description.
-    pub fn schema(path: impl Into<String>, message: impl Into<Message>) -> Self {
-        Self::Schema { path: path.into(), message: message.into(), span: None }
+    pub fn schema(code: ErrorCode, path: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Schema { path: path.into(), message: code.message(message), span: None }
+    }
+
+    /// The error of a key whose value causes another error.
+    pub fn at_key(path: impl Into<String>, error: Self) -> Self {
+        Self::Schema { path: path.into(), message: Message::from(error), span: None }
     }
 
     /// The kind of error.
@@ -99,7 +104,7 @@ impl SceneError {
     #[must_use]
     pub fn in_context(self, parent: &str) -> Self {
         match self {
-            Self::Camera(_) | Self::World(_) => Self::schema(parent, Message::from(self)),
+            Self::Camera(_) | Self::World(_) => Self::at_key(parent, self),
             // Not a fault in the description, whichever part was read last.
             storage @ Self::Storage { .. } => storage,
             Self::Schema { path, message, span } => {

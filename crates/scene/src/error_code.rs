@@ -68,6 +68,30 @@ codes! {
         Syntax "syntax":
             "A file does not follow its format.",
             "Check the place that the message names, or write the file again.";
+        EmptyFile "empty_file":
+            "A file is empty.",
+            "Copy, download or export the file again.";
+        PlaceholderFile "placeholder_file":
+            "A file is a pointer of Git LFS or git-annex, an HTML page or a server's error message instead of the data.",
+            "Download the file itself, for example with git lfs pull.";
+        WrongFormat "wrong_format":
+            "The content of a file belongs to another format than its name or its use requires.",
+            "Rename the file, or use a file of the expected format.";
+        NotText "not_text":
+            "A text file contains bytes that are not UTF-8.",
+            "Save the file as UTF-8.";
+        DamagedData "damaged_data":
+            "Compressed or encoded data in a file cannot be decoded.",
+            "Copy, download or export the file again.";
+        ImplausibleSize "implausible_size":
+            "A file declares far more data than its bytes can contain.",
+            "Check that the file is complete, or write it with less compression.";
+        CyclicReference "cyclic_reference":
+            "Parts of a file contain each other in a cycle, or a part belongs to two others.",
+            "Give each part one parent.";
+        InvalidUri "invalid_uri":
+            "A URI in a file is malformed.",
+            "Correct the URI; the message contains its place.";
         TruncatedFile "truncated_file":
             "A file ends before its declared content.",
             "Copy or download the file again.";
@@ -99,8 +123,8 @@ codes! {
             "Render settings or arguments are invalid.",
             "Correct the argument that the message names.";
         TooLarge "too_large":
-            "A result would be larger than the limit.",
-            "Render it in regions, or request fewer channels.";
+            "A result or a part of a file is larger than the limit.",
+            "Render the image in regions, request fewer channels, or divide the file.";
         OutOfMemory "out_of_memory":
             "The operating system does not provide the required memory.",
             "Request less data at a time.";

@@ -14,8 +14,9 @@
 //! math color          rotations, Hermite curves; colour spaces, view transforms
 //! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
 //! medium              fog, and coefficients of absorption and scattering
-//! material light      reflection models; emitters
+//! material            reflection models
 //! camera              projection, lens models, aperture, shutter, rigs
+//! light               emitters
 //! animation           node hierarchies, skins, morph targets (glTF)
 //! render_options      options of a render
 //! video               orbits and keyframes
@@ -60,7 +61,7 @@ pub use crate::world::statistics::WorldStats;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
 pub use error::{Result, SceneError, suggestion};
 pub use error_code::{ErrorCode, Message};
-pub use light::{FileRef, IesProfile, Light};
+pub use light::{FileRef, IesProfile, Light, LightTraits, LightVisibility};
 pub use material::{Alpha, Material, MaterialModel};
 pub use medium::Medium;
 pub use medium::fog::Fog;

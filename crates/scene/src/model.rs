@@ -216,6 +216,10 @@ impl Light {
     pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
         match self {
             Light::Environment { image, .. } => image.load(|file| files.environment(file)),
+            Light::Projector { image, .. } => {
+                let read = |file: &str| Ok(files.texture(file, [Wrap::Clamp; 2], ColorUse::Color)?.image);
+                image.load(read)
+            }
             Light::Ies { profile, .. } => profile.load(|file| Ok(Arc::new(files.profile(file)?))),
             _ => Ok(()),
         }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::color::view_transform::ViewTransform;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::named_enum::named_enum;
 use crate::written::written;
 
@@ -138,7 +139,7 @@ impl RenderOption {
         if self.range.contains(value) {
             return Ok(());
         }
-        Err(SceneError::schema(self.name, format!("{value}; expected {}", self.range)))
+        Err(SceneError::schema(ErrorCode::OutOfRange, self.name, format!("{value}; expected {}", self.range)))
     }
 }
 
@@ -291,6 +292,7 @@ impl RenderOptions {
         }
         if self.noise_threshold.is_some() && self.time_limit.is_some() {
             return Err(SceneError::schema(
+                ErrorCode::ConflictingValues,
                 "",
                 "noise_threshold and time_limit cannot be combined; use only one of \
                 them",

@@ -30,7 +30,7 @@ pub fn version() -> String {
     env!("CARGO_PKG_VERSION").into()
 }
 
-/// Returns all channels as JSON: name, number type, and numbers per pixel.
+/// Returns all channels except the parts of the colour as JSON: name, number type, and numbers per pixel.
 #[wasm_bindgen]
 pub fn channels() -> String {
     let row = |channel: Channel| {
@@ -41,7 +41,7 @@ pub fn channels() -> String {
         };
         json!({ "name": channel.name(), "dtype": dtype, "components": channel.components() })
     };
-    json!(Channel::all().map(row).collect::<Vec<_>>()).to_string()
+    json!(Channel::all().filter(|channel| !channel.is_pass()).map(row).collect::<Vec<_>>()).to_string()
 }
 
 /// Files by name.

@@ -40,7 +40,7 @@ pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<N
     }
     let channel = |name: &String| Channel::from_name(name).ok_or_else(|| failure(format!("unknown channel {name:?}")));
     let channels = match call.channels.is_empty() {
-        true => Channel::all().collect(),
+        true => Channel::all().filter(|channel| !channel.is_pass()).collect(),
         false => call.channels.iter().map(channel).collect::<Result<_, _>>()?,
     };
     let surface = call.surface.as_deref().unwrap_or("first");

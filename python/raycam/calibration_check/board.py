@@ -122,7 +122,8 @@ class Board:
             if len(found) == count:
                 return found
         raise SettingsError(
-            f"the board is visible in only {len(found)} poses of the camera, expected {count}"
+            f"the board is visible in only {len(found)} poses of the camera, expected {count}",
+            code="nothing_visible",
         )
 
     def _placed(self, camera: Camera, number: int) -> Camera | None:

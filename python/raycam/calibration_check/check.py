@@ -258,7 +258,7 @@ def _calibrate(camera: Camera, objects: Sequence[Floats], corners: Sequence[Floa
             )
     except cv2.error as error:
         raise SettingsError(
-            f"OpenCV cannot calibrate from these views: {error}; more views may help"
+            f"OpenCV cannot calibrate from these views: {error}; more views may help", code="nothing_visible"
         ) from None
     k, lens = np.asarray(k, np.float64), np.ravel(lens)[:count].astype(np.float64)
     true = _whole_centers(camera)

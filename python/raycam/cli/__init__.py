@@ -21,6 +21,7 @@ from typing import Any, NoReturn
 
 from .._core import __version__
 from ..errors import Error, Notice, SettingsError, nearest
+from ..world.endings import MODEL_ENDINGS
 from . import (
     bake,
     bench,
@@ -85,9 +86,6 @@ SHORT_HELP = """raycam renders models: images, ground truth and videos, with any
   raycam --help                                all commands; raycam COMMAND --help lists a command's options
 
 The models spot.glb and spot.toml come with raycam. Run raycam demo DIR for a tour."""
-
-MODEL_ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".toml")
-"""Endings of files that are more likely meant as a world than as a command."""
 
 INTERRUPTED_STATUS = 130
 """The exit status by which shells report Ctrl-C."""

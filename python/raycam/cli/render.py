@@ -162,13 +162,13 @@ def _render(
     save: Callable[[Frame], object],
 ) -> None:
     """Renders one image, here or as a job of tiles, and saves it."""
-    from ..render import SHADED_CHANNELS
+    from ..render import is_shaded
 
     settings = given_render_options(options)
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
     if by_job:
         reject_options(options, ("background",), "cannot be combined with --workers, --cluster and --shard")
-        lit = set(names) & set(SHADED_CHANNELS)
+        lit = set(filter(is_shaded, names))
         shown, settings = apply_look(
             world, camera, options, settings, shaded=bool(lit), truth_of_world=lit == set(names)
         )
@@ -194,12 +194,10 @@ def _picture(
     import time
 
     from ..progress import bar
-    from ..render import SHADED_CHANNELS, render
+    from ..render import is_shaded, render
 
     def one(title: str, channels: Sequence[str], own: dict[str, Any]) -> Frame:
-        shown, used = apply_look(
-            world, camera, options, own, shaded=not set(SHADED_CHANNELS).isdisjoint(channels)
-        )
+        shown, used = apply_look(world, camera, options, own, shaded=any(map(is_shaded, channels)))
         start = time.monotonic()
         print_detail(
             f"{title}: {', '.join(f'{name}={value}' for name, value in used.items()) or 'the defaults'}"

@@ -25,7 +25,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help="output: .pcd .ply .npz .csv .las .laz .pcap or KITTI's .bin (default: the world's name with .pcd)",
+        help="output: .pcd .ply .npz .csv .las .laz .feather .pcap or KITTI's .bin (default: the world's name with "
+        ".pcd)",
     )
     command.add_argument(
         "--fields",

@@ -29,7 +29,8 @@ def _job(name: str) -> Job:
         folder = job_folder(folder)
     elif folder.is_file():
         raise JobError(
-            f"{folder}: the file is complete and has no job; --keep-frames keeps the frames in {name}.job"
+            f"{folder}: the file is complete and has no job; --keep-frames keeps the frames in {name}.job",
+            code="missing_value",
         )
     return Job(folder)
 

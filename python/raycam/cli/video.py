@@ -70,7 +70,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--trajectory",
         metavar="FILE",
-        help="joint values of the robot over time: .csv with the header time, JOINT, ..., or .npy",
+        help="joint values of the robot over time: .csv with the header time, JOINT, ...; .npy; or a ROS 2 bag (.mcap, "
+        ".db3 or a folder) with joint states, followed by :/TOPIC if they have several topics",
     )
     add_job(command)
     command.set_defaults(run=_run)
@@ -115,7 +116,9 @@ def _follow(world: World, options: argparse.Namespace) -> None:
 
     if len(world.robots) != 1:
         names = ", ".join(world.robots) or "none"
-        raise SettingsError(f"--trajectory requires a world with one robot; robots: {names}")
+        raise SettingsError(
+            f"--trajectory requires a world with one robot; robots: {names}", code="missing_value"
+        )
     (robot,) = world.robots.values()
     times, vectors = read_trajectory(robot, options.trajectory)
     starts = robot._kinematics.starts

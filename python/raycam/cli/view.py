@@ -251,7 +251,9 @@ def _load(opening: Opening, options: argparse.Namespace) -> World:
 def _start(options: argparse.Namespace) -> dict[str, Any]:
     """The initial values of the view, and its look."""
     if options.background_camera is not None:
-        raise SettingsError("--background-camera is not supported by the view; use raycam render")
+        raise SettingsError(
+            "--background-camera is not supported by the view; use raycam render", code="unsupported_feature"
+        )
     look = ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
     start = {
         "time": options.at,
@@ -317,7 +319,8 @@ def _check_host(options: argparse.Namespace) -> None:
     if not is_own and not options.yes:
         raise SettingsError(
             f"--host {options.host}: other people on the network could connect, and the connection is not encrypted; "
-            "forward the port with ssh instead, or add --yes"
+            "forward the port with ssh instead, or add --yes",
+            code="insecure_address",
         )
     if not is_own:
         print_notice("the viewer is reachable from the network, without encryption")

@@ -42,7 +42,9 @@ class Renderer:
         font_scale: Any = None,
     ) -> None:
         if height < 1 or width < 1:
-            raise SettingsError(f"height and width must be at least 1, got {height} and {width}")
+            raise SettingsError(
+                f"height and width must be at least 1, got {height} and {width}", code="out_of_range"
+            )
         self._model, self._size = model, (int(width), int(height))
         self._scene: Any = None
         self._groups: tuple[tuple[int, ...], tuple[int, ...]] = ((0, 1, 2), (0, 1, 2))
@@ -96,7 +98,9 @@ class Renderer:
         names = list(self._scene.world.cameras)
         if isinstance(camera, str):
             if camera not in names:
-                raise SettingsError(f"no camera {camera!r}; cameras: {', '.join(names) or 'none'}")
+                raise SettingsError(
+                    f"no camera {camera!r}; cameras: {', '.join(names) or 'none'}", code="unknown_name"
+                )
             camera = names.index(camera)
         kind = getattr(camera, "type", None)
         if kind == FIXED:
@@ -108,7 +112,9 @@ class Renderer:
             statistic, view = self._model.stat, self._model.vis.global_
             return self._free(statistic.center, 1.5 * statistic.extent, view.azimuth, view.elevation)
         if not isinstance(camera, int | np.integer) or not 0 <= camera < len(names):
-            raise SettingsError(f"camera must be a name or -1 to {len(names) - 1}, got {camera!r}")
+            raise SettingsError(
+                f"camera must be a name or -1 to {len(names) - 1}, got {camera!r}", code="index_out_of_range"
+            )
         return self._fitted(self._scene.world.camera(names[camera]))
 
     def _fitted(self, camera: Camera) -> Camera:
@@ -135,12 +141,14 @@ class Renderer:
         """Returns the image, written into `out` if given; raises `SettingsError` if `out` has a wrong shape."""
         camera = self.camera or self._view
         if self._scene is None or camera is None:
-            raise SettingsError("no scene to render; call update_scene before render")
+            raise SettingsError("no scene to render; call update_scene before render", code="missing_value")
         found = getattr(self, f"_{self._mode}")(camera)
         if out is None:
             return np.asarray(found)
         if out.shape != found.shape:
-            raise SettingsError(f"out must have the shape {list(found.shape)}, not {list(out.shape)}")
+            raise SettingsError(
+                f"out must have the shape {list(found.shape)}, not {list(out.shape)}", code="wrong_shape"
+            )
         out[...] = found
         return out
 
@@ -149,19 +157,23 @@ class Renderer:
         if self.look == "mujoco":
             return np.asarray(self._scene.render(camera, samples=samples))
         if self.look not in LOOKS:
-            raise SettingsError(f"look must be one of {', '.join(LOOKS)}, got {self.look!r}")
+            raise SettingsError(
+                f"look must be one of {', '.join(LOOKS)}, got {self.look!r}", code="unknown_name"
+            )
         samples = 64 if self.look == "path" else 4
         return render(self._scene.world, camera, integrator=self.look, samples=samples).to_srgb8()
 
     def _depth(self, camera: Camera) -> npt.NDArray[Any]:
         depth = render(self._scene.world, camera, channels=["depth"])["depth"]
-        far = float(self._model.vis.map.zfar * self._model.stat.extent)
-        return np.where(np.isfinite(depth) & (depth > 0), np.minimum(depth, far), far).astype(np.float32)
+        far = np.float32(self._model.vis.map.zfar * self._model.stat.extent)
+        # The depth of the background is infinite, and NaN where the camera has no ray.
+        return np.asarray(np.fmin(depth, far), np.float32)
 
     def _segmentation(self, camera: Camera) -> npt.NDArray[Any]:
         instance = render(self._scene.world, camera, channels=["instance"])["instance"]
-        elements = np.array([*self._scene.elements, (-1, -1)], np.int32)
-        return np.ascontiguousarray(elements[instance][..., ::-1])
+        # The last row is for the background, whose instance is -1.
+        elements = np.array([*self._scene.elements, (-1, -1)], np.int32)[:, ::-1]
+        return elements.take(instance, axis=0, mode="wrap")
 
     def enable_depth_rendering(self) -> None:
         """Makes `render` return depth."""

@@ -112,7 +112,8 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     if "caller_worlds" in settings:
         raise JobError(
             "the worlds of this data set come from a program (worlds=); to resume, repeat its call of "
-            "raycam.dataset.write"
+            "raycam.dataset.write",
+            code="missing_value",
         )
     if "recipe" not in settings:
         rigs = [rig and (rig[0], rig[1]) for rig in settings.get("rigs", [None] * len(cameras))]

@@ -15,8 +15,8 @@ __all__ = ["Candidate", "PixelSteps"]
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One triangle and the ray: steps 3 and 4. Points and vectors are [3], in the explanation's units."""
+class PlaneHit:
+    """One triangle's plane and the ray: step 3. Points and vectors are [3], in the explanation's units."""
 
     instance: int
     """The id of the object."""
@@ -37,6 +37,12 @@ class Candidate:
     """The ray parameter n·(a - C) / n·r."""
     f: Floats
     """The intersection f(t) = C + t r of ray and plane."""
+
+
+@dataclass(frozen=True)
+class Candidate(PlaneHit):
+    """One triangle and the ray: step 3, and the inside test of step 4."""
+
     v1: Floats
     """The edge b - a."""
     v2: Floats
@@ -73,8 +79,8 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class PixelSteps:
-    """The numbers by which the lecture's procedure finds the colour of one pixel: the fields of an `Explanation`.
+class RaySteps:
+    """The numbers by which the lecture's procedure finds the ray of one pixel: steps 1 and 2.
 
     Lengths are in world units and points relative to the world's origin, unless the world is tiny, huge, or far from
     its origin. Then they are in the local `units`.
@@ -106,6 +112,12 @@ class PixelSteps:
     """The dot product of `forward` and `line`; positive for X' in front of the camera."""
     r: Floats
     """The direction of the ray, [3]: `line` or its opposite."""
+
+
+@dataclass(frozen=True)
+class PixelSteps(RaySteps):
+    """The numbers by which the lecture's procedure finds the colour of one pixel: the fields of an `Explanation`."""
+
     triangles: int
     """The number of triangles in the world; the sum of the next four numbers and `inside`."""
     without_area: int

@@ -115,7 +115,8 @@ class Job:
             if self._is_released():
                 raise JobError(
                     f"{self.folder}: the input of this job was removed when all its frames were finished; repeat the "
-                    "command or the call that created the job"
+                    "command or the call that created the job",
+                    code="missing_value",
                 )
             self._package = JobPackage.from_bytes(path.read_bytes(), str(path), self.description["job"])
         return self._package

@@ -132,7 +132,7 @@ class JobPackage:
                 fields[key] for key in ("raycam", "kind", "frames", "settings")
             )
         except (ValueError, KeyError, TypeError):
-            raise FormatError(f"{name}: not a job package") from None
+            raise FormatError(f"{name}: not a job package", code="wrong_format") from None
         if version != __version__:
             raise JobError(
                 f"{name}: created by raycam {version}, but {__version__} is installed; all machines must use the same "

@@ -110,7 +110,8 @@ def assemble(job: Job) -> Frame:
     state = job.status()
     if state.finished < state.frames:
         raise JobError(
-            f"{job.folder}: {state.finished} of {state.frames} tiles are finished; finish the job first"
+            f"{job.folder}: {state.finished} of {state.frames} tiles are finished; finish the job first",
+            code="unfinished_job",
         )
     camera = job.package.world.camera(job.package.settings["camera"])
     parts = []

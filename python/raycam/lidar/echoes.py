@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,7 +47,7 @@ def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
     """
     if len(found.pulse) and (np.diff(found.pulse) > 0).all():
         return _single_echoes(found)
-    order = np.lexsort((found.length, found.pulse))
+    order = _order_by_length(found.pulse, found.length)
     pulse, length = found.pulse[order], found.length[order]
     weight = np.maximum(found.energy[order], 1e-300)
     sigma = pulse_length * FWHM_TO_SIGMA
@@ -56,7 +57,9 @@ def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
     cluster = np.concatenate([[0], np.cumsum(~(same & (gap <= limit)))]) if len(pulse) else np.zeros(0, int)
     mode = _modes(cluster, length, weight, sigma) if sigma > 0.0 else length
     key = np.round(mode / max(sigma * 1e-3, 1e-9))
-    ordered = np.lexsort((key, cluster))
+    ordered = np.arange(len(key))
+    if ((key[1:] < key[:-1]) & (cluster[1:] == cluster[:-1])).any():
+        ordered = np.lexsort((key, cluster))
     new = np.ones(len(ordered), bool)
     new[1:] = (cluster[ordered][1:] != cluster[ordered][:-1]) | (
         np.abs(np.diff(mode[ordered])) > 1e-3 * sigma
@@ -84,22 +87,57 @@ def _grouped(
     energy = found.energy[order]
     total = np.bincount(number, energy, count).astype(float)
     surface = np.stack([found.fields["instance"][order], found.bounces[order]], axis=1)
-    by_surface = np.lexsort((surface[:, 1], surface[:, 0], number))
+    by_surface = _order_by_surface(surface, number)
     changed = np.ones(len(by_surface), bool)
     changed[1:] = (np.diff(number[by_surface]) != 0) | (np.diff(surface[by_surface], axis=0) != 0).any(axis=1)
     group = np.cumsum(changed) - 1
     shares = np.bincount(group, energy[by_surface]) if len(group) else np.zeros(0)
     of_row = np.empty(len(by_surface), np.int64)
     of_row[by_surface] = group
-    best = np.lexsort((order, -energy, -shares[of_row] if len(group) else energy, number))
-    leader = np.ones(len(best), bool)
-    leader[1:] = np.diff(number[best]) != 0
-    main = best[leader]
+    main = _leaders(number, (shares[of_row], energy, -order)) if count else by_surface
     with np.errstate(divide="ignore", invalid="ignore"):
         purity = np.where(total > 0.0, shares[of_row[main]] / total, 1.0) if count else np.zeros(0)
     arrange = np.lexsort((mode[main], pulse[main]))
     main = main[arrange]
     return Echoes(pulse[main], mode[main], total[arrange], order[main], purity[arrange].astype(np.float32))
+
+
+def _order_by_length(pulse: npt.NDArray[np.int64], length: Floats) -> npt.NDArray[np.int64]:
+    """Returns the order by pulse, then length, then row."""
+    if (np.diff(pulse) < 0).any():
+        return np.lexsort((length, pulse))
+    order = np.arange(len(pulse))
+    starts = np.flatnonzero(np.diff(pulse, prepend=-1))
+    sizes = np.diff(np.append(starts, len(pulse)))
+    for size in np.unique(sizes[sizes > 1]):
+        rows = starts[sizes == size][:, None] + np.arange(size)
+        order[rows] = np.take_along_axis(rows, np.argsort(length[rows], axis=1, kind="stable"), axis=1)
+    return order
+
+
+def _order_by_surface(surface: npt.NDArray[Any], number: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Returns the order by echo number, then surface [n, 2], then row."""
+    if (np.diff(number) < 0).any():
+        return np.lexsort((surface[:, 1], surface[:, 0], number))
+    order = np.arange(len(number))
+    changed = (np.diff(surface, axis=0) != 0).any(axis=1) & (np.diff(number) == 0)
+    mixed = np.zeros(int(number.max(initial=-1)) + 1, bool)
+    mixed[number[1:][changed]] = True
+    rows = np.flatnonzero(mixed[number])
+    order[rows] = rows[np.lexsort((surface[rows, 1], surface[rows, 0], number[rows]))]
+    return order
+
+
+def _leaders(number: npt.NDArray[np.int64], ranks: Sequence[npt.NDArray[Any]]) -> npt.NDArray[np.int64]:
+    """Returns the row of each echo number with the largest rank; the next rank decides between equal ones."""
+    rows = np.arange(len(number))
+    if (np.diff(number) < 0).any():
+        rows = np.argsort(number, kind="stable")
+    for rank in ranks:
+        own = number[rows]
+        largest = np.maximum.reduceat(rank[rows], np.flatnonzero(np.diff(own, prepend=-1)))
+        rows = rows[rank[rows] == largest[own]]
+    return rows
 
 
 def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma: float) -> Floats:

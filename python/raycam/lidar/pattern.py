@@ -131,9 +131,9 @@ def unit_vectors(vectors: Floats) -> Floats:
 
 def cosines(angles: Iterable[float]) -> Floats:
     """Returns the cosines of angles in radians. NumPy's own depend on the processor in the last bit."""
-    return np.array([math.cos(angle) for angle in angles])
+    return np.fromiter(map(math.cos, angles), np.float64)
 
 
 def sines(angles: Iterable[float]) -> Floats:
     """Returns the sines of angles in radians; see `cosines`."""
-    return np.array([math.sin(angle) for angle in angles])
+    return np.fromiter(map(math.sin, angles), np.float64)

@@ -149,7 +149,8 @@ class Scan(Mapping[str, Array]):
         """Writes the points to a file; the extension selects the format.
 
         `.pcd` (0.7, binary, or text with `text`), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), `.laz`
-        (requires `raycam[laz]`), and `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written
+        (requires `raycam[laz]`), `.feather` of Argoverse 2 (requires `raycam[feather]`; coordinates are float16), and
+        `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written
         besides the position (default: those that readers of the format expect, and ids); with `in_world`, positions are
         in world coordinates. Lost pulses are not written, except to .npz. `.pcap` contains the packets that a VLP-16,
         Puck Hi-Res, VLP-32C, HDL-32E, HDL-64E, VLS-128 or Ouster (profile LEGACY) sends in this frame; the same

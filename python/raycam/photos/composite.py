@@ -45,8 +45,10 @@ class Composite:
 class _Lookups:
     """Points [m] of the surface, each looked up in one photograph; -1 means no photograph."""
 
-    def __init__(self, view: Ids, part: Callable[[Ints], SurfacePart]) -> None:
+    def __init__(self, view: Ids, part: Callable[[Ints], SurfacePart], weighted: bool = False) -> None:
         self.colors = np.full((len(view), 3), np.nan, np.float32)
+        self.weights = np.zeros(len(view), np.float32)
+        self._weighted = weighted
         self._order = np.argsort(view, kind="stable")
         self._sorted, self._part = view[self._order], part
 
@@ -55,8 +57,9 @@ class _Lookups:
         low, high = np.searchsorted(self._sorted, [number, number + 1])
         for start in range(int(low), int(high), PART_TEXELS):
             some = self._order[start : min(start + PART_TEXELS, high)]
-            view = photos.view(number, photo, self._part(some), weighted=False)
+            view = photos.view(number, photo, self._part(some), weighted=self._weighted)
             self.colors[some[view.index]] = view.colors
+            self.weights[some[view.index]] = view.weight
 
 
 def _look_up(photos: PhotoSet, *lookups: _Lookups) -> list[Single]:
@@ -91,13 +94,13 @@ def compose(photos: PhotoSet, blended: BlendedTexels, totals: FaceTotals) -> Com
     faces = _choose(photos, totals)
     view = np.where(blended.views > 0, faces.view[texels.face], -1).astype(np.int32)
     edges = _SeamEdges.between(faces)
-    at_edges = _Lookups(*edges.points(photos, faces))
+    at_edges = _Lookups(*edges.points(photos, faces), weighted=True)
     own, edge_colors = _look_up(photos, _Lookups(view, surface.part), at_edges)
     missing = np.isnan(own[:, 0])
     view[missing] = -1
     own[missing] = blended.colors[missing]
     colors = own.astype(np.float64)
-    corner, adjustment = _adjustments(photos, faces, edges, edge_colors)
+    corner, adjustment = _adjustments(photos, faces, edges, edge_colors, at_edges.weights)
     shown = np.flatnonzero(~missing)
     for start in range(0, len(shown), PART_TEXELS):
         some = shown[start : start + PART_TEXELS]
@@ -163,11 +166,12 @@ class _SeamEdges:
 
 
 def _adjustments(
-    photos: PhotoSet, faces: _FaceViews, edges: _SeamEdges, colors: Single
+    photos: PhotoSet, faces: _FaceViews, edges: _SeamEdges, colors: Single, weights: Single
 ) -> tuple[Ints, Floats]:
     """The unknowns [f, 3] of the faces' corners, and their additive adjustments [unknowns, 3].
 
-    `colors` are those of `_SeamEdges.points`.
+    `colors` and `weights` are those of `_SeamEdges.points`. Points with less than the median weight count less: near
+    silhouettes, photographs mix the surface with its background.
     """
     key = faces.vertices * (len(photos.cameras) + 1) + (faces.view + 1)[:, None]
     unknowns, corner = np.unique(key, return_inverse=True)
@@ -177,10 +181,14 @@ def _adjustments(
         return corner, np.zeros((len(unknowns), 3))
     pairs = colors.astype(np.float64).reshape(len(EDGE_PLACES), 2, count, 3)
     difference = (pairs[:, 0] - pairs[:, 1]).reshape(-1, 3)
-    known = np.isfinite(difference).all(axis=1)
+    weight = weights.astype(np.float64).reshape(len(EDGE_PLACES), 2, count).min(axis=1).reshape(-1)
+    known = np.isfinite(difference).all(axis=1) & (weight > 0)
+    if not known.any():
+        return corner, np.zeros((len(unknowns), 3))
 
     def every(unknown: Ints) -> Ints:
-        return np.tile(unknown, (len(EDGE_PLACES), 1))[known]
+        repeated: Ints = np.tile(unknown, (len(EDGE_PLACES), 1))[known]
+        return repeated
 
     links = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2)[faces.view >= 0].reshape(-1, 2)
     seam_samples = SeamSamples(
@@ -188,6 +196,7 @@ def _adjustments(
         every(corner[edges.second[:, None], edges.others]),
         np.repeat(EDGE_PLACES, count)[known],
         difference[known],
+        np.minimum(weight[known] / np.median(weight[known]), 1.0),
     )
     return corner, level_vertices(len(unknowns), links, seam_samples)
 

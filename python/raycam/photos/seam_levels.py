@@ -38,6 +38,8 @@ class SeamSamples:
     """Place on the edge [m], from 0 to 1."""
     difference: Floats
     """Colour of the first minus colour of the second photograph [m, 3]."""
+    weight: Floats
+    """Weight of equal colours at the point [m], from 0 to 1."""
 
 
 def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
@@ -48,6 +50,7 @@ def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
     column = np.concatenate([samples.first, samples.second], axis=1)
     share = np.stack([1 - samples.place, samples.place], axis=1)
     factor = np.concatenate([share, -share], axis=1)
+    weighted = factor * samples.weight[:, None]
     first, second = links.T
     smooth, each = np.full(len(links), SMOOTHNESS), np.arange(count)
     matrix = SparseSymmetric.sum_of(
@@ -56,7 +59,7 @@ def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
         np.concatenate([np.tile(column, (1, 4)).ravel(), first, second, second, first, each]),
         np.concatenate(
             [
-                (factor[:, :, None] * factor[:, None, :]).ravel(),
+                (weighted[:, :, None] * factor[:, None, :]).ravel(),
                 *(smooth, smooth, -smooth, -smooth),
                 np.full(count, RIDGE),
             ]
@@ -64,7 +67,7 @@ def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
     )
     right = -np.stack(
         [
-            np.bincount(column.ravel(), weights=(factor * channel[:, None]).ravel(), minlength=count)
+            np.bincount(column.ravel(), weights=(weighted * channel[:, None]).ravel(), minlength=count)
             for channel in samples.difference.T
         ],
         axis=1,

@@ -107,8 +107,12 @@ def _named(cameras: Any, images: Mapping[str, str] | None, kinds: Any, expected:
     for name in given:
         camera, photograph = given[name], known.get(name, name)
         if not isinstance(camera, kinds):
+            remedy = (
+                "; for lidars, use surface_visibility or raycam.scan" if isinstance(camera, Lidar) else ""
+            )
             raise SettingsError(
-                f"cameras[{name!r}] must be a {expected}, not {type(camera).__name__}", code="wrong_type"
+                f"cameras[{name!r}] must be a {expected}, not {type(camera).__name__}{remedy}",
+                code="wrong_type",
             )
         if photograph in found:
             raise SettingsError(

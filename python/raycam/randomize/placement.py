@@ -168,7 +168,8 @@ class PlacementSampler:
         ground, areas, owners = self._ground(surface)
         if not len(ground):
             raise WorldError(
-                f"{what}: {surface or 'the world'} has no upward-facing level surface to place objects on"
+                f"{what}: {surface or 'the world'} has no upward-facing level surface to place objects on",
+                code="nothing_visible",
             )
         tries = 0
         if not self._is_too_large(shape, surface, ground, gap):

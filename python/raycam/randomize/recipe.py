@@ -258,7 +258,8 @@ class Recipe:
                 except WorldError as fault:
                     raise WorldError(f"{self._source}{fault}", code=fault.code) from None
         raise WorldError(
-            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, all rejected)"
+            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, all rejected)",
+            code=last.code,
         )
 
     def _with_backgrounds(self, world: World, number: int) -> World:

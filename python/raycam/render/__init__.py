@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .options import FILTERS, INTEGRATORS, RENDER_OPTIONS, VIEWS, RenderOption, RenderOptions
 from .render import render
-from .request import DEFAULT_CHANNELS, SHADED_CHANNELS, Region, channel_names
+from .request import DEFAULT_CHANNELS, Region, channel_names, is_shaded
 from .studio import STUDIO_NOTICE, is_unlit, studio_options
 
 __all__ = [
@@ -12,13 +12,13 @@ __all__ = [
     "FILTERS",
     "INTEGRATORS",
     "RENDER_OPTIONS",
-    "SHADED_CHANNELS",
     "STUDIO_NOTICE",
     "VIEWS",
     "Region",
     "RenderOption",
     "RenderOptions",
     "channel_names",
+    "is_shaded",
     "is_unlit",
     "render",
     "studio_options",

@@ -18,7 +18,12 @@ VIRIDIS_COLORS = (
     *(0x4AC16D, 0x73D056, 0xA0DA39, 0xD0E11C, 0xFDE725),
 )
 """15 even steps of the colour map viridis (S. van der Walt and N. Smith, 2015, CC0), 0xrrggbb."""
-FRACTION_CHANNELS = ("coverage", "alpha")
+LIGHT_CHANNELS = (
+    *("color", "albedo", "shadow", "transmittance"),
+    *("emission", "direct", "indirect", "diffuse", "specular", "volume"),
+)
+"""Channels of linear light, in addition to those of single lights."""
+FRACTION_CHANNELS = ("coverage", "alpha", "roughness", "metallic")
 """Channels of fractions, 0 to 1."""
 UNIT_VECTOR_CHANNELS = ("normal", "normal_camera", "shading_normal", "shading_normal_camera")
 
@@ -26,16 +31,19 @@ UNIT_VECTOR_CHANNELS = ("normal", "normal_camera", "shading_normal", "shading_no
 def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Returns a channel [h, w, ...] as an sRGB image, uint8 [h, w, 3]; the background is black.
 
-    * `color`, `albedo`, `shadow` and `transmittance`: sRGB, as in PNG.
+    * `color` and its parts, `albedo`, `shadow` and `transmittance`: sRGB, as in PNG.
     * unit vectors: (x + 1) / 2, (y + 1) / 2, (z + 1) / 2, as in normal maps.
     * ids: one colour per id, which depends on the id only: hue id * 0.618034 (modulo 1), saturation and value between
       0.55 and 1.
-    * `barycentric`: the weights as red, green and blue. `uv`: u and v (modulo 1) as red and green.
-    * `position`: x, y and z as red, green and blue, each scaled from the image's lowest to its highest value.
+    * `barycentric` and `nocs`: the weights or coordinates as red, green and blue. `uv`: u and v (modulo 1) as red and
+      green.
+    * `position`: x, y and z as red, green and blue, and `projector_uv`: u and v as red and green, each scaled from the
+      image's lowest to its highest value.
     * other numbers: the colour map viridis from the image's lowest (dark) to its highest finite value; for `depth` and
-      `distance` from the farthest (dark) to the nearest; for `coverage` and `alpha` from 0 to 1.
+      `distance` from the farthest (dark) to the nearest; for `coverage`, `alpha`, `roughness` and `metallic`
+      from 0 to 1.
     """
-    if name in ("color", "albedo", "shadow", "transmittance"):
+    if name in LIGHT_CHANNELS or name.startswith("light:"):
         return np.asarray(_core.srgb_from_linear(np.ascontiguousarray(plane, np.float32), 1.0, 8, "standard"))
     if plane.dtype.kind == "i":
         return _ids(plane)
@@ -45,6 +53,8 @@ def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]
         shares = (plane + 1) / 2
     elif name == "uv":
         shares = np.dstack([np.mod(plane, 1), np.zeros(plane.shape[:2])])
+    elif name == "projector_uv":
+        shares = np.dstack([_stretched(plane, valid, None), np.zeros(plane.shape[:2])])
     elif plane.ndim == 3 and name != "position":
         shares = plane
     else:

@@ -54,7 +54,7 @@ def denoise(color: Image, albedo: Image, normal: Image) -> Image:
             run_filter.commit()
             run_filter.execute()
         if message := device.get_error():
-            raise SettingsError(f"Open Image Denoise: {message}")
+            raise SettingsError(f"Open Image Denoise: {message}", code="failed_denoising")
         return output
 
     with device:

@@ -22,11 +22,45 @@ from ..notices import warn_all
 from .channel_picture import channel_picture, encode_jpeg
 from .options import VIEWS, check_option
 
-__all__ = ["CHANNELS", "VIEWS", "Frame", "check_save", "encoded"]
+__all__ = [
+    "CHANNELS",
+    "PASSES",
+    "VIEWS",
+    "Frame",
+    "channel_form",
+    "check_save",
+    "encoded",
+    "is_channel",
+    "is_pass",
+]
 
 
 CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _core.channels()}
-"""The dtype and the number of components of every channel."""
+"""The dtype and the number of components of every channel, except those of single lights."""
+PASSES = ("emission", "direct", "indirect", "diffuse", "specular", "volume")
+"""Parts of the colour, in addition to the channels of single lights."""
+LIGHT_PREFIX = "light:"
+"""Prefix of the channels that show the light of one source."""
+
+
+def is_pass(name: str) -> bool:
+    """True for a part of the colour."""
+    return name in PASSES or _is_light(name)
+
+
+def is_channel(name: str) -> bool:
+    """True for a channel, with or without the light of one source."""
+    return name in CHANNELS or _is_light(name)
+
+
+def channel_form(name: str) -> tuple[np.dtype[Any], int]:
+    """The dtype and the number of components of a channel."""
+    return CHANNELS["color"] if _is_light(name) else CHANNELS[name]
+
+
+def _is_light(name: str) -> bool:
+    return name.startswith(LIGHT_PREFIX) and len(name) > len(LIGHT_PREFIX)
+
 
 Channels = dict[str, npt.NDArray[Any]]
 
@@ -56,11 +90,24 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
     shadow                float32 [h, w, 3] light that shadow catchers leave to the background          1
     transmittance         float32 [h, w, 3] light that fog and media let pass to the camera             1, fog: 0
+    emission              float32 [h, w, 3] light that nothing scatters: lamps, shining surfaces, sky       sky, or 0
+    direct                float32 [h, w, 3] light that is scattered once                                0, or fog
+    indirect              float32 [h, w, 3] light that is scattered several times                       0, or fog
+    diffuse               float32 [h, w, 3] light that the first surface scatters by diffuse lobes      0
+    specular              float32 [h, w, 3] light that the first surface scatters by all other lobes    0
+    volume                float32 [h, w, 3] light that fog or media in front of surfaces scatter        0, or fog
+    light:NAME            float32 [h, w, 3] light of one source: a light's name, or `surfaces`          its sky, or 0
+    roughness             float32 [h, w]    perceptual roughness, 0 to 1                                0
+    metallic              float32 [h, w]    metalness, 0 to 1                                           0
+    nocs                  float32 [h, w, 3] place in the object's box, whose diagonal has length 1      NaN
+    projector_uv          float32 [h, w, 2] pixel of the first projector that shines there; NaN if none does    NaN
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 
-    All channels but `color`, `coverage`, `alpha`, `shadow` and `error` describe the exact ray through the pixel's
-    centre and are never filtered.
+    All channels but `color` and its parts, `coverage`, `alpha`, `shadow` and `error` describe the exact ray through the
+    pixel's centre and are never filtered. The colour is the sum of `emission`, `direct` and `indirect`; of
+    `emission`, `diffuse`, `specular` and `volume`; and of all `light:NAME`, within float32 rounding. `denoise`
+    changes only `color`.
     """
 
     def __init__(
@@ -458,7 +505,7 @@ def check_save(
         )
     if target.suffix.lower() in (*PICTURES, ".hdr"):
         names = ["color"] if "color" in names else names[:1]
-    each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
+    each = sum(dtype.itemsize * components for dtype, components in map(channel_form, names))
     atomic_files.check_writable(target, each * size[0] * size[1])
 
 

@@ -20,7 +20,7 @@ from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn_all
 from ..render.arguments import camera_of, world_of
 from ..world.robot_joints import follow_joints, joint_poses, mounted_camera
-from .frame import CHANNELS, Frame
+from .frame import Frame, channel_form
 from .options import RenderOptions, given_options
 from .render import CATCHER_NOTICE, render
 from .request import DEFAULT_CHANNELS, channel_names, image_request
@@ -201,7 +201,10 @@ def _by_joints(
     moving = joint_poses(world, joints)
     twice = [which for which, _ in moved if which in moving]
     if twice:
-        raise SettingsError(f"poses and joints both place {', '.join(map(repr, twice))}; give one of them")
+        raise SettingsError(
+            f"poses and joints both place {', '.join(map(repr, twice))}; give one of them",
+            code="conflicting_values",
+        )
     return [*moved, *moving.items()], follow_joints(world, cameras, joints)
 
 
@@ -315,7 +318,7 @@ def _arrays(
     given = dict(out or {})
     arrays: Pixels = {}
     for name in names:
-        dtype, components = CHANNELS[name]
+        dtype, components = channel_form(name)
         wanted = (*shape, components) if components > 1 else shape
         array = given.pop(name, None)
         if array is None:

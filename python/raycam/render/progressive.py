@@ -12,7 +12,7 @@ from ..arguments import real, whole
 from ..camera import Camera
 from ..errors import SettingsError
 from ..render.arguments import camera_of, world_of
-from .frame import Frame
+from .frame import Frame, is_pass
 from .options import ADAPTIVE_SAMPLES, MAX_SAMPLES, RenderOptions, given_options
 from .request import Region, channel_names, check_region, image_request
 
@@ -78,7 +78,7 @@ class Progressive:
         self._camera = camera_of(self._world, camera)
         names = channel_names(channels)
         for name in names:
-            if name not in SAMPLED_CHANNELS:
+            if name not in SAMPLED_CHANNELS and not is_pass(name):
                 raise SettingsError(
                     f"channel {name!r} does not depend on the number of samples; use raycam.render",
                     code="conflicting_values",

@@ -20,11 +20,11 @@ from .frame import CHANNELS, Frame
 from .options import RenderOptions, check_option, given_options
 from .request import (
     DEFAULT_CHANNELS,
-    SHADED_CHANNELS,
     Region,
     Surface,
     channel_names,
     image_request,
+    is_shaded,
     unlit,
 )
 from .sight import LIT_INTEGRATORS, blank_notices
@@ -239,7 +239,7 @@ def _without_catchers(
         else:
             message = "shadow catchers show no shadows, because emissive objects are the only light"
             notices.append(Notice(message, "no_caught_shadows"))
-    truth = [name for name in names if name not in (*SHADED_CHANNELS, "alpha", "coverage", "shadow")]
+    truth = [name for name in names if not is_shaded(name) and name not in ("alpha", "coverage", "shadow")]
     if catcher_truth and truth:
         plain = unlit(request, truth) | {"transparent_background": False}
         planes |= world._core.render(camera._core, plain, None)[0]
@@ -251,7 +251,7 @@ def _planes(
 ) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
     """The channels; ground truth of a world in the studio describes the world without the studio."""
     bare, names = world.without_studio, request["channels"]
-    truth = [name for name in names if name not in SHADED_CHANNELS]
+    truth = [name for name in names if not is_shaded(name)]
     if bare is world or not truth or request["transparent_background"]:
         world.prepare(threads=request["threads"])
         return world._core.render(camera._core, request, progress)
@@ -261,7 +261,7 @@ def _planes(
     planes, area, notices = bare._core.render(camera._core, plain, None)
     if len(truth) < len(names):
         world.prepare(threads=request["threads"])
-        shaded = request | {"channels": [name for name in names if name in SHADED_CHANNELS]}
+        shaded = request | {"channels": [name for name in names if is_shaded(name)]}
         lit, area, lit_notices = world._core.render(camera._core, shaded, progress)
         planes, notices = planes | lit, [*lit_notices, *notices]
     return {name: planes[name] for name in names}, area, list(dict.fromkeys(notices))

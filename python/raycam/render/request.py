@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from ..arguments import flag, one_of, whole, words
 from ..errors import SettingsError
-from .frame import CHANNELS
+from .frame import CHANNELS, PASSES, is_channel, is_pass
 from .options import complete_options
 
 if TYPE_CHECKING:
@@ -21,12 +21,13 @@ __all__ = [
     "channel_names",
     "check_region",
     "image_request",
+    "is_shaded",
     "unlit",
 ]
 
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
-SHADED_CHANNELS = ("color", "error")
-"""The channels that show light."""
+SHADED_CHANNELS = ("color", "error", *PASSES)
+"""The channels that show light, except those of single lights."""
 SURFACES = ["first", "solid"]
 MAX_UINT32 = (1 << 32) - 1
 
@@ -68,12 +69,20 @@ def unlit(request: Mapping[str, Any], names: list[str], samples: int = 1) -> dic
 
 
 def channel_names(channels: Sequence[str] | str) -> list[str]:
-    """Returns the names of channels without duplicates; "all" means every channel. Raises `SettingsError`."""
+    """Returns the names of channels without duplicates. Raises `SettingsError`.
+
+    "all" means every channel except those of single lights.
+    """
     is_all = isinstance(channels, str) and channels == "all"
-    names = words("channel", list(CHANNELS) if is_all else channels, CHANNELS)
+    names = words("channel", list(CHANNELS) if is_all else channels, CHANNELS, also=is_channel)
     if not names:
         raise SettingsError(f"channels is empty; options: {', '.join(CHANNELS)}", code="missing_value")
     return names
+
+
+def is_shaded(name: str) -> bool:
+    """True for a channel that shows light."""
+    return name in SHADED_CHANNELS or is_pass(name)
 
 
 def check_region(value: Region) -> list[int]:

@@ -2,6 +2,7 @@
 
 from .collada import collada_to_glb
 from .description import Geometry, Link, Material, RobotDescription, Visual
+from .joint_bags import is_bag, read_joint_states
 from .kinematics import WIDTHS
 from .mounted import MountedCamera, place_camera
 from .read import SUFFIXES, RobotModel, read_robots
@@ -24,6 +25,8 @@ __all__ = [
     "Visual",
     "collada_to_glb",
     "find_root",
+    "is_bag",
     "place_camera",
+    "read_joint_states",
     "read_robots",
 ]

@@ -64,8 +64,10 @@ def collada_to_glb(
         return _Converter(path, document, find_image, scale, up_axis).convert()
     except (FormatError, MemoryError, OSError):
         raise
-    except Exception as error:  # pycollada raises various exceptions for malformed documents
-        raise FormatError(f"{path}: not a valid Collada document: {type(error).__name__}: {error}") from None
+    except Exception as error:  # pycollada raises many kinds for malformed documents
+        raise FormatError(
+            f"{path}: not a valid Collada document: {type(error).__name__}: {error}", code="syntax"
+        ) from None
 
 
 class _Converter:
@@ -156,7 +158,7 @@ class _Converter:
         linear = matrix[:3, :3] * self._unit[:, None]
         points = _values(sources, "VERTEX", corners, 3)
         if points is None:
-            raise FormatError(f"{self._path}: triangles without vertices")
+            raise FormatError(f"{self._path}: triangles without vertices", code="missing_value")
         points = points @ linear.T + matrix[:3, 3] * self._unit
         if np.linalg.det(linear) < 0:
             faces = faces[:, ::-1]

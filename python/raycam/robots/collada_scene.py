@@ -116,7 +116,10 @@ class _Scene:
             values = np.empty(0)
         if len(values) != count or not np.isfinite(values).all():
             tag = str(node.tag).rpartition("}")[2]
-            raise FormatError(f"{self._name}: <{tag}> must contain {count} finite numbers, got {node.text!r}")
+            raise FormatError(
+                f"{self._name}: <{tag}> must contain {count} finite numbers, got {node.text!r}",
+                code="wrong_shape",
+            )
         return values
 
     def _transform(self, tag: str, node: Any) -> Floats:

@@ -25,6 +25,12 @@ class Material:
     """Red, green, blue (sRGB) and opacity, each 0..1."""
     texture: str | None = None
     """The texture's file name as written in the description."""
+    roughness: float | None = None
+    """Roughness 0..1 of the principled material."""
+    metallic: float | None = None
+    """Metalness 0..1 of the principled material."""
+    emission: tuple[float, float, float] | None = None
+    """Emitted red, green, blue (sRGB), each 0..1."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from .description import RobotDescription
 from .resolve import FileResolver, read_bytes
 from .sdf import read_sdf
 from .sdf_cameras import SdfCamera
+from .sdf_lights import SdfLight
 from .urdf import read_urdf
 from .xacro import expand_xacro
 from .xml_tree import XmlLimits
@@ -33,6 +34,8 @@ class RobotModel:
     world_from_root: Floats
     """Pose [4, 4] in the file; the identity for URDF."""
     cameras: list[SdfCamera]
+    lights: list[SdfLight] = field(default_factory=list)
+    """The lights of the file, with the first robot."""
 
 
 def read_robots(
@@ -58,5 +61,5 @@ def read_robots(
     data = read_bytes(Path(path), XmlLimits().bytes)
     if suffix == ".sdf":
         models = read_sdf(data, name, files)
-        return [RobotModel(one.description, one.world_from_model, one.cameras) for one in models]
+        return [RobotModel(one.description, one.world_from_model, one.cameras, one.lights) for one in models]
     return [RobotModel(read_urdf(data, name), np.eye(4), [])]

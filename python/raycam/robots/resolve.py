@@ -122,7 +122,7 @@ class FileResolver:
         if normal.is_file():
             return normal
         other = _other_case(normal)
-        if other is None or not any(self._inside(other, root) for root in roots):
+        if other is None or not other.is_file() or not any(self._inside(other, root) for root in roots):
             raise Missing(f"no such file: {normal}")
         self.notices.append(
             Notice(

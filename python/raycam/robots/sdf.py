@@ -16,6 +16,7 @@ from .description import Geometry, Joint, JointType, Link, Material, RobotDescri
 from .resolve import FileResolver, Missing, read_bytes
 from .sdf_cameras import SdfCamera, read_sensor
 from .sdf_frames import MODEL_FRAME, FrameGraph, read_numbers, read_pose
+from .sdf_lights import SdfLight, ambient_light, read_light
 from .tree import check_tree
 from .xml_tree import Element, XmlLimits, parse_xml
 
@@ -33,6 +34,8 @@ JOINTS: dict[str, JointType] = {
 }
 UNLIMITED = 1e15
 """Limits from which a revolute joint turns without end."""
+PBR_VALUES = {"roughness": "roughness", "metalness": "metallic"}
+"""Numbers of `<pbr><metal>`, and the fields of `Material`."""
 SILENT = {
     "pose", "link", "joint", "frame", "model", "include", "static", "self_collide", "allow_auto_disable", "enable_wind",
     "plugin", "name", "uri", "gripper", "placement_frame", "physics", "gravity", "magnetic_field", "atmosphere",
@@ -51,6 +54,8 @@ class SdfModel:
     """Its pose [4, 4]."""
     cameras: list[SdfCamera]
     """The cameras of its links."""
+    lights: list[SdfLight] = field(default_factory=list)
+    """The lights of the file's worlds, with the first model."""
 
 
 def read_sdf(data: bytes, name: str, files: FileResolver) -> list[SdfModel]:
@@ -70,14 +75,17 @@ class _Document:
         self.name, self.files, self.depth = name, files, depth
         self.notices: list[Notice] = []
         self.ignored: Counter[str] = Counter()
+        self.lights: list[SdfLight] = []
         self._root = parse_xml(data, name)
         if self._root.tag != "sdf":
             hint = "; it is URDF, rename it to .urdf" if self._root.tag == "robot" else ""
-            raise self.fail(self._root, f"expected an <sdf> element, found <{self._root.tag}>{hint}")
+            raise self.fail(
+                self._root, f"expected an <sdf> element, found <{self._root.tag}>{hint}", "wrong_format"
+            )
 
-    def fail(self, element: Element, text: str) -> FormatError:
+    def fail(self, element: Element, text: str, code: str) -> FormatError:
         """The error about an element."""
-        return FormatError(f"{self.name}:{element.line}: {text}")
+        return FormatError(f"{self.name}:{element.line}: {text}", code=code)
 
     def note(self, element: Element, text: str, code: str) -> None:
         """Adds a notice about an element."""
@@ -92,17 +100,27 @@ class _Document:
                     found.append(self._model(child))
                 elif child.tag == "include":
                     found += self._included_models(child)
+                elif child.tag == "light":
+                    self._add_light(read_light(child, self.fail, self.name))
                 elif child.tag not in SILENT and child.tag != "world":
                     self.ignored[child.tag] += 1
                 if len(found) > MAX_MODELS:
-                    raise self.fail(child, f"too many models; the limit is {MAX_MODELS}")
+                    raise self.fail(child, f"too many models; the limit is {MAX_MODELS}", "budget_exceeded")
+            if self.lights and holder.tag == "world":
+                self._add_light(ambient_light(holder, self.fail))
         if not found:
             raise FormatError(f"{self.name}: the file contains no models", code="nothing_visible")
         texts = [f"{count} x <{tag}>" for tag, count in self.ignored.items()]
         if texts:
             self.notices.append(Notice(f"{self.name}: not shown: {', '.join(texts)}", "ignored_element"))
         found[0].description.notices[:0] = self.notices
+        found[0].lights = self.lights
         return found
+
+    def _add_light(self, light: SdfLight | None) -> None:
+        if light is not None:
+            self.lights.append(light)
+            self.notices += light.notices
 
     def _model(self, element: Element) -> SdfModel:
         builder = _Model(self)
@@ -110,7 +128,15 @@ class _Document:
         return builder.finished(element, read_pose(element, self.fail)[0])
 
     def _included_models(self, include: Element) -> list[SdfModel]:
-        document, element = self.included(include)
+        document = self.included(include)
+        element = document._root.find("model")
+        lights = document._root.find_all("light")
+        if element is None and lights:
+            placed = read_pose(include, self.fail)[0] if include.find("pose") is not None else None
+            for light in lights:
+                self._add_light(read_light(light, document.fail, document.name, placed))
+            return []
+        element = document.model()
         builder = _Model(document)
         builder.read(element, "")
         own = include.find("name")
@@ -120,14 +146,23 @@ class _Document:
         self.notices += document.notices
         return [builder.finished(element, pose, name)]
 
-    def included(self, include: Element) -> tuple[_Document, Element]:
-        """The document that an `<include>` names, and its model."""
+    def model(self) -> Element:
+        """The only model of an included file."""
+        model = self._root.find("model")
+        if model is None:
+            raise self.fail(self._root, "an included file must contain a <model>", "wrong_format")
+        return model
+
+    def included(self, include: Element) -> _Document:
+        """The document that an `<include>` names."""
         uri = include.find("uri")
         if uri is None or not uri.text.strip():
-            raise self.fail(include, "<include> has no <uri>")
+            raise self.fail(include, "<include> has no <uri>", "missing_value")
         if self.depth >= MAX_INCLUDES:
             raise self.fail(
-                include, f"more than {MAX_INCLUDES} files include each other in a row; check for a circle"
+                include,
+                f"more than {MAX_INCLUDES} files include each other; is there a circle?",
+                "budget_exceeded",
             )
         text = uri.text.strip()
         names = [text] if text.endswith(".sdf") else [f"{text.rstrip('/')}/model.sdf", text]
@@ -144,11 +179,7 @@ class _Document:
                 code="file_not_found",
             )
         files = FileResolver(path, self.files.folder, self.files.packages)
-        document = _Document(read_bytes(path, XmlLimits().bytes), os.fspath(path), files, self.depth + 1)
-        model = document._root.find("model")
-        if model is None:
-            raise document.fail(document._root, "an included file must contain a <model>")
-        return document, model
+        return _Document(read_bytes(path, XmlLimits().bytes), os.fspath(path), files, self.depth + 1)
 
 
 @dataclass
@@ -175,7 +206,7 @@ class _Model:
         for part in element.children:
             name = f"{prefix}{part.attributes.get('name', '').strip()}"
             if part.tag in ("link", "joint", "frame", "model") and name == prefix:
-                raise document.fail(part, f"<{part.tag}> has no attribute 'name'")
+                raise document.fail(part, f"<{part.tag}> has no attribute 'name'", "missing_value")
             if part.tag == "link":
                 add_frame(part, name, own)
                 self.links[name] = _link(document, part, name)
@@ -199,7 +230,8 @@ class _Model:
                 document.ignored[part.tag] += 1
 
     def _include(self, part: Element, prefix: str, own: str, document: _Document) -> None:
-        inner, model = document.included(part)
+        inner = document.included(part)
+        model = inner.model()
         given = part.find("name")
         name = model.attributes.get("name", "") if given is None else given.text.strip()
         pose, base = read_pose(part if part.find("pose") is not None else model, document.fail)
@@ -214,7 +246,7 @@ class _Model:
         document = self.document
         poses = {link: self.frames.resolve(link, element) for link in self.links}
         if not self.links:
-            raise document.fail(element, "the model has no links")
+            raise document.fail(element, "the model has no links", "nothing_visible")
         joints: dict[str, Joint] = {}
         moved: dict[str, str] = {}
         for part, prefix, owner in self.joints:
@@ -269,7 +301,9 @@ class _Model:
         ends = [f"{prefix}{end}" for end in (parent, child)]
         for end in ends:
             if end not in self.links:
-                raise document.fail(part, f"joint {name!r}: {nearest('link', end, list(self.links))}")
+                raise document.fail(
+                    part, f"joint {name!r}: {nearest('link', end, list(self.links))}", "unknown_name"
+                )
         if kind not in JOINTS:
             document.note(part, f"joint {name!r} of type {kind!r} is shown at rest", "ignored_feature")
         joint_type: JointType = JOINTS.get(kind, "fixed")
@@ -298,11 +332,11 @@ class _Model:
         """The unit axis in the joint's frame, and the limits."""
         element = part.find("axis")
         if element is None:
-            raise document.fail(part, f"joint {name!r} has no <axis>")
+            raise document.fail(part, f"joint {name!r} has no <axis>", "missing_value")
         xyz = element.find("xyz")
         axis = np.array([0.0, 0.0, 1.0] if xyz is None else read_numbers(xyz, 3, document.fail))
         if not np.linalg.norm(axis) > 0:
-            raise document.fail(element, f"joint {name!r}: the axis must not be 0 0 0")
+            raise document.fail(element, f"joint {name!r}: the axis must not be 0 0 0", "out_of_range")
         base = "" if xyz is None else xyz.attributes.get("expressed_in", "").strip()
         old = element.find("use_parent_model_frame")
         if old is not None and old.text.strip().lower() in ("1", "true"):
@@ -319,7 +353,9 @@ class _Model:
             upper = math.inf if ends[1] is None else _limit(ends[1], document)
         if lower > upper:
             raise document.fail(
-                element, f"joint {name!r}: the lower limit {lower:g} exceeds the upper one, {upper:g}"
+                element,
+                f"joint {name!r}: the lower limit {lower:g} exceeds the upper one, {upper:g}",
+                "out_of_range",
             )
         return axis / np.linalg.norm(axis), lower, upper
 
@@ -336,7 +372,7 @@ def _limit(element: Element, document: _Document) -> float:
 def _text(document: _Document, part: Element, tag: str) -> str:
     found = part.find(tag)
     if found is None or not found.text.strip():
-        raise document.fail(part, f"<{part.tag}> has no <{tag}>")
+        raise document.fail(part, f"<{part.tag}> has no <{tag}>", "missing_value")
     return found.text.strip()
 
 
@@ -360,16 +396,16 @@ def _shape(document: _Document, part: Element) -> Visual | None:
     outer = part.find("geometry")
     shapes = [] if outer is None else outer.children
     if not shapes:
-        raise document.fail(part, f"<{part.tag}> has no <geometry> with a shape")
+        raise document.fail(part, f"<{part.tag}> has no <geometry> with a shape", "missing_value")
     shape = shapes[0]
 
     def numbers(tag: str, count: int) -> tuple[float, ...]:
         found = shape.find(tag)
         if found is None:
-            raise document.fail(shape, f"<{shape.tag}> has no <{tag}>")
+            raise document.fail(shape, f"<{shape.tag}> has no <{tag}>", "missing_value")
         values = read_numbers(found, count, document.fail)
         if tag != "normal" and tag != "scale" and min(values) < 0:
-            raise document.fail(found, f"<{tag}> must not be negative")
+            raise document.fail(found, f"<{tag}> must not be negative", "out_of_range")
         return values
 
     geometry: Geometry
@@ -388,10 +424,10 @@ def _shape(document: _Document, part: Element) -> Visual | None:
     elif shape.tag == "mesh":
         uri = shape.find("uri")
         if uri is None or not uri.text.strip():
-            raise document.fail(shape, "<mesh> has no <uri>")
+            raise document.fail(shape, "<mesh> has no <uri>", "missing_value")
         scale = numbers("scale", 3) if shape.find("scale") else (1.0, 1.0, 1.0)
         if 0.0 in scale:
-            raise document.fail(shape, "a mesh's scale must not contain 0")
+            raise document.fail(shape, "a mesh's scale must not contain 0", "out_of_range")
         if shape.find("submesh") is not None:
             document.note(shape, "<submesh> is not supported; the whole mesh is shown", "ignored_key")
         geometry = Geometry("mesh", (), _located(document, uri.text.strip()), (scale[0], scale[1], scale[2]))
@@ -434,15 +470,38 @@ def _material(document: _Document, part: Element) -> Material:
         words = color.text.split()
         values = read_numbers(color, 3 if len(words) == 3 else 4, document.fail)
         if not all(0 <= value <= 1 for value in values):
-            raise document.fail(color, "colours must be between 0 and 1")
+            raise document.fail(color, "colours must be between 0 and 1", "out_of_range")
         opacity = values[3] if len(values) == 4 else 1.0
         rgba = (values[0], values[1], values[2], opacity)
-    texture = None
+    emissive = element.find("emissive")
+    emission = None if emissive is None else _color(document, emissive)
+    texture: str | None = None
+    factors: dict[str, float] = {}
     for pbr in element.find_all("pbr"):
         for flow in pbr.children:
             albedo = flow.find("albedo_map")
             texture = texture or (None if albedo is None else _located(document, albedo.text.strip()))
-            document.ignored.update(
-                f"pbr/{child.tag}" for child in flow.children if child.tag != "albedo_map"
-            )
-    return Material("", rgba, texture)
+            for child in flow.children:
+                if flow.tag == "metal" and child.tag in PBR_VALUES:
+                    factors[PBR_VALUES[child.tag]] = _fraction(document, child)
+                elif child.tag != "albedo_map":
+                    document.ignored[f"pbr/{child.tag}"] += 1
+    return Material("", rgba, texture, emission=emission if emission and any(emission) else None, **factors)
+
+
+def _color(document: _Document, element: Element) -> tuple[float, float, float]:
+    """Red, green and blue between 0 and 1; a fourth number is ignored, as in Gazebo."""
+    count = 3 if len(element.text.split()) == 3 else 4
+    red, green, blue = read_numbers(element, count, document.fail)[:3]
+    if not all(0 <= value <= 1 for value in (red, green, blue)):
+        raise document.fail(element, "colours must be between 0 and 1", "out_of_range")
+    return red, green, blue
+
+
+def _fraction(document: _Document, element: Element) -> float:
+    (value,) = read_numbers(element, 1, document.fail)
+    if not 0 <= value <= 1:
+        raise document.fail(
+            element, f"<{element.tag}> must be between 0 and 1, got {value:g}", "out_of_range"
+        )
+    return value

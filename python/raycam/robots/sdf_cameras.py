@@ -39,7 +39,9 @@ class SdfCamera:
     """The camera with its pose relative to the link."""
 
 
-def read_sensor(sensor: Element, link: str, fail: Callable[[Element, str], FormatError]) -> SdfCamera | None:
+def read_sensor(
+    sensor: Element, link: str, fail: Callable[[Element, str, str], FormatError]
+) -> SdfCamera | None:
     """Returns the camera of a `<sensor>`; None for a sensor of another type.
 
     K comes from `<lens><intrinsics>`, or else from the horizontal field of view with square pixels; the coefficients
@@ -56,10 +58,12 @@ def read_sensor(sensor: Element, link: str, fail: Callable[[Element, str], Forma
     image, lens = element.find("image"), element.find("lens")
     width, height = (number(image, tag, default) for tag, default in (("width", 320), ("height", 240)))
     if width < 1 or height < 1 or width % 1 or height % 1:
-        raise fail(element, f"the image must have whole numbers of pixels, got {width:g} x {height:g}")
+        raise fail(
+            element, f"the image must have whole numbers of pixels, got {width:g} x {height:g}", "wrong_type"
+        )
     fov = number(element, "horizontal_fov", 1.047)
     if not 0 < fov < np.pi:
-        raise fail(element, f"horizontal_fov must be between 0 and pi, got {fov:g}")
+        raise fail(element, f"horizontal_fov must be between 0 and pi, got {fov:g}", "out_of_range")
     focal = width / 2 / np.tan(fov / 2)
     inner = None if lens is None else lens.find("intrinsics")
     K = np.array(
@@ -84,6 +88,6 @@ def read_sensor(sensor: Element, link: str, fail: Callable[[Element, str], Forma
             pixel_center="half",
         )
     except CameraError as error:
-        raise fail(element, str(error)) from None
+        raise fail(element, str(error), error.code) from None
     name = sensor.attributes.get("name", "camera").strip()
     return SdfCamera(name, link, camera)

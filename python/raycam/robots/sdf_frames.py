@@ -19,7 +19,7 @@ MODEL_FRAME = "__model__"
 MAX_CHAIN = 200
 """Frames that may refer to each other in a row."""
 
-Fail = Callable[[Element, str], FormatError]
+Fail = Callable[[Element, str, str], FormatError]
 
 
 class FrameGraph:
@@ -32,7 +32,7 @@ class FrameGraph:
     def add(self, name: str, base: str, base_from_frame: Floats, element: Element) -> None:
         """Adds a frame; raises `FormatError` for a name that is taken."""
         if name in self._frames or name == MODEL_FRAME:
-            raise self._fail(element, f"duplicate frame {name!r}")
+            raise self._fail(element, f"duplicate frame {name!r}", "duplicate_name")
         self._frames[name] = (base, base_from_frame, element)
 
     def resolve(self, name: str, element: Element) -> Floats:
@@ -42,11 +42,15 @@ class FrameGraph:
             if name not in self._frames and f"{name}::{MODEL_FRAME}" in self._frames:
                 name = f"{name}::{MODEL_FRAME}"  # the name of a nested model stands for its frame
             if name not in self._frames:
-                raise self._fail(element, nearest("frame", name, [MODEL_FRAME, *self._frames]))
+                raise self._fail(
+                    element, nearest("frame", name, [MODEL_FRAME, *self._frames]), "unknown_name"
+                )
             chain.append(name)
             if len(chain) > MAX_CHAIN or name in chain[:-1]:
                 raise self._fail(
-                    element, f"the frames {', '.join(chain[-10:])} refer to each other in a circle"
+                    element,
+                    f"the frames {', '.join(chain[-10:])} refer to each other in a circle",
+                    "cyclic_reference",
                 )
             base, base_from_frame, element = self._frames[name]
             pose, name = base_from_frame @ pose, base
@@ -63,13 +67,13 @@ def read_pose(owner: Element, fail: Fail) -> tuple[Floats, str]:
     if kind == "quat_xyzw":
         values = read_numbers(pose, 7, fail)
         if not any(values[3:]):
-            raise fail(pose, "the quaternion of a pose must not be 0 0 0 0")
+            raise fail(pose, "the quaternion of a pose must not be 0 0 0 0", "not_a_rotation")
         matrix = np.eye(4)
         matrix[:3, :3] = quaternion_matrices([values[3:]])[0]
         matrix[:3, 3] = values[:3]
         return matrix, base
     if kind != "euler_rpy":
-        raise fail(pose, f"rotation_format must be euler_rpy or quat_xyzw, got {kind!r}")
+        raise fail(pose, f"rotation_format must be euler_rpy or quat_xyzw, got {kind!r}", "unknown_name")
     values = read_numbers(pose, 6, fail) if pose.text.strip() else (0.0,) * 6
     angles = values[3:]
     if pose.attributes.get("degrees", "false").strip().lower() in ("true", "1"):
@@ -85,5 +89,5 @@ def read_numbers(element: Element, count: int, fail: Fail) -> tuple[float, ...]:
         values = ()
     if len(values) != count or not all(map(math.isfinite, values)):
         wanted = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise fail(element, f"<{element.tag}>: expected {wanted}, got {element.text.strip()!r}")
+        raise fail(element, f"<{element.tag}>: expected {wanted}, got {element.text.strip()!r}", "wrong_type")
     return values

@@ -15,19 +15,23 @@ def check_tree(robot: RobotDescription) -> None:
         for end in (joint.parent, joint.child):
             if end not in robot.links:
                 text = nearest("link", end, list(robot.links))
-                raise FormatError(f"{robot.file}:{joint.line}: joint {joint.name!r}: {text}")
+                raise FormatError(
+                    f"{robot.file}:{joint.line}: joint {joint.name!r}: {text}", code="unknown_name"
+                )
         other = parents.setdefault(joint.child, joint)
         if other is not joint:
             raise FormatError(
                 f"{robot.file}:{joint.line}: link {joint.child!r} has two parents: joint {joint.name!r} and joint"
-                f" {other.name!r} (line {other.line})"
+                f" {other.name!r} (line {other.line})",
+                code="not_a_tree",
             )
     roots = [link for name, link in robot.links.items() if name not in parents]
     if len(roots) > 1:
         named = ", ".join(f"{root.name!r} (line {root.line})" for root in roots[:10])
         raise FormatError(
             f"{robot.file}:{roots[1].line}: {len(roots)} links have no parent, expected one root: {named};"
-            " connect them with joints"
+            " connect them with joints",
+            code="not_a_tree",
         )
     _check_loops(robot, parents)
     _check_mimics(robot)
@@ -61,7 +65,8 @@ def _check_loops(robot: RobotDescription, parents: dict[str, Joint]) -> None:
             lines = ", ".join(f"{parents[link].name!r} (line {parents[link].line})" for link in loop[:10])
             raise FormatError(
                 f"{robot.file}:{parents[name].line}: the links {', '.join(loop[:10])} form a loop through the joints"
-                f" {lines}; a robot must be a tree"
+                f" {lines}; a robot must be a tree",
+                code="cyclic_reference",
             )
 
 
@@ -79,11 +84,12 @@ def _check_mimics(robot: RobotDescription) -> None:
                 break
             if robot.joints[mimic[0]].type not in ("revolute", "continuous", "prismatic"):
                 raise FormatError(
-                    f"{at} mimics {mimic[0]!r};"
-                    f" expected a revolute, continuous or prismatic joint, not {robot.joints[mimic[0]].type}"
+                    f"{at} mimics {mimic[0]!r}, a {robot.joints[mimic[0]].type} joint without one value",
+                    code="invalid_value",
                 )
             if mimic[0] in path:
                 raise FormatError(
-                    f"{at}: the joints {', '.join([*path, mimic[0]])} mimic each other in a circle"
+                    f"{at}: the joints {', '.join([*path, mimic[0]])} mimic each other in a circle",
+                    code="cyclic_reference",
                 )
             path.append(mimic[0])

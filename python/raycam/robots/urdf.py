@@ -48,11 +48,12 @@ class _Reader:
                 "sdf": "; SDF is not supported, convert the file to URDF",
                 "COLLADA": "; it is a Collada mesh",
             }.get(root.tag, "")
-            raise self._error(root, f"expected a <robot> element, found <{root.tag}>{hint}")
+            raise self._error(root, f"expected a <robot> element, found <{root.tag}>{hint}", "wrong_format")
         if "xacro" in self._prefixes():
             raise self._error(
                 root,
                 "the file contains xacro expressions; rename it to .xacro",
+                "wrong_format",
             )
         for element in root.find_all("material"):
             self._add_material(element)
@@ -63,7 +64,7 @@ class _Reader:
                         self._add_material(material)
         links = self._named("link", (self._link(element) for element in root.find_all("link")))
         if not links:
-            raise self._error(root, "the robot has no links")
+            raise self._error(root, "the robot has no links", "nothing_visible")
         joints = self._named("joint", (self._joint(element) for element in root.find_all("joint")))
         found = RobotDescription(
             root.attributes.get("name") or "robot", self._name, links, joints, self._notices
@@ -100,7 +101,9 @@ class _Reader:
         if color is not None:
             values = self._numbers(color, "rgba", 4, default=None)
             if any(not 0 <= value <= 1 for value in values):
-                raise self._error(color, f"rgba values must be between 0 and 1, got {_joined(values)}")
+                raise self._error(
+                    color, f"rgba values must be between 0 and 1, got {_joined(values)}", "out_of_range"
+                )
             rgba = (values[0], values[1], values[2], values[3])
         file = None if texture is None else texture.attributes.get("filename", "").strip() or None
         return Material(element.attributes.get("name", ""), rgba, file)
@@ -134,7 +137,7 @@ class _Reader:
     def _visual(self, element: Element) -> Visual:
         outer = element.find("geometry")
         if outer is None or not outer.children:
-            raise self._error(element, f"<{element.tag}> has no <geometry> with a shape")
+            raise self._error(element, f"<{element.tag}> has no <geometry> with a shape", "missing_value")
         return Visual(
             self._origin(element), self._geometry(outer.children[0]), self._material(element), element.line
         )
@@ -150,14 +153,18 @@ class _Reader:
         if shape.tag == "mesh":
             scale = self._numbers(shape, "scale", 3, default=(1.0, 1.0, 1.0))
             if 0.0 in scale:
-                raise self._error(shape, f"a mesh's scale must not contain 0, got {_joined(scale)}")
+                raise self._error(
+                    shape, f"a mesh's scale must not contain 0, got {_joined(scale)}", "out_of_range"
+                )
             return Geometry("mesh", (), self._text(shape, "filename"), (scale[0], scale[1], scale[2]))
         shapes = ["box", "cylinder", "sphere", "capsule", "mesh"]
-        raise self._error(shape, nearest("shape", shape.tag, shapes))
+        raise self._error(shape, nearest("shape", shape.tag, shapes), "unknown_name")
 
     def _sizes(self, shape: Element, values: tuple[float, ...]) -> tuple[float, ...]:
         if any(value < 0 for value in values):
-            raise self._error(shape, f"<{shape.tag}> sizes must not be negative, got {_joined(values)}")
+            raise self._error(
+                shape, f"<{shape.tag}> sizes must not be negative, got {_joined(values)}", "out_of_range"
+            )
         return values
 
     # Joints -------------------------------------------------------------------------------------------------
@@ -165,13 +172,15 @@ class _Reader:
     def _joint(self, element: Element) -> Joint:
         name, kind = self._text(element, "name"), self._text(element, "type")
         if kind not in JOINT_TYPES:
-            raise self._error(element, f"joint {name!r}: {nearest('joint type', kind, list(JOINT_TYPES))}")
+            raise self._error(
+                element, f"joint {name!r}: {nearest('joint type', kind, list(JOINT_TYPES))}", "unknown_name"
+            )
         joint_type: JointType = kind
         ends = []
         for tag in ("parent", "child"):
             end = element.find(tag)
             if end is None:
-                raise self._error(element, f"joint {name!r} has no <{tag}>")
+                raise self._error(element, f"joint {name!r} has no <{tag}>", "missing_value")
             ends.append(self._text(end, "link"))
         lower, upper = self._limits(element, name, joint_type)
         return Joint(
@@ -194,7 +203,7 @@ class _Reader:
         if kind in ("fixed", "floating"):
             return np.array([1.0, 0.0, 0.0])
         if not length > 0:
-            raise self._error(axis or element, f"joint {name!r}: the axis must not be 0 0 0")
+            raise self._error(axis or element, f"joint {name!r}: the axis must not be 0 0 0", "out_of_range")
         return np.array(values) / length
 
     def _limits(self, element: Element, name: str, kind: JointType) -> tuple[float, float]:
@@ -212,7 +221,9 @@ class _Reader:
         lower, upper = (self._numbers(limit, key, 1, default=(0.0,))[0] for key in ("lower", "upper"))
         if lower > upper:
             raise self._error(
-                limit, f"joint {name!r}: the lower limit {lower:g} exceeds the upper one, {upper:g}"
+                limit,
+                f"joint {name!r}: the lower limit {lower:g} exceeds the upper one, {upper:g}",
+                "out_of_range",
             )
         return lower, upper
 
@@ -225,7 +236,9 @@ class _Reader:
             self._notices.append(Notice(text, "ignored_key"))
             return None
         if kind not in ("revolute", "continuous", "prismatic"):
-            raise self._error(mimic, f"joint {name!r}: joints of type {kind} cannot have <mimic>")
+            raise self._error(
+                mimic, f"joint {name!r}: joints of type {kind} cannot have <mimic>", "conflicting_values"
+            )
         multiplier = self._numbers(mimic, "multiplier", 1, default=(1.0,))[0]
         return self._text(mimic, "joint"), multiplier, self._numbers(mimic, "offset", 1, default=(0.0,))[0]
 
@@ -243,7 +256,7 @@ class _Reader:
     def _text(self, element: Element, key: str) -> str:
         value = element.attributes.get(key, "").strip()
         if not value:
-            raise self._error(element, f"<{element.tag}> has no attribute {key!r}")
+            raise self._error(element, f"<{element.tag}> has no attribute {key!r}", "missing_value")
         return value
 
     def _numbers(
@@ -259,11 +272,13 @@ class _Reader:
             values = ()
         if len(values) != count or not all(map(math.isfinite, values)):
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
-            raise self._error(element, f"<{element.tag}> attribute {key!r}: expected {wanted}, got {text!r}")
+            raise self._error(
+                element, f"<{element.tag}> attribute {key!r}: expected {wanted}, got {text!r}", "wrong_type"
+            )
         return values
 
-    def _error(self, element: Element, text: str) -> FormatError:
-        return FormatError(f"{self._name}:{element.line}: {text}")
+    def _error(self, element: Element, text: str, code: str) -> FormatError:
+        return FormatError(f"{self._name}:{element.line}: {text}", code=code)
 
 
 def _joined(values: Iterable[float]) -> str:

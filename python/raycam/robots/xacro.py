@@ -71,11 +71,11 @@ def expand_xacro(
             last = output.splitlines()[-1] if output else "it printed no reason"
             raise FormatError(
                 f"{path}: the process that expands xacro failed ({describe_status(status)}): {last}",
-                code="budget_exceeded" if status < 0 else "syntax",
+                code="budget_exceeded" if status < 0 else "failed_process",
             )
         kind, _, rest = read_bytes(answer, limits.bytes).partition(b"\n")
-    if kind == b"error":
-        raise FormatError(f"{path}: {rest.decode('utf-8', 'replace')}")
+    if kind != b"ok":
+        raise FormatError(f"{path}: {rest.decode('utf-8', 'replace')}", code=kind.decode("ascii"))
     warnings, _, document = rest.partition(b"\0")
     texts = dict.fromkeys(warnings.decode("utf-8", "replace").splitlines())
     return document, [Notice(f"{path}: {text}", "xacro_warning") for text in texts]

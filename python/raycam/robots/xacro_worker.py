@@ -1,6 +1,6 @@
 """The process that expands a xacro file: `python -m raycam.robots.xacro_worker REQUEST`.
 
-It writes "ok", the warnings of xacro and the document, or "error" and a text, to the file `answer` of the request.
+To the file `answer` of the request, it writes "ok", xacro's warnings and the document, or the error's code and text.
 """
 
 from __future__ import annotations
@@ -126,17 +126,20 @@ def main(request: dict[str, Any]) -> None:
         document, warnings = expand(request)
         answer = "ok\n" + "\n".join(warnings) + "\0" + document
     except MemoryError:
-        answer = f"error\nthe expansion needs more than {limits['memory']} bytes of memory"
+        answer = f"budget_exceeded\nthe expansion needs more than {limits['memory']} bytes of memory"
     except (Refused, Exception) as error:
         cause = getattr(error, "exc", None) or error
         if isinstance(cause, MemoryError):
-            answer = f"error\nthe expansion needs more than {limits['memory']} bytes of memory{_location()}"
+            answer = f"budget_exceeded\nthe expansion needs more than {limits['memory']} bytes of memory{_location()}"
         else:
             text = " ".join(str(error).split())
-            answer = f"error\n{type(cause).__name__}: {text}{_location()}"
+            code = "outside_root" if isinstance(cause, Refused) else "syntax"
+            answer = f"{code}\n{type(cause).__name__}: {text}{_location()}"
     data = answer.encode("utf-8", "replace")
     if len(data) > limits["bytes"]:
-        data = f"error\nthe expanded file is too large; the limit is {limits['bytes']} bytes".encode()
+        data = (
+            f"budget_exceeded\nthe expanded file is too large; the limit is {limits['bytes']} bytes".encode()
+        )
     Path(request["answer"]).write_bytes(data)
 
 

@@ -98,9 +98,11 @@ class _Builder:
         self._count += 1
         self._depth += 1
         if self._count > self._limits.elements:
-            self._fail(f"too many XML elements; the limit is {self._limits.elements}")
+            self._fail(f"too many XML elements; the limit is {self._limits.elements}", "budget_exceeded")
         if self._depth > self._limits.depth:
-            self._fail(f"XML elements are nested too deeply; the limit is {self._limits.depth}")
+            self._fail(
+                f"XML elements are nested too deeply; the limit is {self._limits.depth}", "budget_exceeded"
+            )
         if not self._keep:
             return
         element = Element(tag.rpartition(":")[2], attributes, self._parser.CurrentLineNumber)
@@ -120,11 +122,17 @@ class _Builder:
             self._open[-1].text += text
 
     def _refuse_entity(self, name: str, *_: object) -> None:
-        self._fail(f"the document declares the entity {name!r}; entities are not supported, write their text")
+        self._fail(
+            f"the document declares the entity {name!r}; entities are not supported, write their text",
+            "unsupported_feature",
+        )
 
     def _check_doctype(self, name: str, system: str | None, public: str | None, internal: bool) -> None:
         if system is not None or public is not None:
-            self._fail(f"the document type refers to {system or public!r}; external files are not read")
+            self._fail(
+                f"the document type refers to {system or public!r}; external files are not read",
+                "outside_root",
+            )
 
-    def _fail(self, text: str) -> NoReturn:
-        raise FormatError(f"{self._name}:{self._parser.CurrentLineNumber}: {text}")
+    def _fail(self, text: str, code: str) -> NoReturn:
+        raise FormatError(f"{self._name}:{self._parser.CurrentLineNumber}: {text}", code=code)

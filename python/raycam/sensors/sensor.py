@@ -76,7 +76,8 @@ def describe_sensor(sensor: Sensor) -> dict[str, Any]:
     if kind.__module__ == "__main__" or "<locals>" in kind.__qualname__ or not hasattr(kind, "from_dict"):
         raise SettingsError(
             f"sensor class {name} cannot be restored by a worker; define it in a module that can be imported, with a "
-            "class method from_dict"
+            "class method from_dict",
+            code="unimportable_class",
         )
     return {"type": name, "description": sensor.to_dict()}
 
@@ -90,7 +91,9 @@ def read_sensor(table: Mapping[str, Any]) -> Sensor:
             kind = getattr(kind, part)
         sensor: object = kind.from_dict(table["description"])
     except (ImportError, AttributeError) as fault:
-        raise SettingsError(f"sensor class {table['type']!r} cannot be imported here: {fault}") from None
+        raise SettingsError(
+            f"sensor class {table['type']!r} cannot be imported here: {fault}", code="unimportable_class"
+        ) from None
     return require_sensor(name, sensor)
 
 

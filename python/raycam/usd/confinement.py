@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pxr import Ar, Sdf, Tf
 
@@ -32,6 +32,7 @@ FIRST_BYTES = (
 )
 """First bytes, in lower case, of files whose contents do not match their names."""
 
+ZIP = b"pk\x03\x04"
 OTHER_KINDS = (
     (b"<?xml", "it is an XML document (a server's error page, or another kind of model), not a USD file"),
     (b"\x1f\x8b", PACKED),
@@ -39,7 +40,7 @@ OTHER_KINDS = (
     (b"\xfd7zxz", PACKED),
     (b"7z\xbc\xaf", PACKED),
     (b"\x28\xb5\x2f\xfd", PACKED),
-    (b"pk\x03\x04", "it is a ZIP archive: unpack it first, or rename it to .usdz if it is a USD package"),
+    (ZIP, "it is a ZIP archive: unpack it first, or rename it to .usdz if it is a USD package"),
     (b"gltf", "it is a GLB file: rename it to .glb"),
     (b"ply\n", "it is a PLY file: rename it to .ply"),
     (b"\x89png", "it is a PNG image, not a USD file"),
@@ -48,8 +49,19 @@ OTHER_KINDS = (
 """First bytes, in lower case, of files that are not USD stages."""
 
 
+class Fault(NamedTuple):
+    """The reason why a file is rejected, and the code of the error."""
+
+    code: str
+    text: str
+
+
 class UsdRejected(Exception):
-    """The file is rejected, with the reason."""
+    """The file is rejected, with the reason and the code of the error."""
+
+    def __init__(self, code: str, text: str) -> None:
+        super().__init__(text)
+        self.code = code
 
 
 class Confinement:
@@ -70,41 +82,43 @@ class Confinement:
         """The folder of the stage's file."""
         return self._own.parent
 
-    def fault(self, file: Path) -> str | None:
+    def fault(self, file: Path) -> Fault | None:
         """Returns the reason why a file must not be read; None if it may be read."""
         real = Path(os.path.realpath(file))
         if real != self._own and not real.is_relative_to(self.folder):
             leads = f"it is a symbolic link to {real}" if os.path.islink(file) else "it is"
             wider = os.path.commonpath([self.folder, real])
-            return (
+            return Fault(
+                "outside_root",
                 f"{leads} outside {self.folder}; to allow it, load with folder={wider!r} (--folder on the"
-                " command line)"
+                " command line)",
             )
         if not real.exists():
-            return "no such file"
+            return Fault("file_not_found", "no such file")
         if not real.is_file():
-            return "it is not a regular file"
+            return Fault("file_unreadable", "it is not a regular file")
         if real.stat().st_size == 0:
-            return "the file is empty"
-        return _named(FIRST_BYTES, real)
+            return Fault("empty_file", "the file is empty")
+        found = _find_kind(FIRST_BYTES, real)
+        return Fault("placeholder_file", found[1]) if found else None
 
     def charge(self, size: int) -> None:
         """Counts bytes that are read; raises `UsdRejected` beyond the limit."""
         self._left -= size
         if self._left < 0:
-            raise UsdRejected(f"its files are too large; the limit is {self._most} bytes")
+            raise UsdRejected("budget_exceeded", f"its files are too large; the limit is {self._most} bytes")
 
     def open_layers(self) -> list[Sdf.Layer]:
         """Opens all layers of the stage, starting with the root layer, without forbidden asset paths."""
-        if reason := self.fault(self._path):
-            raise UsdRejected(reason)
-        reason = _named(OTHER_KINDS, self._own)
-        if reason and not (reason.startswith("it is a ZIP") and self._path.suffix.lower() == ".usdz"):
-            raise UsdRejected(reason)
+        if fault := self.fault(self._path):
+            raise UsdRejected(*fault)
+        kind = _find_kind(OTHER_KINDS, self._own)
+        if kind and not (kind[0] == ZIP and self._path.suffix.lower() == ".usdz"):
+            raise UsdRejected("wrong_format", kind[1])
         self.charge(self._own.stat().st_size)
         first = Sdf.Layer.FindOrOpen(str(self._path))
         if first is None:
-            raise UsdRejected("Pixar's library cannot read it as a USD layer")
+            raise UsdRejected("syntax", "Pixar's library cannot read it as a USD layer")
         self._layers[first.identifier] = first
         waiting: list[tuple[Sdf.Layer, dict[str, Any]]] = [(first, _variables(first))]
         while waiting:
@@ -118,7 +132,8 @@ class Confinement:
             real = Path(os.path.realpath(place))
             if place and real != self._own and not real.is_relative_to(self.folder):
                 raise UsdRejected(
-                    f"a value clip is {real}, outside {self.folder}; copy it there, or load with a wider folder="
+                    "outside_root",
+                    f"a value clip is {real}, outside {self.folder}; copy it there, or load with a wider folder=",
                 )
 
     def _confine(self, layer: Sdf.Layer, variables: dict[str, Any]) -> list[tuple[Sdf.Layer, dict[str, Any]]]:
@@ -167,8 +182,8 @@ class Confinement:
         outer, inner = Ar.SplitPackageRelativePathOuter(file)
         if not os.path.isabs(outer):
             return "no such file"
-        if reason := self.fault(Path(outer)):
-            return reason
+        if fault := self.fault(Path(outer)):
+            return fault.text
         suffix = os.path.splitext(inner or outer)[1].lstrip(".")
         if Sdf.FileFormat.FindByExtension(suffix) is None:
             return f"the installed version of Pixar's library cannot read .{suffix} files"
@@ -185,11 +200,11 @@ class Confinement:
         return os.path.relpath(layer.realPath or layer.identifier, self._own.parent)
 
 
-def _named(kinds: tuple[tuple[bytes, str], ...], file: Path) -> str | None:
-    """The reason why the first bytes show that a file is not USD; None if they do not."""
+def _find_kind(kinds: tuple[tuple[bytes, str], ...], file: Path) -> tuple[bytes, str] | None:
+    """The kind whose first bytes the file has; None if it has none of them."""
     with file.open("rb") as stream:
         first = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip().lower()
-    return next((reason for start, reason in kinds if first.startswith(start)), None)
+    return next((kind for kind in kinds if first.startswith(kind[0])), None)
 
 
 def _variables(layer: Sdf.Layer) -> dict[str, Any]:

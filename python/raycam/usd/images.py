@@ -43,11 +43,13 @@ class Images:
             self._known[key] = None
             try:
                 if "<UDIM>" in place:
-                    raise UsdRejected("UDIM tiles are not supported")
+                    raise UsdRejected("unsupported_feature", "UDIM tiles are not supported")
                 if not asset.resolvedPath:
                     other = found_elsewhere(asset.path, self._confinement.stage_folder)
                     if other is None or self._confinement.fault(other):
-                        raise UsdRejected("no such file; networks and databases are not supported")
+                        raise UsdRejected(
+                            "file_not_found", "no such file; networks and databases are not supported"
+                        )
                     self._note("substituted_file", asset.path, f"file not found; {other} is used")
                     place = str(other)
                 self._known[key] = name = self._copied(place)
@@ -84,8 +86,8 @@ class Images:
     def _copied(self, place: str) -> str:
         name = f"image{len(self._known)}{Path(place.rstrip(']')).suffix.lower()}"
         outer, inner = Ar.SplitPackageRelativePathOuter(place)
-        if reason := self._confinement.fault(Path(outer)):
-            raise UsdRejected(reason)
+        if fault := self._confinement.fault(Path(outer)):
+            raise UsdRejected(*fault)
         with Path(outer).open("rb") as source, (self.folder / name).open("wb") as copy:
             self._copy(source, inner, copy)
         return name
@@ -129,7 +131,8 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
     lines = _wrapped(height, wraps[1], 1 - high, 1 - low)
     if len(columns) * len(lines) > MOST_PIXELS:
         raise UsdRejected(
-            f"the image would need {len(columns)} x {len(lines)} pixels; the limit is {MOST_PIXELS} in total"
+            "too_large",
+            f"the image would need {len(columns)} x {len(lines)} pixels; the limit is {MOST_PIXELS} in total",
         )
     if (pixels[..., 3] == 1).all():
         pixels = pixels[..., :3]  # pixels outside of the image are black, not transparent
@@ -155,7 +158,7 @@ def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
 def _pixels(file: Path) -> Any:
     """Values float32 [height, width, 4] in 0..1 of an integer image."""
     if file.suffix in (".exr", ".hdr"):
-        raise UsdRejected("images of floats cannot be changed")
+        raise UsdRejected("unsupported_feature", "images of floats cannot be changed")
     return _core.read_picture(file, True)[0]
 
 

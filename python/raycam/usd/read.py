@@ -114,14 +114,17 @@ def read(
     answer = folder / "world.json"
     if not answer.is_file() or status != 0:
         last = output.splitlines()[-1] if output else "it printed no reason"
-        raise FormatError(f"{path}: the process that reads USD failed ({describe_status(status)}): {last}")
+        raise FormatError(
+            f"{path}: the process that reads USD failed ({describe_status(status)}): {last}",
+            code="failed_process",
+        )
     return _contents(json.loads(answer.read_text(encoding="utf-8")), folder, path, variant)
 
 
 def _contents(answer: dict[str, Any], folder: Path, path: Path, variant: str | None) -> StageContents:
     """The answer of the process; raises the error that it contains."""
     if "error" in answer:
-        raise FormatError(f"{path}: {answer['error']}")
+        raise FormatError(f"{path}: {answer['error']}", code=answer["code"])
     if "unknown_variant" in answer:
         known = ", ".join(answer["variants"][:50]) or "none"
         raise WorldError(
@@ -131,7 +134,9 @@ def _contents(answer: dict[str, Any], folder: Path, path: Path, variant: str | N
     try:
         polygons: dict[str, Any] = dict(read_arrays(folder))
     except (OSError, ValueError) as error:
-        raise FormatError(f"{path}: the process that reads USD left an incomplete answer: {error}") from None
+        raise FormatError(
+            f"{path}: the process that reads USD left an incomplete answer: {error}", code="failed_process"
+        ) from None
     polygons |= {"names": answer["names"], "materials": answer["materials"]}
     notices = [(code, text) for code, text in answer["notices"]]
     return StageContents(answer["world"], polygons, notices, answer["files"], answer["variants"])

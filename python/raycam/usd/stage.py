@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux
+from pxr import Gf, Tf, Usd, UsdGeom, UsdLux
 
 from .camera import camera_spec
 from .handover import Handover
@@ -20,6 +20,7 @@ from .meshes import GEOMETRY_TYPES, Appearance, Meshes
 from .notices import StageNotice
 from .skinning import Skinning
 from .unused import unused_of_camera, unused_of_light, unused_of_model
+from .visibility import PrimVisibility
 
 __all__ = ["StageReader", "rate_of"]
 
@@ -76,12 +77,11 @@ class StageReader:
         self._skinning = Skinning(stage, self._time, self._places)
         self.materials = Materials(images, self._time)
         self._meshes = Meshes(self.handover, self.materials, self._skinning, self._time)
+        self._visibility = PrimVisibility(self._time)
         self._instancers = PointInstancers(
-            self._meshes, self.handover, self._places, self._time, self._hidden_reason
+            self._meshes, self.handover, self._places, self._time, self._visibility.hidden_reason
         )
         self._roles: dict[tuple[str, ...], Role] = {}
-        self._visible: dict[Sdf.Path, bool] = {}
-        self._purposes: dict[Sdf.Path, Any] = {}
 
     @property
     def has_lost(self) -> bool:
@@ -147,7 +147,7 @@ class StageReader:
             self._unused.append(StageNotice("ignored_key", f"ignored: {'; '.join(words)}", subject))
 
     def _read_prim(self, prim: Usd.Prim, role: Role) -> None:
-        if reason := self._hidden_reason(prim):
+        if reason := self._visibility.hidden_reason(prim):
             if prim.IsA(UsdGeom.Gprim) or role is Role.INSTANCER:
                 self._skipped[f"prims that are {reason}"] += 1
             return
@@ -222,33 +222,6 @@ class StageReader:
         if text:
             self._note("approximated_value" if light else "ignored_element", prim, text)
         self._report_unused(prim, unused_of_light(prim, self._time) if light else [])
-
-    def _hidden_reason(self, prim: Usd.Prim) -> str | None:
-        """The reason why a prim is not shown; None if it is shown."""
-        imageable = UsdGeom.Imageable(prim)
-        if not imageable:
-            return None
-        if not self._is_visible(prim):
-            return "invisible"
-        parent = prim.GetParent()
-        path = parent.GetPath()
-        if path not in self._purposes:
-            above = UsdGeom.Imageable(parent)
-            self._purposes[path] = above.ComputePurposeInfo() if above else None
-        above_info = self._purposes[path]
-        info = imageable.ComputePurposeInfo(above_info) if above_info else imageable.ComputePurposeInfo()
-        purpose = info.purpose
-        return f"of purpose {purpose}" if purpose in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy) else None
-
-    def _is_visible(self, prim: Usd.Prim) -> bool:
-        path = prim.GetPath()
-        if path not in self._visible:
-            parent = prim.GetParent()
-            above = True if not parent or parent.IsPseudoRoot() else self._is_visible(parent)
-            imageable = UsdGeom.Imageable(prim)
-            own = imageable.GetVisibilityAttr().Get(self._time) if imageable else None
-            self._visible[path] = above and own != UsdGeom.Tokens.invisible
-        return self._visible[path]
 
 
 def rate_of(stage: Usd.Stage) -> float:

@@ -56,7 +56,7 @@ def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     layers = confinement.open_layers()  # the stage uses the open layers
     stage = Usd.Stage.Open(layers[0])
     if stage is None:
-        raise UsdRejected("Pixar's library cannot open it as a stage")
+        raise UsdRejected("syntax", "Pixar's library cannot open it as a stage")
     if options.variant is not None:
         try:
             select_variants(stage, options.variant)
@@ -122,7 +122,7 @@ def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], o
     """Raises `UsdRejected` for a stage without objects, unless it contains other supported prims."""
     if has_lost or options.single or not stage.GetRootLayer().rootPrims:
         reasons = "".join(f"; {notice}" for notice in notices[:5])
-        raise UsdRejected(f"it contains no meshes or solids that can be shown{reasons}")
+        raise UsdRejected("nothing_visible", f"it contains no meshes or solids that can be shown{reasons}")
 
 
 def _describe_times(stage: Usd.Stage) -> str:
@@ -142,12 +142,16 @@ def main(path: Path, folder: Path, options: Options) -> None:
     try:
         answer = read_stage(path, folder, options)
     except UsdRejected as error:
-        answer = {"error": str(error)}
+        answer = {"code": error.code, "error": str(error)}
     except Tf.ErrorException as error:
-        answer = {"error": "Pixar's library: " + "; ".join(part.commentary for part in error.args)}
+        answer = {
+            "code": "syntax",
+            "error": "Pixar's library: " + "; ".join(part.commentary for part in error.args),
+        }
     except MemoryError:
         answer = {
-            "error": f"it exceeds the limits: {options.memory} bytes of memory, {options.corners} face corners"
+            "code": "budget_exceeded",
+            "error": f"it exceeds the limits: {options.memory} bytes of memory, {options.corners} face corners",
         }
     (folder / "world.json").write_text(json.dumps(answer), encoding="utf-8")
 

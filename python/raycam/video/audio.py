@@ -39,8 +39,10 @@ def check_audio(path: Path) -> int:
             for frame in file.decode(file.streams.audio[0]):
                 return int(frame.layout.nb_channels)
     except av.InvalidDataError as fault:
-        raise FormatError(f"{path}: FFmpeg cannot read its audio: {fault.strerror}") from None
-    raise FormatError(f"{path}: the audio track is empty")
+        raise FormatError(
+            f"{path}: FFmpeg cannot read its audio: {fault.strerror}", code="damaged_data"
+        ) from None
+    raise FormatError(f"{path}: the audio track is empty", code="missing_value")
 
 
 class AudioTrack:
@@ -114,5 +116,7 @@ def _decoded(path: Path, resampler: Any) -> Iterator[Samples]:
             for frame in file.decode(file.streams.audio[0]):
                 yield from (one.to_ndarray() for one in resampler.resample(frame))
         except av.InvalidDataError as fault:
-            raise FormatError(f"{path}: the audio track is damaged: {fault.strerror}") from None
+            raise FormatError(
+                f"{path}: the audio track is damaged: {fault.strerror}", code="damaged_data"
+            ) from None
         yield from (one.to_ndarray() for one in resampler.resample(None))

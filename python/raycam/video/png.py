@@ -23,7 +23,7 @@ def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
     Raises `FormatError` for other PNG files.
     """
     if not data.startswith(SIGNATURE):
-        raise FormatError("not a PNG image")
+        raise FormatError("not a PNG image", code="wrong_format")
     place, header, packed = len(SIGNATURE), b"", []
     while place + 8 <= len(data):
         length, kind = struct.unpack(">I4s", data[place : place + 8])
@@ -34,7 +34,7 @@ def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
             packed.append(body)
         place += 12 + length
     if len(header) != 13:
-        raise FormatError("the PNG header is missing")
+        raise FormatError("the PNG header is missing", code="missing_value")
     width, height, bits, kind_of_color, _, _, interlaced = struct.unpack(">IIBBBBB", header)
     if bits != 8 or kind_of_color not in COMPONENTS or interlaced:
         raise FormatError(

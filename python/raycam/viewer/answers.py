@@ -6,6 +6,8 @@ import threading
 import traceback
 
 from ..errors import Cancelled, Error, SettingsError
+from ..render.channel_picture import encode_jpeg
+from ..world import World
 from .client_messages import (
     Copy,
     Explain,
@@ -16,21 +18,23 @@ from .client_messages import (
     Probe,
     Scan,
     Snapshot,
+    Thumbnails,
     Tile,
 )
 from .files.outputs import film, snapshot
 from .probe import explained, values_at
 from .scene.scan_points import scan_points
+from .scene.texture_slots import texture_slots, thumbnail
 from .scheduler import failure
 from .session import Session
 from .session.copied import copied
 from .stills import SAMPLED, truth
-from .wire import pack
+from .wire import data_url, pack
 
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
 
-SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph, Scan, Tile)
-"""The messages whose answers take long, and are computed in threads."""
+SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph, Scan, Thumbnails, Tile)
+"""The messages whose answers take their time."""
 AT_ONCE = 4
 """Maximum number of answers computed at the same time, for all clients."""
 MOST_WAITING = 4
@@ -140,6 +144,17 @@ def send_tile(session: Session, message: Tile) -> None:
     session.connection.send({"type": "tile", "plane": header, **place}, [data])
 
 
+def send_thumbnails(session: Session, world: World, number: int) -> None:
+    """Sends small images of an object's textures; of an unknown object, none."""
+    slots = texture_slots(world, number) if number < world._core.object_count else []
+    images = {}
+    for slot in (each["slot"] for each in slots if each["used"]):
+        image = thumbnail(world, number, slot)
+        if image is not None:
+            images[slot] = data_url("image/jpeg", encode_jpeg(image))
+    session.connection.send({"type": "thumbnails", "number": number, "images": images})
+
+
 def answer(session: Session, message: Message) -> None:
     """Answers a message of `SLOW`, or sends the error to the client."""
     view = session.view
@@ -156,6 +171,8 @@ def answer(session: Session, message: Message) -> None:
             session.show_scan(scan_points(view.world, message.lidar) if message.lidar else None, view.world)
         elif isinstance(message, Tile):
             send_tile(session, message)
+        elif isinstance(message, Thumbnails):
+            send_thumbnails(session, view.opened.edits.world, message.number)
         elif isinstance(message, Copy):
             text = copied(view, message.format, session.images.samples_of(view), session.notify)
             session.connection.send({"type": "copied", "text": text})

@@ -14,6 +14,7 @@ from ..render.frame import CHANNELS, VIEWS
 from ..world.framing import DIRECTIONS
 from .scene.gizmo import HANDLES, TOOLS
 from .scene.look import LIGHTS
+from .scene.texture_slots import SLOTS
 
 __all__ = ["MAX_IMAGE_SIZE", "MESSAGES", "Base64", "Color", "Length", "Message", "OneOf", "Range"]
 
@@ -98,9 +99,14 @@ FileName = Annotated[str, Length(1000, 1)]
 
 @dataclass(frozen=True)
 class Message:
-    """A message of a client. `KIND` is its `type` in JSON."""
+    """A message of a client."""
 
     KIND: ClassVar[str]
+    """Its `type` in JSON."""
+    UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
+    """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
+    IS_FOLLOWED: ClassVar[bool] = False
+    """True if all clients of a view with `follow=True` receive it."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +135,8 @@ class Move(Message):
     """The camera's new pose, which the client computed. `fx` is the focal length of parallel rays in image pixels."""
 
     KIND = "move"
+    UNDO = "group"
+    IS_FOLLOWED = True
     seq: Number
     R: Rotation
     C: Point
@@ -141,6 +149,8 @@ class Home(Message):
     """Returns to the camera that the view started with."""
 
     KIND = "home"
+    UNDO = "step"
+    IS_FOLLOWED = True
     seq: Number
 
 
@@ -170,6 +180,8 @@ class LookThrough(Message):
     """Looks through a camera of the world, or keeps the pose as a free camera if the name is empty."""
 
     KIND = "camera"
+    UNDO = "step"
+    IS_FOLLOWED = True
     name: Name
 
 
@@ -186,6 +198,7 @@ class Time(Message):
     """Sets the world's time in seconds, and the animation (empty for the first one)."""
 
     KIND = "time"
+    IS_FOLLOWED = True
     t: Annotated[float, Range(0, 1e6)]
     animation: Name
 
@@ -195,6 +208,8 @@ class Variant(Message):
     """Chooses a material variant; empty for the file's own materials."""
 
     KIND = "variant"
+    UNDO = "step"
+    IS_FOLLOWED = True
     name: Name
 
 
@@ -203,6 +218,7 @@ class FromSide(Message):
     """Views the whole world from a side, with the camera's lens."""
 
     KIND = "side"
+    UNDO = "step"
     seq: Number
     name: Annotated[str, OneOf(tuple(DIRECTIONS))]
 
@@ -212,6 +228,7 @@ class Look(Message):
     """Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own."""
 
     KIND = "look"
+    UNDO = "group"
     light: Annotated[str, OneOf(LIGHTS)]
     rotation: Annotated[float, Range(-360, 360)]
     azimuth: Annotated[float, Range(-360, 360)]
@@ -225,6 +242,8 @@ class Lens(Message):
     """Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model."""
 
     KIND = "lens"
+    UNDO = "group"
+    IS_FOLLOWED = True
     fx: Annotated[float, Range(1e-3, 1e7)]
     fy: Annotated[float, Range(1e-3, 1e7)]
     cx: Annotated[float, Range(-1e7, 1e7)]
@@ -237,6 +256,8 @@ class Pose(Message):
     """Sets the camera's location in metres and its angles in degrees."""
 
     KIND = "pose"
+    UNDO = "group"
+    IS_FOLLOWED = True
     location: Point
     roll: Annotated[float, Range(-1e4, 1e4)]
     pitch: Annotated[float, Range(-1e4, 1e4)]
@@ -282,6 +303,12 @@ class Edit(Message):
                 "scale",
                 "strength",
                 "isolate",
+                "place",
+                "level",
+                "position",
+                "direction",
+                "add",
+                "remove",
             ),
         ),
     ]
@@ -300,6 +327,48 @@ class Select(Message):
     KIND = "select"
     number: Annotated[int, Range(0, 10**6)]
     tool: Annotated[str, OneOf(("none", "outline", *TOOLS))]
+
+
+@dataclass(frozen=True)
+class SelectLight(Message):
+    """Selects a light, and shows handles that move it."""
+
+    KIND = "select_light"
+    number: Annotated[int, Range(0, 10**6)]
+
+
+@dataclass(frozen=True)
+class Texture(Message):
+    """Replaces a texture of an object by an uploaded image, or removes it if `file` is empty."""
+
+    KIND = "texture"
+    number: Annotated[int, Range(0, 10**6)]
+    slot: Annotated[str, OneOf(SLOTS)]
+    file: Name
+
+
+@dataclass(frozen=True)
+class Thumbnails(Message):
+    """Requests small images of an object's textures."""
+
+    KIND = "thumbnails"
+    number: Annotated[int, Range(0, 10**6)]
+
+
+@dataclass(frozen=True)
+class KeepCamera(Message):
+    """Adds the present camera to the world, under a name (empty: "view")."""
+
+    KIND = "keep_camera"
+    name: Name
+
+
+@dataclass(frozen=True)
+class RemoveCamera(Message):
+    """Removes a camera of the world."""
+
+    KIND = "remove_camera"
+    name: FileName
 
 
 @dataclass(frozen=True)
@@ -349,6 +418,7 @@ class Quality(Message):
     """Chooses the integrator of the still image."""
 
     KIND = "quality"
+    UNDO = "step"
     integrator: Literal["direct", "path"]
 
 

@@ -296,7 +296,8 @@ class Controls(Folder):
             points = np.asarray(properties["points"], float)
             if points.ndim != 2 or points.shape[1] != 3 or not 2 <= len(points) <= MAX_POINTS:
                 raise SettingsError(
-                    f"points: expected [n, 3] with n from 2 to {MAX_POINTS}, got {list(points.shape)}"
+                    f"points: expected [n, 3] with n from 2 to {MAX_POINTS}, got {list(points.shape)}",
+                    code="wrong_shape",
                 )
             return {"points": points, "color": _color(properties.get("color", CONTROL_COLOR))}
         raise SettingsError(

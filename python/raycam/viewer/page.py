@@ -19,7 +19,7 @@ from ..arguments import flag, numbers, one_of, several, word
 from ..errors import Notice, SettingsError
 from ..notices import warn_all
 from ..render.arguments import world_of
-from ..render.frame import CHANNELS, VIEWS
+from ..render.frame import VIEWS, channel_form, is_channel
 from .web.document import assembled, json_text, still_image
 from .wire import DTYPES, data_url, pack
 
@@ -145,9 +145,8 @@ def show(frame: Frame, **options: Any) -> Path | Page | None:
 def _picture(frame: Frame, channel: str | None, exposure: float | None, view: str | None) -> bytes:
     """The first image of a page as JPEG; empty for planes that are not channels of raycam."""
     shown = channel or ("color" if "color" in frame else next(iter(frame)))
-    known = shown in CHANNELS and frame[shown].shape[2:] == (
-        (CHANNELS[shown][1],) if CHANNELS[shown][1] > 1 else ()
-    )
+    components = channel_form(shown)[1] if is_channel(shown) else 0
+    known = components > 0 and frame[shown].shape[2:] == ((components,) if components > 1 else ())
     return frame.to_jpeg(exposure, view, shown) if known else b""
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from .. import _core
 from ..camera import Camera
 from ..errors import CameraError, FormatError, Notice
-from ..render.frame import CHANNELS, Frame
+from ..render.frame import CHANNELS, Frame, channel_form, is_channel, is_pass
 
 __all__ = ["ENDINGS", "is_frame", "load_frame"]
 
@@ -64,14 +64,19 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
         raise FormatError(
             f"{os.fspath(path)}: not an .npz file written by raycam", code="unknown_format"
         ) from None
-    channels = {name: arrays[name] for name in CHANNELS if name in arrays}
+    names = [*(name for name in CHANNELS if name in arrays), *filter(is_pass, arrays)]
+    channels = {name: arrays[name] for name in dict.fromkeys(names)}
     if not channels or "size" not in arrays or "region" not in arrays:
-        raise FormatError(f"{os.fspath(path)}: this .npz file does not contain a frame of raycam")
+        raise FormatError(
+            f"{os.fspath(path)}: this .npz file does not contain a frame of raycam", code="wrong_format"
+        )
     width, height = (int(side) for side in arrays["size"])
     x, y, columns, rows = (int(side) for side in arrays["region"])
     for name, array in channels.items():
-        if array.shape[:2] != (rows, columns) or array.dtype != CHANNELS[name][0]:
-            raise FormatError(f"{os.fspath(path)}: {name} is {array.dtype.name} {list(array.shape)}")
+        if array.shape[:2] != (rows, columns) or array.dtype != channel_form(name)[0]:
+            raise FormatError(
+                f"{os.fspath(path)}: {name} is {array.dtype.name} {list(array.shape)}", code="wrong_shape"
+            )
     camera = _camera(path, str(arrays["camera"])) if "camera" in arrays else None
     return Frame(channels, camera=camera, size=(width, height), region=(x, y, columns, rows))
 
@@ -81,13 +86,15 @@ def _load_exr(path: str | os.PathLike[str]) -> Frame:
     try:
         windows, notes = _header(path)
     except (ValueError, KeyError, struct.error):
-        raise FormatError(f"{os.fspath(path)}: the header cannot be read; save the file again") from None
+        raise FormatError(
+            f"{os.fspath(path)}: the header cannot be read; save the file again", code="damaged_data"
+        ) from None
     size, region, notices = _places(path, windows, notes)
     planes = _planes({name: _numbers(name, whole, bits) for name, whole, bits in channels})
     notices += [
         Notice("the values are float32, because EXR files cannot contain float64", "rounded_values", [name])
         for name, array in planes.items()
-        if name in CHANNELS and CHANNELS[name][0] != array.dtype
+        if is_channel(name) and channel_form(name)[0] != array.dtype
     ]
     camera = _camera(path, notes["raycam.camera"]) if "raycam.camera" in notes else None
     return Frame(planes, camera=camera, size=size, region=region, notices=notices)
@@ -101,7 +108,9 @@ def _camera(path: str | os.PathLike[str], text: str) -> Camera:
     try:
         return Camera.from_dict(json.loads(text))
     except (ValueError, TypeError, CameraError) as fault:
-        raise FormatError(f"{os.fspath(path)}: its camera cannot be read: {fault}") from None
+        raise FormatError(
+            f"{os.fspath(path)}: its camera cannot be read: {fault}", code="invalid_camera"
+        ) from None
 
 
 def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, str]]:
@@ -145,7 +154,8 @@ def _places(
         if region[2:] != (columns, rows):
             raise FormatError(
                 f"{os.fspath(path)}: its header contains raycam.region {notes['raycam.region']!r} and raycam.size "
-                f"{notes['raycam.size']!r}, which do not fit its {columns} x {rows} pixels"
+                f"{notes['raycam.size']!r}, which do not fit its {columns} x {rows} pixels",
+                code="wrong_shape",
             )
     is_within = 0 <= left - x <= width - columns and 0 <= top - y <= height - rows
     if is_within:
@@ -191,7 +201,7 @@ def _joined(layer: str, letters: str) -> str:
 
 def _fits(name: str, array: npt.NDArray[Any]) -> bool:
     """True if the array has the form of the channel of this name, except for the precision of floats."""
-    if name not in CHANNELS:
+    if not is_channel(name):
         return False
-    dtype, components = CHANNELS[name]
+    dtype, components = channel_form(name)
     return array.dtype.kind == dtype.kind and array.shape[2:] == ((components,) if components > 1 else ())

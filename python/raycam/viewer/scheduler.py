@@ -172,6 +172,8 @@ class Scheduler(threading.Thread):
         started = time.perf_counter()
         frame = refinement.step(cancel)
         if frame is None or not images.keep_still(version, frame):
+            if view.channel in SAMPLED and version == images.version:
+                session.connection.send(_progress(session, view, refinement))
             return
         session.connection.send({"type": "about", **session.about()})
         if view.channel in SAMPLED:
@@ -179,7 +181,7 @@ class Scheduler(threading.Thread):
             seconds = time.perf_counter() - started
             self._send_plane(session, view, version, frame, refinement.samples, seconds, refinement)
         else:
-            session.connection.send({"type": "progress", "samples": refinement.samples})
+            session.connection.send(_progress(session, view, refinement))
 
     def _show_still(self, session: Session) -> None:
         """Sends the chosen channel of the existing samples."""
@@ -208,13 +210,15 @@ class Scheduler(threading.Thread):
         """
         connection = session.connection
         is_finished = refinement is None or samples >= session.images.samples_of(view)
-        is_exact = connection.wants_planes and (is_finished or connection.is_plane_due)
+        is_exact = connection.needs_exact(is_finished)
         width, height = frame.size
         rate, change = round(width * height / seconds) if seconds > 0 else 0, None
         if refinement is not None:
             rate, found = round(refinement.rate), refinement.change
             change = None if found is None else {"share": round(found[0], 6), "since": found[1]}
         fields: dict[str, Any] = {"moving": False, "samples": samples, "rate": rate, "change": change}
+        if refinement is not None:
+            fields["wanted"] = session.images.samples_of(view)
         if view.channel == "color" and not is_exact:
             fields["encoding"] = "jpeg"
             quality = STILL_QUALITY if is_finished else REFINING_QUALITY
@@ -223,7 +227,8 @@ class Scheduler(threading.Thread):
             plane = frame[view.channel] if is_exact else reduced(frame[view.channel])
             header, data = pack(view.channel, plane, level=6 if is_finished else 1)
             fields |= {"encoding": "plane", "plane": header, "exact": is_exact or plane.dtype.kind == "i"}
-            connection.is_plane_due &= not is_exact
+            if is_exact:
+                connection.mark_exact_sent()
         self._send(session, view, version, fields, [data], seconds)
 
     def _send(
@@ -250,3 +255,8 @@ class Scheduler(threading.Thread):
             **fields,
         }
         session.connection.send(message, buffers)
+
+
+def _progress(session: Session, view: View, refinement: Refinement) -> dict[str, Any]:
+    """The message with the samples of the still image so far, and of the finished one."""
+    return {"type": "progress", "samples": refinement.samples, "wanted": session.images.samples_of(view)}

@@ -8,8 +8,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
-import hmac
-import secrets
 import socket
 import threading
 import time
@@ -21,10 +19,11 @@ from ..arguments import whole
 from ..errors import Error, NetworkError
 from . import gate
 from .answers import SLOW, Answers, probe
-from .client_messages import Hello, Home, Lens, LookThrough, Move, Pose, Probe, Size, Time, Variant
+from .client_messages import Hello, Probe, Size
 from .messages import MAX_MESSAGE_BYTES, BadMessage, packed, parse_message
 from .scheduler import Scheduler
 from .session import Session
+from .tokens import Tokens
 
 __all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "Server"]
 
@@ -35,8 +34,6 @@ MOST_CONNECTIONS = 32
 HANDSHAKE_TIME = 5.0  # seconds for the handshake
 KEPT = 600.0  # seconds for which a session waits for its client to reconnect
 QUEUED_IN = 8
-SHARED = (Move, Home, LookThrough, Time, Variant, Lens, Pose)
-"""The messages that all clients follow with `follow=True`."""
 QUEUED_OUT = 64
 WILDCARDS = ("0.0.0.0", "::")
 MOST_PROBES = 60  # probes per second
@@ -60,8 +57,7 @@ class Server:
         """Listens on `host`. Requests from the addresses `proxies` may name their host in X-Forwarded-Host."""
         self._follow = follow
         self._proxies = frozenset(proxies)
-        self._invitations: set[str] = set()
-        self.token = secrets.token_urlsafe(32)
+        self._tokens = Tokens()
         self._make_session = make_session
         self._allowed = [*allow_hosts, f"[{host}]" if ":" in host else host]
         self._socket = _listening(host, port)
@@ -87,6 +83,11 @@ class Server:
         self.scheduler.start()
 
     @property
+    def token(self) -> str:
+        """The token that remains valid."""
+        return self._tokens.own
+
+    @property
     def url(self) -> str:
         """The address to open on this machine; the token is in its fragment, which browsers never send."""
         return self.urls[0]
@@ -100,17 +101,7 @@ class Server:
 
     def invitation(self) -> str:
         """An address on this machine with a token that is valid once, so browser histories do not matter."""
-        token = secrets.token_urlsafe(32)
-        self._invitations.add(token)
-        return f"{self.url.split('#')[0]}#t={token}"
-
-    def _accepts(self, token: str) -> bool:
-        """True for the server's token, and for an unused invitation."""
-        if hmac.compare_digest(token.encode(), self.token.encode()):
-            return True
-        used = [each for each in self._invitations if hmac.compare_digest(token.encode(), each.encode())]
-        self._invitations.difference_update(used)
-        return bool(used)
+        return f"{self.url.split('#')[0]}#t={self._tokens.invite()}"
 
     def close(self) -> None:
         """Notifies all clients, and stops the server."""
@@ -197,7 +188,7 @@ class Server:
             allowed = [*allowed, f"[{own}]" if ":" in own else own]
         forwarded = connection.remote_address[0].removeprefix("::ffff:") in self._proxies
         answer = gate.answer_to(
-            request.path, request.headers, self._accepts, allowed, method, forwarded=forwarded
+            request.path, request.headers, self._tokens.accept, allowed, method, forwarded=forwarded
         )
         if answer is None:
             return None
@@ -239,8 +230,11 @@ class Server:
             hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
             if not isinstance(hello, Hello):
                 raise BadMessage("the first message must be hello")
-        except (BadMessage, TimeoutError) as error:
-            await connection.close(POLICY_VIOLATION, str(error) or "the first message must be hello")
+        except TimeoutError:  # a page on a slow machine: it connects again
+            await connection.close(GOING_AWAY, f"no hello within {HANDSHAKE_TIME:g} s")
+            return None
+        except BadMessage as error:
+            await connection.close(POLICY_VIOLATION, str(error))
             return None
         session = self._session(hello.session)
         if session is None:
@@ -300,7 +294,7 @@ class Server:
                         self.answers.queue_message(session, message)
                     else:
                         session.receive(message)
-                        if self._follow and isinstance(message, SHARED):
+                        if self._follow and message.IS_FOLLOWED:
                             for other in self.sessions.values():
                                 if other is not session:
                                     other.follow(session)

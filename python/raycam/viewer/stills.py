@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._core import Cancel
 from ..camera import Camera
-from ..render.frame import CHANNELS, Frame
+from ..render.frame import CHANNELS, PASSES, Frame
 from ..render.progressive import Progressive
 from ..render.render import render
 from ..world import World
@@ -35,7 +35,7 @@ SAMPLED = (*COLORS, "error")
 """`COLORS` and the error estimate, which is rendered only on request, because it requires samples."""
 LIT_CHANNELS = ("color", "error")
 """The channels that depend on light; the others describe the world without the studio."""
-TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error"))
+TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error", *PASSES))
 """The channels of the exact ray through the pixel's centre."""
 FIRST, GROWTH = 4, 4
 SHARE_SAMPLES = 64

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, size_of, whole, word
 from ..camera import Camera, check_camera
-from ..errors import FormatError, WorldError
+from ..errors import FormatError, Notice, WorldError
+from ..notices import warn
 from ..rig import Rig
 from ..robots import FileResolver, JointValues, Robot, RobotModel, read_robots
 from ..sensors import Sensor
@@ -153,7 +154,7 @@ class WorldBuilding(WorldContents):
         """
         files = FileResolver(Path(path), folder, packages)
         if name is not None and (not isinstance(name, str) or not name):
-            raise WorldError(f"a robot's name must be a string, got {name!r}")
+            raise WorldError(f"a robot's name must be a string, got {name!r}", code="wrong_type")
         models = read_robots(path, files, xacro_args)
         if len(models) > 1:
             names = ", ".join(model.description.name for model in models[:10])
@@ -161,6 +162,9 @@ class WorldBuilding(WorldContents):
                 f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
                 code="unsupported_feature",
             )
+        if models[0].lights:
+            text = f"{os.fspath(path)}: the file's lights are not added; raycam.load loads them, too"
+            warn(Notice(text, "ignored_element"))
         robot = self._add_model(
             models[0],
             files,

@@ -37,7 +37,8 @@ def cull_faces(world: Building, which: int | str, keep: npt.ArrayLike) -> Buildi
     if mesh.slots.any():
         raise WorldError(
             f"object {which!r} has {mesh.slots.max() + 1} materials, and cull_faces supports objects with one; add "
-            "the parts of each material as objects of their own"
+            "the parts of each material as objects of their own",
+            code="unsupported_feature",
         )
     matrix = np.linalg.inv(world.objects[number].matrix)
     local = mesh.corners[mask] @ matrix[:3, :3].T + matrix[:3, 3]

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import floats, is_tensor, numbers, refuse_mask
+from ..camera import Camera
 from ..errors import WorldError
 from .texture import Texture
 
@@ -17,12 +18,14 @@ __all__ = ["corner_values", "indices", "plain"]
 
 
 def plain(value: Any, name: str = "value") -> Any:
-    """Converts mappings to dicts, textures to their tables, paths to strings and tensors to arrays, recursively.
+    """Converts mappings to dicts, textures and cameras to their tables, paths to strings and tensors to arrays.
 
     Raises `WorldError` with the name of a tensor that is not on the CPU.
     """
     if isinstance(value, Texture):
         return value.description()
+    if isinstance(value, Camera):
+        return value.to_dict()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if isinstance(value, Mapping):

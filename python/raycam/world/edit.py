@@ -8,7 +8,7 @@ from typing import Any
 from ..arguments import floats
 from ..errors import WorldError
 from .description import corner_values, indices
-from .keys import light_keys, object_keys
+from .keys import PHOTOMETRIC_KEYS, STRENGTH_KEYS, light_keys, object_keys
 from .usd_files import is_usd
 
 __all__ = ["describe_light_change", "describe_object_change"]
@@ -16,7 +16,13 @@ __all__ = ["describe_light_change", "describe_object_change"]
 CORNERS = {"face_colors": 3, "vertex_colors": 3, "uvs": 2, "normals": 3}
 """Columns of a mesh's arrays per corner or face."""
 
-EITHER = (("power", "intensity"), ("radiance", "zenith"), ("radiance", "horizon"), ("radiance", "ground"))
+EITHER = (
+    ("power", "intensity"),
+    ("power", "irradiance"),
+    ("radiance", "zenith"),
+    ("radiance", "horizon"),
+    ("radiance", "ground"),
+)
 """Pairs of light keys that exclude each other."""
 
 
@@ -74,8 +80,11 @@ def describe_light_change(
             code="missing_value",
         )
     if given.get("type", light["type"]) != light["type"]:
-        return given, False
+        return {**{key: light[key] for key in ("name", "visible") if key in light}, **given}, False
     merged = dict(light)
+    if given.keys() & set(PHOTOMETRIC_KEYS):
+        for key in STRENGTH_KEYS:
+            merged.pop(key, None)
     if "target" in given:
         for way in ("direction", "u", "v"):
             merged.pop(way, None)

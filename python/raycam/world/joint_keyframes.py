@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arguments import Floats, floats, real
-from ..errors import WorldError, nearest
-from ..notices import warn_all
-from ..robots import Robot
+from ..errors import Notice, WorldError, nearest
+from ..notices import warn, warn_all
+from ..robots import Robot, is_bag, read_joint_states
 from .robot_joints import find_robot
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def expand_joint_keyframes(world: WorldContents, description: Mapping[str, Any])
     others = [frame for frame in frames if "robot" not in frame]
     fps = real("video.fps", description.get("fps", 24.0), error=WorldError)
     if not fps > 0:
-        raise WorldError(f"video.fps must be positive, got {fps:g}")
+        raise WorldError(f"video.fps must be positive, got {fps:g}", code="out_of_range")
     names = list(dict.fromkeys(frame["robot"] for frame in frames if "robot" in frame))
     expanded: list[dict[str, Any]] = []
     for name in names:
@@ -59,7 +59,8 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
         joints = frame.get("joints")
         if not isinstance(joints, Mapping):
             raise WorldError(
-                f"video.keyframe: joints must be a table of joint names and values, got {joints!r}"
+                f"video.keyframe: joints must be a table of joint names and values, got {joints!r}",
+                code="wrong_type",
             )
         time = real("video.keyframe.time", frame.get("time"), what="seconds", error=WorldError)
         for joint, value in joints.items():
@@ -71,7 +72,8 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
     if len(times) * len(robot._parts) > MAX_KEYFRAMES:
         raise WorldError(
             f"video.keyframe: robot {robot.name!r} requires more than {MAX_KEYFRAMES} object keyframes; "
-            "shorten the video or lower its fps"
+            "shorten the video or lower its fps",
+            code="too_large",
         )
     vectors = np.tile(robot._values, (len(times), 1))
     for joint, track in tracks.items():
@@ -100,7 +102,8 @@ def _moved_objects(robot: Robot, times: Floats, vectors: Floats) -> list[dict[st
         if np.linalg.det(matrices[0, :3, :3]) < 0:
             raise WorldError(
                 f"object {name!r} is mirrored (a mesh with a negative scale), and keyframes cannot move mirrored"
-                " objects; use render_many(joints=...), or mirror the mesh file"
+                " objects; use render_many(joints=...), or mirror the mesh file",
+                code="unsupported_feature",
             )
         found += [
             {"time": float(time), "object": name, "matrix": matrix, "interpolation": "linear"}
@@ -110,12 +113,20 @@ def _moved_objects(robot: Robot, times: Floats, vectors: Floats) -> list[dict[st
 
 
 def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
-    """Reads joint values over time from a CSV or NPY file; returns times [n] in seconds and vectors [n, k].
+    """Reads joint values over time from a CSV or NPY file, or a ROS 2 bag; returns times [n] in seconds and vectors [n,
+    k].
 
     The first row of a CSV file contains `time` and the joints' names. An NPY array [n, 1 + k] has the time in its
-    first column, followed by the joints in the order of `Robot.joints`. Joints without a column keep their values.
-    Raises `OSError` if the file cannot be read and `WorldError` if its contents are invalid.
+    first column, followed by the joints in the order of `Robot.joints`. Of a bag, the `sensor_msgs/JointState` messages
+    are read (see `read_joint_states`); the times are those of all messages with joints of the robot, and begin with 0
+    at the bag's first joint state. A joint that a message omits is interpolated linearly. Joints without a column keep
+    their values. A notice reports joints of a bag that the robot does not have or that cannot be set.
+
+    Raises `OSError` if the file cannot be read, `WorldError` if its contents are invalid, and the errors of
+    `read_joint_states`.
     """
+    if is_bag(path):
+        return _from_bag(robot, path)
     path = Path(path)
     if path.suffix.lower() == ".npy":
         table = floats(
@@ -129,7 +140,8 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     if not names or names[0].lower() not in ("time", "t"):
         raise WorldError(
-            f'{path}:1: expected the header "time, JOINT, ...", got {lines[0] if lines else ""!r}'
+            f'{path}:1: expected the header "time, JOINT, ...", got {lines[0] if lines else ""!r}',
+            code="missing_value",
         )
     rows = []
     for number, line in enumerate(lines[1:], start=2):
@@ -139,10 +151,33 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
             row = []
         if len(row) != len(names):
             raise WorldError(
-                f"{path}:{number}: expected {len(names)} numbers separated by commas, got {line!r}"
+                f"{path}:{number}: expected {len(names)} numbers separated by commas, got {line!r}",
+                code="wrong_shape",
             )
         rows.append(row)
     table = floats(os.fspath(path), rows, ("n", len(names)), error=WorldError)
     columns = {name: table[:, column] for column, name in enumerate(names) if column}
     vectors, _ = robot._vectors(columns)
     return table[:, 0], vectors
+
+
+def _from_bag(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
+    """Times [n] and vectors [n, k] of a bag."""
+    tracks = read_joint_states(path)
+    known = {name: track for name, track in tracks.items() if name in robot.joints}
+    others = sorted(set(tracks) - set(known))
+    if not known:
+        raise WorldError(
+            f"{os.fspath(path)}: the bag has no positions of joints of robot {robot.name!r}; joints of the bag:"
+            f" {', '.join(others[:10]) or 'none'}; of the robot: {', '.join(robot.joints) or 'none'}",
+            code="unknown_name",
+        )
+    if others:
+        text = f"{os.fspath(path)}: joints that robot {robot.name!r} does not have or that cannot be set are ignored"
+        warn(Notice(text, "ignored_key", others[:3], len(others)))
+    times = np.unique(np.concatenate([track.times for track in known.values()]))
+    columns = {}
+    for name, (moments, positions) in known.items():
+        turns = robot.description.joints[name].type == "continuous"
+        columns[name] = np.interp(times, moments, np.unwrap(positions) if turns else positions)
+    return times, robot._vectors(columns)[0]

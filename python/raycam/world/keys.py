@@ -9,6 +9,7 @@ from typing import Any, Literal, TypedDict
 
 import numpy.typing as npt
 
+from ..camera import Camera
 from ..errors import WorldError, nearest
 from .texture import Texture, Wrap
 
@@ -24,7 +25,7 @@ class ObjectKeys(TypedDict, total=False):
 
     name: str
     category: str | int
-    visible: bool
+    visible: bool | Mapping[str, bool]
     shadow_catcher: bool
     lidar: Mapping[str, float]
     box: Mapping[str, Any] | npt.ArrayLike
@@ -112,6 +113,14 @@ class LightKeys(TypedDict, total=False):
     """The keys of `[[light]]`; the world file reference lists those of each type."""
 
     type: str
+    name: str
+    visible: Mapping[str, bool]
+    temperature: float
+    lux: float
+    candela: float
+    lumen: float
+    nit: float
+    camera: Camera | Mapping[str, Any]
     direction: npt.ArrayLike
     position: npt.ArrayLike
     target: npt.ArrayLike | str
@@ -151,6 +160,8 @@ SIZED = ("box", "plane", "sphere")
 """Shapes whose size is given by their first key alone."""
 STRENGTH_KEYS = ("irradiance", "power", "intensity", "radiance")
 """Light keys for the strength in physical units."""
+PHOTOMETRIC_KEYS = ("lux", "candela", "lumen", "nit")
+"""Light keys that replace the strength by one in photometric units."""
 
 
 def object_keys(

@@ -191,11 +191,14 @@ def _with_robots(
 
     home = Path(path).parent
     if folder is not None and os.path.realpath(folder) != os.path.realpath(home):
-        raise SettingsError(f"{os.fspath(path)}: folder= is not supported for world files with robots")
+        raise SettingsError(
+            f"{os.fspath(path)}: folder= is not supported for world files with robots",
+            code="unsupported_feature",
+        )
     try:
         description = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise WorldError(f"{os.fspath(path)}: {error}") from None
+        raise WorldError(f"{os.fspath(path)}: {error}", code="syntax") from None
     try:
         with collected():
             return World._described(description, home, texture_memory, lines)
@@ -212,11 +215,14 @@ def _load_robot(
     """The world of a robot file; raises `SettingsError` for arguments that robots do not support."""
     for name, value in (("variant", options.variant), ("time", options.time)):
         if value is not None:
-            raise SettingsError(f"{os.fspath(path)}: {name}= is not supported for robots")
+            raise SettingsError(
+                f"{os.fspath(path)}: {name}= is not supported for robots", code="unsupported_feature"
+            )
     if options.up == "y":
         raise SettingsError(
             f"{os.fspath(path)}: up='y' is not supported for robots; add the robot to a y-up world with "
-            "World('y').add_robot"
+            "World('y').add_robot",
+            code="unsupported_feature",
         )
     if folder is not None:
         check_folder(path, folder)
@@ -232,6 +238,8 @@ def _load_robot(
         while name in world.robots:
             name, number = f"{model.description.name}-{number}", number + 1
         world._add_model(model, files, name=name, **how)
+        for light in model.lights:
+            world.add_light(light.type, **light.keys)
     return world
 
 

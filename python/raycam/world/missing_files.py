@@ -10,25 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import WorldError, with_code
+from .endings import MODEL_ENDINGS
 
-__all__ = ["MODELS", "check_exists", "nearest_names", "recipe_named"]
+__all__ = ["check_exists", "nearest_names", "recipe_named"]
 
-MODELS = (
-    ".toml",
-    ".gltf",
-    ".glb",
-    ".vrm",
-    ".obj",
-    ".ply",
-    ".stl",
-    ".off",
-    ".usd",
-    ".usda",
-    ".usdc",
-    ".usdz",
-    ".urdf",
-)
-"""The endings of files that are worlds or models."""
 SHOWN = 3
 DRAWS = re.compile(r"^\s*(see|on|gap|count|see\.\w+)\s*=|\{\s*(uniform|log_uniform|integer|choice)\s*=", re.M)
 """Keys and random draws that occur in recipes but not in worlds."""
@@ -93,7 +78,7 @@ def _hint(path: Path) -> str:
         there = next((parent for parent in folder.parents if parent.is_dir()), None)
         return "" if there is None else f"; there is no folder {folder}, only {there.absolute()}"
     try:
-        names = sorted(name for name in os.listdir(folder) if Path(name).suffix.lower() in MODELS)
+        names = sorted(name for name in os.listdir(folder) if Path(name).suffix.lower() in MODEL_ENDINGS)
     except OSError:
         return ""
     close = _close(path.name, names, cutoff=0.5)

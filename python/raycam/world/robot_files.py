@@ -16,6 +16,7 @@ from ..errors import Error, FormatError, Notice, WorldError
 from ..srgb import linear_from_srgb
 from .capsule import capsule_mesh
 from .description import plain
+from .endings import MESH_ENDINGS
 
 if TYPE_CHECKING:
     from .contents import WorldContents
@@ -26,7 +27,8 @@ GEOMETRIES = ("visual", "collision")
 """Shapes that a robot shows."""
 OWN_MATERIALS = (".glb", ".gltf", ".dae")
 """Endings of mesh files that contain their own materials."""
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".dae")
+LINK_MESH_ENDINGS = (*MESH_ENDINGS, *OWN_MATERIALS)
+"""Endings of mesh files of links."""
 SHOWN_FAULTS = 20
 """Maximum number of missing files that an error lists."""
 
@@ -137,9 +139,9 @@ class _Builder:
             at = f"{self._robot.description.file}:{shape.line}"
             try:
                 path = self._files.find(name)
-                if path.suffix.lower() not in MESH_SUFFIXES:
+                if path.suffix.lower() not in LINK_MESH_ENDINGS:
                     raise robots.Missing(
-                        f"unknown kind of mesh {path.suffix!r}; expected {', '.join(MESH_SUFFIXES)}"
+                        f"unknown kind of mesh {path.suffix!r}; expected {', '.join(LINK_MESH_ENDINGS)}"
                     )
                 self._found[name] = path
             except robots.Missing as reason:
@@ -283,6 +285,12 @@ class _Builder:
                         "ignored_transparency",
                     )
                 )
+        surface = {"roughness": material.roughness, "metallic": material.metallic}
+        stated = {name: value for name, value in surface.items() if value is not None}
+        if stated:
+            keys |= {"type": "principled", **stated}
+        if material.emission is not None:
+            keys["emission"] = linear_from_srgb(np.array(material.emission))
         if material.texture is not None:
             try:
                 keys["texture"] = self._files.find(material.texture)

@@ -7,15 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
-from .missing_files import MODELS
+from .endings import MESH_ENDINGS, MODEL_ENDINGS
 
 if TYPE_CHECKING:
     from _typeshed import SupportsRead
 
 __all__ = ["HEAD_BYTES", "check_scalable", "kind_suffix", "path_suffix", "read_bytes", "scale_factor"]
 
-MESH_SUFFIXES = (".obj", ".ply", ".stl", ".off")
-"""Endings of mesh files, whose unit is unknown."""
 METRES = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
 """Lengths of units in metres."""
 MARKS = ((b"PXR-USDC", ".usdc"), (b"#usda", ".usda"), (b"glTF", ".glb"))
@@ -47,8 +45,8 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
     Raises `SettingsError` for an unknown `kind`.
     """
     named = "" if kind is None else f".{kind.lower().lstrip('.')}" if isinstance(kind, str) else "."
-    if named and named not in MODELS:
-        options = ", ".join(each.lstrip(".") for each in MODELS)
+    if named and named not in MODEL_ENDINGS:
+        options = ", ".join(each.lstrip(".") for each in MODEL_ENDINGS)
         raise SettingsError(f"kind is {kind!r}; options: {options}", code="unknown_name")
     return _content_suffix(data) or named
 
@@ -56,7 +54,7 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
 def path_suffix(path: str | os.PathLike[str]) -> str:
     """The extension of a file's name, such as ".usd"; without a known extension, that of its content."""
     suffix = Path(path).suffix.lower()
-    if suffix in MODELS:
+    if suffix in MODEL_ENDINGS:
         return suffix
     with open(path, "rb") as file:
         return _content_suffix(file.read(HEAD_BYTES)) or suffix
@@ -92,10 +90,10 @@ def scale_factor(scale: float | None, units: str | None) -> float | None:
 
 def check_scalable(name: str, suffix: str, head: bytes) -> None:
     """Raises `SettingsError` for `scale` or `units` of a file that is not a mesh file."""
-    is_scene = suffix in MODELS and suffix not in MESH_SUFFIXES
+    is_scene = suffix in MODEL_ENDINGS and suffix not in MESH_ENDINGS
     if is_scene or _content_suffix(head) or head.lstrip()[:1] == b"{":
         raise SettingsError(
-            f"{name}: scale= and units= are for mesh files ({', '.join(MESH_SUFFIXES)}); other formats state their "
+            f"{name}: scale= and units= are for mesh files ({', '.join(MESH_ENDINGS)}); other formats state their "
             "unit; add the file to a world instead: world.add_object(mesh=..., scale=...)",
             code="conflicting_values",
         )

@@ -28,6 +28,7 @@ THIRD_PARTY_PYTHON = {
     "av",
     "dask",
     "distributed",
+    "mcap",
     "collada",
     "xacro",
     "yaml",

@@ -13,8 +13,8 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        codes notice error_code error written named_enum up foreign_terms math color medium mesh texture material light
-        camera
+        codes notice error_code error written named_enum up foreign_terms math color medium mesh texture material
+        camera light
         animation render_options video model world schema
         triangles lib
     """,

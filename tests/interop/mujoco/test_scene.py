@@ -109,11 +109,11 @@ def test_objects_have_names_categories_and_colours() -> None:
 
 
 def test_other_objects_and_data_of_another_model_raise() -> None:
-    with raises(raycam.WorldError, code="invalid_world", mentions=["mujoco.MjModel"]):
+    with raises(raycam.WorldError, code="wrong_type", mentions=["mujoco.MjModel"]):
         raycam.from_mujoco({})
     scene = raycam.from_mujoco(mujoco.MjModel.from_xml_string(FLAT))
     other = mujoco.MjData(mujoco.MjModel.from_xml_string(ROUND))
-    with raises(raycam.WorldError, code="invalid_world", mentions=["4", "6"]):
+    with raises(raycam.WorldError, code="wrong_shape", mentions=["4", "6"]):
         scene.update(other)
 
 
@@ -149,3 +149,24 @@ def test_sites_are_added_on_request() -> None:
     assert [item.name for item in scene.world.objects] == ["geom0", "tip"]
     assert scene.elements[1] == (int(mujoco.mjtObj.mjOBJ_SITE), 0)
     np.testing.assert_allclose(scene.world.triangles(1).reshape(-1, 3).max(axis=0), [1.1, 0.2, 0.3])
+
+
+class OldModel:
+    """The arrays of a model of MuJoCo 3.3.2, which has `light_directional` instead of `light_type`."""
+
+    def __init__(self, model: Any) -> None:
+        self._model = model
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("light_type", "tex_colorspace"):
+            raise AttributeError(name)
+        return getattr(self._model, name)
+
+
+def test_models_of_older_versions_are_refused_with_both_versions() -> None:
+    model = mujoco.MjModel.from_xml_string(FLAT)
+    facts = [mujoco.__version__, "3.3.3", "light_type"]
+    with raises(raycam.WorldError, code="unsupported_version", mentions=facts):
+        raycam.from_mujoco(OldModel(model))
+    with raises(raycam.WorldError, code="wrong_type", mentions=["MjData"]):
+        raycam.from_mujoco(mujoco.MjData(model))

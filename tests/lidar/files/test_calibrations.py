@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+from scipy.spatial.transform import Rotation
+from support.raises import raises
 
 OUSTER = {
     "prod_line": "OS-1-16",
@@ -230,3 +232,27 @@ def test_declared_sizes_are_checked_before_allocation(tmp_path: Path) -> None:
 def test_missing_file_is_a_file_not_found_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         raycam.load_lidar(tmp_path / "none.json")
+
+
+def test_matrices_of_rgl_are_rays_along_their_z_axes(tmp_path: Path) -> None:
+    random = np.random.default_rng(2)
+    turns = Rotation.random(50, random_state=3)
+    matrices = np.zeros((50, 3, 4), np.float32)
+    matrices[:, :, :3], matrices[:, :, 3] = turns.as_matrix(), random.normal(size=(50, 3))
+    (tmp_path / "rays.mat3x4f").write_bytes(matrices.tobytes())
+    lidar = raycam.load_lidar(tmp_path / "rays.mat3x4f", noise=False)
+    pattern = lidar.pattern()
+    np.testing.assert_allclose(pattern.directions, turns.apply([0, 0, 1]), atol=1e-6)
+    np.testing.assert_array_equal(pattern.origins, matrices[:, :, 3])
+    for data, code in (
+        (b"", "wrong_shape"),
+        (matrices.tobytes()[:-4], "wrong_shape"),
+        (bytes(48), "out_of_range"),
+    ):
+        (tmp_path / "bad.mat3x4f").write_bytes(data)
+        with raises(raycam.LidarError, code=code, mentions=["bad.mat3x4f"]):
+            raycam.load_lidar(tmp_path / "bad.mat3x4f")
+    matrices[3, 1, 2] = np.nan
+    (tmp_path / "bad.mat3x4f").write_bytes(matrices.tobytes())
+    with raises(raycam.LidarError, code="out_of_range", mentions=["directions[3]"]):
+        raycam.load_lidar(tmp_path / "bad.mat3x4f")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import raycam
 import trimesh
+from pyarrow import feather
 from pypcd4 import PointCloud
 from support.raises import raises
 
@@ -100,7 +101,46 @@ def test_csv_and_npz_restore_every_bit(scan: raycam.Scan, tmp_path: Path) -> Non
             np.testing.assert_array_equal(arrays[name], scan[name])
 
 
-@pytest.mark.parametrize("extension", [".pcd", ".ply", ".las", ".csv", ".bin"])
+def test_feather_has_the_columns_of_argoverse_2(
+    scan: raycam.Scan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scan.save(tmp_path / "315966070522300000.feather")
+    table = feather.read_table(tmp_path / "315966070522300000.feather")
+    types = {field.name: str(field.type) for field in table.schema}
+    assert types == {
+        **dict.fromkeys("xyz", "halffloat"),
+        "intensity": "uint8",
+        "laser_number": "uint8",
+        "offset_ns": "int32",
+        "instance": "int32",
+        "category": "int32",
+    }
+    arrays = {name: table[name].to_numpy() for name in types}
+    points = np.stack([arrays[axis] for axis in "xyz"], axis=1)
+    np.testing.assert_array_equal(points, scan["position"].astype(np.float16))
+    np.testing.assert_array_equal(arrays["laser_number"], scan["laser"])
+    np.testing.assert_allclose(arrays["offset_ns"] * 1e-9, scan["time"], atol=0.6e-9)
+    for name in ("intensity", "instance", "category"):
+        np.testing.assert_array_equal(arrays[name], scan[name])
+    scan.save(tmp_path / "some.feather", fields=["ring", "normal"])
+    some = feather.read_table(tmp_path / "some.feather")
+    np.testing.assert_array_equal(np.stack(some["normal"].to_pylist()), scan["normal"])
+    assert set(some.column_names) == {*"xyz", "intensity", "laser_number", "offset_ns", "ring", "normal"}
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with raises(raycam.LidarError, code="missing_dependency", mentions=["raycam[feather]"]):
+        scan.save(tmp_path / "other.feather")
+
+
+def test_feather_refuses_coordinates_beyond_float16(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [2e5, 2e5, 2e5]}, color=[0.5] * 3)
+    scan = raycam.scan(world, raycam.Lidar.of([[1, 0, 0]]))
+    with raises(raycam.LidarError, code="cannot_write", mentions=["65504"]):
+        scan.save(tmp_path / "a.feather")
+    assert not (tmp_path / "a.feather").exists()
+
+
+@pytest.mark.parametrize("extension", [".pcd", ".ply", ".las", ".csv", ".bin", ".feather"])
 def test_lost_pulses_are_not_written(extension: str, yard: raycam.World, tmp_path: Path) -> None:
     lidar = raycam.Lidar("vlp16", noise=False).placed([0, 0, 1.8])
     with_lost, without = (raycam.scan(yard, lidar, keep_lost=keep) for keep in (True, False))
@@ -110,7 +150,7 @@ def test_lost_pulses_are_not_written(extension: str, yard: raycam.World, tmp_pat
     assert (tmp_path / f"a{extension}").read_bytes() == (tmp_path / f"b{extension}").read_bytes()
 
 
-@pytest.mark.parametrize("extension", [".pcd", ".ply", ".las", ".csv", ".bin", ".npz"])
+@pytest.mark.parametrize("extension", [".pcd", ".ply", ".las", ".csv", ".bin", ".npz", ".feather"])
 def test_scan_without_points_is_a_valid_file(extension: str, tmp_path: Path) -> None:
     with pytest.warns(raycam.Notice):
         scan = raycam.scan(raycam.World(), raycam.Lidar("os1-16"))

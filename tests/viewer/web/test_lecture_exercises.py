@@ -42,7 +42,7 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("facts.ray.X.slice(0, 3)", "divide them by the fourth"),
         ("facts.ray.C", "a second point is needed"),
         ("rayOfPixel(facts.P, facts.pixel[1], facts.pixel[0]).XPrime", "column comes first"),
-        ("[0.3, -0.1, 0.2]", "Your point is visible at"),
+        ("[0.3, -0.1, 0.2]", "The image of your point is"),
     ],
     "forward": [
         ("[along, ...negated(facts.ray.r)]", "r = C - X'"),

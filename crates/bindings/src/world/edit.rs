@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_scene::schema::{ObjectSpec, from_value};
+use raycam_scene::schema::{LightSpec, ObjectSpec, from_value};
 use raycam_scene::{Light, World as Inner};
 
 use crate::arrays::Floats;
@@ -99,11 +99,15 @@ pub(crate) fn world_set_light(
     within: Option<PathBuf>,
 ) -> PyResult<()> {
     let (arrays, value) = described(description)?;
-    let mut light: Light = from_value(&value).or_raise()?;
+    let spec: LightSpec = from_value(&value).or_raise()?;
+    let (mut light, traits) = spec.build(world.snapshot().up).or_raise()?;
     world.change_by_files(description.py(), within, |inner, files| {
         inner.check_light(number)?;
         match (&mut light, &inner.lights[number]) {
             (Light::Environment { image, .. }, Light::Environment { image: before, .. }) if keeps_file => {
+                *image = before.clone();
+            }
+            (Light::Projector { image, .. }, Light::Projector { image: before, .. }) if keeps_file => {
                 *image = before.clone();
             }
             (Light::Ies { profile, .. }, Light::Ies { profile: before, .. }) if keeps_file => {
@@ -113,7 +117,8 @@ pub(crate) fn world_set_light(
         }
         light.read(&mut FilesAndArrays::new(files, &arrays))?;
         name_array(&mut light);
-        Ok(inner.set_light(number, light)?)
+        inner.set_light(number, light)?;
+        Ok(inner.set_light_traits(number, traits)?)
     })
 }
 

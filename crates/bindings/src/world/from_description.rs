@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use raycam_formats::{AssetRoot, FormatError};
-use raycam_scene::schema::{FogSpec, ObjectSpec, SpannedValue, VideoSpec, WorldFile, from_value};
+use raycam_scene::schema::{FogSpec, LightSpec, ObjectSpec, SpannedValue, VideoSpec, WorldFile, from_value};
 use raycam_scene::{Light, World as Inner};
 
 use crate::error::{OrRaise, detached};
@@ -75,19 +75,22 @@ pub(crate) fn world_add_light(
     shared: Option<Py<SharedFiles>>,
 ) -> PyResult<usize> {
     let (arrays, value) = described(description)?;
-    let mut light: Light = from_value(&value).or_raise()?;
+    let spec: LightSpec = from_value(&value).or_raise()?;
+    let (mut light, traits) = spec.build(world.snapshot().up).or_raise()?;
     let shared = shared.as_ref().map(Py::get);
     world.add_description(description.py(), within, |inner, files| {
         let shared = shared.filter(|_| inner.texture_cache.is_none());
         light.read(&mut FilesAndArrays::new(files, &arrays).sharing(shared))?;
         name_array(&mut light);
-        Ok(inner.add_light(light)?)
+        let number = inner.add_light(light)?;
+        inner.set_light_traits(number, traits)?;
+        Ok(number)
     })
 }
 
 /// Names the image of a light that was an array.
 pub(crate) fn name_array(light: &mut Light) {
-    if let Light::Environment { image, .. } = light
+    if let Light::Environment { image, .. } | Light::Projector { image, .. } = light
         && is_array(&image.file)
     {
         image.file = NAME.into();

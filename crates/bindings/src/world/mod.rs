@@ -186,7 +186,9 @@ impl World {
 
     #[getter]
     fn lights<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        self.snapshot().lights.iter().map(|light| light_dict(py, light)).collect()
+        let world = self.snapshot();
+        let lights = world.lights.iter().enumerate();
+        lights.map(|(number, light)| light_dict(py, light, &world.traits_of_light(number))).collect()
     }
 
     #[getter]

@@ -77,6 +77,7 @@ impl World {
             world.materials.truncate(materials);
             world.objects.truncate(objects);
             world.lights.truncate(lights);
+            world.light_traits.truncate(lights);
             world.cameras.truncate(cameras);
             world.rigs.truncate(rigs);
             world.notices.truncate(notices);

@@ -1,5 +1,6 @@
 //! Meshes compressed by Draco, bitstream 2.2: glTF's `KHR_draco_mesh_compression`.
 
+use raycam_scene::ErrorCode;
 use std::path::Path;
 
 use draco_core::draco_types::DataType;
@@ -61,7 +62,9 @@ pub enum ComponentType {
 /// support, or if the mesh is larger than the remaining budget or than the stream can contain: a byte describes at most
 /// eight triangles.
 pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh> {
-    let fault = |message: String| FormatError::whole(path, format!("Draco compression: {message}"));
+    let fault = |message: String| {
+        FormatError::whole(path, ErrorCode::DamagedData.message(format!("Draco compression: {message}")))
+    };
     match bytes {
         [b'D', b'R', b'A', b'C', b'O', 2, 2, 1, ..] => {}
         [b'D', b'R', b'A', b'C', b'O', 2, 2, ..] => return Err(fault("the stream is not a mesh".into())),

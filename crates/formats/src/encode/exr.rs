@@ -63,6 +63,8 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
     let name = layer.name;
     let letters: &[&str] = match (name, layer.components, &layer.samples) {
         ("color" | "albedo" | "shadow" | "transmittance", 1..=4, _) => &["R", "G", "B", "A"],
+        ("emission" | "direct" | "indirect" | "diffuse" | "specular" | "volume", 3, _) => &["R", "G", "B"],
+        (light, 3, _) if light.starts_with("light:") => &["R", "G", "B"],
         ("depth" | "distance", 1, _) => &["Z"],
         (_, 1, LayerSamples::Id(_)) => &["id"],
         (_, 1, _) => &["V"],

@@ -5,7 +5,7 @@
 use std::io::Cursor;
 
 use ::image::codecs::bmp::BmpDecoder;
-use raycam_scene::Image;
+use raycam_scene::{ErrorCode, Image};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -15,7 +15,7 @@ pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {
         let found = BmpHeader::parse(file.bytes).map(|header| header.check_complete(file.bytes));
-        found.flatten().ok_or_else(|| file.fault("truncated, or with runs beyond the image"))
+        found.flatten().ok_or_else(|| file.fault(ErrorCode::TruncatedFile, "truncated, or with runs beyond the image"))
     })
 }
 

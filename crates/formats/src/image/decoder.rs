@@ -28,13 +28,13 @@ pub(crate) struct Decoder<'a> {
 }
 
 impl Decoder<'_> {
-    pub(crate) fn fault(&self, message: impl Into<Message>) -> FormatError {
-        FormatError::whole(self.path, message)
+    pub(crate) fn fault(&self, code: ErrorCode, message: impl Into<String>) -> FormatError {
+        FormatError::whole(self.path, code.message(message))
     }
 
     /// Error of a file that ends before its declared content.
     pub(crate) fn truncated(&self, message: impl Into<String>) -> FormatError {
-        self.fault(ErrorCode::TruncatedFile.message(message))
+        self.fault(ErrorCode::TruncatedFile, message)
     }
 
     pub(crate) fn unsupported(&self, message: impl Into<Message>) -> FormatError {
@@ -52,7 +52,7 @@ impl Decoder<'_> {
     pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {
-            return Err(self.fault(format!("an image of {columns} x {rows} pixels")));
+            return Err(self.fault(ErrorCode::OutOfRange, format!("an image of {columns} x {rows} pixels")));
         }
         self.budget.take_pixels(self.path, pixels)?;
         let (unpacked, length) = (pixels * texel, self.bytes.len() as u64);
@@ -62,7 +62,7 @@ impl Decoder<'_> {
                  smaller, or with less compression",
                 self.bytes.len()
             );
-            return Err(self.fault(message));
+            return Err(self.fault(ErrorCode::ImplausibleSize, message));
         }
         Ok(unpacked > MAX_UNBACKED_BYTES / 2 + 16 * length)
     }
@@ -172,6 +172,6 @@ pub(crate) fn decoder_error(file: &Decoder<'_>, error: ImageError) -> FormatErro
     match error {
         ImageError::Unsupported(e) => file.unsupported(e.to_string()),
         ImageError::IoError(e) => file.truncated(format!("truncated: {e}")),
-        e => file.fault(e.to_string()),
+        e => file.fault(ErrorCode::DamagedData, e.to_string()),
     }
 }

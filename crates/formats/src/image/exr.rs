@@ -12,7 +12,7 @@ use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, Headers, MetaData};
 use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
 use ::image::metadata::Orientation;
-use raycam_scene::{ColorUse, Image, NoticeCode};
+use raycam_scene::{ColorUse, ErrorCode, Image, NoticeCode};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -125,7 +125,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     if cube {
         let message =
             format!("a cube map of {} x {} pixels; expected six square faces on top of each other", size[0], size[1]);
-        return Err(file.fault(message));
+        return Err(file.fault(ErrorCode::WrongShape, message));
     }
     let texels = file.float_texels(texels);
     Ok(file.image(size, texels))
@@ -267,7 +267,8 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) ->
     if let BlockDescription::Tiles(tiles) = part.blocks {
         let Vec2(columns, rows) = tiles.tile_size;
         if columns.saturating_mul(rows) > pixels.saturating_mul(4).max(SMALL) {
-            return Err(file.fault(format!("tiles of {columns} x {rows} pixels in an image of {pixels}")));
+            return Err(file
+                .fault(ErrorCode::OutOfRange, format!("tiles of {columns} x {rows} pixels in an image of {pixels}")));
         }
     }
     let sized = matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_));
@@ -312,7 +313,9 @@ fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most:
     // Its version, followed by nine sizes and counts.
     let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
     if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
-        return Err(file.fault(format!("a DWA block declares {size} bytes; the maximum is {most}")));
+        return Err(
+            file.fault(ErrorCode::ImplausibleSize, format!("a DWA block declares {size} bytes; the maximum is {most}"))
+        );
     }
     Ok(())
 }
@@ -345,6 +348,6 @@ fn decoder_error(file: &Decoder<'_>, error: Error) -> FormatError {
         Error::Invalid(_) if has_unknown_compression(file.bytes) => {
             file.unsupported("unknown compression; expected none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA or DWAB")
         }
-        error => file.fault(error.to_string()),
+        error => file.fault(ErrorCode::DamagedData, error.to_string()),
     }
 }

@@ -6,7 +6,7 @@ use std::io::Cursor;
 
 use ::image::ImageDecoder;
 use ::image::codecs::gif::GifDecoder;
-use raycam_scene::{Image, NoticeCode};
+use raycam_scene::{ErrorCode, Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -30,7 +30,7 @@ pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image> {
     }
     decode_checked(file, decoder, |file| match frames {
         Some(1..) => Ok(()),
-        Some(0) => Err(file.fault("the file contains no image")),
+        Some(0) => Err(file.fault(ErrorCode::NothingVisible, "the file contains no frame")),
         None => Err(file.truncated("truncated")),
     })
 }

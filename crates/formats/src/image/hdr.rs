@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use ::image::codecs::hdr::HdrDecoder;
-use raycam_scene::{Image, NoticeCode, Texels};
+use raycam_scene::{ErrorCode, Image, NoticeCode, Texels};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -36,7 +36,10 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     // Factor on all values of the file.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
-        file.fault(format!("EXPOSURE is {exposure}; expected the factor by which all values were multiplied"))
+        file.fault(
+            ErrorCode::OutOfRange,
+            format!("EXPOSURE is {exposure}; expected the factor by which all values were multiplied"),
+        )
     };
     if !(exposure > 0.0 && exposure.is_finite()) {
         return Err(fault(file));
@@ -44,7 +47,8 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     let size = [metadata.width, metadata.height].map(|side| side as usize);
     let mut image = decode_checked(file, decoder, |file| {
         let lines = after_resolution(rest).unwrap_or_default();
-        check_complete(lines, size).ok_or_else(|| file.fault("truncated, or with runs longer than a line"))
+        check_complete(lines, size)
+            .ok_or_else(|| file.fault(ErrorCode::TruncatedFile, "truncated, or with runs longer than a line"))
     })?;
     if exposure != 1.0
         && let Texels::Float(texels) = &mut image.texels

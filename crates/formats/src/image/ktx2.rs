@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 
 use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 use half::f16;
-use raycam_scene::{Image, NoticeCode, Texels};
+use raycam_scene::{ErrorCode, Image, NoticeCode, Texels};
 use ruzstd::decoding::StreamingDecoder;
 
 use crate::error::Result;
@@ -74,7 +74,9 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     };
     let check = file.take_pixels(header.size, texel)?;
     if let Some(expected) = expected.filter(|&n| n != header.unpacked) {
-        return Err(file.fault(format!("a level has {} bytes; expected {expected}", header.unpacked)));
+        return Err(
+            file.fault(ErrorCode::WrongShape, format!("a level has {} bytes; expected {expected}", header.unpacked))
+        );
     }
     if header.srgb != (file.color_use == ColorUse::Color) && texel == 4 {
         let marked = if header.srgb { "sRGB" } else { "linear" };
@@ -152,7 +154,10 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
         return Err(file.unsupported(message));
     }
     if levels > 32 {
-        return Err(file.fault(format!("{levels} levels; expected at least one level per halving of the size")));
+        return Err(file.fault(
+            ErrorCode::OutOfRange,
+            format!("{levels} levels; expected at least one level per halving of the size"),
+        ));
     }
     let levels = levels.max(1) as usize;
     let index_bytes = (levels * LEVEL_ENTRY_BYTES) as u64;
@@ -172,7 +177,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     // Size of all descriptors, header of the first, its colour model, primaries and transfer function.
     let [model, _, transfer, flags] = match file.bytes[descriptor.0..descriptor.1].get(12..16) {
         Some(&[model, primaries, transfer, flags]) => [model, primaries, transfer, flags],
-        _ => return Err(file.fault("the data format descriptor is missing")),
+        _ => return Err(file.fault(ErrorCode::MissingValue, "the data format descriptor is missing")),
     };
     let format = level_format(file, vk_format, model, scheme)?;
     Ok(Ktx2Header {
@@ -212,7 +217,7 @@ fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<()> {
     while let Some((length, rest)) = keys.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;
         let Some(entry) = rest.get(..length) else {
-            return Err(file.fault("truncated key and value data"));
+            return Err(file.fault(ErrorCode::TruncatedFile, "truncated key and value data"));
         };
         keys = rest.get(length.next_multiple_of(4)..).unwrap_or_default();
         let mut words = entry.split(|&b| b == 0);
@@ -284,8 +289,11 @@ fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result
     });
     match written {
         Ok(written) if written == length => Ok(unpacked),
-        Ok(_) => Err(file.fault(format!("Zstandard: expected {length} bytes, as in the level index"))),
-        Err(message) => Err(file.fault(format!("Zstandard: {message}"))),
+        Ok(_) => {
+            Err(file
+                .fault(ErrorCode::DamagedData, format!("Zstandard: expected {length} bytes, as in the level index")))
+        }
+        Err(message) => Err(file.fault(ErrorCode::DamagedData, format!("Zstandard: {message}"))),
     }
 }
 
@@ -299,12 +307,12 @@ fn transcode(file: &Decoder<'_>, header: &Ktx2Header, source: SourceFormat, leve
         alone = single_level(file.bytes, header.descriptor, level);
         &alone
     };
-    let fault = |error: basisu::Error| file.fault(format!("Basis Universal: {error:?}"));
+    let fault = |error: basisu::Error| file.fault(ErrorCode::DamagedData, format!("Basis Universal: {error:?}"));
     let transcoder = Transcoder::new(bytes).map_err(fault)?;
     let pixels = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE);
     let pixels = grouped(pixels.map_err(fault)?);
     if pixels.len() as u64 != u64::from(header.size[0]) * u64::from(header.size[1]) {
-        return Err(file.fault(format!("Basis Universal: {} pixels", pixels.len())));
+        return Err(file.fault(ErrorCode::DamagedData, format!("Basis Universal: {} pixels", pixels.len())));
     }
     Ok(pixels)
 }

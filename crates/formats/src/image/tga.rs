@@ -5,7 +5,7 @@
 use std::io::Cursor;
 
 use ::image::codecs::tga::TgaDecoder;
-use raycam_scene::Image;
+use raycam_scene::{ErrorCode, Image};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -29,7 +29,7 @@ pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {
         let message = "truncated, or with an index outside its colour map";
-        check_complete(file.bytes).ok_or_else(|| file.fault(message))
+        check_complete(file.bytes).ok_or_else(|| file.fault(ErrorCode::TruncatedFile, message))
     })
 }
 

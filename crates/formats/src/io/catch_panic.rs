@@ -1,5 +1,6 @@
 //! Conversion of panics in third-party decoders to errors.
 
+use raycam_scene::ErrorCode;
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
@@ -28,5 +29,7 @@ pub(crate) fn catch_decoder_panic<T>(path: &Path, decode: impl FnOnce() -> Resul
     let outer = IN_DECODER.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(decode));
     IN_DECODER.set(outer);
-    result.unwrap_or_else(|_| Err(FormatError::whole(path, "damaged file: its decoder failed")))
+    result.unwrap_or_else(|_| {
+        Err(FormatError::whole(path, ErrorCode::DamagedData.message("damaged file: its decoder failed")))
+    })
 }

@@ -1,5 +1,6 @@
 //! Format of a file by its first bytes: a file with the wrong extension, or a compressed file, is reported as such.
 
+use raycam_scene::ErrorCode;
 use std::path::Path;
 
 use crate::error::{FormatError, Result};
@@ -85,7 +86,8 @@ pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<()>
     match found(bytes).filter(|kind| kind.mark.len() > 2 && !kind.endings.contains(&ending)) {
         None => Ok(()),
         Some(FileKind { name, way, .. }) => {
-            Err(FormatError::whole(path, format!("the file is {name}, not a .{ending} file; {way}")))
+            let message = format!("the file is {name}, not a .{ending} file; {way}");
+            Err(FormatError::whole(path, ErrorCode::WrongFormat.message(message)))
         }
     }
 }

@@ -1,5 +1,6 @@
 //! File for a reader: its path for errors, and its bytes.
 
+use raycam_scene::ErrorCode;
 use std::fs::File;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -44,8 +45,9 @@ impl InputFile {
     /// # Errors
     /// [`FormatError::Syntax`] with the position of the first byte that is not UTF-8.
     pub fn text(&self) -> Result<&str> {
-        std::str::from_utf8(&self.bytes)
-            .map_err(|error| FormatError::byte(&self.path, error.valid_up_to(), "not UTF-8 text"))
+        std::str::from_utf8(&self.bytes).map_err(|error| {
+            FormatError::byte(&self.path, error.valid_up_to(), ErrorCode::NotText.message("not UTF-8 text"))
+        })
     }
 
     /// Name of the file without its last extension.

@@ -1,5 +1,6 @@
 //! Stand-ins: files whose contents do not match their names, because a download or a checkout left something else.
 
+use raycam_scene::ErrorCode;
 use std::path::Path;
 
 use crate::error::{FormatError, Result};
@@ -26,14 +27,15 @@ const HTML_PAGE: &str = "an HTML page instead of the file; download the file its
 
 /// Rejects the bytes of a file that stand in for another file, and empty files.
 pub fn check(path: &Path, bytes: &[u8]) -> Result<()> {
-    reason(bytes).map_or(Ok(()), |reason| Err(FormatError::whole(path, reason)))
+    if bytes.is_empty() {
+        let message = "the file is empty; its download or export may be incomplete";
+        return Err(FormatError::whole(path, ErrorCode::EmptyFile.message(message)));
+    }
+    reason(bytes).map_or(Ok(()), |reason| Err(FormatError::whole(path, ErrorCode::PlaceholderFile.message(reason))))
 }
 
 /// The reason why bytes are not those of a file; `None` if they may be.
 fn reason(bytes: &[u8]) -> Option<&'static str> {
-    if bytes.is_empty() {
-        return Some("the file is empty; its download or export may be incomplete");
-    }
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     // Usually a mesh or an image.
     if !matches!(head.first(), Some(b'<' | b'v' | b'V' | b'/' | b'{' | b'4')) {
@@ -60,7 +62,6 @@ mod tests {
     #[test]
     fn stand_ins_are_distinguished_from_files() {
         for (bytes, expected) in [
-            ("", "empty"),
             ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "git lfs pull"),
             ("/annex/objects/SHA256E-s3--ab.obj\n", "git annex get"),
             ("\u{feff}\r\n  <!DOCTYPE HTML PUBLIC \"-//W3C\">", "HTML page"),
@@ -72,7 +73,7 @@ mod tests {
         ] {
             assert!(reason(bytes.as_bytes()).is_some_and(|reason| reason.contains(expected)), "{bytes:?}");
         }
-        for bytes in ["v 0 0 0\n", "version: 1\n", "<?xml version=\"1.0\"?><opencv_storage>", "/ a", "ply\n", "<"] {
+        for bytes in ["", "v 0 0 0\n", "version: 1\n", "<?xml version=\"1.0\"?><opencv_storage>", "/ a", "ply\n", "<"] {
             assert_eq!(reason(bytes.as_bytes()), None, "{bytes:?}");
         }
     }

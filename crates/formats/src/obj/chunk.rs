@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use raycam_scene::NoticeCode;
 use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::{ErrorCode, Message, NoticeCode};
 
 use crate::error::Location;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
@@ -21,7 +21,7 @@ pub(crate) struct TextChunk<'a> {
 }
 
 /// Error with its line.
-pub(crate) type LineError = (usize, String);
+pub(crate) type LineError = (usize, Message);
 
 /// Statements of a piece of text. Lines are numbered as in the file; all indices start at 0 at the beginning of the
 /// piece.
@@ -274,10 +274,11 @@ impl Chunk {
         let mut values = [0.0; 7];
         let mut count = 0;
         for word in Words(rest) {
-            let value = lexer::number(word).ok_or_else(|| (line, format!("v: {}", lexer::not_a_number(word))))?;
+            let value = lexer::number(word)
+                .ok_or_else(|| (line, ErrorCode::WrongType.message(format!("v: {}", lexer::not_a_number(word)))))?;
             match values.get_mut(count) {
                 Some(slot) => *slot = value,
-                None => return Err((line, "v has more than 7 numbers".into())),
+                None => return Err((line, ErrorCode::WrongShape.message("v has more than 7 numbers"))),
             }
             count += 1;
         }
@@ -297,7 +298,10 @@ impl Chunk {
                 }
                 self.colored += 1;
             }
-            _ => return Err((line, format!("v has {count} numbers; expected 3, or 6 with a colour"))),
+            _ => {
+                let message = format!("v has {count} numbers; expected 3, or 6 with a colour");
+                return Err((line, ErrorCode::WrongShape.message(message)));
+            }
         }
         // Faces that use a vertex which is not finite are omitted.
         self.positions.push(DVec3::new(x, y, z));
@@ -310,7 +314,8 @@ impl Chunk {
             for (kind, index) in word.split(|&b| b == b'/').enumerate() {
                 if kind == 3 {
                     let word = lexer::for_message(word);
-                    return Err((line, format!("f: corner {word} has more than 3 indices")));
+                    let message = format!("f: corner {word} has more than 3 indices");
+                    return Err((line, ErrorCode::WrongShape.message(message)));
                 }
                 if !index.is_empty() {
                     indices[kind] = self.index(line, kind, index)?;
@@ -319,7 +324,7 @@ impl Chunk {
             let [position, uv, normal] = indices;
             if position == NO_INDEX {
                 let word = lexer::for_message(word);
-                return Err((line, format!("f: corner {word} has no vertex")));
+                return Err((line, ErrorCode::MissingValue.message(format!("f: corner {word} has no vertex"))));
             }
             self.polygons.push_corner(Corner { position, uv, normal });
         }
@@ -336,8 +341,10 @@ impl Chunk {
 
     /// Index from 0; in the file indices count from 1, or backwards from -1.
     fn index(&mut self, line: usize, kind: usize, word: &[u8]) -> Result<u32, LineError> {
-        let value =
-            lexer::integer(word).ok_or_else(|| (line, format!("f: {} is not an index", lexer::for_message(word))))?;
+        let value = lexer::integer(word).ok_or_else(|| {
+            let message = format!("f: {} is not an index", lexer::for_message(word));
+            (line, ErrorCode::WrongType.message(message))
+        })?;
         if value > 0 {
             if value > self.max_index[kind].0 {
                 self.max_index[kind] = (value, line);
@@ -347,7 +354,8 @@ impl Chunk {
         }
         if value == 0 {
             let name = INDEX_NAMES[kind];
-            return Err((line, format!("f: {name} index 0; expected indices from 1")));
+            let message = format!("f: {name} index 0; expected indices from 1");
+            return Err((line, ErrorCode::IndexOutOfRange.message(message)));
         }
         let before = [self.positions.len(), self.uvs.len(), self.normals.len()][kind];
         self.relative.push(RelativeIndex { corner: self.polygons.corner_count(), kind, line, value, before });
@@ -372,15 +380,16 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
     let mut values = [0.0; 3];
     let mut count = 0;
     for word in Words(rest) {
-        let value = lexer::number(word).ok_or_else(|| (line, format!("{key}: {}", lexer::not_a_number(word))))?;
+        let value = lexer::number(word)
+            .ok_or_else(|| (line, ErrorCode::WrongType.message(format!("{key}: {}", lexer::not_a_number(word)))))?;
         match values.get_mut(count) {
             Some(slot) => *slot = value,
-            None => return Err((line, format!("{key} has more than 3 numbers"))),
+            None => return Err((line, ErrorCode::WrongShape.message(format!("{key} has more than 3 numbers")))),
         }
         count += 1;
     }
     if count < least {
-        return Err((line, format!("{key} has {count} numbers; expected {least}")));
+        return Err((line, ErrorCode::WrongShape.message(format!("{key} has {count} numbers; expected {least}"))));
     }
     Ok(values)
 }

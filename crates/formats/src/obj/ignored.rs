@@ -1,5 +1,7 @@
 //! Ignored statements of an OBJ file, for a notice.
 
+use raycam_scene::{ErrorCode, Message};
+
 use crate::io::lexer;
 
 /// Maximum number of keywords; a file with more is not an OBJ file.
@@ -11,24 +13,24 @@ pub(crate) struct IgnoredStatements(Vec<(Vec<u8>, usize)>);
 
 impl IgnoredStatements {
     /// Records a keyword once; returns an error message if there are too many.
-    pub fn add(&mut self, line: usize, key: &[u8]) -> Result<(), String> {
+    pub fn add(&mut self, line: usize, key: &[u8]) -> Result<(), Message> {
         let key = &key[..key.len().min(40)];
         if self.0.iter().any(|(known, _)| known == key) {
             return Ok(());
         }
         if self.0.len() == MAX_KEYWORDS {
-            return Err(format!(
+            return Err(ErrorCode::WrongFormat.message(format!(
                 "{} is unknown keyword number {}; this is probably not an OBJ file",
                 lexer::for_message(key),
                 MAX_KEYWORDS + 1
-            ));
+            )));
         }
         self.0.push((key.into(), line));
         Ok(())
     }
 
     /// Adds the keywords of a later piece; if there are too many, returns the line and the message.
-    pub fn append(&mut self, later: Self) -> Result<(), (usize, String)> {
+    pub fn append(&mut self, later: Self) -> Result<(), (usize, Message)> {
         let mut later = later.0.into_iter();
         later.try_for_each(|(key, line)| self.add(line, &key).map_err(|message| (line, message)))
     }

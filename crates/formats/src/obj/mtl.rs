@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Notice, NoticeCode, Principled, TextureSlot};
+use raycam_scene::{Alpha, ErrorCode, Material, MaterialModel, NormalMap, Notice, NoticeCode, Principled, TextureSlot};
 
 use crate::error::{FormatError, Location, Result};
 use crate::io::Diagnostics;
@@ -187,7 +187,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Res
         if key.eq_ignore_ascii_case(b"newmtl") {
             if materials.len() == MAX_MATERIALS {
                 let message = format!("more than {MAX_MATERIALS} materials in one file");
-                return Err(FormatError::line(path, line, message));
+                return Err(FormatError::line(path, line, ErrorCode::TooLarge.message(message)));
             }
             materials.push(MtlMaterial { line, ..MtlMaterial::with_defaults(lexer::trim(rest)) });
             continue;

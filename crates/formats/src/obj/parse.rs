@@ -141,7 +141,8 @@ impl ObjBuilder {
             let count = bases[kind] + relative.before;
             let Ok(index) = u32::try_from(count as i64 + relative.value) else {
                 let (name, value) = (INDEX_NAMES[kind], relative.value);
-                return Err((relative.line, format!("f: {name} {value}, but there are only {count} before it")));
+                let message = format!("f: {name} {value}, but there are only {count} before it");
+                return Err((relative.line, ErrorCode::IndexOutOfRange.message(message)));
             };
             chunk.polygons.edit_corner(relative.corner, |corner| match kind {
                 0 => corner.position = index,
@@ -281,7 +282,7 @@ fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
     if count <= MAX_NAMES {
         return Ok(());
     }
-    Err((line, format!("more than {MAX_NAMES} {what} in one file")))
+    Err((line, ErrorCode::TooLarge.message(format!("more than {MAX_NAMES} {what} in one file"))))
 }
 
 /// Several names, each ending in `.mtl` and possibly containing spaces, or a single name.

@@ -103,12 +103,16 @@ impl<'a> Body<'a> {
         match &mut self.source {
             RowSource::Text { words, .. } => {
                 let Some(word) = words.next() else {
-                    return Err(self.error("the row has fewer values than the header declares"));
+                    return Err(
+                        self.error(ErrorCode::WrongShape.message("the row has fewer values than the header declares"))
+                    );
                 };
                 match lexer::number(word) {
                     Some(value) if kind.is_float() || value.fract() == 0.0 => Ok(value),
-                    None => Err(self.error(lexer::not_a_number(word))),
-                    Some(_) => Err(self.error(format!("{} is not a whole number", lexer::for_message(word)))),
+                    None => Err(self.error(ErrorCode::WrongType.message(lexer::not_a_number(word)))),
+                    Some(_) => Err(self.error(
+                        ErrorCode::WrongType.message(format!("{} is not a whole number", lexer::for_message(word))),
+                    )),
                 }
             }
             RowSource::Binary { bytes, at, big_endian } => {
@@ -169,7 +173,7 @@ impl<'a> Body<'a> {
         if length >= 0.0 && length.fract() == 0.0 && length.is_finite() {
             return Ok(length as usize);
         }
-        Err(self.error(format!("a list of {length} items exceeds the limit")))
+        Err(self.error(ErrorCode::OutOfRange.message(format!("a list of {length} items exceeds the limit"))))
     }
 
     /// Notices after the last row: rows longer than declared, and bytes after the end.

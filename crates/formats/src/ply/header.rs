@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{ErrorCode, NoticeCode};
+use raycam_scene::{ErrorCode, Message, NoticeCode};
 
 use crate::error::{FormatError, Location, Result};
 use crate::io::lexer::{self, Words};
@@ -49,7 +49,9 @@ pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8], file: ByteSource<'a>) -
     };
     let at = parser.lines(bytes)?;
     let (line, after) = (parser.line, file.len() - at);
-    let Some(encoding) = parser.encoding else { return Err(parser.error("no format line before end_header")) };
+    let Some(encoding) = parser.encoding else {
+        return Err(parser.error(ErrorCode::MissingValue.message("no format line before end_header")));
+    };
     let body = match encoding {
         Encoding::Ascii => Body::text(path, &bytes[at..], line),
         Encoding::BinaryLittleEndian => Body::binary(path, file, at, false),
@@ -99,7 +101,7 @@ struct HeaderParser<'a> {
 }
 
 impl HeaderParser<'_> {
-    fn error(&self, message: &str) -> FormatError {
+    fn error(&self, message: impl Into<Message>) -> FormatError {
         FormatError::line(self.path, self.line, message)
     }
 
@@ -112,8 +114,8 @@ impl HeaderParser<'_> {
             self.line += 1;
             let Some(length) = bytes[at..].iter().position(|&b| b == end) else {
                 return Err(self.error(match self.line {
-                    1 => "not a PLY file",
-                    _ => "end_header is missing",
+                    1 => ErrorCode::WrongFormat.message("not a PLY file"),
+                    _ => ErrorCode::MissingValue.message("end_header is missing"),
                 }));
             };
             let text = &bytes[at..at + length];
@@ -121,7 +123,11 @@ impl HeaderParser<'_> {
             let (key, rest) = lexer::split_word(text.strip_suffix(b"\r").unwrap_or(text));
             match key {
                 b"ply" if self.line == 1 => {}
-                _ if self.line == 1 => return Err(self.error("not a PLY file: the first line is not \"ply\"")),
+                _ if self.line == 1 => {
+                    return Err(
+                        self.error(ErrorCode::WrongFormat.message("not a PLY file: the first line is not \"ply\""))
+                    );
+                }
                 b"end_header" => return Ok(at),
                 _ => self.statement(key, Words(rest))?,
             }

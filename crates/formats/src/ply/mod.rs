@@ -126,7 +126,10 @@ impl<'a> Ply<'a> {
 
     fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if !self.mesh.vertices.is_empty() {
-            return Err(FormatError::whole(self.path, "a second element vertex; expected one"));
+            return Err(FormatError::whole(
+                self.path,
+                ErrorCode::DuplicateName.message("a second element vertex; expected one"),
+            ));
         }
         let vertices = vertices::read(self.path, element, body, &mut self.odd)?;
         self.note_unused(element);
@@ -160,10 +163,16 @@ impl<'a> Ply<'a> {
     fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if !columns.have(&[PropertyRole::Corners]) {
-            return Err(FormatError::whole(self.path, "element face has no list vertex_indices"));
+            return Err(FormatError::whole(
+                self.path,
+                ErrorCode::MissingValue.message("element face has no list vertex_indices"),
+            ));
         }
         if self.has_faces() {
-            return Err(FormatError::whole(self.path, "a second element with faces; expected one"));
+            return Err(FormatError::whole(
+                self.path,
+                ErrorCode::DuplicateName.message("a second element with faces; expected one"),
+            ));
         }
         self.note_unused(element);
         if let Some(triangles) = triangles::read(element, &columns, body, self.declared) {
@@ -179,7 +188,7 @@ impl<'a> Ply<'a> {
             if own_uvs && row.uvs.len() != 2 * row.corners.len() {
                 let (uvs, corners) = (row.uvs.len(), row.corners.len());
                 let message = format!("face {number}: {uvs} texture coordinates for {corners} corners");
-                return Err(body.error(message));
+                return Err(body.error(ErrorCode::WrongShape.message(message)));
             }
             for (i, &index) in row.corners.iter().enumerate() {
                 let mut uv = NO_INDEX;
@@ -217,7 +226,10 @@ impl<'a> Ply<'a> {
     fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if self.has_faces() {
-            return Err(FormatError::whole(self.path, "a second element with faces; expected one"));
+            return Err(FormatError::whole(
+                self.path,
+                ErrorCode::DuplicateName.message("a second element with faces; expected one"),
+            ));
         }
         let mut row = Row::default();
         for number in 0..element.count {
@@ -261,7 +273,10 @@ impl<'a> Ply<'a> {
             return Err(FormatError::whole(path, ErrorCode::NothingVisible.message(message)));
         }
         if self.mesh.vertices.len() != self.declared {
-            return Err(FormatError::whole(path, "more than one element vertex; expected one"));
+            return Err(FormatError::whole(
+                path,
+                ErrorCode::DuplicateName.message("more than one element vertex; expected one"),
+            ));
         }
         if self.translucent {
             self.notices.push(Notice::new(

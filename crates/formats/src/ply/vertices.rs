@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::NoticeCode;
 use raycam_scene::color::Rgb;
+use raycam_scene::{ErrorCode, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::io::Diagnostics;
@@ -30,7 +30,7 @@ pub(crate) struct PlyVertices {
 pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>, odd: &mut Diagnostics) -> Result<PlyVertices> {
     let columns = Columns::new(element);
     if !columns.have(&[X, Y, Z]) {
-        return Err(FormatError::whole(path, "element vertex has no x, y and z"));
+        return Err(FormatError::whole(path, ErrorCode::MissingValue.message("element vertex has no x, y and z")));
     }
     if let Some(table) = FixedTable::peek(&columns, element.count, body)
         && let Some(vertices) = at_once(&columns, &table)

@@ -209,7 +209,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
     let mut rays: Vec<ExactRay> = Vec::with_capacity(pixels.len());
     camera.rays(centers, |ray| rays.push(exact_ray(ray)));
     let mut hits = vec![ExactHit::MISS; rays.len()];
-    first.world.geometry.closest_exact(&rays, &mut hits);
+    first.world.geometry.closest_visible(&rays, &mut hits);
 
     let camera = second.view.camera;
     let size = camera.size().map(f64::from);
@@ -257,7 +257,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
         let rays: Vec<ExactRay> = same.iter().map(|back| back.ray).collect();
         let mut hits = vec![ExactHit::MISS; rays.len()];
         let world = same[0].world;
-        world.geometry.closest_exact(&rays, &mut hits);
+        world.geometry.closest_visible(&rays, &mut hits);
         for (there, back) in hits.iter().zip(same) {
             let itself = (there.instance, there.triangle) == (back.hit.instance, back.hit.triangle);
             if there.t < back.distance * (1.0 - OCCLUSION_TOLERANCE) && !itself {

@@ -252,6 +252,6 @@ fn find_occluders(world: &PreparedWorld, camera: &Camera, points: &[(DVec3, DVec
         })
         .unzip();
     let mut hits = vec![ExactHit::MISS; rays.len()];
-    world.geometry.closest_exact(&rays, &mut hits);
+    world.geometry.closest_visible(&rays, &mut hits);
     distances.into_iter().zip(hits).collect()
 }

@@ -66,6 +66,14 @@ impl BsdfModel for Diffuse<'_> {
         BsdfEval { value: lambert(self.albedo, cosine), pdf: self.pdf(wi, cosine) }
     }
 
+    fn eval_diffuse(&self, frame: &ShadingFrame, wi: Vec3) -> Vec3 {
+        self.eval(frame, wi).value
+    }
+
+    fn diffuse_albedo(&self, _: &ShadingFrame) -> Vec3 {
+        self.albedo
+    }
+
     #[inline]
     fn sample(&self, frame: &ShadingFrame, _: [f32; 3]) -> Option<BsdfSample> {
         let wi = self.sampled_direction;

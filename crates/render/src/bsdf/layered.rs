@@ -208,6 +208,32 @@ impl<'a> LayeredBsdf<'a> {
         eval
     }
 
+    /// Part of [`LayeredBsdf::eval`] that the diffuse base and the sheen have.
+    pub fn eval_diffuse(&self, frame: &ShadingFrame, wi_world: Vec3) -> Vec3 {
+        let (stack, wi) = (&self.stack, frame.to_local(wi_world));
+        let is_reflection = frame.geometric.dot(wi_world) > 0.0;
+        if is_reflection != (wi.z > 0.0) || wi.z == 0.0 {
+            return Vec3::ZERO;
+        }
+        let (coat, sheen) = self.cover_transmittance(frame, wi_world);
+        if !is_reflection {
+            let base = self.eval_base(Vec3::new(wi.x, wi.y, -wi.z)) / (stack.eta * stack.eta);
+            return stack.diffuse_transmission * (base * coat * sheen);
+        }
+        let covering = stack.sheen.as_ref().map_or(Vec3::ZERO, |sheen| sheen.eval(self.wo, wi));
+        (stack.diffuse * (self.eval_base(wi) * sheen) + covering) * coat
+    }
+
+    /// Part of [`LayeredBsdf::albedo`] that the diffuse base and the sheen have.
+    pub fn diffuse_albedo(&self) -> Vec3 {
+        let stack = &self.stack;
+        let (sheen, passed) = stack
+            .sheen
+            .map_or((Vec3::ZERO, 1.0), |sheen| (sheen.albedo_color(self.wo.z), sheen.base_transmittance(self.wo.z)));
+        let base = (stack.diffuse + stack.diffuse_transmission) * (self.base_transmittance * passed);
+        (base + sheen) * (1.0 - self.coat_albedo)
+    }
+
     /// The interface and the base, on the viewer's side.
     fn eval_reflection(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);

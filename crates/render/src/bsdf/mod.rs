@@ -66,10 +66,18 @@ pub(crate) struct BsdfEval {
 pub(crate) trait BsdfModel {
     /// Value for light from a world direction.
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval;
+    /// Part of the value that diffuse lobes have.
+    fn eval_diffuse(&self, _frame: &ShadingFrame, _wi: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
     /// Samples a world direction; `None` if the light is absorbed. The first random number selects a lobe.
     fn sample(&self, frame: &ShadingFrame, random: [f32; 3]) -> Option<BsdfSample>;
     /// Directional albedo.
     fn albedo(&self, frame: &ShadingFrame) -> Vec3;
+    /// Part of the directional albedo that diffuse lobes have.
+    fn diffuse_albedo(&self, _frame: &ShadingFrame) -> Vec3 {
+        Vec3::ZERO
+    }
     /// True if light sampling may contribute.
     fn is_non_specular(&self) -> bool;
     /// True if light from behind the surface reaches the viewer.

@@ -55,6 +55,15 @@ impl BsdfModel for ModifiedPhong<'_> {
         if frame.geometric.dot(wi) > 0.0 { self.eval_reflection(frame, wi) } else { BsdfEval::default() }
     }
 
+    fn eval_diffuse(&self, frame: &ShadingFrame, wi: Vec3) -> Vec3 {
+        let is_lit = frame.geometric.dot(wi) > 0.0;
+        self.diffuse * (if is_lit { frame.normal.dot(wi).max(0.0) } else { 0.0 } * FRAC_1_PI)
+    }
+
+    fn diffuse_albedo(&self, _: &ShadingFrame) -> Vec3 {
+        self.diffuse
+    }
+
     #[inline]
     fn sample(&self, frame: &ShadingFrame, [choice, x, y]: [f32; 3]) -> Option<BsdfSample> {
         let wi = match self.lobe {

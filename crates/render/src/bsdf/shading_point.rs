@@ -60,6 +60,22 @@ impl BsdfModel for Bsdf<'_> {
         }
     }
 
+    fn eval_diffuse(&self, frame: &ShadingFrame, wi: Vec3) -> Vec3 {
+        match self {
+            Self::Black => Vec3::ZERO,
+            Self::Phong(phong) => phong.eval_diffuse(frame, wi),
+            Self::Layered(layered) => layered.eval_diffuse(frame, wi),
+        }
+    }
+
+    fn diffuse_albedo(&self, frame: &ShadingFrame) -> Vec3 {
+        match self {
+            Self::Black => Vec3::ZERO,
+            Self::Phong(phong) => phong.diffuse_albedo(frame),
+            Self::Layered(layered) => layered.diffuse_albedo(),
+        }
+    }
+
     fn sample(&self, frame: &ShadingFrame, random: [f32; 3]) -> Option<BsdfSample> {
         match self {
             Self::Black => None,

@@ -1,5 +1,7 @@
 //! Output channels (AOVs): one table, a row per channel.
 
+use crate::film::light_name::LightName;
+
 /// Number type of a channel's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelType {
@@ -11,8 +13,8 @@ pub enum PixelType {
     I32,
 }
 
-/// Output channel of a frame. All channels except `Color`, `Coverage`, `Alpha`, `Shadow` and `Error` describe the exact
-/// ray through the pixel centre.
+/// Output channel of a frame. All channels except `Color`, its parts (`Emission` to `Light`), `Coverage`, `Alpha`, `Shadow`
+/// and `Error` describe the exact ray through the pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: radiance of the environment, or
@@ -63,6 +65,35 @@ pub enum Channel {
     /// Fraction of light of each colour that fog and other media let pass between the camera and the surface.
     /// Background: the fraction along a ray without end, 1 without fog.
     Transmittance,
+    /// Light that the camera sees without any scattering: emissive and unlit surfaces, lamps and the environment. With
+    /// `direct` and `indirect`, and with `diffuse`, `specular` and `volume`, the sum is the colour. In the integrators
+    /// `flat` and `ao`, all of the colour. Background: radiance of the environment.
+    Emission,
+    /// Light that a surface or a medium scatters once. Background: 0, or light that fog scatters.
+    Direct,
+    /// Light that is scattered several times. Background: 0, or light that fog scatters.
+    Indirect,
+    /// Light that the first surface seen scatters by its diffuse lobes. Background: 0.
+    Diffuse,
+    /// Light that the first surface seen scatters by all other lobes: highlights, reflections and refraction.
+    /// Background: 0.
+    Specular,
+    /// Light that a medium in front of all surfaces scatters. Background: the same.
+    Volume,
+    /// Light of one source: `light:NAME`, where NAME is a light of the world or `surfaces`, all emissive and unlit
+    /// surfaces. The sum over all sources is the colour. Background: radiance of the source.
+    Light(LightName),
+    /// Perceptual roughness, 0 to 1; 1 for surfaces without highlights. Background: 0.
+    Roughness,
+    /// Metalness, 0 to 1. Background: 0.
+    Metallic,
+    /// Normalised object coordinates: the surface point in the object's axes, relative to the object's box, whose
+    /// diagonal has length 1 and whose centre is (0.5, 0.5, 0.5). Background: NaN.
+    Nocs,
+    /// Pixel coordinates in the image of the first projector whose light the surface point receives directly, in the
+    /// pixel convention of the projector's camera. NaN for points that the projector does not illuminate: outside its
+    /// image, behind another surface, or turned away; and in worlds without a projector. Background: NaN.
+    ProjectorUv,
     /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
     /// Requesting this channel changes the samples drawn. With one sample per pixel: +inf.
     Error,
@@ -80,7 +111,7 @@ const fn info(channel: Channel, name: &'static str, kind: PixelType, components:
     ChannelInfo { channel, name, pixel_type: kind, components }
 }
 
-const CHANNELS: [ChannelInfo; 20] = [
+const CHANNELS: [ChannelInfo; 30] = [
     info(Channel::Color, "color", PixelType::F32, 3),
     info(Channel::Albedo, "albedo", PixelType::F32, 3),
     info(Channel::Depth, "depth", PixelType::F32, 1),
@@ -100,38 +131,74 @@ const CHANNELS: [ChannelInfo; 20] = [
     info(Channel::Alpha, "alpha", PixelType::F32, 1),
     info(Channel::Shadow, "shadow", PixelType::F32, 3),
     info(Channel::Transmittance, "transmittance", PixelType::F32, 3),
+    info(Channel::Emission, "emission", PixelType::F32, 3),
+    info(Channel::Direct, "direct", PixelType::F32, 3),
+    info(Channel::Indirect, "indirect", PixelType::F32, 3),
+    info(Channel::Diffuse, "diffuse", PixelType::F32, 3),
+    info(Channel::Specular, "specular", PixelType::F32, 3),
+    info(Channel::Volume, "volume", PixelType::F32, 3),
+    info(Channel::Roughness, "roughness", PixelType::F32, 1),
+    info(Channel::Metallic, "metallic", PixelType::F32, 1),
+    info(Channel::Nocs, "nocs", PixelType::F32, 3),
+    info(Channel::ProjectorUv, "projector_uv", PixelType::F32, 2),
     info(Channel::Error, "error", PixelType::F32, 1),
 ];
 
 impl Channel {
-    /// Returns every channel, in the order of the table.
+    /// Returns every channel except those of single lights, in the order of the table.
     pub fn all() -> impl Iterator<Item = Channel> {
         CHANNELS.iter().map(|row| row.channel)
     }
 
     /// Returns the channel with this name.
     pub fn from_name(name: &str) -> Option<Channel> {
-        CHANNELS.iter().find(|row| row.name == name).map(|row| row.channel)
+        let row = CHANNELS.iter().find(|row| row.name == name);
+        row.map(|row| row.channel).or_else(|| LightName::from_channel(name).map(Channel::Light))
+    }
+
+    /// Row of the table; `None` for the light of one source.
+    fn row(self) -> Option<&'static ChannelInfo> {
+        CHANNELS.iter().find(|row| row.channel == self)
     }
 
     /// Returns the name in files and in Python.
     pub fn name(self) -> &'static str {
-        CHANNELS[self as usize].name
+        match self {
+            Channel::Light(name) => name.channel(),
+            _ => self.row().map_or("", |row| row.name),
+        }
     }
 
     /// Returns the number type of the values.
     pub fn pixel_type(self) -> PixelType {
-        CHANNELS[self as usize].pixel_type
+        self.row().map_or(PixelType::F32, |row| row.pixel_type)
     }
 
     /// Returns the number of values per pixel.
     pub fn components(self) -> usize {
-        CHANNELS[self as usize].components
+        self.row().map_or(3, |row| row.components)
     }
 
     /// True if the channel needs the exact ray through the pixel centre.
     pub(crate) fn is_ground_truth(self) -> bool {
-        !matches!(self, Channel::Color | Channel::Alpha | Channel::Shadow | Channel::Error)
+        !matches!(self, Channel::Color | Channel::Alpha | Channel::Shadow | Channel::Error) && !self.is_pass()
+    }
+
+    /// True for a part of the colour.
+    pub fn is_pass(self) -> bool {
+        use Channel as C;
+        let is_lobe = matches!(self, C::Diffuse | C::Specular | C::Volume);
+        is_lobe || matches!(self, C::Emission | C::Direct | C::Indirect | C::Light(_))
+    }
+
+    /// True if the values contain light.
+    pub(crate) fn shows_light(self) -> bool {
+        self.is_pass() || matches!(self, Channel::Color | Channel::Error)
+    }
+
+    /// True if the values change with the number of samples.
+    pub(crate) fn depends_on_samples(self) -> bool {
+        self.is_pass() || matches!(self, Channel::Color | Channel::Alpha | Channel::Coverage | Channel::Error)
     }
 
     /// Returns the bytes per pixel.

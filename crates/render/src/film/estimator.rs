@@ -27,13 +27,17 @@ pub(crate) struct PixelEstimator {
     /// Samples whose radiance is not finite, and samples brighter than the settings allow.
     pub rejected: u64,
     pub clamped: u64,
+    /// Sums of each pass, pixel by pixel.
+    passes: Vec<DVec3>,
     /// Sums of luminance per replication; empty without an error estimate.
     replications: Vec<[f64; REPLICATIONS as usize]>,
 }
 
 impl PixelEstimator {
     /// Clears all sums.
-    pub fn reset(&mut self, pixels: usize, with_error: bool) {
+    pub fn reset(&mut self, pixels: usize, pass_count: usize, with_error: bool) {
+        self.passes.clear();
+        self.passes.resize(pixels * pass_count, DVec3::ZERO);
         self.color.clear();
         self.color.resize(pixels, DVec3::ZERO);
         self.centers.clear();
@@ -79,6 +83,20 @@ impl PixelEstimator {
         if let Some(sequences) = self.replications.get_mut(pixel) {
             sequences[(sample % REPLICATIONS) as usize] += LUMINANCE_WEIGHTS.dot(radiance);
         }
+    }
+
+    /// Adds the passes of a sample, times a factor.
+    pub fn add_passes(&mut self, pixel: usize, passes: &[Vec3], factor: f32) {
+        let sums = &mut self.passes[pixel * passes.len()..][..passes.len()];
+        for (sum, pass) in sums.iter_mut().zip(passes) {
+            *sum += (*pass * factor).as_dvec3();
+        }
+    }
+
+    /// Mean of a pass, by its index.
+    pub fn pass(&self, pixel: usize, index: usize) -> Vec3 {
+        let count = self.passes.len() / self.count.len();
+        (self.passes[pixel * count + index] / f64::from(self.count[pixel].max(1))).as_vec3()
     }
 
     /// Mean radiance.

@@ -9,6 +9,7 @@ pub(crate) mod estimator;
 pub(crate) mod film;
 pub(crate) mod frame;
 pub(crate) mod image_plane;
+pub(crate) mod light_name;
 pub(crate) mod output_plane;
 pub(crate) mod tile;
 pub(crate) mod tile_writer;

@@ -106,7 +106,7 @@ impl CenterRays {
         let mut facets = TriangleCache::new(CachedTriangle::EMPTY);
         let batches = self.rays.chunks(RAYS_PER_BATCH).zip(self.hits.chunks_mut(RAYS_PER_BATCH));
         for (rays, hits) in batches {
-            world.closest_exact(rays, hits);
+            world.closest_visible(rays, hits);
             let mut truth = &*hits;
             if passing || settings.catchers != Catchers::Show {
                 let first = self.hits_behind.len();

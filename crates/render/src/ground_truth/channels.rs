@@ -18,6 +18,7 @@ pub(crate) struct ChannelReader<'a> {
     exact: &'a CenterRays,
     hits: &'a [ExactHit],
     world: &'a Geometry,
+    prepared: &'a PreparedWorld,
     /// World of each pixel if rows show different worlds; otherwise empty.
     pixel_worlds: &'a [Arc<PreparedWorld>],
     /// Rotation camera_from_world and, for a moving camera, the rotation of each pixel.
@@ -28,7 +29,7 @@ pub(crate) struct ChannelReader<'a> {
 impl<'a> ChannelReader<'a> {
     pub fn new(
         exact: &'a CenterRays,
-        world: &'a Geometry,
+        prepared: &'a PreparedWorld,
         seen: &'a [Arc<PreparedWorld>],
         still: DMat3,
         turned: &'a [DMat3],
@@ -36,7 +37,8 @@ impl<'a> ChannelReader<'a> {
         Self {
             exact,
             hits: exact.ground_truth_hits(),
-            world,
+            world: &prepared.geometry,
+            prepared,
             pixel_worlds: seen,
             shared_rotation: still,
             pixel_rotations: turned,
@@ -110,6 +112,44 @@ impl<'a> ChannelReader<'a> {
         let end = self.hit(i).map_or(f64::INFINITY, |hit| hit.t);
         let through = MediumRay { origin, direction: ray.direction.into(), begin: 0.0, end, is_camera_ray: true };
         media.transmittance(geometry.interior_at(origin), &through).to_array()
+    }
+
+    /// World that a pixel shows.
+    fn prepared_world(&self, i: usize) -> &PreparedWorld {
+        self.pixel_worlds.get(i).map_or(self.prepared, |world| world)
+    }
+
+    /// Pixel of the first projector that shines on the surface.
+    pub fn projector_uv(&self, i: usize) -> [f32; 2] {
+        let pixel = || {
+            let (hit, ray, world) = (self.hit(i)?, &self.exact.rays[i], self.prepared_world(i));
+            let (geometry, lights) = (&world.geometry, &world.lighting().lights);
+            let projector = lights.projector()?;
+            let point = DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction) - geometry.origin;
+            let pixel = projector.pixel_of(point)?;
+            geometry.is_lit_from(ray, hit, projector.position()).then_some(pixel)
+        };
+        pixel().map_or([f32::NAN; 2], |pixel| pixel.as_vec2().to_array())
+    }
+
+    pub fn roughness(&self, i: usize) -> f32 {
+        self.hit(i).map_or(0.0, |hit| self.geometry(i).roughness(&to_float_hit(hit)))
+    }
+
+    pub fn metallic(&self, i: usize) -> f32 {
+        self.hit(i).map_or(0.0, |hit| self.geometry(i).metallic(&to_float_hit(hit)))
+    }
+
+    /// Normalised object coordinates.
+    pub fn nocs(&self, i: usize) -> [f32; 3] {
+        let Some(hit) = self.hit(i) else {
+            return [f32::NAN; 3];
+        };
+        let instance = &self.geometry(i).instances[hit.instance as usize];
+        let mesh = &instance.mesh.mesh;
+        let [a, b, c] = mesh.triangles[hit.triangle as usize].map(|vertex| mesh.vertices[vertex as usize]);
+        let point = a + (b - a) * hit.u + (c - a) * hit.v;
+        instance.normalized_coordinates(point).as_vec3().to_array()
     }
 
     /// Index of the object.

@@ -5,5 +5,6 @@
 pub(crate) mod center_rays;
 pub(crate) mod channels;
 pub(crate) mod convert;
+pub(crate) mod lit_points;
 pub(crate) mod transparent;
 pub(crate) mod triangle_cache;

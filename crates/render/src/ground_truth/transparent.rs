@@ -1,10 +1,11 @@
-//! Ground truth behind transparent surfaces.
+//! Ground truth behind transparent surfaces and hidden objects.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray, Scene};
 use raycam_scene::{Material, MaterialModel};
 
 use crate::ground_truth::convert::{exact_ray, to_float_hit};
+use crate::interaction::SurfaceInteraction;
 use crate::prepare::geometry::Geometry;
 
 /// Surfaces with less opacity than this are skipped; materials with more transmission than this count as refractive.
@@ -23,11 +24,46 @@ impl Geometry {
         self.materials.iter().any(|prepared| passable(&prepared.material))
     }
 
+    /// First hits of camera rays, which do not find hidden objects.
+    pub(crate) fn closest_visible(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
+        self.closest_exact(rays, hits);
+        if self.has_camera_hidden {
+            self.skip_hits(rays, hits, |_, hit| !self.ray_visibility(hit.instance).camera);
+        }
+    }
+
+    /// Replaces float32 hits of camera rays on hidden objects by the first hits on others. The rays have unit
+    /// directions.
+    pub(crate) fn skip_hidden(&self, scene: &Scene, rays: &[Ray], hits: &mut [Hit]) {
+        let is_hidden = |hit: &Hit| hit.instance != INVALID_ID && !self.ray_visibility(hit.instance).camera;
+        let mut pending: Vec<usize> = (0..hits.len()).filter(|&i| is_hidden(&hits[i])).collect();
+        for _ in 0..MAX_SKIPS {
+            if pending.is_empty() {
+                return;
+            }
+            let onward = |&i: &usize| {
+                let direction = Vec3::from(rays[i].direction);
+                SurfaceInteraction::new(self, direction, &hits[i], 0.0).ray_beyond(direction, f32::INFINITY)
+            };
+            let onward: Vec<Ray> = pending.iter().map(onward).collect();
+            let mut found = vec![Hit::MISS; onward.len()];
+            scene.closest(&onward, &mut found, Coherence::Incoherent);
+            for ((&i, hit), ray) in pending.iter().zip(found).zip(&onward) {
+                let passed = Vec3::from(ray.origin) - Vec3::from(rays[i].origin);
+                hits[i] = Hit { t: hit.t + passed.dot(Vec3::from(ray.direction)), ..hit };
+            }
+            pending.retain(|&i| is_hidden(&hits[i]));
+        }
+    }
+
     /// Replaces hits on transparent surfaces by the first hits on other surfaces behind them.
     pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
-        let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
-            hit.instance != INVALID_ID && self.is_skippable(&to_float_hit(hit), ray.direction.into())
-        };
+        self.skip_hits(rays, hits, |ray, hit| self.is_skippable(&to_float_hit(hit), ray.direction.into()));
+    }
+
+    /// Replaces hits that are skipped by the first hits behind them.
+    fn skip_hits(&self, rays: &[ExactRay], hits: &mut [ExactHit], is_skipped: impl Fn(&ExactRay, &ExactHit) -> bool) {
+        let passed = |(ray, hit): (&ExactRay, &ExactHit)| hit.instance != INVALID_ID && is_skipped(ray, hit);
         let mut pending: Vec<usize> = (0..hits.len()).filter(|&i| passed((&rays[i], &hits[i]))).collect();
         for _ in 0..MAX_SKIPS {
             if pending.is_empty() {
@@ -60,7 +96,7 @@ impl Geometry {
         let rays: Vec<ExactRay> =
             passed.iter().map(|&i| exact_ray((origins[i] + self.origin, directions[i].as_dvec3()))).collect();
         let mut found = vec![ExactHit::MISS; rays.len()];
-        self.closest_exact(&rays, &mut found);
+        self.closest_visible(&rays, &mut found);
         self.skip_transparent(&rays, &mut found);
         for (i, hit) in passed.into_iter().zip(found) {
             seen[i] = hit.instance;
@@ -79,6 +115,7 @@ impl Geometry {
     pub(crate) fn is_skippable(&self, hit: &Hit, direction: DVec3) -> bool {
         let material = &self.material(hit).material;
         is_refractive(material)
+            || !self.ray_visibility(hit.instance).camera
             || self.opacity(hit) < OPACITY_THRESHOLD
             || !material.double_sided && self.is_culled_back_face(hit, direction)
     }

@@ -97,20 +97,21 @@ impl Recorder<'_, '_> {
             let record = &mut self.records[index as usize];
             let distance = if is_miss(hit) { f64::INFINITY } else { f64::from(hit.t) };
             let start = path.prev_context.position;
-            self.tracer.lights.intersect_visible(
+            let (lights, _) = self.tracer.lights_of(path);
+            lights.intersect_visible(
                 &path.prev_context,
                 path.light_sampling,
                 path.direction,
                 distance,
-                |at, radiance, pdf| {
+                |_, at, radiance, pdf| {
                     let light = path.throughput * radiance * self.tracer.mis_weight(path, pdf);
                     let ray = (start, path.direction, at);
-                    self.bright[path.ray_index].note(light.max_element(), &record.instances, ray);
+                    self.bright[path.ray_index()].note(light.max_element(), &record.instances, ray);
                 },
             );
             let light = self.tracer.light_at_end(path, hit, distance);
             let ray = (start, path.direction, distance);
-            self.bright[path.ray_index].note(light.max_element(), &record.instances, ray);
+            self.bright[path.ray_index()].note(light.max_element(), &record.instances, ray);
             if !is_miss(hit) {
                 record.instances.push(hit.instance);
                 record.position = start + path.direction.as_dvec3() * distance;
@@ -128,7 +129,7 @@ impl Recorder<'_, '_> {
             let mut seen = [Vec3::ZERO];
             let mut one = ShadowRayQueue::default();
             one.push(ray, 0, light);
-            one.trace(self.tracer.geometry, self.batch.scene, Coherence::Incoherent, &mut seen);
+            one.trace(self.tracer.geometry, self.batch.scene, Coherence::Incoherent, None, &mut seen);
             let origin = Vec3::from(ray.origin).as_dvec3();
             let direction = Vec3::from(ray.direction);
             let distance = f64::from(ray.t_max * direction.length());
@@ -143,8 +144,8 @@ impl Recorder<'_, '_> {
     /// Copies the list of surfaces to paths that began at a split.
     fn follow_splits(&mut self, scratch: &PathScratch, lit: &[u32]) {
         for index in self.records.len()..scratch.paths.len() {
-            let PathState { ray_index, prev_context, .. } = scratch.paths[index];
-            let from = self.path_at(scratch, lit, ray_index, prev_context.position);
+            let path = &scratch.paths[index];
+            let from = self.path_at(scratch, lit, path.ray_index(), path.prev_context.position);
             let record = from.map(|path| self.records[path].clone());
             self.records.push(record.unwrap_or_default());
         }
@@ -152,7 +153,7 @@ impl Recorder<'_, '_> {
 
     /// The camera ray's path whose surface is nearest to a point.
     fn path_at(&self, scratch: &PathScratch, lit: &[u32], ray_index: usize, point: DVec3) -> Option<usize> {
-        let own = lit.iter().map(|&index| index as usize).filter(|&path| scratch.paths[path].ray_index == ray_index);
+        let own = lit.iter().map(|&index| index as usize).filter(|&path| scratch.paths[path].ray_index() == ray_index);
         let far = |path: usize| self.records[path].position.distance_squared(point);
         own.min_by(|&a, &b| far(a).total_cmp(&far(b)))
     }
@@ -166,7 +167,7 @@ impl PathTracer<'_> {
             let material = &self.geometry.material(hit).material;
             self.add_emission(path, material, hit, distance, &mut light);
         } else if !(path.is_camera_ray && self.settings.hide_environment) {
-            self.add_environment(path, None, &mut light);
+            light += self.environment_light(path, None);
         }
         light
     }

@@ -77,6 +77,9 @@ impl PathTracer<'_> {
         if path.specular_bounce {
             if !(path.is_camera_ray && is_hidden) {
                 *out += path.throughput * added;
+                if self.settings.passes.is_some() {
+                    self.record_air_light(media, path, &ray);
+                }
             }
             path.throughput *= passed;
         }

@@ -5,10 +5,11 @@ use raycam_bvh::Ray;
 
 use crate::bsdf::BsdfModel;
 use crate::bsdf::shading_point::ShadingPoint;
+use crate::integrator::passes::{FirstScattering, LightSource};
 use crate::integrator::path_state::{HitView, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::integrator::shadow_queue::ShadowRayQueue;
-use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES};
+use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES, SampledLight};
 use crate::light::samples::{LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON};
 use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
 use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
@@ -17,6 +18,24 @@ use crate::sampling::dimension::Dimension;
 /// Only one of this many shadow rays that must cross the boundary of a closed body is traced, and its light is
 /// multiplied by this number. The rate is not zero, because light passes where parts of a mesh are inside out.
 const INTERIOR_SHADOW_RATE: f32 = 16.0;
+
+/// Fraction of each colour of a BSDF's value that its diffuse lobes have.
+fn diffuse_share<B: BsdfModel>(point: &ShadingPoint<B>, wi: Vec3, value: Vec3) -> Vec3 {
+    let diffuse = point.bsdf.eval_diffuse(&point.frame, wi);
+    Vec3::select(value.cmpgt(Vec3::ZERO), diffuse / value, Vec3::ZERO).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// [`diffuse_share`] of a direction that the BSDF has sampled.
+pub(super) fn sampled_diffuse_share<B: BsdfModel>(point: &ShadingPoint<B>, wi: Vec3) -> Vec3 {
+    diffuse_share(point, wi, point.bsdf.eval(&point.frame, wi).value)
+}
+
+/// What scatters the ambient term: the diffuse lobes in proportion to their albedo.
+fn ambient_scattering<B: BsdfModel>(point: &ShadingPoint<B>) -> FirstScattering {
+    let whole = point.bsdf.albedo(&point.frame);
+    let diffuse = point.bsdf.diffuse_albedo(&point.frame) / whole;
+    FirstScattering::Surface { diffuse: Vec3::select(whole.cmpgt(Vec3::ZERO), diffuse, Vec3::ZERO).min(Vec3::ONE) }
+}
 
 impl PathTracer<'_> {
     /// Indices of the light samples that a point may have at this bounce.
@@ -47,10 +66,11 @@ impl PathTracer<'_> {
             return;
         }
         if let Some(sample) = &view.single_light_sample {
-            self.queue_light_sample(path, point, transition, sample, &mut queues.shadow_rays[0]);
+            let sampled = (sample, SampledLight::Finite(0));
+            self.queue_light_sample(path, point, transition, sampled, &mut queues.shadow_rays[0]);
             return;
         }
-        let sampler = &self.samplers[path.ray_index];
+        let sampler = &self.samplers[path.ray_index()];
         let [_, choice] = if self.modes.needs_light_choice() {
             sampler.get_2d(Dimension::LobeAndLight(self.bounce))
         } else {
@@ -60,9 +80,9 @@ impl PathTracer<'_> {
             0 => view.light_random,
             _ => sampler.get_2d(Dimension::Light(self.bounce, index)).into(),
         };
-        let emit = |index: usize, sample: LightLiSample| {
+        let emit = |index: usize, sample: LightLiSample, light: SampledLight| {
             let queue = &mut queues.shadow_rays[index];
-            self.queue_light_sample(path, point, transition, &sample, queue);
+            self.queue_light_sample(path, point, transition, (&sample, light), queue);
         };
         let context = point.light_sample_context();
         let sampling = self.light_sampling(path);
@@ -85,14 +105,27 @@ impl PathTracer<'_> {
         }
         let ambient = path.throughput * self.lights.ambient * point.bsdf.albedo(&point.frame);
         match max_distance {
-            None => *out += ambient,
+            None => {
+                *out += ambient;
+                self.record_ambient(path, point, ambient);
+            }
             Some(distance) => {
-                let sampler = &self.samplers[path.ray_index];
+                let sampler = &self.samplers[path.ray_index()];
                 let local = sample_cosine_hemisphere(sampler.get_2d(Dimension::AmbientOcclusion));
                 let direction = to_world_around(point.interaction.side_normal, local);
                 let ray = point.interaction.spawn_ray(direction, distance);
-                queues.bsdf_shadow_rays.push(ray, path.ray_index, ambient);
+                let tag = self.tag(path, LightSource::Ambient, || ambient_scattering(point));
+                queues.bsdf_shadow_rays.push_tagged(ray, path.ray_index(), ambient, tag);
             }
+        }
+    }
+
+    /// Records the ambient term of a path's hit.
+    fn record_ambient<B: BsdfModel>(&self, path: &PathState, point: &ShadingPoint<B>, ambient: Vec3) {
+        if let Some(passes) = self.settings.passes
+            && let Some(tag) = self.tag(path, LightSource::Ambient, || ambient_scattering(point))
+        {
+            passes.add(path.ray_index(), tag, ambient);
         }
     }
 
@@ -106,12 +139,12 @@ impl PathTracer<'_> {
         contexts: &LightSampleContexts,
         choice: f32,
         random: impl Fn(usize) -> LightRandom,
-        mut emit: impl FnMut(usize, LightLiSample),
+        mut emit: impl FnMut(usize, LightLiSample, SampledLight),
     ) {
         let (lights, geometry) = (self.lights, self.geometry);
         if let Some(light) = self.modes.single_light() {
             if let Some(sample) = light.sample(contexts.from, random(0).random) {
-                emit(0, sample);
+                emit(0, sample, SampledLight::Finite(0));
             }
             return;
         }
@@ -129,9 +162,10 @@ impl PathTracer<'_> {
         for index in 0..count {
             let choice = (choice + index as f32) / count as f32;
             let random = random(index);
-            if let Some(mut sample) = lights.sample(contexts, geometry, sampling, choice, &random) {
+            let sampled = lights.sample_with_light(contexts, geometry, sampling, choice, &random);
+            if let Some((mut sample, light)) = sampled {
                 sample.pdf *= count as f32 * rate;
-                emit(index, sample);
+                emit(index, sample, light);
             }
         }
     }
@@ -143,7 +177,7 @@ impl PathTracer<'_> {
         path: &PathState,
         point: &ShadingPoint<B>,
         transition: InterfaceTransition,
-        sample: &LightLiSample,
+        (sample, sampled): (&LightLiSample, SampledLight),
         queue: &mut ShadowRayQueue,
     ) {
         let (wi, pdf) = (sample.direction, sample.pdf);
@@ -163,7 +197,7 @@ impl PathTracer<'_> {
         let interior_list = transition.medium_towards(point.frame.geometric, wi);
         let origin = point.interaction.offset_ray_origin(wi);
         let p_light = sample.p_light.unwrap_or(DVec3::INFINITY);
-        light *= self.shadow_transmittance(path.ray_index, interior_list, origin, p_light);
+        light *= self.shadow_transmittance(path.ray_index(), interior_list, origin, p_light);
         if light == Vec3::ZERO {
             return;
         }
@@ -174,7 +208,12 @@ impl PathTracer<'_> {
                 ..point.interaction.spawn_ray(wi, ONE_MINUS_SHADOW_EPSILON)
             },
         };
-        queue.push_within(ray, path.ray_index, light, interior_list);
+        queue.push_within(ray, path.ray_index(), light, interior_list);
+        if self.settings.passes.is_some() {
+            let source = LightSource::of_sample(sampled, sample, self.settings.ambient_term.is_none());
+            let diffuse = || FirstScattering::Surface { diffuse: diffuse_share(point, wi, scattered.value) };
+            queue.tag_last(self.tag(path, source, diffuse));
+        }
     }
 
     /// Transmittance of the media between a point and a light along an unoccluded shadow ray; zero if no ray needs to

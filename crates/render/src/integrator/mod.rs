@@ -16,6 +16,9 @@
 //!   once.
 //! * [`closed_form_fog`]: the fog of `flat` and `direct`.
 //! * [`volume`]: paths that a medium scatters.
+//! * [`hidden_objects`]: objects that some rays do not find.
+//! * [`passes`]: the parts of the radiance, by their way to the camera and by their light.
+//! * [`record_passes`]: what paths add to them.
 //! * [`requirements`]: the lights and rays that each integrator requires.
 //! * [`shade`]: one hit of any material.
 //! * [`bright_path`]: traces the paths of a batch again to find the surfaces and the light of the brightest path, for
@@ -31,9 +34,12 @@ pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
 mod closed_form_fog;
 pub(crate) mod direct_lighting;
+mod hidden_objects;
+pub(crate) mod passes;
 pub(crate) mod path;
 pub(crate) mod path_state;
 pub(crate) mod path_tracer;
+mod record_passes;
 pub(crate) mod requirements;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;
@@ -47,11 +53,12 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::integrator::bright_path::BrightPath;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
+use crate::integrator::passes::{Pass, PassRecorder, Passes};
 use crate::integrator::path::PathScratch;
 use crate::integrator::path_tracer::PathSettings;
 use crate::integrator::requirements::{effective_lights, needs_light};
 use crate::light::light_sampling::LightSampling;
-use crate::light::lights::Lights;
+use crate::light::lights::{LightView, Lights};
 use crate::lobes::classify::is_solid_glass;
 use crate::media::map::MediaMap;
 use crate::prepare::geometry::Geometry;
@@ -61,14 +68,15 @@ use crate::settings::{Integrator, Settings};
 /// Maximum number of light samples that `direct` uses at a point.
 const MAX_LIGHT_SAMPLES: usize = 64;
 
-/// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is
-/// scattered.
+/// Adds the radiance along every camera ray to `radiance`, and sets its `passes` in the scratch buffers. Sets
+/// `is_background` where a ray escapes before it is scattered.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &Settings,
     batch: &CameraRayBatch,
     control: &Control,
     scratch: &mut PathScratch,
+    passes: &[Pass],
     (radiance, is_background): (&mut [Vec3], &mut [bool]),
 ) -> Result<(), RenderError> {
     match settings.integrator {
@@ -79,7 +87,17 @@ pub(crate) fn radiance(
         }
         Integrator::Direct | Integrator::Path => {
             let settings = path_settings(settings, &world.geometry, effective_lights(settings.integrator, world));
-            return path::radiance(world, &settings, batch, control, scratch, (radiance, is_background));
+            let out = (radiance, is_background);
+            if passes.is_empty() {
+                return path::radiance(world, &settings, batch, control, scratch, out);
+            }
+            let values = std::mem::take(&mut scratch.passes);
+            let recorder = PassRecorder::new(passes, batch.hits.len(), values);
+            let passes = Passes { recorder: &recorder, lights: settings.lights };
+            let settings = PathSettings { passes: Some(passes), ..settings };
+            let done = path::radiance(world, &settings, batch, control, scratch, out);
+            scratch.passes = recorder.into_inner().into_values();
+            return done;
         }
     }
     if settings.transparent_background {
@@ -87,6 +105,11 @@ pub(crate) fn radiance(
             *is_background |= !is_miss(hit) && world.geometry.is_left_out(settings.catchers, hit.instance);
             *radiance = if *is_background { Vec3::ZERO } else { *radiance };
         }
+    }
+    scratch.passes.clear();
+    for &radiance in &*radiance {
+        let own = |pass: &Pass| if *pass == Pass::Emission { radiance } else { Vec3::ZERO };
+        scratch.passes.extend(passes.iter().map(own));
     }
     Ok(())
 }
@@ -135,6 +158,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
         closed_form: None,
         media: None,
         meets_white: false,
+        passes: None,
     };
     if settings.integrator != Integrator::Direct {
         let media = MediaMap::new(geometry);
@@ -165,7 +189,7 @@ pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<V
         Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
         // Fog below a height depends on the ray.
         Integrator::Flat if world.geometry.has_media() => None,
-        Integrator::Flat => effective_lights(Integrator::Flat, world).constant_environment(),
+        Integrator::Flat => effective_lights(Integrator::Flat, world).view(LightView::Camera).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // A ray may cross lights that have no mesh.
         Integrator::Direct | Integrator::Path => None,

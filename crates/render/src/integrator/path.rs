@@ -12,7 +12,7 @@ use crate::integrator::batch::hits::{Chunk, HitBatch};
 use crate::integrator::batch::sort::KindSort;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::closed_form_fog::RayBegins;
-use crate::integrator::path_state::{PathState, WavefrontQueues};
+use crate::integrator::path_state::{LightSearch, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
 use crate::light::air_light::AirLight;
@@ -37,6 +37,8 @@ pub(crate) struct PathScratch {
     kind_sort: KindSort,
     hit_batch: HitBatch,
     pub(super) queues: WavefrontQueues,
+    /// Passes of the batch, ray by ray.
+    pub passes: Vec<Vec3>,
 }
 
 /// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is
@@ -80,7 +82,8 @@ impl PathScratch {
         };
         let rays = batch.origins.iter().zip(batch.directions).enumerate();
         let paths = rays.map(|(ray_index, (&position, &direction))| PathState {
-            ray_index,
+            camera_ray: ray_index as u32,
+            way: 0,
             throughput: Vec3::ONE,
             direction,
             prev_context: LightSampleContext { position, normal: Vec3::ZERO },
@@ -89,6 +92,7 @@ impl PathScratch {
             specular_bounce: true,
             is_camera_ray: true,
             split_count: 0,
+            light_search: LightSearch::All,
             light_sampling: tracer.settings.light_sampling,
             depth: 1,
             interior_list: interior_at(position, direction),
@@ -136,7 +140,7 @@ impl PathScratch {
         for i in 0..active.len() {
             let (index, hit) = (active[i], hits[i]);
             let path = &mut paths[index as usize];
-            let (ray_index, was_camera_ray) = (path.ray_index, path.is_camera_ray);
+            let (ray_index, was_camera_ray) = (path.ray_index(), path.is_camera_ray);
             let begin = ray_begins.advance(tracer.geometry, index as usize, path, &hit, batch.start_depth);
             let mut continues = false;
             let out = (&mut radiance[ray_index], &mut continues);
@@ -169,7 +173,7 @@ impl PathScratch {
         for (&index, hit) in self.active.iter().zip(&self.hits) {
             let path = &mut self.paths[index as usize];
             let begin = self.ray_begins.advance(tracer.geometry, index as usize, path, hit, batch.start_depth);
-            tracer.apply_closed_form(media, path, hit, begin, &mut radiance[path.ray_index]);
+            tracer.apply_closed_form(media, path, hit, begin, &mut radiance[path.ray_index()]);
         }
     }
 
@@ -192,9 +196,9 @@ impl PathScratch {
         for i in 0..active.len() {
             let path = &paths[active[i] as usize];
             if is_miss(&hits[i]) {
-                is_background[path.ray_index] |= path.is_camera_ray;
+                is_background[path.ray_index()] |= path.is_camera_ray;
                 let lookup = environment.and_then(|(index, _)| Some((index, *escaped.next()?)));
-                tracer.handle_escaped_ray(path, lookup, &mut radiance[path.ray_index]);
+                tracer.handle_escaped_ray(path, lookup, &mut radiance[path.ray_index()]);
             } else {
                 (active[count], hits[count]) = (active[i], hits[i]);
                 count += 1;
@@ -224,13 +228,22 @@ impl PathScratch {
                 let path = &mut paths[index as usize];
                 if leaves_out && hit_batch.is_solid(tracer, path, (&hits[lane], lane)) {
                     let position = hit_batch.interactions.position(lane);
-                    if tracer.ends_before(path, &hits[lane], position, &mut radiance[path.ray_index]) {
-                        is_background[path.ray_index] = true;
+                    if tracer.ends_before(path, &hits[lane], position, &mut radiance[path.ray_index()]) {
+                        is_background[path.ray_index()] = true;
                         continue;
                     }
                 }
-                if tracer.shade_lane(path, (hit_batch, chunk, lane), queues, radiance) {
+                let at = (&*hit_batch, chunk, lane);
+                let (is_shaded, behind) = match tracer.modes.has_hidden_objects {
+                    true => tracer.meet_hidden(path, at, radiance),
+                    false => (true, None),
+                };
+                if is_shaded && tracer.shade_lane(path, at, queues, radiance) {
                     next_active.push(index);
+                }
+                if let Some((path, ray)) = behind {
+                    queues.next_rays.push(ray);
+                    queues.split_paths.push(path);
                 }
                 for path in queues.split_paths.drain(..) {
                     next_active.push(paths.len() as u32);
@@ -244,7 +257,7 @@ impl PathScratch {
 
     /// Traces shadow rays, then the rays of the next bounce.
     pub(super) fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
-        let queues = &mut self.queues;
+        let (queues, passes) = (&mut self.queues, tracer.settings.passes);
         if let Some(media) = &tracer.settings.media {
             for queue in queues.shadow_rays.iter_mut().chain([&mut queues.bsdf_shadow_rays]) {
                 queue.dim_by_media(media);
@@ -252,9 +265,9 @@ impl PathScratch {
         }
         let coherence = if tracer.bounce == 0 { Coherence::Unknown } else { Coherence::Incoherent };
         for shadow_rays in &mut queues.shadow_rays {
-            shadow_rays.trace(tracer.geometry, batch.scene, coherence, radiance);
+            shadow_rays.trace(tracer.geometry, batch.scene, coherence, passes, radiance);
         }
-        queues.bsdf_shadow_rays.trace(tracer.geometry, batch.scene, Coherence::Incoherent, radiance);
+        queues.bsdf_shadow_rays.trace(tracer.geometry, batch.scene, Coherence::Incoherent, passes, radiance);
         // Every entry is overwritten.
         self.hits.resize(queues.next_rays.len(), Hit::MISS);
         batch.scene.closest(&queues.next_rays, &mut self.hits, Coherence::Incoherent);

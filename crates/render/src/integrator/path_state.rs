@@ -12,11 +12,25 @@ use crate::light::samples::{LightLiSample, LightRandom};
 use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::material::PreparedMaterial;
 
+/// Light that a ray collects, behind objects that some rays do not find.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightSearch {
+    /// Light of lamps, the sky and surfaces, and light that surfaces scatter.
+    All,
+    /// Only light that light samples find too: the ray has passed an object that casts no shadow, and another path
+    /// continues at the object.
+    Sampled,
+    /// Only other light: the ray has passed an object that it does not find but that casts a shadow.
+    Scattered,
+}
+
 /// Path in progress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
     /// Index of its camera ray in the batch.
-    pub ray_index: usize,
+    pub camera_ray: u32,
+    /// Index of its way in [`PassRecorder`](crate::integrator::passes::PassRecorder); 0 if no passes are recorded.
+    pub way: u32,
     /// Factor from radiance along the current ray to radiance at the camera.
     pub throughput: Vec3,
     pub direction: Vec3,
@@ -32,6 +46,8 @@ pub(crate) struct PathState {
     pub is_camera_ray: bool,
     /// Number of times that the path followed both branches of a dielectric.
     pub split_count: u8,
+    /// Light that the ray of the path collects.
+    pub light_search: LightSearch,
     /// Method of light sampling at `prev_context`.
     pub light_sampling: LightSampling,
     /// Number of segments, including this one, that count towards the maximum depth.
@@ -47,6 +63,12 @@ pub(crate) struct PathState {
 }
 
 impl PathState {
+    /// Index of its camera ray in the batch.
+    #[inline(always)]
+    pub fn ray_index(&self) -> usize {
+        self.camera_ray as usize
+    }
+
     /// Distance from the point that scattered the path last.
     #[inline(always)]
     pub fn distance_to(&self, position: DVec3) -> f64 {

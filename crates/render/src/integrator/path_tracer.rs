@@ -6,11 +6,12 @@ use raycam_scene::{Alpha, Material};
 
 use crate::bsdf::BsdfSample;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
-use crate::integrator::path_state::{PathState, WavefrontQueues};
+use crate::integrator::passes::{LightSource, Passes};
+use crate::integrator::path_state::{LightSearch, PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
 use crate::light::air_light::AirLight;
 use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
-use crate::light::lights::Lights;
+use crate::light::lights::{LightView, Lights};
 use crate::light::prepared_light::PreparedLight;
 use crate::light::samples::{EnvironmentLookup, ONE_MINUS_SHADOW_EPSILON};
 use crate::media::map::MediaMap;
@@ -60,6 +61,8 @@ pub(crate) struct PathSettings<'a> {
     pub media: Option<MediaMap<'a>>,
     /// True if camera rays meet a white Lambertian surface in place of any material.
     pub meets_white: bool,
+    /// Recorder of the parts of the radiance, if any is requested.
+    pub passes: Option<Passes<'a>>,
 }
 
 /// Choice that light sampling makes at a point.
@@ -87,6 +90,8 @@ pub(crate) struct PathModes<'a> {
     pub last_segment_is_occlusion_only: bool,
     /// True if any batched BSDF selects between lobes.
     pub needs_lobe_choice: bool,
+    /// True if some rays do not find an object.
+    pub has_hidden_objects: bool,
     /// True if there are materials of several kinds, so that hits are sorted by kind.
     pub has_many_kinds: bool,
 }
@@ -96,9 +101,12 @@ impl<'a> PathModes<'a> {
         let lights = settings.lights;
         let sampling = settings.light_sampling;
         let has_light_samples = lights.has_light_samples(sampling);
-        let batch_direct_lighting =
-            has_light_samples && settings.ambient_term.is_none() && settings.light_samples <= MAX_SPLIT_SAMPLES;
-        let is_single = batch_direct_lighting && settings.light_samples == 1;
+        // A batch has the same values, but does not tell lights and lobes apart.
+        let batch_direct_lighting = has_light_samples
+            && settings.ambient_term.is_none()
+            && settings.light_samples <= MAX_SPLIT_SAMPLES
+            && settings.passes.is_none();
+        let is_single = settings.ambient_term.is_none() && settings.light_samples == 1;
         let light_choice = if !has_light_samples {
             LightChoice::None
         } else if settings.light_samples > 1 || lights.needs_choice(sampling) {
@@ -117,6 +125,7 @@ impl<'a> PathModes<'a> {
             split_lights: settings.split_lights && lights.max_split_samples().is_some(),
             last_segment_is_occlusion_only: last_segment_is_occlusion_only(geometry, lights),
             needs_lobe_choice: geometry.materials.iter().any(needs_lobe_choice),
+            has_hidden_objects: geometry.has_hidden_objects,
             has_many_kinds: kinds.any(|kind| Some(kind) != first_kind),
         }
     }
@@ -220,7 +229,7 @@ impl PathTracer<'_> {
             return false;
         }
         let dimension = Dimension::OpacityAndRoulette(self.bounce);
-        let [random, _] = self.samplers[path.ray_index].get_2d(dimension);
+        let [random, _] = self.samplers[path.ray_index()].get_2d(dimension);
         random >= self.geometry.opacity(hit)
     }
 
@@ -251,8 +260,12 @@ impl PathTracer<'_> {
     /// looked up.
     pub fn handle_escaped_ray(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
         self.add_intersected_lights(path, f64::INFINITY, out);
-        if !(path.is_camera_ray && self.settings.hide_environment) {
-            self.add_environment(path, lookup, out);
+        if !(path.is_camera_ray && self.settings.hide_environment || self.skips_light(path)) {
+            let light = self.environment_light(path, lookup);
+            *out += light;
+            if self.settings.passes.is_some() {
+                self.record(path, self.environment_source(path), light);
+            }
         }
     }
 
@@ -262,32 +275,54 @@ impl PathTracer<'_> {
         if path.is_camera_ray && self.settings.catchers == Catchers::Only {
             return;
         }
-        if self.settings.media.is_some() {
-            // Added with the media before them.
+        if self.settings.media.is_some() || self.skips_light(path) {
+            // In media, these lights are added with the media before them.
             return;
         }
-        self.lights.intersect_visible(
+        let (lights, view) = self.lights_of(path);
+        lights.intersect_visible(
             &path.prev_context,
             path.light_sampling,
             path.direction,
             distance,
-            |at, radiance, pdf| {
+            |index, at, radiance, pdf| {
                 if at >= f64::from(path.passed_distance) {
-                    *out += path.throughput * radiance * self.mis_weight(path, pdf);
+                    let light = path.throughput * radiance * self.mis_weight(path, pdf);
+                    *out += light;
+                    self.record(path, LightSource::Finite { index, view }, light);
                 }
             },
         );
     }
 
-    pub fn add_environment(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
-        let (lights, direction) = (self.lights, path.direction);
+    /// Lights that the ray of a path finds.
+    #[inline]
+    pub fn lights_of(&self, path: &PathState) -> (&Lights, LightView) {
+        let view = match (path.specular_bounce, path.is_camera_ray) {
+            (false, _) => LightView::Scattered,
+            (true, true) => LightView::Camera,
+            (true, false) => LightView::Reflection,
+        };
+        (self.lights.view(view), view)
+    }
+
+    /// Light of the environment along the ray of a path.
+    pub fn environment_light(&self, path: &PathState, lookup: Option<EnvironmentLookup>) -> Vec3 {
+        let direction = path.direction;
         let (radiance, pdf) = if path.specular_bounce {
-            (lights.escaped_radiance(direction, lookup), 0.0)
+            let (lights, _) = self.lights_of(path);
+            (lights.escaped_radiance(direction, lookup.filter(|_| !self.lights.has_views())), 0.0)
         } else {
-            lights.radiance_and_pdf(&path.prev_context, path.light_sampling, direction, lookup)
+            self.lights.radiance_and_pdf(&path.prev_context, path.light_sampling, direction, lookup)
         };
         let radiance = self.environment_without_ambient(path.specular_bounce, radiance);
-        *out += path.throughput * radiance * self.mis_weight(path, pdf);
+        path.throughput * radiance * self.mis_weight(path, pdf)
+    }
+
+    /// Source of the environment's light along the ray of a path.
+    pub fn environment_source(&self, path: &PathState) -> LightSource {
+        let has_ambient = path.specular_bounce || self.settings.ambient_term.is_none();
+        LightSource::Infinite { direction: path.direction, has_ambient, view: self.lights_of(path).1 }
     }
 
     /// Radiance of the environment without the ambient term, which only scattered light has.
@@ -304,9 +339,11 @@ impl PathTracer<'_> {
         let (geometry, direction) = (self.geometry, path.direction);
         if path.specular_bounce && material.model.is_unlit() {
             let footprint = geometry.footprint(hit, direction, &path.ray_cone);
-            *out += path.throughput * geometry.base_color(hit, &footprint);
+            let light = path.throughput * geometry.base_color(hit, &footprint);
+            *out += light;
+            self.record(path, LightSource::Surfaces, light);
         }
-        if material.emission.value == [0.0; 3] {
+        if material.emission.value == [0.0; 3] || self.skips_light(path) {
             return;
         }
         let footprint = geometry.footprint(hit, direction, &path.ray_cone);
@@ -314,7 +351,9 @@ impl PathTracer<'_> {
         if emitted != Vec3::ZERO {
             let pdf =
                 self.lights.emission_pdf(&path.prev_context, path.light_sampling, geometry, hit, direction, distance);
-            *out += path.throughput * emitted * self.mis_weight(path, pdf);
+            let light = path.throughput * emitted * self.mis_weight(path, pdf);
+            *out += light;
+            self.record(path, LightSource::Surfaces, light);
         }
     }
 
@@ -389,7 +428,7 @@ impl PathTracer<'_> {
             // Most paths are above the threshold and skip the random number, which is expensive.
             if survival < 1.0 {
                 let dimension = Dimension::OpacityAndRoulette(self.bounce);
-                let [_, random] = self.samplers[path.ray_index].get_2d(dimension);
+                let [_, random] = self.samplers[path.ray_index()].get_2d(dimension);
                 if random >= survival {
                     return false;
                 }
@@ -406,6 +445,7 @@ impl PathTracer<'_> {
         path.bsdf_pdf = sample.pdf;
         path.specular_bounce = sample.is_specular;
         path.light_sampling = self.light_sampling(path);
+        path.light_search = LightSearch::All;
         path.is_camera_ray = false;
         path.depth = depth;
         path.interior_list = interior_list;
@@ -429,21 +469,23 @@ impl PathTracer<'_> {
     #[inline(never)]
     fn queue_last_segment(&self, path: &PathState, ray: Ray, queues: &mut WavefrontQueues) {
         let queue = &mut queues.bsdf_shadow_rays;
-        self.lights.intersect_visible(
+        let (lights, view) = self.lights_of(path);
+        lights.intersect_visible(
             &path.prev_context,
             path.light_sampling,
             path.direction,
             f64::INFINITY,
-            |distance, radiance, pdf| {
+            |index, distance, radiance, pdf| {
                 let t_max = distance as f32 * ONE_MINUS_SHADOW_EPSILON;
                 let light = path.throughput * radiance * self.mis_weight(path, pdf);
-                queue.push(Ray { t_max, ..ray }, path.ray_index, light);
+                let tag = self.tag_of_last_segment(path, LightSource::Finite { index, view });
+                queue.push_tagged(Ray { t_max, ..ray }, path.ray_index(), light, tag);
             },
         );
-        let mut environment = Vec3::ZERO;
-        self.add_environment(path, None, &mut environment);
+        let environment = self.environment_light(path, None);
         if environment != Vec3::ZERO {
-            queue.push(ray, path.ray_index, environment);
+            let tag = self.tag_of_last_segment(path, self.environment_source(path));
+            queue.push_tagged(ray, path.ray_index(), environment, tag);
         }
     }
 }

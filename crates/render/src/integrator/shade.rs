@@ -8,6 +8,8 @@ use crate::bsdf::diffuse::{Diffuse, diffuse_albedo};
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::shading_point::ShadingPoint;
 use crate::bsdf::specular::SpecularBsdf;
+use crate::integrator::direct_lighting::sampled_diffuse_share;
+use crate::integrator::passes::FirstScattering;
 use crate::integrator::path_state::{HitView, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::lobes::classify::is_dispersive;
@@ -53,7 +55,7 @@ impl PathTracer<'_> {
     /// Selects the colour channel that a path carries after its first dispersive surface.
     fn choose_wavelength(&self, path: &mut PathState, material: &Material) {
         if path.wavelength_channel.is_none() && is_dispersive(material) {
-            let [random, _] = self.samplers[path.ray_index].get_2d(Dimension::Wavelength);
+            let [random, _] = self.samplers[path.ray_index()].get_2d(Dimension::Wavelength);
             let channel = ((random * 3.0) as u8).min(2);
             path.wavelength_channel = Some(channel);
             path.throughput *= 3.0 * Vec3::AXES[usize::from(channel)];
@@ -71,7 +73,7 @@ impl PathTracer<'_> {
         radiance: &mut [Vec3],
     ) -> bool {
         let (hit, material) = (view.hit, &view.material.material);
-        let out = &mut radiance[path.ray_index];
+        let out = &mut radiance[path.ray_index()];
         let is_skipped = if self.is_culled_back_face(path, material, point.interaction.is_front) {
             !point.bsdf.is_transmissive()
         } else {
@@ -115,7 +117,7 @@ impl PathTracer<'_> {
     ) -> bool {
         let choice = if point.bsdf.needs_lobe_sample() {
             let dimension = Dimension::LobeAndLight(self.bounce);
-            self.samplers[path.ray_index].get_2d(dimension)[0]
+            self.samplers[path.ray_index()].get_2d(dimension)[0]
         } else {
             0.0
         };
@@ -129,6 +131,9 @@ impl PathTracer<'_> {
         }
         let interior_list = transition.medium_towards(point.frame.geometric, sample.wi);
         let context = point.light_sample_context();
+        self.record_scattering(path, || FirstScattering::Surface {
+            diffuse: if sample.is_specular { Vec3::ZERO } else { sampled_diffuse_share(point, sample.wi) },
+        });
         self.continue_path(path, &sample, origin, context, interior_list, queues)
     }
 }

@@ -6,6 +6,7 @@ use raycam_bvh::{Coherence, Hit, Ray, Scene};
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::specular::straight_transmittance;
 use crate::integrator::camera_ray_batch::is_miss;
+use crate::integrator::passes::{PassTag, Passes};
 use crate::interaction::SurfaceInteraction;
 use crate::media::map::{MediaMap, MediumRay};
 use crate::media::nested_dielectrics::InteriorList;
@@ -21,6 +22,8 @@ pub(crate) struct ShadowRayQueue {
     /// True in a world with media, where every ray has its media in `interiors`.
     pub tracks_media: bool,
     interiors: Vec<InteriorList>,
+    /// Passes of every ray, if passes are recorded; otherwise empty.
+    tags: Vec<PassTag>,
 }
 
 impl ShadowRayQueue {
@@ -39,13 +42,31 @@ impl ShadowRayQueue {
         self.contribution.push((index, light));
     }
 
+    /// Adds a ray that starts in no media, with its passes.
+    pub fn push_tagged(&mut self, ray: Ray, index: usize, light: Vec3, tag: Option<PassTag>) {
+        self.push(ray, index, light);
+        self.tag_last(tag);
+    }
+
+    /// Sets the passes of the last ray.
+    pub fn tag_last(&mut self, tag: Option<PassTag>) {
+        self.tags.extend(tag);
+    }
+
     /// Every ray, with the index of its camera ray and the light that it adds if it is unoccluded.
     pub fn entries(&self) -> impl Iterator<Item = (Ray, usize, Vec3)> {
         self.rays.iter().zip(&self.contribution).map(|(&ray, &(index, light))| (ray, index, light))
     }
 
-    /// Traces all rays, adds the light of unoccluded ones to `radiance`, and empties the queue.
-    pub fn trace(&mut self, geometry: &Geometry, scene: &Scene, coherence: Coherence, radiance: &mut [Vec3]) {
+    /// Traces all rays, adds the light of unoccluded ones to `radiance` and to the `passes`, and empties the queue.
+    pub fn trace(
+        &mut self,
+        geometry: &Geometry,
+        scene: &Scene,
+        coherence: Coherence,
+        passes: Option<Passes>,
+        radiance: &mut [Vec3],
+    ) {
         // Every entry is overwritten.
         self.occluded.resize(self.rays.len(), false);
         scene.occluded(&self.rays, &mut self.occluded, coherence);
@@ -54,12 +75,20 @@ impl ShadowRayQueue {
                 radiance[index] += light;
             }
         }
+        if let Some(passes) = passes {
+            let rays = self.contribution.iter().zip(&self.tags).zip(&self.occluded);
+            for ((&(index, light), &tag), _) in rays.filter(|(_, occluded)| !**occluded) {
+                passes.add(index, tag, light);
+            }
+        }
         if geometry.has_transparency {
             let mut occluded = self.occluded.iter();
             self.rays.retain(|_| occluded.next() == Some(&true));
             let mut occluded = self.occluded.iter();
             self.contribution.retain(|_| occluded.next() == Some(&true));
-            self.trace_transparent(geometry, scene, radiance);
+            let mut occluded = self.occluded.iter();
+            self.tags.retain(|_| occluded.next() == Some(&true));
+            self.trace_transparent(geometry, scene, passes, radiance);
         }
         self.clear();
     }
@@ -85,10 +114,11 @@ impl ShadowRayQueue {
         self.rays.clear();
         self.contribution.clear();
         self.interiors.clear();
+        self.tags.clear();
     }
 
     /// Traces rays that transparent surfaces may let through, from surface to surface.
-    fn trace_transparent(&mut self, geometry: &Geometry, scene: &Scene, radiance: &mut [Vec3]) {
+    fn trace_transparent(&mut self, geometry: &Geometry, scene: &Scene, passes: Option<Passes>, radiance: &mut [Vec3]) {
         let mut hits = vec![];
         while !self.rays.is_empty() {
             hits.clear();
@@ -99,19 +129,23 @@ impl ShadowRayQueue {
                 let ((index, light), ray) = (self.contribution[i], self.rays[i]);
                 if is_miss(hit) {
                     radiance[index] += light;
+                    if let Some(passes) = passes {
+                        passes.add(index, self.tags[i], light);
+                    }
                     continue;
                 }
                 let opacity = geometry.opacity(hit);
                 let is_straight = geometry.material(hit).is_straight;
-                if opacity == 1.0 && !is_straight {
+                let is_shadowless = !geometry.ray_visibility(hit.instance).shadow;
+                if opacity == 1.0 && !is_straight && !is_shadowless {
                     continue;
                 }
                 // From the far side of the surface to the same end point.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
                 let interaction = SurfaceInteraction::new(geometry, direction / length, hit, 0.0);
-                let mut transmittance = Vec3::splat(1.0 - opacity);
-                if is_straight {
+                let mut transmittance = Vec3::splat(if is_shadowless { 1.0 } else { 1.0 - opacity });
+                if is_straight && !is_shadowless {
                     let hit = MaterialHit::new(geometry, hit, &interaction, direction / length);
                     transmittance += opacity * straight_transmittance(&hit);
                 }
@@ -122,10 +156,14 @@ impl ShadowRayQueue {
                 let left = (ray.t_max - hit.t) * length;
                 self.rays[count] = interaction.ray_beyond(direction / length, left);
                 self.contribution[count] = (index, light);
+                if passes.is_some() {
+                    self.tags[count] = self.tags[i];
+                }
                 count += 1;
             }
             self.rays.truncate(count);
             self.contribution.truncate(count);
+            self.tags.truncate(count);
         }
     }
 }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::closed_form_fog::fade_unlit;
 use crate::integrator::requirements::effective_lights;
+use crate::light::lights::LightView;
 use crate::media::map::MediaMap;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
@@ -16,7 +17,7 @@ pub(crate) fn radiance(
     radiance: &mut [Vec3],
     is_background: &mut [bool],
 ) {
-    let lights = effective_lights(Integrator::Flat, world);
+    let lights = effective_lights(Integrator::Flat, world).view(LightView::Camera);
     let media = MediaMap::new(&world.geometry);
     let rays = batch.hits.iter().zip(batch.directions).zip(batch.ray_cones).enumerate();
     for ((index, ((hit, &direction), cone)), (radiance, is_background)) in

@@ -11,10 +11,11 @@ use raycam_bvh::{Hit, Ray};
 
 use crate::bsdf::BsdfSample;
 use crate::integrator::camera_ray_batch::is_miss;
-use crate::integrator::path_state::{PathState, WavefrontQueues};
+use crate::integrator::passes::{FirstScattering, LightSource};
+use crate::integrator::path_state::{LightSearch, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::interaction::LightSampleContext;
-use crate::light::light_sampling::LightSampling;
+use crate::light::light_sampling::{LightSampling, SampledLight};
 use crate::light::samples::{LightLiSample, ONE_MINUS_SHADOW_EPSILON};
 use crate::lobes::henyey_greenstein::{henyey_greenstein, sample_henyey_greenstein};
 use crate::media::equiangular::Equiangular;
@@ -72,7 +73,9 @@ impl PathTracer<'_> {
         let (origin, direction) = (path.prev_context.position, path.direction.as_dvec3());
         let end = self.geometry.ray_length(origin, direction, hit);
         let ray = MediumRay { origin, direction, begin, end, is_camera_ray: path.is_camera_ray };
-        self.add_lights_in_media(media, path, &ray, out);
+        if !self.skips_light(path) {
+            self.add_lights_in_media(media, path, &ray, out);
+        }
         if is_miss(hit) && path.is_camera_ray && self.settings.hide_environment {
             return true;
         }
@@ -99,16 +102,19 @@ impl PathTracer<'_> {
 
     /// Adds lights without a mesh that the ray crosses, dimmed by the media before them.
     fn add_lights_in_media(&self, media: &MediaMap, path: &PathState, ray: &MediumRay, out: &mut Vec3) {
-        self.lights.intersect_visible(
+        let (lights, view) = self.lights_of(path);
+        lights.intersect_visible(
             &path.prev_context,
             path.light_sampling,
             path.direction,
             ray.end,
-            |at, radiance, pdf| {
+            |index, at, radiance, pdf| {
                 if at >= ray.begin {
                     let before = MediumRay { end: at, ..*ray };
                     let passed = media.transmittance(path.interior_list, &before);
-                    *out += path.throughput * passed * radiance * self.mis_weight(path, pdf);
+                    let light = path.throughput * passed * radiance * self.mis_weight(path, pdf);
+                    *out += light;
+                    self.record(path, LightSource::Finite { index, view }, light);
                 }
             },
         );
@@ -129,11 +135,12 @@ impl PathTracer<'_> {
             return None;
         }
         let flight = FreeFlight::new(path.throughput, medium.extinction);
-        let near_lights = (index == 0).then(|| self.near_lights(path, ray, part)).flatten();
+        let is_found = index == 0 && path.light_search != LightSearch::Sampled;
+        let near_lights = is_found.then(|| self.near_lights(path, ray, part)).flatten();
         if let Some(near_lights) = &near_lights {
             self.sample_near_light(path, part, &flight, near_lights, queues);
         }
-        let sampler = &self.samplers[path.ray_index];
+        let sampler = &self.samplers[path.ray_index()];
         let random = match index {
             0 => sampler.get_2d(Dimension::FreeFlight(self.bounce)),
             _ => [0, 1].map(|i| {
@@ -174,12 +181,12 @@ impl PathTracer<'_> {
         near_lights: &NearLights,
         queues: &mut WavefrontQueues,
     ) {
-        let sampler = &self.samplers[path.ray_index];
+        let sampler = &self.samplers[path.ray_index()];
         let [choice, random] = sampler.get_2d(Dimension::NearLight(self.bounce, 0));
-        let Some((light, probability)) = self.lights.choose_finite_at(&near_lights.chooser, choice) else {
+        let Some((index, probability)) = self.lights.choose_finite_at(&near_lights.chooser, choice) else {
             return;
         };
-        let angles = near_lights.toward(self.lights.center_of_finite(light));
+        let angles = near_lights.toward(self.lights.center_of_finite(index));
         let distance = angles.sample(random);
         if distance >= near_lights.length {
             return;
@@ -187,10 +194,10 @@ impl PathTracer<'_> {
         let position = near_lights.begin + distance * near_lights.direction;
         let context = LightSampleContext { position, normal: Vec3::ZERO };
         let random = sampler.get_2d(Dimension::NearLight(self.bounce, 1));
-        let Some(sample) = self.lights.sample_finite_light(&context, light, random) else {
+        let Some(sample) = self.lights.sample_finite_light(&context, index, random) else {
             return;
         };
-        let selection = self.lights.finite_probability(&context, LightSampling::Importance, light);
+        let selection = self.lights.finite_probability(&context, LightSampling::Importance, index);
         let densities = [flight.density(distance) * selection, probability * angles.density(distance)];
         let medium = &part.medium;
         let weight = medium.extinction * medium.albedo * transmittance(medium.extinction, distance)
@@ -199,7 +206,8 @@ impl PathTracer<'_> {
         let light_pdf = sample.pdf * selection as f32;
         let mis = self.mis_of_light_sample(&sample, phase, light_pdf);
         let light = path.throughput * weight * phase * (sample.radiance / sample.pdf) * mis;
-        self.queue_volume_light(path, (position, part.interior), &sample, light, queues);
+        let sample = (&sample, SampledLight::Finite(index));
+        self.queue_volume_light(path, (position, part.interior), sample, light, queues);
     }
 
     /// Weight of a light sample against a direction of the phase function, which must hit the light.
@@ -215,7 +223,7 @@ impl PathTracer<'_> {
 
     /// Samples a light at a point of a medium, and continues the path; false if it ends.
     fn scatter(&self, path: &mut PathState, vertex: &VolumeVertex, queues: &mut WavefrontQueues) -> bool {
-        if self.is_at_max_depth(path) {
+        if self.is_at_max_depth(path) || path.light_search == LightSearch::Sampled {
             return false;
         }
         let context = LightSampleContext { position: vertex.position, normal: Vec3::ZERO };
@@ -223,10 +231,11 @@ impl PathTracer<'_> {
             self.sample_light_in_volume(path, vertex, &context, queues);
         }
         let g = vertex.medium.g;
-        let random = self.samplers[path.ray_index].get_2d(Dimension::Bsdf(self.bounce));
+        let random = self.samplers[path.ray_index()].get_2d(Dimension::Bsdf(self.bounce));
         let wi = sample_henyey_greenstein(path.direction, g, random).normalize();
         let pdf = henyey_greenstein(path.direction.dot(wi), g);
         let sample = BsdfSample { wi, weight: Vec3::ONE, pdf, is_specular: false, eta_scale: 1.0 };
+        self.record_scattering(path, || FirstScattering::Medium);
         let continues = self.continue_path(path, &sample, vertex.position.as_vec3(), context, vertex.interior, queues);
         path.light_sampling = LightSampling::Importance;
         continues
@@ -239,18 +248,18 @@ impl PathTracer<'_> {
         context: &LightSampleContext,
         queues: &mut WavefrontQueues,
     ) {
-        let sampler = &self.samplers[path.ray_index];
+        let sampler = &self.samplers[path.ray_index()];
         let [_, choice] = sampler.get_2d(Dimension::LobeAndLight(self.bounce));
         let random = sampler.get_2d(Dimension::Light(self.bounce, 0));
         let sampling = LightSampling::Importance;
-        let found = self.lights.sample_with_index(&context.into(), self.geometry, sampling, choice, &random.into());
-        let Some((sample, light)) = found else {
+        let found = self.lights.sample_with_light(&context.into(), self.geometry, sampling, choice, &random.into());
+        let Some((sample, sampled)) = found else {
             return;
         };
         let phase = henyey_greenstein(path.direction.dot(sample.direction), vertex.medium.g);
         let mis = self.mis_of_light_sample(&sample, phase, sample.pdf);
         let mut weight = 1.0;
-        if let (Some(near_lights), Some(light)) = (&vertex.near_lights, light) {
+        if let (Some(near_lights), SampledLight::Finite(light)) = (&vertex.near_lights, sampled) {
             let selection = self.lights.finite_probability(context, sampling, light);
             let probability = self.lights.finite_probability_at(&near_lights.chooser, light);
             let angles = near_lights.toward(self.lights.center_of_finite(light));
@@ -258,14 +267,14 @@ impl PathTracer<'_> {
             weight = (own / (own + other)) as f32;
         }
         let light = path.throughput * phase * (sample.radiance / sample.pdf) * (mis * weight);
-        self.queue_volume_light(path, (vertex.position, vertex.interior), &sample, light, queues);
+        self.queue_volume_light(path, (vertex.position, vertex.interior), (&sample, sampled), light, queues);
     }
 
     fn queue_volume_light(
         &self,
         path: &PathState,
         (position, interior): (DVec3, InteriorList),
-        sample: &LightLiSample,
+        (sample, sampled): (&LightLiSample, SampledLight),
         light: Vec3,
         queues: &mut WavefrontQueues,
     ) {
@@ -280,6 +289,9 @@ impl PathTracer<'_> {
                 Ray { origin, direction, t_max: ONE_MINUS_SHADOW_EPSILON }
             }
         };
-        queues.shadow_rays[0].push_within(ray, path.ray_index, light, interior);
+        let queue = &mut queues.shadow_rays[0];
+        queue.push_within(ray, path.ray_index(), light, interior);
+        let source = LightSource::of_sample(sampled, sample, true);
+        queue.tag_last(self.tag(path, source, || FirstScattering::Medium));
     }
 }

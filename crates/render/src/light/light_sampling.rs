@@ -25,6 +25,17 @@ pub(crate) enum LightSampling {
     Split,
 }
 
+/// Light to which a sample belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SampledLight {
+    /// Index among the infinite lights. Where others overlap, their radiance is included.
+    Infinite(usize),
+    /// Index among the finite lights.
+    Finite(usize),
+    /// Emissive triangle.
+    Surfaces,
+}
+
 /// Largest number of samples of [`Lights::sample_split`].
 pub(crate) const MAX_SPLIT_SAMPLES: usize = 2 * MAX_SPLIT_LIGHTS + 1;
 
@@ -197,22 +208,23 @@ impl Lights {
         which: f32,
         drawn: &LightRandom,
     ) -> Option<LightLiSample> {
-        self.sample_with_index(by, world, choice, which, drawn).map(|(sample, _)| sample)
+        self.sample_with_light(by, world, choice, which, drawn).map(|(sample, _)| sample)
     }
 
-    /// [`Lights::sample`], with the index of a finite light without a mesh.
-    pub fn sample_with_index(
+    /// [`Lights::sample`], with the light.
+    #[inline]
+    pub fn sample_with_light(
         &self,
         by: &LightSampleContexts,
         world: &Geometry,
         choice: LightSampling,
         which: f32,
         drawn: &LightRandom,
-    ) -> Option<(LightLiSample, Option<usize>)> {
-        if let Some((_, around)) = drawn.environment
+    ) -> Option<(LightLiSample, SampledLight)> {
+        if let Some((index, around)) = drawn.environment
             && self.is_single_infinite(choice)
         {
-            return (around.pdf > 0.0).then(|| (around.sample(), None));
+            return (around.pdf > 0.0).then(|| (around.sample(), SampledLight::Infinite(index)));
         }
         let from = by.from;
         let kinds = self.kind_probabilities(from, choice);
@@ -220,16 +232,17 @@ impl Lights {
         let infinite = kinds.infinite * kinds.infinite_count as f64;
         if which < infinite {
             let index = ((which / kinds.infinite) as usize).min(kinds.infinite_count - 1);
-            return Some((self.sample_infinite(from, choice, index, drawn)?, None));
+            return Some((self.sample_infinite(from, choice, index, drawn)?, SampledLight::Infinite(index)));
         }
         which -= infinite;
         if which < kinds.finite {
             let (light, probability) = self.choose_finite(&by.finite(), choice, which / kinds.finite)?;
             let sample = self.sample_finite(from, light, kinds.finite * probability, drawn.random)?;
-            Some((sample, Some(light)))
+            Some((sample, SampledLight::Finite(light)))
         } else if kinds.emissive > 0.0 {
             let which = ((which - kinds.finite) / kinds.emissive).clamp(0.0, 1.0);
-            Some((self.sample_emissive_triangles(world, by, kinds.emissive, which, drawn.random)?, None))
+            let sample = self.sample_emissive_triangles(world, by, kinds.emissive, which, drawn.random)?;
+            Some((sample, SampledLight::Surfaces))
         } else {
             None
         }
@@ -266,7 +279,7 @@ impl Lights {
         self.sample_finite(from, light, 1.0, random)
     }
 
-    /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index. `random` returns
+    /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index and its light. `random` returns
     /// the random numbers of an index; `which` selects within branches.
     pub fn sample_split(
         &self,
@@ -274,27 +287,27 @@ impl Lights {
         world: &Geometry,
         which: f32,
         random: impl Fn(usize) -> LightRandom,
-        mut report: impl FnMut(usize, LightLiSample),
+        mut report: impl FnMut(usize, LightLiSample, SampledLight),
     ) {
         let (from, which) = (by.from, f64::from(which));
-        let mut found = |index, sample: Option<LightLiSample>| {
+        let mut found = |index, sample: Option<LightLiSample>, light| {
             if let Some(sample) = sample {
-                report(index, sample);
+                report(index, sample, light);
             }
         };
         for index in 0..self.non_constant_infinite {
             let sample = self.sample_infinite(from, LightSampling::Split, index, &random(index));
-            found(index, sample);
+            found(index, sample, SampledLight::Infinite(index));
         }
         self.tree.sample_split(&by.finite(), which, |index, light, expected| {
             let index = self.non_constant_infinite + index;
             let sample = self.sample_finite(from, light, expected, random(index).random);
-            found(index, sample);
+            found(index, sample, SampledLight::Finite(light));
         });
         if self.has_emissive_triangles() {
             let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
             let sample = self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
-            found(index, sample);
+            found(index, sample, SampledLight::Surfaces);
         }
     }
 
@@ -389,8 +402,8 @@ impl Lights {
         (self.kind_probabilities(from, choice).emissive * density) as f32
     }
 
-    /// Reports every light without a mesh that a ray crosses within `distance`: the distance to it, its radiance, and
-    /// the density with which [`Lights::sample`] yields it.
+    /// Reports every light without a mesh that a ray crosses within `distance`: its index among the finite lights, the
+    /// distance to it, its radiance, and the density with which [`Lights::sample`] yields it.
     #[inline]
     pub fn intersect_visible(
         &self,
@@ -398,7 +411,7 @@ impl Lights {
         choice: LightSampling,
         direction: Vec3,
         distance: f64,
-        mut report: impl FnMut(f64, Vec3, f32),
+        mut report: impl FnMut(usize, f64, Vec3, f32),
     ) {
         for &(index, sphere) in &self.intersectable {
             if sphere.may_intersect(from.position, direction)
@@ -408,7 +421,7 @@ impl Lights {
             {
                 let kinds = self.kind_probabilities(from, choice).finite;
                 let probability = self.finite_pmf(from, choice, index);
-                report(at, radiance, (kinds * probability * density) as f32);
+                report(index, at, radiance, (kinds * probability * density) as f32);
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::DVec3;
-use raycam_scene::{Light, Up, World};
+use raycam_scene::{Light, LightTraits, Up, World};
 
 use crate::error::RenderError;
 use crate::light::default_lights::default_lights;
@@ -26,6 +26,7 @@ pub(crate) struct Lighting {
 #[derive(Debug)]
 pub(crate) struct LightingCell {
     lights: Vec<Light>,
+    traits: Vec<LightTraits>,
     up: Up,
     emission_keeps_default_lights: bool,
     origin: DVec3,
@@ -74,6 +75,7 @@ impl LightingCell {
         let emissive = EmissiveKey::new(geometry);
         let is_same = |cell: &&Arc<LightingCell>| {
             cell.has_lights_of(world)
+                && cell.traits == world.light_traits
                 && cell.up == world.up
                 && cell.emission_keeps_default_lights == world.emission_keeps_default_lights
                 && cell.origin == geometry.origin
@@ -89,6 +91,7 @@ impl LightingCell {
         }
         Ok(Arc::new(Self {
             lights: world.lights.clone(),
+            traits: world.light_traits.clone(),
             up: world.up,
             emission_keeps_default_lights: world.emission_keeps_default_lights,
             origin: geometry.origin,
@@ -125,16 +128,16 @@ impl LightingCell {
         let emissive = same.into_iter().find_map(|cell| Some(cell.made.get()?.lights.emissive_triangles.clone()));
         let emissive = emissive.unwrap_or_else(|| Arc::new(EmissiveTriangles::new(geometry)));
         let known: Vec<&Lights> = known.iter().rev().filter_map(|cell| Some(&cell.made.get()?.lights)).collect();
-        let build = |lights: &[Light]| {
-            let lights = Lights::sharing(lights, self.up, self.origin, &known);
+        let build = |lights: &[Light], traits: &[LightTraits]| {
+            let lights = Lights::sharing(lights, traits, self.up, self.origin, &known);
             Lights { emissive_triangles: emissive.clone(), ..lights }
         };
-        let lights = build(&self.lights);
+        let lights = build(&self.lights, &self.traits);
         let unlit = match self.emission_keeps_default_lights {
             true => self.lights.is_empty(),
-            false => lights.count() == 0,
+            false => lights.count() == 0 && !lights.has_views(),
         };
-        Lighting { lights, default_lights: unlit.then(|| build(&default_lights(self.up))) }
+        Lighting { lights, default_lights: unlit.then(|| build(&default_lights(self.up), &[])) }
     }
 }
 
@@ -148,6 +151,10 @@ fn is_same_light(a: &Light, b: &Light) -> bool {
         (Light::Environment { image, yaw, scale }, Light::Environment { image: i, yaw: y, scale: s }) => {
             same(&image.content, &i.content) && (yaw, scale) == (y, s)
         }
+        (
+            Light::Projector { image, camera, power, irradiance },
+            Light::Projector { image: i, camera: c, power: p, irradiance: r },
+        ) => same(&image.content, &i.content) && (camera, power, irradiance) == (c, p, r),
         _ => a == b,
     }
 }

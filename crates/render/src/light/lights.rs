@@ -4,7 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::dispatch_simd;
-use raycam_scene::{Light, Up};
+use raycam_scene::world::{SURFACES, light_names};
+use raycam_scene::{Light, LightTraits, LightVisibility, Up};
 
 use crate::light::air_light::AirLight;
 use crate::light::bounds::LightBounds;
@@ -12,15 +13,42 @@ use crate::light::emissive_triangles::EmissiveTriangles;
 use crate::light::environment::EnvironmentLight;
 use crate::light::light_cull::{BoundingSphere, TestSpheres};
 use crate::light::prepared_light::PreparedLight;
+use crate::light::projector::ProjectorLight;
 use crate::light::samples::EnvironmentLookup;
 use crate::light::tree::LightTree;
 use crate::soa::Vec3xN;
 
+/// Light of the world to which a part of the received light belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightOwner {
+    /// Light without a mesh, by its index in the world.
+    World(usize),
+    /// All emissive and unlit surfaces.
+    Surfaces,
+}
+
+/// Rays by the lights that they find.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightView {
+    /// Rays that surfaces and media scatter, and light samples.
+    Scattered,
+    /// Rays from the camera.
+    Camera,
+    /// Rays that mirrors and glass reflect and refract.
+    Reflection,
+}
+
 /// Lights of a scene, with and without a mesh.
 #[derive(Debug, Default)]
 pub(crate) struct Lights {
-    /// Lights without a mesh, in the order of the world.
+    /// Lights without a mesh that illuminate, in the order of the world.
     pub(super) lights: Vec<PreparedLight>,
+    /// Index in the world of each of them.
+    pub(super) owners: Vec<usize>,
+    /// Names of all lights of the world.
+    pub(super) names: Vec<String>,
+    /// Lights that rays from the camera and from mirrors find, if these differ from those that illuminate.
+    pub(super) views: Option<Box<[Lights; 2]>>,
     /// Total radiance of constant skies, for integrators that treat it as an ambient term.
     pub ambient: Vec3,
     /// Indices of infinite lights, constant skies last.
@@ -37,22 +65,40 @@ pub(crate) struct Lights {
     pub(super) emissive_triangles: Arc<EmissiveTriangles>,
     /// Result of [`Lights::air_light`], computed on demand.
     pub(super) air_light: OnceLock<AirLight>,
+    /// Air light of each infinite light with its index in the world, computed on demand.
+    pub(super) air_light_parts: OnceLock<Vec<(usize, AirLight)>>,
+}
+
+/// Quotient of each colour; 0 for a colour without light.
+fn divide_or_zero(part: Vec3, total: Vec3) -> Vec3 {
+    Vec3::select(total.cmpgt(Vec3::ZERO), part / total, Vec3::ZERO)
 }
 
 impl Lights {
     /// Prepares lights without a mesh. Environment tables are shared with equal `known` lights.
-    pub fn sharing(lights: &[Light], up: Up, origin: DVec3, known: &[&Lights]) -> Self {
+    pub fn sharing(lights: &[Light], traits: &[LightTraits], up: Up, origin: DVec3, known: &[&Lights]) -> Self {
         let known: Vec<&EnvironmentLight> = known.iter().flat_map(|lights| lights.environments()).collect();
-        let prepared: Vec<PreparedLight> =
-            lights.iter().flat_map(|light| PreparedLight::new(light, up, origin, &known)).collect();
-        let (mut infinite, finite): (Vec<_>, Vec<_>) = (0..prepared.len()).partition(|&i| prepared[i].is_infinite());
-        let is_constant_sky =
-            |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
-        infinite.sort_by_key(|&i| is_constant_sky(&prepared[i]));
-        let constant_radiance = |source: &PreparedLight| match source {
-            PreparedLight::GradientSky(sky) if sky.is_constant() => sky.horizon,
-            _ => Vec3::ZERO,
+        let visible = |index: usize| traits.get(index).map(|traits| traits.visible).unwrap_or_default();
+        let select = |is_found: fn(LightVisibility) -> bool| {
+            let found = lights.iter().enumerate().filter(|(index, _)| is_found(visible(*index)));
+            let prepared = found.flat_map(|(index, light)| {
+                PreparedLight::new(light, up, origin, &known).into_iter().map(move |prepared| (index, prepared))
+            });
+            Self::of_prepared(prepared)
         };
+        let is_usual = (0..lights.len()).all(|index| visible(index).is_everywhere());
+        let views = || Box::new([select(|visible| visible.camera), select(|visible| visible.reflection)]);
+        let names = light_names(lights, traits);
+        Self { names, views: (!is_usual).then(views), ..select(|visible| visible.light) }
+    }
+
+    /// Lights without a mesh, with their indices in the world.
+    fn of_prepared(lights: impl Iterator<Item = (usize, PreparedLight)>) -> Self {
+        let (owners, prepared): (Vec<usize>, Vec<PreparedLight>) = lights.unzip();
+        let (mut infinite, finite): (Vec<_>, Vec<_>) = (0..prepared.len()).partition(|&i| prepared[i].is_infinite());
+        let is_constant_sky = |source: &PreparedLight| source.constant_radiance().is_some();
+        infinite.sort_by_key(|&i| is_constant_sky(&prepared[i]));
+        let constant_radiance = |source: &PreparedLight| source.constant_radiance().unwrap_or_default();
         let bounds: Vec<LightBounds> = finite.iter().map(|&i| prepared[i].bounds()).collect();
         Self {
             ambient: prepared.iter().map(constant_radiance).sum(),
@@ -65,10 +111,14 @@ impl Lights {
                 .collect(),
             non_constant_infinite: infinite.iter().filter(|&&i| !is_constant_sky(&prepared[i])).count(),
             lights: prepared,
+            owners,
+            names: vec![],
+            views: None,
             infinite,
             finite,
             emissive_triangles: Arc::default(),
             air_light: OnceLock::new(),
+            air_light_parts: OnceLock::new(),
         }
     }
 
@@ -152,7 +202,84 @@ impl Lights {
     }
 
     fn environments(&self) -> impl Iterator<Item = &EnvironmentLight> {
-        self.lights.iter().filter_map(PreparedLight::environment)
+        let views = self.views.iter().flat_map(|views| views.iter());
+        let lights = self.lights.iter().chain(views.flat_map(|view| &view.lights));
+        lights.filter_map(PreparedLight::environment)
+    }
+
+    /// First projector.
+    pub fn projector(&self) -> Option<&ProjectorLight> {
+        self.lights.iter().find_map(PreparedLight::projector)
+    }
+
+    /// Lights that these rays find.
+    pub fn view(&self, view: LightView) -> &Self {
+        match (&self.views, view) {
+            (Some(views), LightView::Camera) => &views[0],
+            (Some(views), LightView::Reflection) => &views[1],
+            _ => self,
+        }
+    }
+
+    /// True if some rays do not find the lights that illuminate.
+    pub fn has_views(&self) -> bool {
+        self.views.is_some()
+    }
+
+    /// Light with a name.
+    ///
+    /// # Errors
+    /// A message with all names.
+    pub fn owner(&self, name: &str) -> Result<LightOwner, String> {
+        if name == SURFACES {
+            return Ok(LightOwner::Surfaces);
+        }
+        self.names.iter().position(|known| known == name).map(LightOwner::World).ok_or_else(|| {
+            let names: Vec<&str> = self.names.iter().map(String::as_str).chain([SURFACES]).collect();
+            format!("no light named {name:?}; available: {}", names.join(", "))
+        })
+    }
+
+    /// Light of a finite light.
+    pub fn owner_of_finite(&self, index: usize) -> LightOwner {
+        LightOwner::World(self.owners[self.finite[index]])
+    }
+
+    /// Light of an infinite light.
+    pub fn owner_of_infinite(&self, index: usize) -> LightOwner {
+        LightOwner::World(self.owners[self.infinite[index]])
+    }
+
+    /// Fraction of each colour of the infinite lights' radiance that belongs to one light. Without `has_constant`,
+    /// constant skies have no part.
+    pub fn share_of_infinite(
+        &self,
+        owner: LightOwner,
+        radiance: impl Fn(&PreparedLight) -> Vec3,
+        has_constant: bool,
+    ) -> Vec3 {
+        let count = if has_constant { self.infinite.len() } else { self.non_constant_infinite };
+        let (mut own, mut total) = (Vec3::ZERO, Vec3::ZERO);
+        for &index in &self.infinite[..count] {
+            let part = radiance(&self.lights[index]);
+            total += part;
+            own += if owner == LightOwner::World(self.owners[index]) { part } else { Vec3::ZERO };
+        }
+        divide_or_zero(own, total)
+    }
+
+    /// Fraction of each colour of the air light that belongs to one light.
+    pub fn share_of_air_light(&self, owner: LightOwner, direction: Vec3, g: f32) -> Vec3 {
+        let radiance = |light: &AirLight| light.radiance(direction, Vec3::ONE, g);
+        let parts = self.air_light_parts.get_or_init(|| {
+            let of_light = |&index: &usize| (self.owners[index], AirLight::new([&self.lights[index]].into_iter()));
+            self.infinite.iter().map(of_light).collect()
+        });
+        let own = parts.iter().filter(|(part, _)| owner == LightOwner::World(*part));
+        divide_or_zero(
+            own.map(|(_, light)| radiance(light)).sum(),
+            parts.iter().map(|(_, light)| radiance(light)).sum(),
+        )
     }
 
     /// For each ray, false only if it misses every light that rays can hit.

@@ -26,6 +26,7 @@ pub(crate) mod lighting;
 pub(crate) mod lights;
 pub(crate) mod point;
 pub(crate) mod prepared_light;
+pub(crate) mod projector;
 pub(crate) mod rectangle;
 pub(crate) mod samples;
 pub(crate) mod spot;

@@ -11,6 +11,7 @@ use crate::light::environment::gradient_sky::GradientSky;
 use crate::light::environment::preetham::PreethamSky;
 use crate::light::ies::IesLight;
 use crate::light::point::PointLight;
+use crate::light::projector::ProjectorLight;
 use crate::light::rectangle::RectangleLight;
 use crate::light::samples::LightLiSample;
 use crate::light::spot::SpotLight;
@@ -25,6 +26,7 @@ pub(crate) enum PreparedLight {
     Rectangle(RectangleLight),
     Disk(DiskLight),
     Ies(IesLight),
+    Projector(Box<ProjectorLight>),
     GradientSky(GradientSky),
     Environment(Box<EnvironmentLight>),
 }
@@ -73,8 +75,8 @@ impl PreparedLight {
                     .unwrap_or_else(|| Vec3::from(power.unwrap_or_default()) / (4.0 * std::f32::consts::PI));
                 Self::Point(PointLight::new(local(position), intensity, radius))
             }
-            Light::Spot { position, direction, power, intensity, inner, outer } => {
-                let spot = SpotLight::new(local(position), direction.into(), inner, outer);
+            Light::Spot { position, direction, power, intensity, inner, outer, radius } => {
+                let spot = SpotLight::new(local(position), direction.into(), inner, outer, radius);
                 Self::Spot(match intensity {
                     Some(intensity) => spot.with_intensity(intensity.into()),
                     None => spot.with_power(power.unwrap_or_default().into()),
@@ -94,8 +96,22 @@ impl PreparedLight {
                 let (front, power) = (front.map(DVec3::from), power.map(Vec3::from));
                 Self::Ies(IesLight::new(position, direction, front, profile, power))
             }
+            Light::Projector { ref image, ref camera, power, irradiance } => {
+                // `validate` has already rejected missing images and cameras.
+                let (image, camera) = (image.content.clone()?, camera.as_deref()?);
+                let [power, irradiance] = [power, irradiance].map(|rgb| rgb.map(Vec3::from));
+                Self::Projector(Box::new(ProjectorLight::new(camera, origin, image, power, irradiance)))
+            }
             Light::Sun { .. } | Light::Sky { .. } | Light::Preetham { .. } | Light::Environment { .. } => return None,
         })
+    }
+
+    /// The projector, if this light is one.
+    pub fn projector(&self) -> Option<&ProjectorLight> {
+        match self {
+            Self::Projector(projector) => Some(projector),
+            _ => None,
+        }
     }
 
     /// The environment light, if this light is one.
@@ -106,10 +122,19 @@ impl PreparedLight {
         }
     }
 
+    /// Radiance of a sky that is the same in every direction.
+    pub fn constant_radiance(&self) -> Option<Vec3> {
+        match self {
+            Self::GradientSky(sky) if sky.is_constant() => Some(sky.horizon),
+            _ => None,
+        }
+    }
+
     pub fn is_infinite(&self) -> bool {
         match self {
             Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => true,
             Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => false,
+            Self::Projector(_) => false,
         }
     }
 
@@ -118,10 +143,11 @@ impl PreparedLight {
         match self {
             Self::Sun(sun) => Some(sun.sample(random)),
             Self::Point(bulb) => bulb.sample(from.position, random),
-            Self::Spot(spot) => spot.sample(from.position),
+            Self::Spot(spot) => spot.sample(from.position, random),
             Self::Rectangle(area) => area.sample(from.position, random),
             Self::Disk(disk) => disk.sample(from.position, random),
             Self::Ies(ies) => ies.sample(from.position),
+            Self::Projector(projector) => projector.sample(from.position),
             Self::GradientSky(sky) => Some(sky.sample(from.normal, random)),
             Self::Environment(environment) => environment.sample(random),
         }
@@ -134,6 +160,7 @@ impl PreparedLight {
             Self::GradientSky(sky) => (sky.radiance(direction), sky.pdf(normal, direction)),
             Self::Environment(environment) => environment.radiance_and_pdf(direction),
             Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => (Vec3::ZERO, 0.0),
+            Self::Projector(_) => (Vec3::ZERO, 0.0),
         }
     }
 
@@ -143,7 +170,8 @@ impl PreparedLight {
             Self::Point(bulb) => bulb.intersect(from, direction),
             Self::Rectangle(area) => area.intersect(from, direction),
             Self::Disk(disk) => disk.intersect(from, direction),
-            Self::Spot(_) | Self::Ies(_) => None,
+            Self::Spot(spot) => spot.intersect(from, direction),
+            Self::Ies(_) | Self::Projector(_) => None,
             Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => None,
         }
     }
@@ -154,7 +182,8 @@ impl PreparedLight {
             Self::Sun(sun) => !sun.is_point(),
             Self::Point(bulb) => !bulb.is_point(),
             Self::GradientSky(sky) => !(ambient && sky.is_constant()),
-            Self::Spot(_) | Self::Ies(_) => false,
+            Self::Spot(spot) => !spot.is_point(),
+            Self::Ies(_) | Self::Projector(_) => false,
             Self::Rectangle(_) | Self::Disk(_) | Self::Environment(_) => true,
         }
     }
@@ -175,6 +204,7 @@ impl PreparedLight {
             Self::Rectangle(area) => area.bounds(),
             Self::Disk(disk) => disk.bounds(),
             Self::Ies(ies) => ies.bounds(),
+            Self::Projector(projector) => projector.bounds(),
             Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => LightBounds::default(),
         }
     }

@@ -1,16 +1,18 @@
-//! Spot light: a point light restricted to a cone (glTF `KHR_lights_punctual`).
+//! Spot light: a point or a sphere whose light is restricted to a cone (glTF `KHR_lights_punctual`).
 
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
 
 use crate::light::bounds::LightBounds;
+use crate::light::point::PointLight;
 use crate::light::samples::LightLiSample;
 
 #[derive(Debug)]
 pub(crate) struct SpotLight {
     /// Scene-local.
     position: DVec3,
+    radius: f64,
     axis: DVec3,
     /// W/sr on the axis.
     intensity: Vec3,
@@ -20,9 +22,10 @@ pub(crate) struct SpotLight {
 
 impl SpotLight {
     /// `inner` and `outer` in degrees.
-    pub fn new(position: DVec3, direction: DVec3, inner: f64, outer: f64) -> Self {
+    pub fn new(position: DVec3, direction: DVec3, inner: f64, outer: f64, radius: f64) -> Self {
         Self {
             position,
+            radius,
             axis: direction.normalize_or_zero(),
             intensity: Vec3::ONE,
             cos_inner: inner.to_radians().cos(),
@@ -47,11 +50,38 @@ impl SpotLight {
             cos_theta_o: self.cos_inner as f32,
             cos_theta_e: spread.cos() as f32,
             axis: self.axis.as_vec3(),
-            ..LightBounds::isotropic(self.position, self.position, self.intensity)
+            ..LightBounds::isotropic(self.position - self.radius, self.position + self.radius, self.intensity)
         }
     }
 
-    pub fn sample(&self, point: DVec3) -> Option<LightLiSample> {
+    pub fn is_point(&self) -> bool {
+        self.radius == 0.0
+    }
+
+    /// Sphere that shines equally in every direction.
+    fn sphere(&self) -> PointLight {
+        PointLight::new(self.position, self.intensity, self.radius)
+    }
+
+    /// Falloff at a point, by the direction from the light's centre.
+    fn falloff_at(&self, point: DVec3) -> f32 {
+        self.falloff((point - self.position).normalize_or_zero().dot(self.axis)) as f32
+    }
+
+    /// Distance at which a ray hits the sphere, the radiance there, and the density of [`SpotLight::sample`].
+    pub fn intersect(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
+        let (distance, radiance, density) = self.sphere().intersect(point, direction)?;
+        let falloff = self.falloff_at(point);
+        (falloff > 0.0).then_some((distance, radiance * falloff, density))
+    }
+
+    pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightLiSample> {
+        if !self.is_point() {
+            let falloff = self.falloff_at(point);
+            let mut sample = self.sphere().sample(point, random).filter(|_| falloff > 0.0)?;
+            sample.radiance *= falloff;
+            return Some(sample);
+        }
         let offset = self.position - point;
         let distance = offset.length();
         if distance == 0.0 {

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use raycam_bvh::{BuildError, ExactTriangles, Instance, Ray, Scene, TlasLeaves};
+use raycam_scene::world::RayVisibility;
 use raycam_scene::{Camera, MaterialModel, Object, TextureCache, World};
 
 use crate::error::RenderError;
@@ -47,8 +48,12 @@ pub(crate) struct Geometry {
     has_media: bool,
     /// The instances with an interior, with their boxes: large ones first.
     pub bodies: Vec<(usize, [DVec3; 2])>,
-    /// True if any material is not opaque.
+    /// True if shadow rays may pass a surface: a material is not opaque, or an object casts no shadow.
     pub has_transparency: bool,
+    /// True if some rays do not find an object.
+    pub has_hidden_objects: bool,
+    /// True if camera rays do not find an object.
+    pub has_camera_hidden: bool,
     pub textures: Arc<Vec<Arc<PreparedTexture>>>,
     /// Texture cache that limits the memory of the images, if there is one.
     pub texture_cache: Option<Arc<TextureCache>>,
@@ -116,6 +121,9 @@ impl Geometry {
         };
         let fog = PreparedFog::of_world(world, extent.origin);
         let boundaries = build_boundaries(&instances, extent.origin)?;
+        let visible = instances.iter().filter(|instance| instance.is_visible);
+        let rays: Vec<RayVisibility> = visible.map(|instance| instance.ray_visibility).collect();
+        let is_any = |test: fn(&RayVisibility) -> bool| rays.iter().any(test);
         Ok(Self {
             scene,
             on_demand,
@@ -127,8 +135,10 @@ impl Geometry {
             fog,
             boundaries,
             bodies: bodies(&instances, &materials),
+            has_transparency: materials.iter().any(PreparedMaterial::is_transparent) || is_any(|rays| !rays.shadow),
+            has_hidden_objects: is_any(|rays| !rays.is_everywhere()),
+            has_camera_hidden: is_any(|rays| !rays.camera),
             instances,
-            has_transparency: materials.iter().any(PreparedMaterial::is_transparent),
             materials,
             textures,
             texture_cache: world.texture_cache.clone(),
@@ -149,6 +159,12 @@ impl Geometry {
     #[inline]
     pub fn has_media(&self) -> bool {
         self.has_media
+    }
+
+    /// Rays that find an instance.
+    #[inline]
+    pub fn ray_visibility(&self, instance: u32) -> RayVisibility {
+        self.instances[instance as usize].ray_visibility
     }
 
     /// True if camera rays show the background in place of an instance.

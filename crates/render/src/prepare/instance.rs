@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::Instance;
 use raycam_scene::Object;
+use raycam_scene::world::RayVisibility;
 
 use crate::prepare::mesh::PreparedMesh;
 use crate::prepare::stretch::StretchedBvh;
@@ -19,6 +20,8 @@ pub(crate) struct PreparedInstance {
     /// BVH to trace instead of the mesh's own.
     pub stretched: Option<StretchedBvh>,
     pub world_from_mesh: DAffine3,
+    /// Scale and shear of the object, without its rotation.
+    scale_shear: DMat3,
     /// True if `world_from_mesh` is the identity.
     pub is_identity: bool,
     /// Transforms normals to the world: the inverse transpose of the linear part. The length is arbitrary.
@@ -32,6 +35,8 @@ pub(crate) struct PreparedInstance {
     pub error_bounds: ErrorBounds,
     /// False for an instance that nothing hits.
     pub is_visible: bool,
+    /// Rays that find a visible instance.
+    pub ray_visibility: RayVisibility,
     /// True for the border of a medium, which only media cross.
     pub is_boundary: bool,
     /// True for a shadow catcher: compositions show only its shadows.
@@ -91,16 +96,31 @@ impl PreparedInstance {
             },
             is_identity: object.world_from_mesh == DAffine3::IDENTITY,
             world_from_mesh: object.world_from_mesh,
+            scale_shear: object.scale_shear,
             normal_from_mesh: linear.inverse().transpose(),
             flips_orientation: linear.determinant() < 0.0,
             materials: object.materials.clone(),
             category,
             is_visible: object.visible && !is_boundary,
+            ray_visibility: object.ray_visibility,
             is_boundary: object.visible && is_boundary,
             is_catcher: object.shadow_catcher,
             mesh,
             stretched,
         }
+    }
+
+    /// Coordinates of a point of the mesh in the object's box, in the object's axes: the box's diagonal has length 1, and
+    /// its centre is (0.5, 0.5, 0.5).
+    ///
+    /// H. Wang et al., "Normalized Object Coordinate Space for Category-Level 6D Object Pose and Size Estimation", CVPR
+    /// 2019.
+    pub fn normalized_coordinates(&self, point: DVec3) -> DVec3 {
+        let axes = DAffine3::from_mat3(self.scale_shear);
+        let [lower, upper] = transformed_bounds(&self.mesh, &axes);
+        let diagonal = (upper - lower).length();
+        let scale = if diagonal > 0.0 { 1.0 / diagonal } else { 0.0 };
+        DVec3::splat(0.5) + (axes.transform_point3(point) - (lower + upper) / 2.0) * scale
     }
 
     /// World-space bounding box: lower and upper corner.

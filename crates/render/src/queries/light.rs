@@ -217,7 +217,7 @@ impl PointTracer<'_> {
         let out = (&mut light[..], &mut missed[..]);
         match self.quantity {
             Quantity::Irradiance => irradiance(self.world, self.settings, &batch, self.control, paths, out)?,
-            Quantity::Radiance => radiance(self.world, self.settings, &batch, self.control, paths, out)?,
+            Quantity::Radiance => radiance(self.world, self.settings, &batch, self.control, paths, &[], out)?,
         }
         Ok(light)
     }

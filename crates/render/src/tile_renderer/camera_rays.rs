@@ -118,7 +118,11 @@ impl TileRenderer<'_> {
         }
         // Every hit is overwritten, so earlier values do not matter.
         hits.resize(rays.len(), Hit::MISS);
-        self.scene_of(world).closest(rays, hits, Coherence::Coherent);
+        let scene = self.scene_of(world);
+        scene.closest(rays, hits, Coherence::Coherent);
+        if world.geometry.has_camera_hidden {
+            world.geometry.skip_hidden(scene, rays, hits);
+        }
     }
 
     /// Image coordinates of a sample, from its random numbers of [`Dimension::PixelFilter`].

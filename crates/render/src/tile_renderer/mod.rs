@@ -37,6 +37,7 @@ use crate::ground_truth::convert::to_float_hit;
 use crate::guiding_switch::install_guiding;
 use crate::integrator;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
+use crate::integrator::passes::{Pass, passes_of};
 use crate::integrator::path::PathScratch;
 use crate::integrator::requirements::{effective_lights, traces_secondary_rays};
 use crate::interaction::ray_cone::{PixelCones, RayCone, sample_share};
@@ -60,6 +61,8 @@ pub(crate) struct TileRenderer<'a> {
     camera: &'a Camera,
     pub settings: &'a Settings,
     pub needs: RenderNeeds,
+    /// Requested parts of the colour, in the order of the channels.
+    pub passes: Vec<Pass>,
     filter: FilterSampler,
     /// Ray cones of the pixels.
     cones: PixelCones<'a>,
@@ -166,6 +169,7 @@ impl<'a> TileRenderer<'a> {
             camera,
             settings,
             needs,
+            passes: passes_of(settings, world).unwrap_or_default(),
             filter: FilterSampler::new(settings.filter),
             cones: PixelCones::new(camera, settings.samples, !geometry.textures.is_empty()),
             first_late_sample: first_late_sample.unwrap_or(u32::MAX),
@@ -275,7 +279,7 @@ impl<'a> TileRenderer<'a> {
     pub fn begin_tile(&self, tile: &Tile, scratch: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         self.collect_pixels(tile, scratch);
         let count = scratch.lists.pixels.len();
-        scratch.estimator.reset(count, self.needs.error);
+        scratch.estimator.reset(count, self.passes.len(), self.needs.error);
         scratch.lists.active.clear();
         scratch.lists.active.extend(0..count);
         control.check()?;
@@ -349,7 +353,7 @@ impl<'a> TileRenderer<'a> {
         let (scene, ray_cones) = (self.scene_of(world), &**cones);
         let start_depth = self.camera.ray_start_depth();
         let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, start_depth, is_late };
-        integrator::radiance(world, self.settings, &batch, control, paths, (radiance, misses))?;
+        integrator::radiance(world, self.settings, &batch, control, paths, &self.passes, (radiance, misses))?;
         self.add_radiance(scratch);
         Ok(())
     }
@@ -374,14 +378,16 @@ impl<'a> TileRenderer<'a> {
 
     /// Adds the radiance of the batch to the estimators, with vignetting and clamping applied.
     fn add_radiance(&self, scratch: &mut ThreadScratch) {
-        let ThreadScratch { lists, rays: RayBatchBuffers { radiance, misses, .. }, estimator, .. } = scratch;
+        let ThreadScratch { lists, rays, estimator, .. } = scratch;
+        let RayBatchBuffers { radiance, misses, paths, .. } = rays;
+        let count = self.passes.len();
         for (&(pixel, _), _) in lists.batch.iter().zip(misses).filter(|(_, miss)| **miss) {
             estimator.add_miss(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
         // Samples of one pixel are consecutive.
         let mut last = None;
-        for (&(pixel, sample), &mut radiance) in lists.batch.iter().zip(radiance) {
+        for (index, (&(pixel, sample), &mut radiance)) in lists.batch.iter().zip(radiance).enumerate() {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
                 estimator.rejected += 1;
                 continue;
@@ -395,11 +401,14 @@ impl<'a> TileRenderer<'a> {
             };
             last = Some((pixel, gain));
             let brightest = radiance.max_element();
+            let mut factor = gain;
             if brightest > limit {
                 estimator.clamped += 1;
-                estimator.add_radiance(pixel, sample, radiance * (gain * limit / brightest));
-            } else {
-                estimator.add_radiance(pixel, sample, radiance * gain);
+                factor = gain * limit / brightest;
+            }
+            estimator.add_radiance(pixel, sample, radiance * factor);
+            if count > 0 {
+                estimator.add_passes(pixel, &paths.passes[index * count..][..count], factor);
             }
         }
     }

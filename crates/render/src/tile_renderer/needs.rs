@@ -32,7 +32,8 @@ pub(crate) struct RenderNeeds {
 impl RenderNeeds {
     pub fn new(settings: &Settings, camera: &Camera, geometry: &Geometry) -> Self {
         let has = |channel| settings.channels.contains(&channel);
-        let color = has(Channel::Color) || has(Channel::Alpha) || has(Channel::Error);
+        let has_pass = settings.channels.iter().any(|channel| channel.is_pass());
+        let color = has(Channel::Color) || has(Channel::Alpha) || has(Channel::Error) || has_pass;
         let coverage = has(Channel::Coverage);
         let single = settings.samples == 1;
         let mut channels = settings.channels.iter();

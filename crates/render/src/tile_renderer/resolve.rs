@@ -1,5 +1,7 @@
 //! Resolve: converts the hits and estimators of a tile to the pixels of the film.
 
+use glam::Vec3;
+
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::channel::Channel;
@@ -13,6 +15,7 @@ use crate::ground_truth::center_rays::CenterRays;
 use crate::ground_truth::channels::ChannelReader;
 use crate::ground_truth::triangle_cache::TriangleCache;
 use crate::integrator;
+use crate::integrator::passes::Pass;
 use crate::settings::Settings;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
@@ -35,17 +38,14 @@ impl TileRenderer<'_> {
             rotations.extend(pixels.map(|&pixel| self.camera.rotation_at(self.pixel_center(pixel))));
         }
         let center_rays = &scratch.truth.center_rays;
-        let truth = ChannelReader::new(
-            center_rays,
-            &self.world.geometry,
-            &scratch.truth.pixel_worlds,
-            self.camera.r(),
-            &rotations,
-        );
+        let truth =
+            ChannelReader::new(center_rays, self.world, &scratch.truth.pixel_worlds, self.camera.r(), &rotations);
         let background = self.screen_mask.as_ref().map_or(&[][..], |(_, pixel)| pixel);
         let mut corners = TriangleCache::new(None);
         let write = |channel: Channel, rows: &mut RowWriter| {
             use Channel as C;
+            let pass =
+                || self.settings.channels.iter().filter(|c| c.is_pass()).position(|&c| c == channel).unwrap_or(0);
             match channel {
                 C::Color => rows.write(|i| estimator.color(i).to_array()),
                 C::Albedo => rows.write(|i| truth.albedo(i)),
@@ -66,6 +66,14 @@ impl TileRenderer<'_> {
                 C::Alpha => rows.write(|i| [estimator.alpha(i)]),
                 C::Shadow => rows.write(|_| [1.0_f32; 3]),
                 C::Transmittance => rows.write(|i| truth.transmittance(i)),
+                C::Emission | C::Direct | C::Indirect | C::Diffuse | C::Specular | C::Volume | C::Light(_) => {
+                    let index = pass();
+                    rows.write(|i| estimator.pass(i, index).to_array());
+                }
+                C::Roughness => rows.write(|i| [truth.roughness(i)]),
+                C::Metallic => rows.write(|i| [truth.metallic(i)]),
+                C::Nocs => rows.write(|i| truth.nocs(i)),
+                C::ProjectorUv => rows.write(|i| truth.projector_uv(i)),
                 C::Error => rows.write(|i| [estimator.error(i)]),
             }
         };
@@ -126,7 +134,7 @@ impl TileRenderer<'_> {
         let mut scratch = ThreadScratch::default();
         scratch.truth.center_rays = CenterRays::background();
         let estimator = &mut scratch.estimator;
-        estimator.reset(1, false);
+        estimator.reset(1, self.passes.len(), false);
         estimator.add_sample(0, true);
         estimator.add_miss(0);
         if self.needs.color {
@@ -137,6 +145,8 @@ impl TileRenderer<'_> {
                 return None;
             }
             estimator.add_radiance(0, 0, radiance);
+            let own = |pass: &Pass| if *pass == Pass::Emission { radiance } else { Vec3::ZERO };
+            estimator.add_passes(0, &self.passes.iter().map(own).collect::<Vec<_>>(), 1.0);
         }
         let pixel = [0, 0, 1, 1];
         let mut planes = output_plane::allocate_planes(pixel, &self.settings.channels).ok()?;

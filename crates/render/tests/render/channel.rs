@@ -23,7 +23,7 @@ fn channel_names_are_unique_and_parse_to_their_channel() {
     for channel in Channel::all() {
         assert_eq!(Channel::from_name(channel.name()), Some(channel));
     }
-    assert_eq!(Channel::all().count(), 20);
+    assert_eq!(Channel::all().count(), 30);
 }
 
 /// A distant small ball; its facets are below the sphere by at most 2.5e-7 of the distance.

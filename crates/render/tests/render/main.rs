@@ -15,6 +15,7 @@ mod keypoints;
 mod light;
 mod media;
 mod panes;
+mod passes;
 mod path;
 mod physics;
 mod prepare;

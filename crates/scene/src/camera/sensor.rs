@@ -96,7 +96,7 @@ impl LidarSurface {
     pub fn validate(&self) -> Result<()> {
         let fail = |key: &str, value: f64, range: &str| {
             let message = format!("{value}: expected {range}");
-            Err(SceneError::schema(format!("lidar.{key}"), ErrorCode::OutOfRange.message(message)))
+            Err(SceneError::schema(ErrorCode::OutOfRange, format!("lidar.{key}"), message))
         };
         match (self.reflectance, self.retroreflection) {
             (Some(value), _) if !(0.0..=1.0).contains(&value) => fail("reflectance", value, "0 to 1"),

@@ -1,8 +1,10 @@
 //! Lights, in radiometric units.
 
+pub(crate) mod blackbody;
 pub(crate) mod file_ref;
 pub(crate) mod ies_profile;
 mod strength;
+pub(crate) mod traits;
 pub(crate) mod validate;
 
 use std::sync::Arc;
@@ -10,12 +12,14 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::camera::Camera;
 use crate::light::strength::{Strength, optional_strength, strength};
 use crate::notice::{Notice, NoticeCode};
 use crate::texture::{Image, Texels};
 
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
+pub use crate::light::traits::{LightTraits, LightVisibility};
 
 /// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear; a single
 /// number instead of red, green and blue means grey.
@@ -80,6 +84,10 @@ pub enum Light {
         /// In degrees from the axis, at most 90.
         #[serde(default = "default_outer_angle")]
         outer: f64,
+        /// In metres. A radius makes the light a sphere, which gives soft shadows and is visible; its light falls off
+        /// with the angle between the axis and the direction from its centre.
+        #[serde(default)]
+        radius: f64,
     },
     /// A parallelogram of uniform radiance.
     #[serde(rename = "area")]
@@ -132,6 +140,28 @@ pub enum Light {
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
+    },
+    /// A projector: an image that shines from one point through the lens of a camera, each pixel in the direction of the
+    /// camera's ray. Every pixel of an evenly white image emits the same power. Requires exactly one of `power` and
+    /// `irradiance`.
+    Projector {
+        /// The image file, in the world file's folder or below. Its values are factors, 1 for white; linear light between
+        /// the centres of texels. An image of another size than the camera's is stretched over the camera's image.
+        #[schemars(with = "String")]
+        image: FileRef<Image>,
+        /// The camera that is run backwards; descriptions contain it as [`CameraSpec`](crate::schema::CameraSpec).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(skip)]
+        camera: Option<Box<Camera>>,
+        /// Linear RGB in W: the light that a white image emits.
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
+        power: Option<[f32; 3]>,
+        /// Linear RGB in W/m²: the light of a white image on a plane at a distance of 1 metre on the camera's axis, which
+        /// faces the projector.
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
+        irradiance: Option<[f32; 3]>,
     },
     /// The background, and light from everywhere: equal `radiance` in all directions, or from `zenith` to `horizon`.
     Sky {
@@ -205,6 +235,7 @@ impl Light {
             Self::Rectangle { .. } => "area",
             Self::Disk { .. } => "disk",
             Self::Ies { .. } => "ies",
+            Self::Projector { .. } => "projector",
             Self::Sky { .. } => "sky",
             Self::Preetham { .. } => "daylight",
             Self::Environment { .. } => "environment",
@@ -213,7 +244,11 @@ impl Light {
 
     /// Sets negative values of its image to 0, because light cannot be negative; returns a notice about them.
     pub(crate) fn clamp_negative_texels(&mut self) -> Option<Notice> {
-        let Self::Environment { image: FileRef { file, content: Some(image) }, .. } = self else { return None };
+        let (Self::Environment { image: FileRef { file, content: Some(image) }, .. }
+        | Self::Projector { image: FileRef { file, content: Some(image) }, .. }) = self
+        else {
+            return None;
+        };
         let Texels::Float(texels) = &image.texels else { return None };
         let count = texels.iter().flat_map(|texel| &texel[..3]).filter(|value| **value < 0.0).count();
         if count == 0 {
@@ -222,7 +257,7 @@ impl Light {
         let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
         *image = Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)));
         let message = format!(
-            "environment {file:?}: {count} negative values are treated as 0, because light cannot \
+            "image {file:?} of a light: {count} negative values are treated as 0, because light cannot \
             be negative"
         );
         Some(Notice::new(NoticeCode::ClampedValue, message))

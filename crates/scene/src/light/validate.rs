@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::camera::Center;
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};
 use crate::light::{FileRef, Light};
@@ -33,6 +34,7 @@ impl Light {
             Self::Spot { .. } => self.validate_spot(),
             Self::Rectangle { .. } | Self::Disk { .. } => self.validate_surface(),
             Self::Ies { .. } => self.validate_ies(),
+            Self::Projector { .. } => self.validate_projector(),
             Self::Sky { .. } => self.validate_sky(),
             Self::Preetham { direction, turbidity, scale } => {
                 check_direction("daylight", *direction, "the direction in which sunlight travels")?;
@@ -68,9 +70,12 @@ impl Light {
     }
 
     fn validate_spot(&self) -> Validated {
-        let Self::Spot { position, direction, power, intensity, inner, outer } = self else { return Ok(()) };
+        let Self::Spot { position, direction, power, intensity, inner, outer, radius } = self else { return Ok(()) };
         check_position("a spot", *position)?;
         check_direction("a spot", *direction, "the direction in which its light travels")?;
+        if !(radius.is_finite() && *radius >= 0.0) {
+            return invalid(format!("a spot of radius {radius}; expected a finite number >= 0"));
+        }
         if !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= 90.0) {
             return invalid(format!(
                 "a spot with inner {inner} and outer {outer}; expected 0 <= inner <= outer <= 90 degrees from its \
@@ -121,6 +126,33 @@ impl Light {
         }
         check_loaded("an IES light", profile)?.validate()?;
         power.map_or(Ok(()), |power| check_rgb("power", power))
+    }
+
+    fn validate_projector(&self) -> Validated {
+        let Self::Projector { image, camera, power, irradiance } = self else { return Ok(()) };
+        check_loaded("a projector", image)?;
+        let Some(camera) = camera else {
+            return invalid(
+                "a projector without camera; give its size, intrinsics and pose as those of a camera".into(),
+            );
+        };
+        if camera.center() != Center::Point || camera.aperture().is_some() || camera.motion().is_some() {
+            return invalid(
+                "a projector whose camera is orthographic, or has an aperture or a shutter; expected a camera whose rays \
+                 start at one point"
+                    .into(),
+            );
+        }
+        match (power, irradiance) {
+            (Some(power), None) => check_rgb("power", *power),
+            (None, Some(irradiance)) => check_rgb("irradiance", *irradiance),
+            (None, None) => invalid(
+                "a projector without power or irradiance; use one of them: power in W of a white image, or its \
+                 irradiance in W/m² at a distance of 1 m"
+                    .into(),
+            ),
+            _ => invalid("a projector with both power and irradiance; use only one of them".into()),
+        }
     }
 
     fn validate_sky(&self) -> Validated {

@@ -26,15 +26,14 @@ impl Fog {
     pub fn validate(&self) -> Result<()> {
         check_coefficients("extinction", self.extinction)?;
         if !self.albedo.iter().all(|v| (0.0..=1.0).contains(v)) {
-            let message = format!("{:?}; expected values from 0 to 1", self.albedo);
-            return Err(SceneError::schema("albedo", ErrorCode::OutOfRange.message(message)));
+            let message = format!("{:?}: expected 0 to 1", self.albedo);
+            return Err(SceneError::schema(ErrorCode::OutOfRange, "albedo", message));
         }
         check_mean_cosine(self.g)?;
         match self.height {
             Some(height) if !height.is_finite() => {
-                let message =
-                    format!("{height}; expected a finite coordinate, or omit the key for fog at every height");
-                Err(SceneError::schema("height", ErrorCode::OutOfRange.message(message)))
+                let message = format!("{height}: expected a finite coordinate; leave it out for fog everywhere");
+                Err(SceneError::schema(ErrorCode::OutOfRange, "height", message))
             }
             _ => Ok(()),
         }

@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::camera::sensor::LidarSurface;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::material::Material;
 use crate::math::rotation;
 use crate::model::AssetLoader;
@@ -47,15 +48,15 @@ impl ObjectSpec {
         let keys = self.keys();
         let kind = keys.exactly_one("shape", &SHAPES)?;
         if kind != "vertices" {
-            keys.refuse(&["triangles"], "requires \"vertices\", which is missing")?;
+            keys.refuse_without("\"vertices\"", &["triangles"])?;
         }
         if kind != "mesh" {
-            keys.refuse(&["upright"], "requires \"mesh\", a file with an up axis, which is missing")?;
+            keys.refuse_without("\"mesh\", a file with an up axis", &["upright"])?;
         }
         self.check_material(&keys, self.mesh.is_some() || self.instance_of.is_some())?;
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
         let name = self.object_name(kind)?;
-        let (visible, shadow_catcher) = (self.visible.unwrap_or(true), self.shadow_catcher.unwrap_or(false));
+        let (visible, shadow_catcher) = (self.visible.take(), self.shadow_catcher.unwrap_or(false));
         self.lidar.as_ref().map_or(Ok(()), LidarSurface::validate)?;
         let mut lidar = self.lidar;
         let mut category = self.category.take().map(|Category(name)| name);
@@ -90,17 +91,12 @@ impl ObjectSpec {
                 (mesh, materials)
             }
         };
-        Ok(world.add_object(Object {
-            name,
-            category,
-            mesh,
-            materials,
-            world_from_mesh,
-            scale_shear: shape,
-            visible,
-            shadow_catcher,
-            lidar,
-        })?)
+        let placed = Object::new(name, mesh, materials, world_from_mesh);
+        let mut object = Object { category, scale_shear: shape, shadow_catcher, lidar, ..placed };
+        if let Some(visible) = visible {
+            visible.apply(&mut object);
+        }
+        Ok(world.add_object(object)?)
     }
 
     /// Materials of another object, with the changes of this description, added to the world.
@@ -135,15 +131,27 @@ impl ObjectSpec {
         }
         let numbers = [("roll", self.roll), ("pitch", self.pitch), ("yaw", self.yaw)];
         if let Some((key, Some(angle))) = numbers.into_iter().find(|(_, v)| v.is_some_and(|v| !v.is_finite())) {
-            return Err(SceneError::schema(key, format!("{angle}; expected a finite number of degrees")));
+            return Err(SceneError::schema(
+                ErrorCode::OutOfRange,
+                key,
+                format!("{angle}; expected a finite number of degrees"),
+            ));
         }
         let location = DVec3::from_array(self.location.unwrap_or_default());
         if !location.is_finite() {
-            return Err(SceneError::schema("location", format!("{location}; expected finite numbers")));
+            return Err(SceneError::schema(
+                ErrorCode::OutOfRange,
+                "location",
+                format!("{location}; expected finite numbers"),
+            ));
         }
         let Splat(scale) = self.scale.unwrap_or(Splat([1.0; 3]));
         if !scale.iter().all(|v| v.is_normal() && v.recip().is_finite()) {
-            return Err(SceneError::schema("scale", format!("{scale:?}; expected finite numbers other than 0")));
+            return Err(SceneError::schema(
+                ErrorCode::OutOfRange,
+                "scale",
+                format!("{scale:?}; expected finite numbers other than 0"),
+            ));
         }
         let [roll, pitch, yaw] = numbers.map(|(_, angle)| angle.unwrap_or(0.0));
         let rotation = rotation::object_rotation(roll, pitch, yaw, up);
@@ -155,6 +163,7 @@ impl ObjectSpec {
     fn object_name(&self, kind: &str) -> Result<String> {
         match (&self.name, &self.mesh, &self.instance_of) {
             (Some(name), ..) if name.is_empty() => Err(SceneError::schema(
+                ErrorCode::MissingValue,
                 "name",
                 "\"\"; expected a non-empty name, \
                 or no name",
@@ -187,7 +196,7 @@ fn add_materials(
 
 /// Returns a 3x4 or 4x4 matrix as an invertible affine transform.
 pub(super) fn affine(rows: &[[f64; 4]]) -> Result<DAffine3> {
-    let fail = |message: String| Err(SceneError::schema("", message));
+    let fail = |message: String| Err(SceneError::schema(ErrorCode::InvalidMatrix, "", message));
     let (&[a, b, c], rest) = rows.split_first_chunk::<3>().map_or((&[[0.0; 4]; 3], rows), |split| split);
     if rows.len() < 3 || rows.len() > 4 {
         return fail(format!("{} rows of 4; expected 3 or 4 rows", rows.len()));

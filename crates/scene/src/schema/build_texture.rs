@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
 use crate::notice::{Notice, NoticeCode};
@@ -57,16 +58,16 @@ impl TextureSpec {
         let strength = table.strength.unwrap_or(1.0);
         if !rows.iter().flatten().all(|v| v.is_finite()) {
             let message = "repeat, rotation and offset must be finite numbers";
-            return Err(SceneError::schema("", message).into());
+            return Err(SceneError::schema(ErrorCode::OutOfRange, "", message).into());
         }
         if table.strength.is_some() && !matches!(key, "normal" | "clearcoat_normal" | "occlusion") {
             let message = "applies only to normal and occlusion textures; for other textures, set the material's \
                 value instead";
-            return Err(SceneError::schema("strength", message).into());
+            return Err(SceneError::schema(ErrorCode::ConflictingValues, "strength", message).into());
         }
         if !strength.is_finite() || (key == "occlusion" && !(0.0..=1.0).contains(&strength)) {
             let message = format!("{strength}; expected a finite number, 0 to 1 for occlusion");
-            return Err(SceneError::schema("strength", message).into());
+            return Err(SceneError::schema(ErrorCode::OutOfRange, "strength", message).into());
         }
         let put = TextureBinding {
             key,
@@ -158,7 +159,7 @@ impl ObjectSpec {
                     0 => "the mesh has no texture coordinates; add \"uvs\", one per vertex".into(),
                     set => format!("uv_set {set}: the mesh has no such set of texture coordinates"),
                 };
-                return Err(SceneError::schema(path, message).into());
+                return Err(SceneError::schema(ErrorCode::MissingValue, path, message).into());
             }
             let read = texture.read(key, self.wrap, next + textures.len(), files, &mut notices);
             let (texture, put) = read.map_err(|failure| match failure {

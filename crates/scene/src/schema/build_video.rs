@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::math::polar::polar;
 use crate::math::rotation;
 use crate::schema::build_object::affine;
@@ -18,7 +19,7 @@ impl VideoSpec {
     /// [`SceneError::Schema`] if keyframes of one mover are not in order of time, are empty or contradict each other,
     /// if an object is unknown, or if values are invalid.
     pub fn build(&self, world: &World) -> Result<Video> {
-        let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
+        let fail = |code, key: &str, message: String| Err(SceneError::schema(code, key, message));
         let mut camera = Mover::default();
         let mut objects: Vec<(usize, Mover)> = Vec::new();
         let mut rigs: Vec<(usize, Mover)> = Vec::new();
@@ -26,7 +27,7 @@ impl VideoSpec {
             let place = format!("keyframe[{i}]");
             if key.matrix.is_some() && key.object.is_none() {
                 let message = "applies only to objects; use location and angles, or target".into();
-                return fail(&format!("{place}.matrix"), message);
+                return fail(ErrorCode::ConflictingValues, &format!("{place}.matrix"), message);
             }
             let mover = match (&key.object, &key.rig) {
                 (None, None) => &mut camera,
@@ -40,18 +41,23 @@ impl VideoSpec {
                 }
                 (Some(_), Some(_)) => {
                     let message = "object is given too; expected only one of the two".into();
-                    return fail(&format!("{place}.rig"), message);
+                    return fail(ErrorCode::ConflictingValues, &format!("{place}.rig"), message);
                 }
             };
             mover.add(key, world.up, self.interpolation).map_err(|error| error.in_context(&place))?;
         }
         if self.orbit.is_some() && camera.time.is_some() {
-            return fail("orbit", "keyframes of the camera are given too; expected only one of the two".into());
+            return fail(
+                ErrorCode::ConflictingValues,
+                "orbit",
+                "keyframes of the camera are given too; expected only one of the two".into(),
+            );
         }
         if let Some(orbit) = &self.orbit
             && !(DVec3::from_array(orbit.target).is_finite() && orbit.degrees.is_finite())
         {
             return fail(
+                ErrorCode::OutOfRange,
                 "orbit",
                 format!("target {:?}, degrees {}; expected finite numbers", orbit.target, orbit.degrees),
             );
@@ -88,22 +94,24 @@ struct Mover {
 
 impl Mover {
     fn add(&mut self, key: &KeyframeSpec, up: Up, interpolation: KeyframeInterpolation) -> Result<()> {
-        let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
+        let fail = |code, key: &str, message: String| Err(SceneError::schema(code, key, message));
         let time = key.time;
         if !(time.is_finite() && time >= 0.0) {
-            return fail("time", format!("{time}; expected a finite number of seconds >= 0"));
+            return fail(ErrorCode::OutOfRange, "time", format!("{time}; expected a finite number of seconds >= 0"));
         }
         if let Some(last) = self.time.replace(time)
             && time <= last
         {
             return fail(
+                ErrorCode::OutOfRange,
                 "time",
-                format!("{time} follows {last}; expected the keyframes of each object or camera in order of time"),
+                format!("{time} follows {last}; expected keyframes of one mover in order of time"),
             );
         }
         let interpolation = key.interpolation.unwrap_or(interpolation);
         if *self.has_matrices.get_or_insert(key.matrix.is_some()) != key.matrix.is_some() {
             return fail(
+                ErrorCode::ConflictingValues,
                 "",
                 "only some keyframes of one object have a matrix; use a matrix in all of them or in none".into(),
             );
@@ -114,7 +122,7 @@ impl Mover {
         let angles = [key.roll, key.pitch, key.yaw];
         let numbers = [key.location, key.target].into_iter().flatten().flatten().chain(angles.into_iter().flatten());
         if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
-            return fail("", format!("{number}; locations, targets and angles must be finite"));
+            return fail(ErrorCode::OutOfRange, "", format!("{number}; locations, targets and angles must be finite"));
         }
         if let Some(location) = key.location {
             self.motion.location.push(time, DVec3::from_array(location), interpolation);
@@ -126,12 +134,17 @@ impl Mover {
             let [roll, pitch, yaw] = angles.map(Option::unwrap_or_default);
             self.motion.angles.push(time, DVec3::new(roll, pitch, yaw), interpolation);
         } else if key.location.is_none() && key.target.is_none() {
-            return fail("", "empty keyframe; expected location, roll, pitch and yaw, or target".into());
+            return fail(
+                ErrorCode::MissingValue,
+                "",
+                "empty keyframe; expected location, roll, pitch and yaw, or target".into(),
+            );
         }
         if !(self.motion.angles.is_empty() || self.motion.target.is_empty()) {
             return fail(
+                ErrorCode::ConflictingValues,
                 "",
-                "some keyframes have angles and others targets; use only one of them for each object or camera".into(),
+                "one mover has both angles and targets; use only one of them in all its keyframes".into(),
             );
         }
         Ok(())
@@ -146,7 +159,7 @@ impl Mover {
         up: Up,
         interpolation: KeyframeInterpolation,
     ) -> Result<()> {
-        let fail = |key: &str, message: &str| Err(SceneError::schema(key, message));
+        let fail = |code, key: &str, message: &str| Err(SceneError::schema(code, key, message));
         let others = [
             ("location", key.location.is_some()),
             ("target", key.target.is_some()),
@@ -155,11 +168,16 @@ impl Mover {
             ("yaw", key.yaw.is_some()),
         ];
         if let Some((name, _)) = others.into_iter().find(|(_, given)| *given) {
-            return fail(name, "\"matrix\" is given too and already contains it; use one of them");
+            return fail(
+                ErrorCode::ConflictingValues,
+                name,
+                "\"matrix\" is given too and already contains it; use one of them",
+            );
         }
         let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;
         let Some((turn, stretch)) = polar(transform.matrix3) else {
             return fail(
+                ErrorCode::InvalidMatrix,
                 "matrix",
                 "the matrix mirrors the object, which keyframes cannot do; expected a determinant \
                 greater than 0",

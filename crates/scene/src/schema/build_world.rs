@@ -22,13 +22,15 @@ impl WorldFile {
                 BuildFailure::File(key, error) => F::in_context(error, &format!("object[{i}].{key}")),
             })?;
         }
-        for (i, mut light) in self.light.into_iter().enumerate() {
+        for (i, spec) in self.light.into_iter().enumerate() {
+            let (mut light, traits) = spec.build(self.up).map_err(|error| error.in_context(&format!("light[{i}]")))?;
             let key = match light {
-                Light::Environment { .. } => "image",
+                Light::Environment { .. } | Light::Projector { .. } => "image",
                 _ => "profile",
             };
             light.read(files).map_err(|error| F::in_context(error, &format!("light[{i}].{key}")))?;
-            world.add_light(light).map_err(|error| error.in_context(&format!("light[{i}]")))?;
+            let added = world.add_light(light).and_then(|number| world.set_light_traits(number, traits));
+            added.map_err(|error| error.in_context(&format!("light[{i}]")))?;
         }
         for (i, mut spec) in self.camera.into_iter().enumerate() {
             let missing = |error| F::in_context(error, &format!("camera[{i}].background"));

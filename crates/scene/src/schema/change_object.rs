@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::camera::sensor::LidarSurface;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
@@ -71,7 +72,9 @@ impl ObjectSpec {
         };
         Some(world.check_object(id).and(place).map(|place| {
             let object = &mut world.objects[id];
-            object.visible = self.visible.unwrap_or(object.visible);
+            if let Some(visible) = self.visible {
+                visible.apply(object);
+            }
             if let Some((world_from_mesh, scale_shear)) = place {
                 (object.world_from_mesh, object.scale_shear) = (world_from_mesh, scale_shear);
                 world.release_object(id);
@@ -87,7 +90,7 @@ impl ObjectSpec {
     ) -> Result<(), BuildFailure<F::Error>> {
         let keys = self.keys();
         if self.name.as_ref().is_some_and(String::is_empty) {
-            return Err(SceneError::schema("name", "\"\"; expected a non-empty name").into());
+            return Err(SceneError::schema(ErrorCode::MissingValue, "name", "\"\"; expected a non-empty name").into());
         }
         self.lidar.as_ref().map_or(Ok(()), LidarSurface::validate)?;
         self.check_material(&keys, true)?;
@@ -125,7 +128,9 @@ impl ObjectSpec {
         if let Some(Category(category)) = self.category.take() {
             object.category = Some(category);
         }
-        object.visible = self.visible.unwrap_or(object.visible);
+        if let Some(visible) = self.visible.take() {
+            visible.apply(object);
+        }
         object.shadow_catcher = self.shadow_catcher.unwrap_or(object.shadow_catcher);
         object.lidar = self.lidar.or(object.lidar);
         if let Some((world_from_mesh, scale_shear)) = place {
@@ -159,10 +164,10 @@ impl ObjectSpec {
             false => keys.exactly_one("shape", &SHAPES)?,
         };
         if kind != "mesh" {
-            keys.refuse(&["upright"], "requires \"mesh\", a file with an up axis, which is missing")?;
+            keys.refuse_without("\"mesh\", a file with an up axis", &["upright"])?;
         }
         if kind != "vertices" {
-            keys.refuse(&["triangles"], "requires \"vertices\", which is missing")?;
+            keys.refuse_without("\"vertices\"", &["triangles"])?;
         }
         let moves_vertices = kind == "vertices" && self.triangles.is_none();
         if kind.is_empty() || moves_vertices {

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use super::keys::Keys;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::mesh::primitive;
@@ -198,7 +199,11 @@ impl ObjectSpec {
             return of("torus", primitive::torus(shape.radius, shape.tube, shape.segments));
         }
         let Some(triangles) = self.triangles.take() else {
-            return Err(SceneError::schema("vertices", "requires \"triangles\", which is missing"));
+            return Err(SceneError::schema(
+                ErrorCode::MissingValue,
+                "vertices",
+                "requires \"triangles\", which is missing",
+            ));
         };
         let vertices = self.vertices.take().unwrap_or_default();
         Ok(Mesh { vertices: vertices.into_iter().map(DVec3::from_array).collect(), triangles, ..Mesh::default() })
@@ -232,7 +237,11 @@ fn unit_length(normals: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>> {
     let unit = |(i, normal): (usize, [f32; 3])| {
         let unit = DVec3::from_array(normal.map(f64::from)).try_normalize();
         unit.map(|unit| unit.as_vec3().to_array()).ok_or_else(|| {
-            SceneError::schema(format!("normals[{i}]"), format!("{normal:?}; expected a finite direction other than 0"))
+            SceneError::schema(
+                ErrorCode::OutOfRange,
+                format!("normals[{i}]"),
+                format!("{normal:?}; expected a finite direction other than 0"),
+            )
         })
     };
     normals.into_iter().enumerate().map(unit).collect()

@@ -1,6 +1,7 @@
 //! Keys that a table contains, for rules about their combination.
 
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 
 /// Implements a method that returns fields of a struct with their keys: the fields' names, or the string before them.
 macro_rules! by_key {
@@ -30,10 +31,20 @@ impl<const N: usize> Keys<N> {
         self.0.iter().filter(|(_, given)| *given).count()
     }
 
-    /// Rejects some keys, for a reason.
+    /// Rejects keys that cannot be combined with another key, for a reason.
     pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<()> {
+        self.refuse_as(ErrorCode::ConflictingValues, keys, reason)
+    }
+
+    /// Rejects keys that require another key, which is missing.
+    pub fn refuse_without(&self, required: &str, keys: &[&str]) -> Result<()> {
+        self.refuse_as(ErrorCode::MissingValue, keys, &format!("requires {required}, which is missing"))
+    }
+
+    /// Rejects some keys, for a reason of this kind.
+    pub fn refuse_as(&self, code: ErrorCode, keys: &[&str], reason: &str) -> Result<()> {
         match self.given(keys).first() {
-            Some(key) => Err(SceneError::schema(*key, reason)),
+            Some(key) => Err(SceneError::schema(code, *key, reason)),
             None => Ok(()),
         }
     }
@@ -42,8 +53,13 @@ impl<const N: usize> Keys<N> {
     pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str> {
         match self.given(keys)[..] {
             [key] => Ok(key),
-            [] => Err(SceneError::schema("", format!("no {what} given; expected one of {}", keys.join(", ")))),
+            [] => Err(SceneError::schema(
+                ErrorCode::MissingValue,
+                "",
+                format!("no {what} given; expected one of {}", keys.join(", ")),
+            )),
             [first, second, ..] => Err(SceneError::schema(
+                ErrorCode::ConflictingValues,
                 second,
                 format!("{first:?} is given too; expected only one of the keys for the {what}: {}", keys.join(", ")),
             )),

@@ -2,6 +2,7 @@
 
 use crate::color::Rgb;
 use crate::error::{Result, SceneError, suggestion};
+use crate::error_code::ErrorCode;
 use crate::material::glass::Glass;
 use crate::material::metal::Metal;
 use crate::material::principled::Principled;
@@ -94,7 +95,11 @@ impl ObjectSpec {
             let reason = "medium is given too, which includes absorption; use one of them";
             keys.refuse(&["attenuation_color", "attenuation_distance"], reason)?;
             if self.thin == Some(true) {
-                return Err(SceneError::schema("medium", "thin = true is given too: a thin wall has no inside"));
+                return Err(SceneError::schema(
+                    ErrorCode::ConflictingValues,
+                    "medium",
+                    "thin = true is given too: a thin wall has no inside",
+                ));
             }
         }
         if !known && !is_clear && !is_boundary {
@@ -107,7 +112,7 @@ impl ObjectSpec {
             keys.refuse(&["color"], "a metal has either a name or a color; use one of them")?;
         }
         if self.texture.is_none() && self.textures.is_none() {
-            keys.refuse(&["wrap"], "requires \"texture\", which is missing")?;
+            keys.refuse_without("\"texture\"", &["wrap"])?;
         }
         self.check_material_values()
     }
@@ -119,7 +124,7 @@ impl ObjectSpec {
                 return Ok(());
             }
             let given = if let [value] = values { value.to_string() } else { format!("{values:?}") };
-            Err(SceneError::schema(key, format!("{given}; expected 0 to 1")))
+            Err(SceneError::schema(ErrorCode::OutOfRange, key, format!("{given}; expected 0 to 1")))
         };
         if let Some(Color(color)) = self.color {
             share("color", &color.map(f64::from))?;
@@ -134,6 +139,7 @@ impl ObjectSpec {
         {
             let known: Vec<_> = Metal::names().collect();
             return Err(SceneError::schema(
+                ErrorCode::UnknownName,
                 "metal",
                 format!(
                     "unknown metal {name:?}{}; available: {}",
@@ -145,6 +151,7 @@ impl ObjectSpec {
         if self.shininess.is_some_and(|v| !(v.is_finite() && v >= 0.0)) {
             let given = self.shininess.unwrap_or_default();
             return Err(SceneError::schema(
+                ErrorCode::OutOfRange,
                 "shininess",
                 format!("{given}; expected a finite number >= 0, the Phong exponent"),
             ));
@@ -154,7 +161,7 @@ impl ObjectSpec {
         }
         let mut material = Material::default();
         self.apply_material(&mut material, &[]);
-        material.validate().map_err(|error| SceneError::schema("type", error.to_string()))
+        material.validate().map_err(|error| SceneError::at_key("type", error))
     }
 
     /// Changes materials as described.
@@ -175,7 +182,7 @@ impl ObjectSpec {
         }
         if let Some((put, _)) = textures.iter().zip(unused).find(|(_, unused)| *unused) {
             let path = format!("textures.{}", put.key);
-            return Err(SceneError::schema(path, "requires type = \"principled\""));
+            return Err(SceneError::schema(ErrorCode::ConflictingValues, path, "requires type = \"principled\""));
         }
         // If there is a type, `check_material` has already checked this.
         let takes = |material: &Material, key: &str| match &material.model {
@@ -191,9 +198,11 @@ impl ObjectSpec {
         given.extend(keys.given(&["roughness"]));
         let lacking = |key: &&&str| !materials.iter().any(|material| takes(material, key));
         match given.iter().find(lacking) {
-            Some(key) if self.type_.is_none() => {
-                Err(SceneError::schema(*key, "no material of this object has this property; add a type that has it"))
-            }
+            Some(key) if self.type_.is_none() => Err(SceneError::schema(
+                ErrorCode::ConflictingValues,
+                *key,
+                "no material of this object has this property; add a type that has it",
+            )),
             _ => Ok(()),
         }
     }

@@ -24,9 +24,10 @@ use serde::Deserialize;
 
 pub use crate::schema::deserialize::from_value;
 pub use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
-pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
+pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Visible, Wraps};
 pub use crate::schema::spec::camera::{CameraSpec, Projection};
 pub use crate::schema::spec::fog::FogSpec;
+pub use crate::schema::spec::light::LightSpec;
 pub use crate::schema::spec::medium::{MediumSpec, MediumTable};
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
 pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
@@ -37,7 +38,6 @@ pub use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneSh
 pub use crate::schema::spec::texture::{ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec};
 pub use crate::schema::spec::video::{KeyframeSpec, VideoSpec};
 
-use crate::light::Light;
 use crate::render_options::RenderOptions;
 use crate::schema::shorthand::one_or_many;
 use crate::up::Up;
@@ -66,8 +66,8 @@ pub struct WorldFile {
     #[schemars(schema_with = "one_or_many::<ObjectSpec>")]
     pub object: Vec<ObjectSpec>,
     /// The lights: one table or several.
-    #[schemars(schema_with = "one_or_many::<Light>")]
-    pub light: Vec<Light>,
+    #[schemars(schema_with = "one_or_many::<LightSpec>")]
+    pub light: Vec<LightSpec>,
     /// Fog that fills the world.
     pub fog: Option<FogSpec>,
     /// Render settings. Arguments of the call and options of the command line take precedence.

@@ -10,6 +10,7 @@ use crate::color::{Rgb, linear_from_srgb8};
 use crate::error::suggestion;
 use crate::schema::color_names::{self, srgb8_of_name};
 use crate::texture::Wrap;
+use crate::world::{Object, RayVisibility};
 use crate::written::{written, written_schema};
 
 /// `N` numbers, or one number that stands for all of them.
@@ -66,6 +67,42 @@ written_schema!(Category, "Category", |_| schemars::json_schema!({ "anyOf": [
     { "type": "string", "minLength": 1 },
     { "type": "integer", "minimum": 0, "maximum": i32::MAX },
 ] }));
+
+/// Visibility of an object: a switch, or the rays that find it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visible {
+    /// Visible or hidden.
+    Switch(bool),
+    /// Visible to some rays.
+    Rays(RayVisibility),
+}
+
+impl Visible {
+    /// Sets the visibility of an object.
+    pub(crate) fn apply(self, object: &mut Object) {
+        (object.visible, object.ray_visibility) = match self {
+            Self::Switch(is_visible) => (is_visible, RayVisibility::default()),
+            Self::Rays(rays) => (true, rays),
+        };
+    }
+}
+
+written! {
+    Visible: "true, false, or a table such as { camera = true, shadow = false, reflection = true }",
+
+    fn visit_bool<E: Error>(self, v: bool) -> Result<Visible, E> {
+        Ok(Visible::Switch(v))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Visible, A::Error> {
+        RayVisibility::deserialize(MapAccessDeserializer::new(map)).map(Visible::Rays)
+    }
+}
+
+written_schema!(Visible, "Visible", |generator| {
+    let rays = generator.subschema_for::<RayVisibility>();
+    schemars::json_schema!({ "anyOf": [{ "type": "boolean" }, rays] })
+});
 
 /// Wrap modes of u and v.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -168,10 +168,15 @@ impl Video {
 /// Checks the length of a video.
 pub(crate) fn check_length(fps: f64, seconds: f64) -> Result<()> {
     if !(fps.is_finite() && fps > 0.0) {
-        return Err(SceneError::schema("fps", format!("{fps}; expected a finite number greater than 0")));
+        return Err(SceneError::schema(
+            ErrorCode::OutOfRange,
+            "fps",
+            format!("{fps}; expected a finite number greater than 0"),
+        ));
     }
     if !(seconds.is_finite() && seconds > 0.0 && fps * seconds <= MAX_FRAMES) {
         return Err(SceneError::schema(
+            ErrorCode::OutOfRange,
             "seconds",
             format!("{seconds}; expected a number greater than 0, and at most {MAX_FRAMES} frames"),
         ));

@@ -5,9 +5,10 @@ use glam::DAffine3;
 use crate::camera::Camera;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
-use crate::light::Light;
+use crate::light::{Light, LightTraits};
 use crate::notice::{Notice, NoticeCode};
 use crate::world::World;
+use crate::world::light_names::SURFACES;
 use crate::world::names::Names;
 
 impl World {
@@ -85,6 +86,36 @@ impl World {
         Ok(())
     }
 
+    /// Sets the name and the visibility of a light.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] if the light does not exist, and for a name that another light has.
+    pub fn set_light_traits(&mut self, number: usize, traits: LightTraits) -> Result<()> {
+        self.check_light(number)?;
+        if let Some(name) = &traits.name {
+            let mut others = self.light_traits.iter().enumerate().filter(|(other, _)| *other != number);
+            if name == SURFACES || others.any(|(_, other)| other.name.as_ref() == Some(name)) {
+                let owner = if name == SURFACES { "all emissive surfaces" } else { "another light" };
+                return Err(SceneError::light(format!(
+                    "name {name:?} is the name of {owner} in channels; use a different name"
+                )));
+            }
+        }
+        if traits != self.traits_of_light(number) {
+            self.light_traits.resize(self.light_traits.len().max(number + 1), LightTraits::default());
+            self.light_traits[number] = traits;
+        }
+        while self.light_traits.last().is_some_and(|last| *last == LightTraits::default()) {
+            self.light_traits.pop();
+        }
+        Ok(())
+    }
+
+    /// Name and visibility of a light.
+    pub fn traits_of_light(&self, number: usize) -> LightTraits {
+        self.light_traits.get(number).cloned().unwrap_or_default()
+    }
+
     /// Removes a light. The indices of later lights decrease by one.
     ///
     /// # Errors
@@ -92,6 +123,9 @@ impl World {
     pub fn remove_light(&mut self, number: usize) -> Result<()> {
         self.check_light(number)?;
         self.lights.remove(number);
+        if number < self.light_traits.len() {
+            self.light_traits.remove(number);
+        }
         self.change_tree(|tree| tree.lights.retain_mut(|mount| follow(&mut mount.light, number)));
         Ok(())
     }

@@ -7,6 +7,7 @@ pub mod category;
 mod default_camera;
 mod edit;
 mod find;
+mod light_names;
 mod mesh_file;
 mod names;
 mod open_media;
@@ -22,11 +23,12 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3};
 use serde::{Deserialize, Serialize};
 
+pub use self::light_names::{SURFACES, light_names};
 pub use self::names::Names;
 use crate::animation::NodeTree;
 use crate::camera::sensor::{LidarSurface, NamedSensor};
 use crate::camera::{NamedCamera, Rig};
-use crate::light::Light;
+use crate::light::{Light, LightTraits};
 use crate::material::Material;
 use crate::medium::fog::Fog;
 use crate::mesh::Mesh;
@@ -54,6 +56,9 @@ pub struct Object {
     /// False for an object that is excluded from images, shadows, light and queries; its index stays.
     #[serde(default = "visible")]
     pub visible: bool,
+    /// Rays that find a visible object.
+    #[serde(default, skip_serializing_if = "RayVisibility::is_everywhere")]
+    pub ray_visibility: RayVisibility,
     /// True for a shadow catcher: compositions show only its shadows.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub shadow_catcher: bool,
@@ -64,6 +69,31 @@ pub struct Object {
 
 fn visible() -> bool {
     true
+}
+
+/// The rays that find an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RayVisibility {
+    /// True if images show the object directly: in colours, ids and all other ground truth.
+    pub camera: bool,
+    /// True if the object casts shadows: it occludes lights.
+    pub shadow: bool,
+    /// True if rays that surfaces and media scatter find the object: in mirrors, behind glass, and as indirect light.
+    pub reflection: bool,
+}
+
+impl Default for RayVisibility {
+    fn default() -> Self {
+        Self { camera: true, shadow: true, reflection: true }
+    }
+}
+
+impl RayVisibility {
+    /// True if every ray finds the object.
+    pub fn is_everywhere(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 impl Object {
@@ -77,6 +107,7 @@ impl Object {
             world_from_mesh,
             scale_shear: world_from_mesh.matrix3,
             visible: true,
+            ray_visibility: RayVisibility::default(),
             shadow_catcher: false,
             lidar: None,
         }
@@ -105,6 +136,9 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
+    /// Names and visibilities of the lights, by index; lights beyond its end have the defaults.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub light_traits: Vec<LightTraits>,
     /// Fog outside of objects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fog: Option<Fog>,

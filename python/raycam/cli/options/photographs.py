@@ -53,7 +53,7 @@ def photograph_cameras(options: argparse.Namespace) -> Mapping[str, Camera]:
     else:
         found = load_calibration(options.cameras, options)
         if not found:
-            raise SettingsError(f"{options.cameras}: no cameras found")
+            raise SettingsError(f"{options.cameras}: no cameras found", code="missing_value")
         named = named_photographs(found)
     if options.undistort is None:
         return named

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
 from ...errors import SettingsError
+from ...world.endings import MODEL_ENDINGS
 from .messages import print_detail, print_notice, print_notices
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ __all__ = [
 def add_world(command: argparse.ArgumentParser) -> None:
     """Adds the world, the first argument, `--variant`, `--folder` and `--texture-memory`."""
     command.add_argument(
-        "world", metavar="WORLD", help="world file (.toml), or .gltf .glb .obj .ply .stl .off .usd .urdf"
+        "world", metavar="WORLD", help=f"world file (.toml), or a model ({' '.join(MODEL_ENDINGS[1:])})"
     )
     command.add_argument(
         "--joints",
@@ -91,12 +92,16 @@ def set_joints(world: World, texts: Sequence[str]) -> None:
         if not robot:
             if len(world.robots) != 1:
                 names = ", ".join(world.robots) or "none"
-                raise SettingsError(f"--joints {text}: expected ROBOT/JOINT=VALUE; robots: {names}")
+                raise SettingsError(
+                    f"--joints {text}: expected ROBOT/JOINT=VALUE; robots: {names}", code="invalid_value"
+                )
             robot = next(iter(world.robots))
         try:
             found.setdefault(robot, {})[joint] = float(value)
         except ValueError:
-            raise SettingsError(f"--joints {text}: expected JOINT=VALUE with a number") from None
+            raise SettingsError(
+                f"--joints {text}: expected JOINT=VALUE with a number", code="wrong_type"
+            ) from None
     for robot, joints in found.items():
         world.set_joints(robot, joints)
 

@@ -139,7 +139,10 @@ def _plain(
     if channel == "instance":
         ids = values + 1
         if ids.max(initial=0) > 65535:
-            raise SettingsError(f"instance {ids.max() - 1} exceeds the 16 bits of a PNG; its limit is 65534")
+            raise SettingsError(
+                f"instance {ids.max() - 1} exceeds the 16 bits of a PNG; its limit is 65534",
+                code="cannot_write",
+            )
         return ("png", png(ids.astype(np.uint16))), {}
     if channel == "confidence":
         return ("png", png(np.rint(values * 255).astype(np.uint8))), {}

@@ -81,7 +81,7 @@ def _numbers(line: str, path: Path, between: str | None = None) -> list[float]:
     try:
         return [float(word) for word in line.split(between)]
     except ValueError:
-        raise FormatError(f"{path}: {line!r}: expected numbers") from None
+        raise FormatError(f"{path}: {line!r}: expected numbers", code="wrong_type") from None
 
 
 def _coco(place: Path) -> Iterator[LabelledPicture]:
@@ -160,7 +160,7 @@ def _yolo_mark(line: str, names: dict[int, str], size: tuple[int, int], path: Pa
     try:
         kind, *values = [float(word) for word in line.split()]
     except ValueError:
-        raise FormatError(f"{path}: {line!r}: expected numbers") from None
+        raise FormatError(f"{path}: {line!r}: expected numbers", code="wrong_type") from None
     (w, h), number = size, int(kind)
     name, color = names.get(number, str(number)), COLORS[(number + 1) % len(COLORS)]
     if len(values) == 4 or (len(values) > 4 and (len(values) - 4) % 3 == 0 and len(values) % 2):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
+
+from ...errors import WorldError
 
 __all__ = [
     "BOX",
@@ -21,6 +24,7 @@ __all__ = [
     "SKIN_OBJECT",
     "SPHERE",
     "SPOT",
+    "check_model",
     "element_name",
     "element_prefix",
 ]
@@ -31,6 +35,28 @@ SPOT, DIRECTIONAL, POINT = 0, 1, 2
 """Values of `mjtLightType`."""
 GEOM_OBJECT, SITE_OBJECT, FLEX_OBJECT, SKIN_OBJECT = 5, 6, 9, 11
 """Values of `mjtObj`, as in the second channel of MuJoCo's segmentation images."""
+
+FIRST_VERSION = "3.3.3"
+"""The first version of MuJoCo whose models have all arrays that are read."""
+ARRAYS = (
+    "geom_type", "mesh_vert", "mesh_facetexcoord", "light_type", "light_attenuation", "cam_resolution",
+    "cam_sensorsize", "cam_intrinsic", "tex_data", "tex_colorspace", "flex_vertadr", "skin_vert", "names",
+)  # fmt: skip
+"""Arrays that models of older versions lack in part."""
+
+
+def check_model(model: Any) -> None:
+    """Raises `WorldError` unless `model` is a MuJoCo model of a supported version."""
+    if not hasattr(model, "geom_type") or not hasattr(model, "mesh_vert"):
+        raise WorldError(f"expected a mujoco.MjModel, not {type(model).__name__}", code="wrong_type")
+    missing = [name for name in ARRAYS if not hasattr(model, name)]
+    if missing:
+        version = getattr(sys.modules.get("mujoco"), "__version__", "of an unknown version")
+        raise WorldError(
+            f"the model of MuJoCo {version} has no {', '.join(missing)}; raycam requires MuJoCo {FIRST_VERSION} or"
+            " newer: pip install --upgrade mujoco, and compile the model again",
+            code="unsupported_version",
+        )
 
 
 def element_name(model: Any, kind: str, number: int) -> str:

@@ -17,7 +17,7 @@ from .deformable import Deformable, deformables, smooth_normals
 from .lights import LightSources
 from .look import MujocoLook, model_lights
 from .materials import element_look, material_keys
-from .model import GEOM_OBJECT, SDF, SITE_OBJECT, element_name, element_prefix
+from .model import GEOM_OBJECT, SDF, SITE_OBJECT, check_model, element_name, element_prefix
 from .shapes import element_shape, with_texture
 from .surfaces import Surfaces, texel_density
 from .textures import color_texture, skybox_faces
@@ -89,7 +89,8 @@ class MujocoScene:
         if len(data.geom_xpos) != self.model.ngeom or len(data.cam_xpos) != self.model.ncam:
             raise WorldError(
                 f"data belongs to another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, "
-                f"expected {self.model.ngeom} and {self.model.ncam}"
+                f"expected {self.model.ngeom} and {self.model.ncam}",
+                code="wrong_shape",
             )
         if self.model.ngeom and not np.any(data.geom_xmat):
             raise WorldError(
@@ -192,11 +193,10 @@ def from_mujoco(
     ambient light and the headlight become an even sky. Cables, tendons, image lights and the thickness of flexes are
     omitted, with notices. `MujocoScene.render` shows such a world in MuJoCo's own light.
 
-    Raises `WorldError` for objects that are not a model and for `data` without poses, and `ImportError` without
-    MuJoCo if `data` is not given.
+    Raises `WorldError` for objects that are not a model, for models of a MuJoCo version that lacks the arrays read
+    here (with both versions), and for `data` without poses, and `ImportError` without MuJoCo if `data` is not given.
     """
-    if not hasattr(model, "geom_type") or not hasattr(model, "mesh_vert"):
-        raise WorldError(f"expected a mujoco.MjModel, not {type(model).__name__}")
+    check_model(model)
     if data is None:
         import mujoco
 

@@ -29,6 +29,7 @@ READERS: dict[str, Callable[[Path, str | None], dict[str, Any]]] = {
     ".txt": read_table,
     ".npy": read_table,
     ".npz": read_table,
+    ".mat3x4f": read_table,
 }
 """The reader of each extension: (path, device) -> description."""
 
@@ -49,6 +50,7 @@ def load_lidar(
     .csv              Hesai's angle correction (Channel, Elevation, Azimuth); or a table
     .csv, .txt        table: time, azimuth, elevation (or zenith), with a header; degrees, seconds
     .npy, .npz        table: directions [n, 3], or arrays "directions", "times", "rings", "origins"
+    .mat3x4f          table of RGL: float32 matrices [n, 3, 4], with the rays along their z axes
     ================= ==========================================================================================
 
     `device` is a device name (`raycam lidars`), whose other settings apply (default: by the number of lasers in the

@@ -18,7 +18,7 @@ def read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as fault:
         raise LidarError(
-            f"{path}: not a text file (byte {fault.start} is not UTF-8)", code="syntax"
+            f"{path}: not a text file (byte {fault.start} is not UTF-8)", code="not_text"
         ) from None
 
 

@@ -14,6 +14,7 @@ from ...errors import LidarError, nearest
 from ...io.atomic_files import write
 from ...io.npz import npz_bytes
 from .csv import csv_bytes
+from .feather import feather_bytes
 from .las import las_bytes, laz_bytes
 from .pcd import pcd_bytes, pcd_text
 from .ply import ply_bytes
@@ -32,6 +33,7 @@ def kitti_bytes(arrays: Arrays) -> bytes:
     return rows.astype("<f4").tobytes()
 
 
+FEATHER_FIELDS = ("intensity", "laser", "time", "instance", "category")
 LAS_FIELDS = ("intensity", "return", "returns", "time", "instance", "category", "ring")
 FORMATS: dict[str, tuple[Callable[[Arrays], bytes], tuple[str, ...] | None]] = {
     ".pcd": (pcd_bytes, CLOUD_FIELDS),
@@ -39,10 +41,18 @@ FORMATS: dict[str, tuple[Callable[[Arrays], bytes], tuple[str, ...] | None]] = {
     ".csv": (csv_bytes, CLOUD_FIELDS),
     ".las": (las_bytes, LAS_FIELDS),
     ".laz": (laz_bytes, LAS_FIELDS),
+    ".feather": (feather_bytes, FEATHER_FIELDS),
     ".bin": (kitti_bytes, ("intensity",)),
     ".npz": (npz_bytes, None),
 }
 """The writer of each extension, and the fields besides the position; None: all."""
+
+REQUIRED_FIELDS = {
+    ".las": ("intensity", "return", "returns", "time"),
+    ".laz": ("intensity", "return", "returns", "time"),
+    ".feather": ("intensity", "laser", "time"),
+}
+"""Fields that are written even if they are not among the chosen ones."""
 
 
 def save_scan(
@@ -101,7 +111,5 @@ def _chosen(
             f"KITTI's .bin has position and intensity only; fields given: {', '.join(names)}",
             code="cannot_write",
         )
-    if extension.lower() in (".las", ".laz"):
-        needed = [name for name in ("intensity", "return", "returns", "time") if name not in names]
-        names = [*needed, *names]
-    return names
+    required = REQUIRED_FIELDS.get(extension.lower(), ())
+    return [*(name for name in required if name not in names), *names]

@@ -1,4 +1,4 @@
-"""Tables of pulses: CSV with time, azimuth and elevation or zenith, and arrays of NumPy."""
+"""Tables of pulses: CSV with time, azimuth and elevation or zenith, arrays of NumPy, and RGL's matrices."""
 
 from __future__ import annotations
 
@@ -30,14 +30,16 @@ DAMAGES = (
 """Exceptions that NumPy's header reader and the archive readers raise for damaged files."""
 MAX_ROWS = 1 << 22
 """The largest number of pulses of a table."""
+MATRIX_BYTES = 48
+"""The size of a matrix of RGL."""
 MAX_ARRAY_BYTES = MAX_ROWS * 24
 """The largest array, in bytes."""
 
 
 def read_table(path: Path, device: str | None) -> dict[str, Any]:
     """Returns the description of a table of pulses; `device` supplies the other settings, if given."""
-    read = _read_arrays if path.suffix.lower() in (".npy", ".npz") else _read_text_table
-    arrays = read(path)
+    readers = {".npy": _read_arrays, ".npz": _read_arrays, ".mat3x4f": _read_matrices}
+    arrays = readers.get(path.suffix.lower(), _read_text_table)(path)
     try:
         description = Lidar.of(**arrays, name=path.stem)._description
     except LidarError as fault:
@@ -74,6 +76,25 @@ def _read_arrays(path: Path) -> dict[str, Any]:
         if isinstance(fault, LidarError):
             raise
         raise LidarError(f"{path}: not a file of NumPy arrays: {fault}", code="syntax") from None
+
+
+def _read_matrices(path: Path) -> dict[str, Any]:
+    """Reads float32 matrices [n, 3, 4]: each ray starts at the translation and points along the matrix's z axis.
+
+    Source: RobotecGPULidar, `rgl_node_rays_from_mat3x4f`.
+    """
+    size = path.stat().st_size
+    if size == 0 or size % MATRIX_BYTES:
+        raise LidarError(
+            f"{path}: {size} bytes; expected {MATRIX_BYTES} for each pulse (3 x 4 float32)",
+            code="wrong_shape",
+        )
+    if size // MATRIX_BYTES > MAX_ROWS:
+        raise LidarError(
+            f"{path}: {size // MATRIX_BYTES} pulses; limit: {MAX_ROWS} rows", code="budget_exceeded"
+        )
+    matrices = np.frombuffer(path.read_bytes(), "<f4").reshape(-1, 3, 4).astype(np.float64)
+    return {"directions": matrices[:, :, 2], "origins": matrices[:, :, 3]}
 
 
 def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:

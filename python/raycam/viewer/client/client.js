@@ -285,7 +285,7 @@ export class Client {
     this.held = pixel;
     this.picture.show({ held: pixel });
     if (pixel) this.picture.reveal(pixel);
-    for (const id of ["copy", "explain", "measure", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
+    for (const id of ["copy", "explain", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
     if (!pixel) this.forgetValues();
     this.probe();
   }

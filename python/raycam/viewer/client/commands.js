@@ -57,6 +57,14 @@ function commandsOf(client) {
       const hidden = document.body.classList.toggle("no-tree");
       byId("tree-button", HTMLButtonElement).setAttribute("aria-expanded", String(!hidden));
     },
+    save: () => {
+      document.body.classList.remove("no-panel");
+      byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", "true");
+      const group = byId("save", HTMLDetailsElement);
+      group.open = true;
+      group.scrollIntoView({ block: "start" });
+      group.querySelector("button")?.focus();
+    },
     help: () => byId("help", HTMLDialogElement).showModal(),
     leave: () => {
       client.unsay();
@@ -92,7 +100,7 @@ export function bindCommands(client, live) {
     perform(command);
   });
   for (const [id, command] of [
-    ["fit", "fit"], ["one-to-one", "one-to-one"], ["panel-button", "panel"], ["tree-button", "tree"], ["palette-button", "palette"], ["help-button", "help"],
+    ["fit", "fit"], ["one-to-one", "one-to-one"], ["panel-button", "panel"], ["tree-button", "tree"], ["palette-button", "palette"], ["help-button", "help"], ["save-button", "save"],
     ["copy", "copy"], ["explain", "explain"], ["leave", "leave"], ["take-b", "take-b"],
   ]) {
     byId(id, HTMLButtonElement).addEventListener("click", () => perform(command));

@@ -50,19 +50,27 @@ async function sendFiles(client, files, types, dropped) {
   if (refused) return client.say(whyNot(refused), "error");
   const ignored = files.filter((each) => !used.includes(each));
   if (ignored.length) client.say(`Ignored: ${listOf(ignored)}.`, "notice");
-  for (const { name, file } of used) {
-    const bytes = new Uint8Array(await file.arrayBuffer());
-    for (let offset = 0; offset < bytes.length; offset += PIECE) {
-      const data = base64Of(bytes.subarray(offset, offset + PIECE));
-      client.transport.send({ type: "upload", name, bytes: bytes.length, offset, data });
-    }
-  }
+  for (const { name, file } of used) await sendPieces(client, name, file);
   const more = othersOf(world, worlds, dropped);
   const unused = worlds.filter(({ name }) => name !== world.name && !more.includes(name) && depth(world) === name.split("/").length);
   if (unused.length && !/\.toml$/i.test(world.name)) {
     client.say(`Shows ${world.name}; drop ${listOf(unused)} alone to show another world.`, "notice", true);
   }
   client.transport.send({ type: "open", name: world.name, others: more });
+}
+
+/**
+ * Sends a file in pieces.
+ * @param {Client} client
+ * @param {string} name
+ * @param {Blob} file
+ */
+export async function sendPieces(client, name, file) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  for (let offset = 0; offset < bytes.length; offset += PIECE) {
+    const data = base64Of(bytes.subarray(offset, offset + PIECE));
+    client.transport.send({ type: "upload", name, bytes: bytes.length, offset, data });
+  }
 }
 
 /**

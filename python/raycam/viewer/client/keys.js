@@ -60,6 +60,7 @@ export const KEYS = [
   { keys: ["G"], command: "tool move", does: "show or hide handles that move the selected object", live: true },
   { keys: ["R"], command: "tool turn", does: "show or hide handles that turn the selected object", live: true },
   { keys: ["S"], command: "tool scale", does: "show or hide handles that scale the selected object", live: true },
+  { keys: ["D"], command: "measure", does: "measure the distance between two pixels", live: true },
   { keys: ["L"], command: "integrator", does: "switch between direct light and path tracing", live: true },
   { keys: ["I"], command: "copy-link", does: "copy a link to this view: camera, channel, time and held pixel", live: true },
   { keys: ["H"], command: "panel", does: "show or hide the properties" },

@@ -1,16 +1,19 @@
 // The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
 
 import { byId, fillSelect } from "./dom.js";
-import { lengthOf, minus } from "./core/vectors.js";
-import { grouped, sixDigits } from "./image/numbers.js";
+import { grouped } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
 import { DOLLY_STEP, Navigator } from "./navigator.js";
 import { LensControls } from "./panel/lens.js";
 import { Axes } from "./panel/axes.js";
+import { CameraControls } from "./panel/cameras.js";
+import { Hint } from "./panel/hint.js";
 import { LookControls } from "./panel/look.js";
+import { Measure } from "./panel/measure.js";
 import { ViewLink } from "./panel/view_link.js";
 import { PhotographControls } from "./panel/photograph.js";
 import { PoseControls } from "./panel/pose.js";
+import { ProgressBar } from "./panel/progress.js";
 import { ScanControls } from "./panel/scan.js";
 import { ScriptControls } from "./panel/script.js";
 import { Timeline } from "./panel/timeline.js";
@@ -57,9 +60,8 @@ export class LiveView {
     this.scan = new ScanControls(client);
     this.world.lookThrough = (name) => this.lookThrough(name);
     this.look = new LookControls((look) => client.transport.send(/** @type {any} */ ({ type: "look", ...look })));
-    /** The point and the pixel that a distance is measured from. @type {{ point: number[], column: number, row: number } | null} */
-    this.measured = null;
-    byId("measure", HTMLButtonElement).addEventListener("click", () => this.measure());
+    this.measure = new Measure(client);
+    this.kept = new CameraControls(client);
     this.script = new ScriptControls((id, value) => client.transport.send({ type: "control", id, value }));
     this.axes = new Axes((side) => this.viewFrom(side));
     this.navigator = new Navigator((message) => client.transport.send(message));
@@ -73,6 +75,8 @@ export class LiveView {
     this.flying = 0;
     this.waiting = 0;
     this.link = new ViewLink(this);
+    this.hint = new Hint(client.picture.canvas);
+    this.bar = new ProgressBar();
     /** @type {string[]} */
     this.cameras = [];
     /** The camera that was looked through last. */
@@ -112,7 +116,7 @@ export class LiveView {
   receive(message) {
     if (message.type === "welcome") {
       this.cameras = message.cameras;
-      fillSelect(this.camera, [["", "free"], ...message.cameras.map((/** @type {string} */ name) => [name, name])]);
+      fillSelect(this.camera, [["", "free camera"], ...message.cameras.map((/** @type {string} */ name) => [name, name])]);
       this.integrator.value = message.integrator;
     }
     if (message.type === "welcome") this.timeline.welcome(message);
@@ -132,15 +136,19 @@ export class LiveView {
       this.client.showAbout(/** @type {any} */ (message));
     }
     if (message.type === "selected") this.world.showMaterial(message);
+    if (message.type === "thumbnails") this.world.textures.receive(message);
     if (message.type === "camera") this.navigator.receive(/** @type {any} */ (message));
     if (message.type === "camera") this.showCamera(message);
     if (message.type === "answer") this.navigator.answer(/** @type {any} */ (message));
     if (message.type === "picture") this.showStatus(message);
+    if (message.type === "picture") this.hint.show();
+    if (message.type === "picture") this.bar.show(message.moving ? 0 : message.samples, message.wanted || 0);
+    if (message.type === "progress") this.bar.show(message.samples, message.wanted);
     if (message.type === "welcome" || message.type === "picture") this.awaitPicture(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture") this.timeline.next();
     if (message.type === "picture" && !message.moving && message.channel === this.client.channel) this.link.holdPixel();
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
-    if (message.type === "values" && this.client.held) this.measureTo(message);
+    if (message.type === "values" && this.client.held) this.measure.receive(message);
     if (message.type === "controls") this.script.show(message.controls);
     if (message.type === "contents") this.world.show(message);
     if (message.type === "history") this.world.showHistory(message);
@@ -158,6 +166,7 @@ export class LiveView {
   /** @param {any} camera as the message `camera` describes it */
   showCamera({ name, lens, pose }) {
     this.camera.value = name;
+    this.kept.show(name);
     this.photograph.showFor(name);
     this.looked = name || this.looked;
     if (lens) this.lens.show((this.link.lens = lens));
@@ -243,29 +252,10 @@ export class LiveView {
   /** After each move: the camera is a free one, and the held pixel shows another point. */
   moved() {
     this.camera.value = "";
+    this.kept.show("");
     this.photograph.showFor("");
+    this.measure.forget();
     if (this.client.held) this.client.hold(null);
-  }
-
-  /** Starts to measure the distance from the held pixel. */
-  measure() {
-    const { known, held } = this.client;
-    const point = known?.values.position?.numbers;
-    if (!held || !point?.every(Number.isFinite)) return this.client.say("Measure: hold a pixel that shows an object first.", "notice");
-    this.measured = { point, ...held };
-    this.client.say("Click the second point.", "notice");
-  }
-
-  /** @param {import("./client.js").Message} values of the held pixel */
-  measureTo({ u, v, values }) {
-    if (!this.measured || (u === this.measured.column && v === this.measured.row)) return;
-    const end = values.position?.numbers;
-    if (!end?.every(Number.isFinite)) return this.client.say("Measure: this pixel shows no object; click another one.", "notice");
-    const { point, column, row } = this.measured;
-    this.measured = null;
-    const box = byId("distance", HTMLElement);
-    box.hidden = false;
-    box.textContent = `Distance from ${column}, ${row} to ${u}, ${v}: ${sixDigits(lengthOf(minus(end, point)), "float64")} m`;
   }
 
   /** Views the whole world from a side. @param {string} name */
@@ -361,6 +351,7 @@ export class LiveView {
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),
       redo: () => client.transport.send({ type: "redo" }),
+      measure: () => this.measure.toggle(),
       "copy-link": () => this.link.copy(),
       play: () => this.timeline.play(!this.timeline.playing),
       frame: (steps) => this.timeline.step(Number(steps)),

@@ -131,7 +131,7 @@ export interface Edit {
   type: "edit";
   kind: "object" | "light";
   number: number;
-  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength" | "isolate";
+  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength" | "isolate" | "place" | "level" | "position" | "direction" | "add" | "remove";
   value: boolean | number | string | number[];
 }
 
@@ -140,6 +140,38 @@ export interface Select {
   type: "select";
   number: number;
   tool: "none" | "outline" | "move" | "turn" | "scale";
+}
+
+/** Selects a light, and shows handles that move it. */
+export interface SelectLight {
+  type: "select_light";
+  number: number;
+}
+
+/** Replaces a texture of an object by an uploaded image, or removes it if `file` is empty. */
+export interface Texture {
+  type: "texture";
+  number: number;
+  slot: "color" | "normal" | "roughness" | "metallic" | "emission";
+  file: string;
+}
+
+/** Requests small images of an object's textures. */
+export interface Thumbnails {
+  type: "thumbnails";
+  number: number;
+}
+
+/** Adds the present camera to the world, under a name (empty: "view"). */
+export interface KeepCamera {
+  type: "keep_camera";
+  name: string;
+}
+
+/** Removes a camera of the world. */
+export interface RemoveCamera {
+  type: "remove_camera";
+  name: string;
 }
 
 /** A drag of a handle between two image positions; the messages of one drag are one undo step. */
@@ -164,7 +196,7 @@ export interface Redo {
 /** Chooses the channel that is shown. */
 export interface Channel {
   type: "channel";
-  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "transmittance" | "error";
+  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "transmittance" | "emission" | "direct" | "indirect" | "diffuse" | "specular" | "volume" | "roughness" | "metallic" | "nocs" | "projector_uv" | "error";
 }
 
 /** Sets exposure (stops) and view transform of the saved and the moving images. */
@@ -303,6 +335,11 @@ export type ClientMessage =
   | Scan
   | Edit
   | Select
+  | SelectLight
+  | Texture
+  | Thumbnails
+  | KeepCamera
+  | RemoveCamera
   | Gizmo
   | Undo
   | Redo

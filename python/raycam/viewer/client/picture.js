@@ -1,6 +1,7 @@
 // The picture on its canvas: fit, zoom to pixels, pan, the divider between A and B, values drawn into large pixels.
 
 import { inkOn } from "./image/colormap.js";
+import { drawMeasured } from "./image/measured.js";
 import { drawPoints } from "./image/points.js";
 
 /** @typedef {{ column: number, row: number }} Pixel */
@@ -15,6 +16,7 @@ import { drawPoints } from "./image/points.js";
  * @property {boolean} flipped
  * @property {Pixel | null} held
  * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string, thin?: boolean, points?: number[] }[]} overlay lines in pixels of the picture, and points as number, column and row
+ * @property {import("./image/measured.js").Measured | null} measured
  * @property {Pixel[]} marks pixels that have an explanation
  * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a large pixel
  */
@@ -30,7 +32,7 @@ export class PictureView {
     this.canvas = canvas;
     this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
     /** @type {Layers} */
-    this.layers = { a: null, b: null, photo: null, photoOpacity: 0, mode: "off", divider: 0.5, flipped: false, held: null, overlay: [], marks: [], valuesIn: null };
+    this.layers = { a: null, b: null, photo: null, photoOpacity: 0, mode: "off", divider: 0.5, flipped: false, held: null, overlay: [], measured: null, marks: [], valuesIn: null };
     this.width = 1;
     this.height = 1;
     this.zoom = 1; // CSS pixels per pixel of the picture
@@ -49,6 +51,7 @@ export class PictureView {
     new ResizeObserver(() => this.resized()).observe(canvas);
     this.watchRatio();
     canvas.addEventListener("pointermove", () => this.checkRatio());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
   }
 
   /** Draws again when the window moves to a screen with another ratio: its size in CSS pixels may stay the same. */
@@ -204,6 +207,7 @@ export class PictureView {
     if (this.zoom >= GRID_FROM) this.drawGrid();
     if (this.zoom >= VALUES_FROM && layers.valuesIn) this.drawValues(layers.valuesIn);
     if (layers.overlay.length) this.drawOverlay(layers.overlay);
+    if (layers.measured) drawMeasured(context, layers.measured, this);
     for (const mark of layers.marks) this.drawBox(mark, "#e08a00");
     if (layers.held) this.drawBox(layers.held, "#ff2d55");
   }

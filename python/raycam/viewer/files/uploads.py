@@ -19,16 +19,23 @@ from ...world import World
 from ...world.load import load
 from .sources import ARCHIVE, check_name, combine_models, first_world, unpack
 
-__all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types"]
+__all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
 
 MAX_BYTES = 256 * 2**20
 MAX_FILES = 200
+IMAGES = (".png", ".jpg", ".jpeg", ".webp")
+"""The extensions of images that replace textures."""
 
 
 def file_types() -> dict[str, list[str]]:
     """The extensions of `worlds` and models, and of their `companions`, without the dot."""
     worlds, companions = file_extensions()
     return {"worlds": worlds, "companions": companions}
+
+
+def is_image(name: str) -> bool:
+    """True for the name of an image that can become a texture."""
+    return name.lower().endswith(IMAGES)
 
 
 class Uploads:
@@ -61,7 +68,9 @@ class Uploads:
             self._sizes[name], self._received[name] = size, 0
         if self._received.get(name) != offset or self._sizes[name] != size or offset + len(piece) > size:
             self._drop(name)
-            raise SettingsError(f"{name}: a piece is missing or too long; drop the file again")
+            raise SettingsError(
+                f"{name}: a piece is missing or too long; drop the file again", code="wrong_shape"
+            )
         with self._file(name, "wb" if offset == 0 else "ab") as file:
             file.write(piece)
         self._received[name] = offset + len(piece)
@@ -89,6 +98,15 @@ class Uploads:
         self._opened = set(self._sizes)
         return world
 
+    def image(self, name: str) -> str:
+        """The path of an image that was received completely. Raises `SettingsError`."""
+        name = check_name(name)
+        if not is_image(name) or name not in self._sizes or self._received[name] != self._sizes[name]:
+            raise SettingsError(
+                f"{name}: expected an uploaded image ({', '.join(IMAGES)})", code="unknown_format"
+            )
+        return str(self._path() / name)
+
     def _complete(self, name: str) -> str:
         """The name of a world that was received completely; of the world in an archive. Raises `SettingsError`."""
         name = check_name(name)
@@ -98,7 +116,7 @@ class Uploads:
                 code="unknown_format",
             )
         if name not in self._sizes or self._received[name] != self._sizes[name]:
-            raise SettingsError(f"{name} was not uploaded completely; drop it again")
+            raise SettingsError(f"{name} was not uploaded completely; drop it again", code="truncated_file")
         return self._unpack(name) if name.lower().endswith(ARCHIVE) else name
 
     def close(self) -> None:
@@ -162,7 +180,9 @@ class Uploads:
             return path.open(mode)
         except OSError as error:
             self._drop(name)
-            raise SettingsError(f"{name}: cannot store this file ({error.strerror})") from None
+            raise SettingsError(
+                f"{name}: cannot store this file ({error.strerror})", code="storage"
+            ) from None
 
     def _drop(self, name: str) -> None:
         self._sizes.pop(name, None)

@@ -17,13 +17,15 @@ import numpy as np
 
 from ..._core import srgb_from_linear
 from ...arguments import Floats
+from ...camera import Camera
 from ...errors import SettingsError, WorldError
 from ...world import World
-from ...world.keys import STRENGTH_KEYS
 from .contents import matrix_of_object, names_of_objects, visibilities
 from .gizmo import middle_of, placed
+from .light_edits import describe_light, edit_light
+from .placement import matrix_of_placement, placement_of_matrix
 
-__all__ = ["Edits", "edited", "is_animated", "material", "next_step_number"]
+__all__ = ["READ_ONLY", "Edits", "edited", "is_animated", "material", "next_step_number"]
 
 MOST_STEPS = 100
 """Steps that can be undone."""
@@ -93,6 +95,37 @@ class Edits:
             self.replace(changed)
             self._stroke = stroke
 
+    def place_light(self, number: int, position: Floats, stroke: object) -> None:
+        """Sets a light's position; the changes of one drag are one step of undo. Raises `WorldError`."""
+        if not self.allowed:
+            raise SettingsError(READ_ONLY, code="read_only")
+        changed = edit_light(self.world, number, "position", position.tolist())
+        if stroke == self._stroke:
+            self._show(changed)
+        else:
+            self.replace(changed)
+            self._stroke = stroke
+
+    def keep_camera(self, camera: Camera, name: str) -> str:
+        """Adds a camera to the world, as an edit that can be undone; returns its name, which is new."""
+        if not self.allowed:
+            raise SettingsError(READ_ONLY, code="read_only")
+        taken = self.world.cameras
+        base = name or "view"
+        own = next(each for i in itertools.count() if (each := f"{base} {i}" if i else base) not in taken)
+        changed = self.world.copy()
+        changed.add_camera(camera, own)
+        self.replace(changed)
+        return own
+
+    def remove_camera(self, name: str) -> None:
+        """Removes a camera of the world, as an edit that can be undone. Raises `WorldError`."""
+        if not self.allowed:
+            raise SettingsError(READ_ONLY, code="read_only")
+        changed = self.world.copy()
+        changed.remove_camera(name)
+        self.replace(changed)
+
     def replace(self, world: World) -> None:
         """Shows another world, as an edit that can be undone."""
         self._stroke = None
@@ -153,13 +186,9 @@ class Edits:
             "undo": len(self._before),
             "redo": len(self._after),
             "objects": [{"name": name, "visible": seen} for name, seen in shown[:MOST_LISTED]],
-            "lights": [_light_name(number, each) for number, each in enumerate(lights[:MOST_LISTED])],
+            "lights": [describe_light(each, number) for number, each in enumerate(lights[:MOST_LISTED])],
             "counts": [len(shown), len(lights)],
         }
-
-
-def _light_name(number: int, light: dict[str, Any]) -> str:
-    return f"{light.get('type', 'light')} {number}"
 
 
 def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
@@ -168,18 +197,13 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     Of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `color` (text), `roughness` and
     `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a factor),
     around the centre of its mesh. A change of roughness or metallic makes each material of the object principled; the
-    materials keep their colours and textures. Of lights: `strength` (a factor). Raises `WorldError`, for example if an
+    materials keep their colours and textures. `place` is an index and a value in the object's placement: location,
+    roll, pitch, yaw in degrees, scales. Of lights: see `edit_light`. Raises `WorldError`, for example if an
     animation moves the object, and `SettingsError`.
     """
-    changed = world.copy()
     if kind == "light":
-        lights = world.lights
-        if number >= len(lights) or key != "strength":
-            raise WorldError(
-                "no light with this number, or the light does not have this key", code="unknown_name"
-            )
-        changed.set_light(number, **_stronger(lights[number], _factor(value)))
-        return changed
+        return edit_light(world, number, key, value)
+    changed = world.copy()
     if number >= world._core.object_count:
         raise WorldError("no object with this number", code="index_out_of_range")
     if key == "visible" and isinstance(value, bool):
@@ -198,6 +222,9 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     elif key in ("move", "turn", "scale"):
         _require_placeable(world, number)
         changed.set_object(number, matrix=_placed(world, number, key, value))
+    elif key == "place":
+        _require_placeable(world, number)
+        changed.set_object(number, matrix=_with_number(world, number, value))
     else:
         raise SettingsError(f"objects have no {key} of this type", code="unknown_key")
     return changed
@@ -248,19 +275,21 @@ def _within(key: str, value: Any, most: float) -> float:
     return float(value)
 
 
-def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:
-    """The keys that make a light brighter by a factor."""
-    own = next(([name] for name in (*STRENGTH_KEYS, "scale") if name in light), [])
-    own = own or [name for name in ("zenith", "horizon", "ground") if name in light]
-    if not own:
-        own, light = ["scale"], {"scale": 1.0}
-    return {name: (np.asarray(light[name], float) * factor).tolist() for name in own}
-
-
 def _factor(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-6 <= value <= 1e6:
         raise SettingsError(f"expected a factor from 1e-6 to 1e6, not {value!r}", code="out_of_range")
     return float(value)
+
+
+def _with_number(world: World, number: int, value: Any) -> Floats:
+    """The matrix of an object after one number of its placement is changed. Raises `SettingsError`."""
+    if not isinstance(value, list) or len(value) != 2 or value[0] not in range(9):
+        raise SettingsError("place: expected an index from 0 to 8 and a number", code="wrong_shape")
+    place = placement_of_matrix(matrix_of_object(world, number), world.up)
+    if place is None:
+        raise WorldError("the object is sheared; use its handles", code="conflicting_values")
+    place[int(value[0])] = float(value[1])
+    return matrix_of_placement(place, world.up)
 
 
 def _placed(world: World, number: int, key: str, value: Any) -> Floats:

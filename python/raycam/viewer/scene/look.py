@@ -225,7 +225,8 @@ def _background(value: Any) -> str | None:
         return None
     if value == "transparent":
         raise SettingsError(
-            "background transparent: not supported by the view; save the image with raycam render"
+            "background transparent: not supported by the view; save the image with raycam render",
+            code="unsupported_feature",
         )
     text = os.fspath(value)
     found = bundled(text) or text

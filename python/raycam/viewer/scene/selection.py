@@ -14,6 +14,8 @@ from .contents import matrix_of_object, names_of_objects, visibilities
 from .edits import Edits, is_animated, material
 from .gizmo import dragged, handles, middle_of
 from .overlay import polylines
+from .placement import placement_of_matrix
+from .texture_slots import texture_slots
 
 __all__ = ["Selection"]
 
@@ -28,6 +30,8 @@ class Selection:
     def __init__(self, edits: Edits) -> None:
         self.number = 0
         self.tool = "none"
+        self.light: int | None = None
+        """The selected light, whose position has handles; None if an object is selected."""
         self._edits = edits
         self._stroke: tuple[object, Floats] = (None, np.eye(4))
         """The drag, and the object's matrix at its begin."""
@@ -35,7 +39,11 @@ class Selection:
 
     def choose(self, number: int, tool: str) -> None:
         """Selects an object by its number; clears the selection if the object does not exist."""
-        self.number, self.tool = number, tool
+        self.number, self.tool, self.light = number, tool, None
+
+    def choose_light(self, number: int) -> None:
+        """Selects a light by its number instead of an object."""
+        self.light = number
 
     @property
     def world(self) -> World:
@@ -54,12 +62,16 @@ class Selection:
             said["visible"] = visibilities(self.world)[self.number]
             said["material"] = material(self.world, self.number)
             said["animated"] = is_animated(self.world, self.number)
+            said["place"] = placement_of_matrix(matrix_of_object(self.world, self.number), self.world.up)
+            said["textures"] = texture_slots(self.world, self.number)
         return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:
         """Returns the outline and the gizmo of the object in `world`, as lines over an image of
         `camera`.
         """
+        if self.light is not None:
+            return self._light_handles(world, camera, self.light)
         if self.tool == "none" or not self.is_there():
             return []
         if self.tool == "outline":
@@ -69,6 +81,13 @@ class Selection:
         return self._outline(world, camera) + handles(
             matrix_of_object(world, self.number), self._middle(), camera, self.tool
         )
+
+    def _light_handles(self, world: World, camera: Camera, number: int) -> list[dict[str, Any]]:
+        """The handles that move a light, named after it; none for a light without a position."""
+        place = _place_of_light(world, number)
+        if place is None or not self._edits.allowed:
+            return []
+        return handles(place, np.zeros(3), camera, "move")
 
     def _outline(self, world: World, camera: Camera) -> list[dict[str, Any]]:
         """The edges of the object's bounds."""
@@ -95,9 +114,12 @@ class Selection:
 
     def drag(self, camera: Camera, message: Gizmo, session: str) -> None:
         """Moves, turns or scales the object by a drag of a handle. Raises `WorldError`."""
+        stroke = (session, message.stroke)
+        if self.light is not None:
+            self._drag_light(camera, message, stroke, self.light)
+            return
         if self.tool in ("none", "outline") or not self.is_there():
             return
-        stroke = (session, message.stroke)
         if stroke != self._stroke[0]:
             self._stroke = (stroke, matrix_of_object(self.world, self.number))
         before = self._stroke[1]
@@ -106,9 +128,32 @@ class Selection:
         if np.isfinite(after).all() and abs(np.linalg.det(after[:3, :3])) > 0:
             self._edits.place_object(self.number, after, stroke)
 
+    def _drag_light(self, camera: Camera, message: Gizmo, stroke: object, number: int) -> None:
+        """Moves a light by a drag of a handle. Raises `WorldError`."""
+        place = _place_of_light(self.world, number)
+        if place is None:
+            return
+        if stroke != self._stroke[0]:
+            self._stroke = (stroke, place)
+        begin, end = (np.array(each, np.float64) for each in (message.begin, message.end))
+        after = dragged(self._stroke[1], np.zeros(3), camera, "move", message.handle, begin, end)
+        if np.isfinite(after).all():
+            self._edits.place_light(number, after[:3, 3], stroke)
+
     def _middle(self) -> Floats:
         """The centre of the object in its mesh's coordinates, which edits do not change."""
         key = (self.number, self.world.counts["triangles"])
         if key not in self._middles:
             self._middles[key] = middle_of(self.world, self.number)
         return self._middles[key]
+
+
+def _place_of_light(world: World, number: int) -> Floats | None:
+    """The translation [4, 4] to a light's position; None if the light does not exist or has no position."""
+    lights = world.lights
+    position = lights[number].get("position") if number < len(lights) else None
+    if position is None:
+        return None
+    place = np.eye(4)
+    place[:3, 3] = position
+    return place

@@ -29,7 +29,7 @@ class Connection:
         """Set to stop the video that is being rendered."""
         self.wants_planes = False
         """True if the client compares images or chose a range: finished images are sent as exact numbers."""
-        self.is_plane_due = False
+        self._is_plane_due = False
         """True if the next still image is sent as exact numbers, although it may not be finished."""
         self._free_at = 0.0
         self._send: Send | None = None
@@ -41,7 +41,22 @@ class Connection:
         """Starts sending messages with `send`."""
         self._send = send
         self._sent = self._acknowledged = 0
-        self.wants_planes = self.is_plane_due = False
+        self.wants_planes = self._is_plane_due = False
+
+    def request_planes(self, wanted: bool) -> bool:
+        """Sets whether images are sent as exact numbers, the next one at once; returns whether that is a change."""
+        if wanted == self.wants_planes:
+            return False
+        self.wants_planes = self._is_plane_due = wanted
+        return True
+
+    def needs_exact(self, is_finished: bool) -> bool:
+        """True if a still image is to be sent as exact numbers; `mark_exact_sent` follows."""
+        return self.wants_planes and (is_finished or self._is_plane_due)
+
+    def mark_exact_sent(self) -> None:
+        """Records that exact numbers were sent: the next ones are those of a finished image."""
+        self._is_plane_due = False
 
     def close(self) -> None:
         """Drops the client; messages are discarded until `open`."""

@@ -1,7 +1,8 @@
 """Undo of what one client changed in its view: camera, lens, look, variant and integrator.
 
-Edits of the world are shared by all clients, and `Edits` undoes them. Steps of both kinds have ascending numbers, so
-that `Session` undoes the newest one.
+`Message.UNDO` marks these messages; channel, exposure and time only change the display. Edits of the world are shared
+by all clients, and `Edits` undoes them. Steps of both kinds have ascending numbers, so that `Session` undoes the newest
+one.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import time
 from collections.abc import Callable
 
 from ...errors import WorldError
-from .. import client_messages as messages
 from ..client_messages import Message
 from ..scene.edits import next_step_number
 from .view import View
@@ -20,16 +20,6 @@ __all__ = ["History"]
 MAX_STEPS = 200
 GROUP_PAUSE_S = 1.0
 """Camera moves and changes of the look with shorter pauses are one step."""
-GROUPED = (messages.Move, messages.Look, messages.Lens, messages.Pose)
-RECORDED = (
-    *GROUPED,
-    messages.Home,
-    messages.FromSide,
-    messages.LookThrough,
-    messages.Variant,
-    messages.Quality,
-)
-"""The messages that change the view in a way that can be undone. Channel, exposure and time only change the display."""
 
 
 class History:
@@ -58,11 +48,11 @@ class History:
 
     def record(self, message: Message, before: View, after: View) -> bool:
         """Records the change that a message caused; returns True if it is a new step."""
-        if not isinstance(message, RECORDED) or after.shows_like(before):
+        if message.UNDO == "no" or after.shows_like(before):
             return False
         kind, moment = self._last
         self._last = (type(message), self._now())
-        if isinstance(message, GROUPED) and type(message) is kind and self._now() - moment < GROUP_PAUSE_S:
+        if message.UNDO == "group" and type(message) is kind and self._now() - moment < GROUP_PAUSE_S:
             return False
         self._before = [*self._before[-MAX_STEPS + 1 :], (next_step_number(), before)]
         self._after = []

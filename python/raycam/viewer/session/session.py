@@ -20,13 +20,14 @@ from .. import client_messages as messages
 from ..client_messages import MAX_IMAGE_SIZE, Message
 from ..controls import Control, Controls
 from ..files.photographs import Photographs
-from ..files.uploads import Uploads, file_types
+from ..files.uploads import Uploads, file_types, is_image
 from ..probe import ground_below, locate
-from ..scene.edits import Edits
+from ..scene.edits import READ_ONLY, Edits
 from ..scene.look import Look
 from ..scene.overlay import MAX_CAMERAS
 from ..scene.scan_points import ScanPoints, lidar_names
 from ..scene.selection import Selection
+from ..scene.texture_slots import set_texture
 from ..stills import SAMPLED, TRUTH
 from .connection import Connection
 from .history import History
@@ -254,7 +255,9 @@ class Session:
 
     def _require_open(self) -> None:
         if not self.allows_open:
-            raise SettingsError("this view cannot open files: start it with --allow-open (allow_open=True)")
+            raise SettingsError(
+                "this view cannot open files: start it with --allow-open (allow_open=True)", code="read_only"
+            )
 
     # Messages ---------------------------------------------------------------------------------------------
 
@@ -323,8 +326,7 @@ class Session:
                 self.images.show_moving_again()
 
     def _send_planes(self, message: messages.Planes) -> None:
-        if message.wanted != self.connection.wants_planes:
-            self.connection.wants_planes = self.connection.is_plane_due = message.wanted
+        if self.connection.request_planes(message.wanted):
             with self.lock:
                 self.images.show_again()
 
@@ -348,9 +350,30 @@ class Session:
         self.redraw()
 
     def _upload(self, message: messages.Upload) -> None:
-        self._require_open()
+        if not (self.view.opened.edits.allowed and is_image(message.name)):
+            self._require_open()
         if self.uploads.add(message.name, message.bytes, message.offset, message.data):
             self.notify(f"{message.name}: received {message.bytes:,} bytes.")
+
+    def _select_light(self, message: messages.SelectLight) -> None:
+        self.selection.choose_light(message.number)
+        self.redraw()
+
+    def _set_texture(self, message: messages.Texture) -> None:
+        edits = self.view.opened.edits
+        if not edits.allowed:
+            raise SettingsError(READ_ONLY, code="read_only")
+        file = self.uploads.image(message.file) if message.file else None
+        edits.replace(set_texture(edits.world, message.number, message.slot, file))
+
+    def _keep_camera(self, message: messages.KeepCamera) -> None:
+        name = self.view.opened.edits.keep_camera(self.view.camera, message.name)
+        self.show(self.view.through(name))
+        self.send_camera()
+        self.notify(f"Added the camera {name} to the world.")
+
+    def _remove_camera(self, message: messages.RemoveCamera) -> None:
+        self.view.opened.edits.remove_camera(message.name)
 
     def _edit(self, message: messages.Edit) -> None:
         self.view.opened.edits.edit(message.kind, message.number, message.key, message.value)
@@ -410,6 +433,10 @@ class Session:
         messages.Select: _select,
         messages.Upload: _upload,
         messages.Gizmo: _drag,
+        messages.SelectLight: _select_light,
+        messages.Texture: _set_texture,
+        messages.KeepCamera: _keep_camera,
+        messages.RemoveCamera: _remove_camera,
         messages.Edit: _edit,
         messages.Undo: _undo,
         messages.Redo: _redo,

@@ -36,7 +36,7 @@ def live_page(
 ) -> str:
     """Returns the HTML text of a page that shows `world` with the camera of `frame`; raises `SettingsError`."""
     from ...arguments import one_of
-    from ...render.frame import CHANNELS, VIEWS
+    from ...render.frame import CHANNELS, PASSES, VIEWS
     from ...render.options import check_option
 
     for name, value in unused.items():
@@ -64,7 +64,7 @@ def live_page(
         "exposure": check_option("exposure", frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
         "channel": one_of(
-            "channel", channel or "color", [name for name in CHANNELS if name not in NOT_IN_PAGES]
+            "channel", channel or "color", [name for name in CHANNELS if name not in (*NOT_IN_PAGES, *PASSES)]
         ),
     }
     world_text = packed(bytes(_core.world_to_bytes(carried._core)))

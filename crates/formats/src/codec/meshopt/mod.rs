@@ -7,6 +7,7 @@ mod attributes;
 mod filter;
 mod indices;
 mod stream;
+use raycam_scene::ErrorCode;
 use std::path::Path;
 
 use crate::budget::Budget;
@@ -44,8 +45,10 @@ pub struct ViewHeader {
 /// An error if the extension does not allow the shape, if the bytes are not a complete stream of that shape, if an
 /// element is invalid for its filter, or if the remaining budget is too small.
 pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
-    let fault = |message: String| FormatError::whole(path, format!("meshopt compression: {message}"));
-    shape.check().map_err(fault)?;
+    let fault = |code: ErrorCode, message: String| {
+        FormatError::whole(path, code.message(format!("meshopt compression: {message}")))
+    };
+    shape.check().map_err(|message| fault(ErrorCode::InvalidValue, message))?;
     let ViewHeader { mode, count, stride } = shape;
     // Checked before any allocation: the minimum length of a stream with this number of elements.
     let least = match mode {
@@ -54,7 +57,10 @@ pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget)
         Mode::Indices => count,
     };
     if least > bytes.len() {
-        return Err(fault(format!("{} bytes are too few for {count} elements", bytes.len())));
+        return Err(fault(
+            ErrorCode::ImplausibleSize,
+            format!("{} bytes are too few for {count} elements", bytes.len()),
+        ));
     }
     budget.take_bytes(path, (count as u64).saturating_mul(stride as u64))?;
     let decoded = match mode {
@@ -65,7 +71,7 @@ pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget)
         Mode::Triangles => indices::triangles(bytes, count / 3, stride),
         Mode::Indices => indices::sequence(bytes, count, stride),
     };
-    decoded.map_err(fault)
+    decoded.map_err(|message| fault(ErrorCode::DamagedData, message))
 }
 
 impl ViewHeader {

@@ -5,6 +5,7 @@ use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
 use crate::gltf::json::{Accessor, Sparse};
 use crate::io::ByteSource;
+use raycam_scene::ErrorCode;
 
 /// Columns and rows, and thus components, of an element of this type.
 fn shape(kind: &str) -> Option<(usize, usize)> {
@@ -28,23 +29,26 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(accessor: &Accessor) -> Result<Self, String> {
+    fn new(accessor: &Accessor) -> Result<Self, (ErrorCode, String)> {
         let Some(component) = Component::from_code(accessor.component_type) else {
-            return Err(format!(
+            let message = format!(
                 ".componentType: {}; expected 5120, 5121, 5122, 5123, 5125 or 5126 (VALUE_NOT_IN_LIST)",
                 accessor.component_type
-            ));
+            );
+            return Err((ErrorCode::InvalidValue, message));
         };
         let Some((columns, rows)) = shape(&accessor.kind) else {
-            return Err(format!(
+            let message = format!(
                 ".type: {:?}; expected SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4 (VALUE_NOT_IN_LIST)",
                 accessor.kind
-            ));
+            );
+            return Err((ErrorCode::UnknownName, message));
         };
         let column = rows * component.size();
         // Columns of matrices start at multiples of four bytes (3.6.2.4).
         let size = if columns > 1 && column % 4 != 0 {
-            return Err(": matrices of small integers are not supported, because no feature uses them".into());
+            let message = ": matrices of small integers are not supported, because no feature uses them";
+            return Err((ErrorCode::UnsupportedFeature, message.into()));
         } else {
             columns * column
         };
@@ -59,12 +63,12 @@ impl<'a> Document<'a> {
             return Err(self.unresolved(from, index, self.root.accessors.len()));
         };
         let place = format!("accessors[{index}]");
-        let fault = |message: String| self.fault(format!("{place}{message}"));
-        let layout = Layout::new(accessor).map_err(fault)?;
+        let fault = |code, message: String| self.fault(code, format!("{place}{message}"));
+        let layout = Layout::new(accessor).map_err(|(code, message)| fault(code, message))?;
         let size = layout.size;
         let count = accessor.count;
         if count == 0 {
-            return Err(fault(".count: 0; expected at least 1 (VALUE_NOT_IN_RANGE)".into()));
+            return Err(fault(ErrorCode::OutOfRange, ".count: 0; expected at least 1 (VALUE_NOT_IN_RANGE)".into()));
         }
         let (mut bytes, mut stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
             None => {
@@ -72,10 +76,14 @@ impl<'a> Document<'a> {
                 (ByteSource::Memory(vec![0; count as usize * size].into()), size)
             }
             Some(view) => {
-                let (bytes, stride) = self.resources.bytes(view).map_err(|e| fault(format!(".bufferView: {e}")))?;
+                let (bytes, stride) = self
+                    .resources
+                    .bytes(view)
+                    .map_err(|e| fault(ErrorCode::IndexOutOfRange, format!(".bufferView: {e}")))?;
                 let stride = stride.unwrap_or(size);
-                let range = element_bytes(bytes, accessor.byte_offset, count, size, stride)
-                    .map_err(|e| fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)")))?;
+                let range = element_bytes(bytes, accessor.byte_offset, count, size, stride).map_err(|e| {
+                    fault(ErrorCode::TruncatedFile, format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
+                })?;
                 (range, stride)
             }
         };
@@ -107,27 +115,37 @@ impl<'a> Document<'a> {
 
     /// Writes the elements of a sparse accessor, of `size` bytes each, over those of `dense`.
     fn overwrite_sparse(&self, place: &str, sparse: &Sparse, size: usize, dense: &mut [u8]) -> Result<()> {
-        let fault = |message: String| self.fault(format!("{place}.sparse.{message}"));
+        let fault = |code, message: String| self.fault(code, format!("{place}.sparse.{message}"));
         let count = dense.len() / size;
         let indices = &sparse.indices;
         let kind = Component::from_code(indices.component_type)
             .filter(|kind| matches!(kind, Component::U8 | Component::U16 | Component::U32));
         let Some(kind) = kind else {
-            return Err(fault(format!(
-                "indices.componentType: {}; expected 5121, 5123 or 5125 (VALUE_NOT_IN_LIST)",
-                indices.component_type
-            )));
+            return Err(fault(
+                ErrorCode::InvalidValue,
+                format!(
+                    "indices.componentType: {}; expected 5121, 5123 or 5125 (VALUE_NOT_IN_LIST)",
+                    indices.component_type
+                ),
+            ));
         };
         if sparse.count > count as u64 {
-            return Err(fault(format!(
-                "count: {}; expected at most {count} elements (ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE)",
-                sparse.count
-            )));
+            return Err(fault(
+                ErrorCode::OutOfRange,
+                format!(
+                    "count: {}; expected at most {count} elements (ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE)",
+                    sparse.count
+                ),
+            ));
         }
         let part = |name: &str, view: usize, offset: u64, size: usize| {
-            let (bytes, _) = self.resources.bytes(view).map_err(|e| fault(format!("{name}.bufferView: {e}")))?;
-            let range = element_bytes(bytes, offset, sparse.count, size, size)
-                .map_err(|e| fault(format!("{name}{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)")))?;
+            let (bytes, _) = self
+                .resources
+                .bytes(view)
+                .map_err(|e| fault(ErrorCode::IndexOutOfRange, format!("{name}.bufferView: {e}")))?;
+            let range = element_bytes(bytes, offset, sparse.count, size, size).map_err(|e| {
+                fault(ErrorCode::TruncatedFile, format!("{name}{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
+            })?;
             range.read().map_err(|error| self.read_error(error))
         };
         let (view, offset) = (indices.buffer_view, indices.byte_offset);
@@ -137,9 +155,12 @@ impl<'a> Document<'a> {
         for (i, value) in values.chunks_exact(size).enumerate() {
             let target = integer(kind, &targets[i * kind.size()..]) as usize;
             let Some(element) = dense.get_mut(target * size..(target + 1) * size) else {
-                return Err(fault(format!(
-                    "indices: index {i} is {target}, but there are {count} elements (ACCESSOR_SPARSE_INDEX_OOB)"
-                )));
+                return Err(fault(
+                    ErrorCode::IndexOutOfRange,
+                    format!(
+                        "indices: index {i} is {target}, but there are {count} elements (ACCESSOR_SPARSE_INDEX_OOB)"
+                    ),
+                ));
             };
             element.copy_from_slice(value);
         }

@@ -1,5 +1,6 @@
 //! Elements of an accessor, decoded to numbers.
 
+use raycam_scene::ErrorCode;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -104,10 +105,10 @@ impl AccessorView<'_> {
         make: impl Fn([f32; N]) -> [T; N] + Sync,
     ) -> Result<(Vec<[T; N]>, bool)> {
         if self.arity != N {
-            return Err(self.document.fault(format!(
-                "{}.type: {} components; expected {N} ({})",
-                self.place, self.arity, self.wrong_format
-            )));
+            return Err(self.document.fault(
+                ErrorCode::WrongShape,
+                format!("{}.type: {} components; expected {N} ({})", self.place, self.arity, self.wrong_format),
+            ));
         }
         self.document.charge(&self.place, self.count as u64, 4 * N as u64)?;
         let unit = self.normalized;
@@ -133,7 +134,7 @@ impl AccessorView<'_> {
             Component::U32 => {
                 let message =
                     format!("{}.componentType: 5125 is allowed only for indices ({})", self.place, self.wrong_format);
-                return Err(self.document.fault(message));
+                return Err(self.document.fault(ErrorCode::WrongType, message));
             }
         };
         made.map_err(|error| self.document.read_error(error))
@@ -148,10 +149,10 @@ impl AccessorView<'_> {
         };
         let finite = |value: &[f32; N]| value.iter().all(|v| v.is_finite());
         let i = values.iter().position(|value| !finite(value)).unwrap_or(0);
-        self.document.fault(format!(
-            "{}: element {i} is {:?}; expected finite numbers (ACCESSOR_INVALID_FLOAT)",
-            self.place, values[i]
-        ))
+        self.document.fault(
+            ErrorCode::OutOfRange,
+            format!("{}: element {i} is {:?}; expected finite numbers (ACCESSOR_INVALID_FLOAT)", self.place, values[i]),
+        )
     }
 
     /// Results of `make` for every element, whose numbers `read` decodes, and true.
@@ -223,10 +224,13 @@ impl AccessorView<'_> {
             return Ok(());
         }
         let normalized = if self.normalized { ", normalised" } else { "" };
-        Err(self.document.fault(format!(
-            "{}: {} of type {kind:?}{normalized}; expected {expected} unsigned integers, not normalised ({})",
-            self.place, self.arity, self.wrong_format
-        )))
+        Err(self.document.fault(
+            ErrorCode::WrongType,
+            format!(
+                "{}: {} of type {kind:?}{normalized}; expected {expected} unsigned integers, not normalised ({})",
+                self.place, self.arity, self.wrong_format
+            ),
+        ))
     }
 
     /// Single integers in order, `N` at a time, and the number of remaining ones.

@@ -5,7 +5,7 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Notice, NoticeCode};
 
 use crate::codec::meshopt::{self, Filter, Mode, ViewHeader};
 use crate::error::{FormatError, Result};
@@ -46,7 +46,9 @@ impl<'a> Resources<'a> {
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let place = format!("buffers[{i}]");
-            let fault = |message: String| FormatError::whole(&source.path, format!("{place}{message}"));
+            let fault = |code: ErrorCode, message: String| {
+                FormatError::whole(&source.path, code.message(format!("{place}{message}")))
+            };
             // Compressed views may replace it.
             let mut views = root.buffer_views.iter();
             let unused = views.all(|view| view.buffer != i || is_compressed(view));
@@ -74,15 +76,18 @@ impl<'a> Resources<'a> {
                 (None, _) => {
                     let message = ".uri: missing, and the file has no binary chunk for this buffer \
                         (BUFFER_MISSING_GLB_DATA)";
-                    return Err(fault(message.into()));
+                    return Err(fault(ErrorCode::MissingValue, message.into()));
                 }
             };
             if (bytes.len() as u64) < buffer.byte_length {
-                return Err(fault(format!(
-                    ".byteLength: {} declared, but there are only {} bytes (BUFFER_BYTE_LENGTH_MISMATCH)",
-                    buffer.byte_length,
-                    bytes.len()
-                )));
+                return Err(fault(
+                    ErrorCode::TruncatedFile,
+                    format!(
+                        ".byteLength: {} declared, but there are only {} bytes (BUFFER_BYTE_LENGTH_MISMATCH)",
+                        buffer.byte_length,
+                        bytes.len()
+                    ),
+                ));
             }
             buffers.push(bytes);
         }
@@ -103,7 +108,9 @@ impl<'a> Resources<'a> {
         diagnostics: &mut Diagnostics,
         allowance: &MemoryAllowance,
     ) -> Result<View> {
-        let fault = |message: String| FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"));
+        let fault = |code: ErrorCode, message: String| {
+            FormatError::whole(&source.path, code.message(format!("bufferViews[{i}]{message}")))
+        };
         // glTF 1.0 used 0 for elements without gaps.
         let stride = view.byte_stride.map(|stride| stride as usize);
         let stride = stride.filter(|&stride| stride > 0);
@@ -125,8 +132,8 @@ impl<'a> Resources<'a> {
             let place = format!(".extensions.{name}");
             let range = self
                 .range(compressed.buffer, compressed.byte_offset, compressed.byte_length)
-                .map_err(|message| fault(format!("{place}{message}")))?;
-            let header = view_header(compressed).map_err(|message| fault(format!("{place}{message}")))?;
+                .map_err(|(code, message)| fault(code, format!("{place}{message}")))?;
+            let header = view_header(compressed).map_err(|(code, message)| fault(code, format!("{place}{message}")))?;
             let packed_stride = compressed.byte_stride as usize;
             let compressed = self.buffers[compressed.buffer].borrowed().part(range).read();
             let bytes = meshopt::decode(
@@ -136,32 +143,34 @@ impl<'a> Resources<'a> {
                 &mut assets.budget,
             )?;
             if (bytes.len() as u64) < view.byte_length {
-                return Err(fault(format!(
-                    ".byteLength: {}, but the compressed data has {} bytes",
-                    view.byte_length,
-                    bytes.len()
-                )));
+                return Err(fault(
+                    ErrorCode::WrongShape,
+                    format!(".byteLength: {}, but the compressed data has {} bytes", view.byte_length, bytes.len()),
+                ));
             }
             allowance.grant(bytes.len());
             return Ok(View { bytes: ViewStorage::Decoded(bytes), stride: stride.or(Some(packed_stride)) });
         }
-        let range = self.range(view.buffer, view.byte_offset, view.byte_length).map_err(fault)?;
+        let range = self.range(view.buffer, view.byte_offset, view.byte_length);
+        let range = range.map_err(|(code, message)| fault(code, message))?;
         Ok(View { bytes: ViewStorage::Plain(view.buffer, range), stride })
     }
 
-    fn range(&self, buffer: usize, offset: u64, length: u64) -> Result<Range<usize>, String> {
+    fn range(&self, buffer: usize, offset: u64, length: u64) -> Result<Range<usize>, (ErrorCode, String)> {
         let Some(bytes) = self.buffers.get(buffer) else {
-            return Err(format!(
-                ".buffer: {buffer}, but there are {} buffers (UNRESOLVED_REFERENCE)",
-                self.buffers.len()
-            ));
+            let count = self.buffers.len();
+            let message = format!(".buffer: {buffer}, but there are {count} buffers (UNRESOLVED_REFERENCE)");
+            return Err((ErrorCode::IndexOutOfRange, message));
         };
         match offset.checked_add(length) {
             Some(end) if end <= bytes.len() as u64 => Ok(offset as usize..end as usize),
-            _ => Err(format!(
-                ": {length} bytes from {offset}, but buffers[{buffer}] has {} bytes (BUFFER_VIEW_TOO_LONG)",
-                bytes.len()
-            )),
+            _ => {
+                let held = bytes.len();
+                let message = format!(
+                    ": {length} bytes from {offset}, but buffers[{buffer}] has {held} bytes (BUFFER_VIEW_TOO_LONG)"
+                );
+                Err((ErrorCode::TruncatedFile, message))
+            }
         }
     }
 
@@ -200,22 +209,25 @@ pub(crate) fn read_error(path: &Path, source: io::Error) -> FormatError {
     FormatError::Io { path: path.into(), source }
 }
 
-fn view_header(view: &MeshoptView) -> Result<ViewHeader, String> {
+fn view_header(view: &MeshoptView) -> Result<ViewHeader, (ErrorCode, String)> {
     let filter = match &view.filter[..] {
         "NONE" => Filter::None,
         "OCTAHEDRAL" => Filter::Octahedral,
         "QUATERNION" => Filter::Quaternion,
         "EXPONENTIAL" => Filter::Exponential,
         "COLOR" => Filter::Color,
-        other => return Err(format!(".filter: {other:?} is unknown")),
+        other => return Err((ErrorCode::UnknownName, format!(".filter: {other:?} is unknown"))),
     };
     let mode = match &view.mode[..] {
         "ATTRIBUTES" => Mode::Attributes(filter),
         "TRIANGLES" => Mode::Triangles,
         "INDICES" => Mode::Indices,
-        other => return Err(format!(".mode: {other:?} is unknown")),
+        other => return Err((ErrorCode::UnknownName, format!(".mode: {other:?} is unknown"))),
     };
-    let whole = |name, value: u64| usize::try_from(value).map_err(|_| format!(".{name}: {value} is too large"));
+    let whole = |name, value: u64| {
+        let too_large = |_| (ErrorCode::TooLarge, format!(".{name}: {value} is too large"));
+        usize::try_from(value).map_err(too_large)
+    };
     Ok(ViewHeader { mode, count: whole("count", view.count)?, stride: whole("byteStride", view.byte_stride)? })
 }
 
@@ -227,10 +239,11 @@ pub(crate) fn read_uri(
     assets: &mut AssetRoot,
     notices: &mut Vec<Notice>,
 ) -> Result<Vec<u8>> {
-    let fault = |message: String| FormatError::whole(&source.path, format!("{place}: {message}"));
+    let fault =
+        |message: &str| FormatError::whole(&source.path, ErrorCode::InvalidUri.message(format!("{place}: {message}")));
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, data)) = data.split_once(',') else {
-            return Err(fault("a data URI without a comma (INVALID_URI)".into()));
+            return Err(fault("a data URI without a comma (INVALID_URI)"));
         };
         // Decoding never makes either encoding longer.
         assets.budget.take_bytes(&source.path, data.len() as u64)?;
@@ -238,7 +251,7 @@ pub(crate) fn read_uri(
             Some(_) => base64(&percent_decoded(data)),
             None => Some(percent_decoded(data).into_owned()),
         };
-        return bytes.ok_or_else(|| fault("invalid base64 (INVALID_URI)".into()));
+        return bytes.ok_or_else(|| fault("invalid base64 (INVALID_URI)"));
     }
     let name = percent_decoded(uri);
     let file = companion::companion_file(&source.path, &name, assets, notices);

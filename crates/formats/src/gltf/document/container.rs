@@ -68,9 +68,8 @@ impl Container {
     /// Chunks of a GLB file of `length` bytes.
     fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self> {
         let InputFile { path, bytes, .. } = source;
-        let fault = |at: usize, message: &str| Err(FormatError::byte(path, at, message));
-        let truncated =
-            |at: usize, message: &str| Err(FormatError::byte(path, at, ErrorCode::TruncatedFile.message(message)));
+        let fault = |code: ErrorCode, at: usize, message: &str| Err(FormatError::byte(path, at, code.message(message)));
+        let truncated = |at: usize, message: &str| fault(ErrorCode::TruncatedFile, at, message);
         let (mut json, mut binary) = (None, None);
         let mut at = 12;
         while at < length {
@@ -88,10 +87,16 @@ impl Container {
             }
             match (kind, json.is_none()) {
                 (kind, true) if kind == JSON => json = Some(start..end),
-                (_, true) => return fault(at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)"),
+                (_, true) => {
+                    return fault(ErrorCode::Syntax, at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)");
+                }
                 (kind, false) if kind == BIN && binary.is_none() => binary = Some(start..end),
                 (kind, false) if kind == BIN || kind == JSON => {
-                    return fault(at, "a second chunk of the same type (GLB_DUPLICATE_CHUNK)");
+                    return fault(
+                        ErrorCode::DuplicateName,
+                        at,
+                        "a second chunk of the same type (GLB_DUPLICATE_CHUNK)",
+                    );
                 }
                 _ => {
                     let message = "chunks of unknown types are ignored (GLB_UNKNOWN_CHUNK_TYPE)";
@@ -102,7 +107,7 @@ impl Container {
         }
         match json {
             Some(json) => Ok(Self { json, binary }),
-            None => fault(length, "no JSON chunk (GLB_UNEXPECTED_FIRST_CHUNK)"),
+            None => fault(ErrorCode::MissingValue, length, "no JSON chunk (GLB_UNEXPECTED_FIRST_CHUNK)"),
         }
     }
 
@@ -110,7 +115,7 @@ impl Container {
     pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
-            FormatError::byte(path, at, "invalid UTF-8 (INVALID_JSON)")
+            FormatError::byte(path, at, ErrorCode::NotText.message("invalid UTF-8 (INVALID_JSON)"))
         })?;
         // Some programs pad the chunk with these instead of spaces.
         let text = text.trim_end_matches('\0');
@@ -130,7 +135,10 @@ impl Container {
             }
         };
         let Some(asset) = &root.asset else {
-            return Err(FormatError::whole(path, "asset: missing (UNDEFINED_PROPERTY); is this a glTF file?"));
+            return Err(FormatError::whole(
+                path,
+                ErrorCode::WrongFormat.message("asset: missing (UNDEFINED_PROPERTY); is this a glTF file?"),
+            ));
         };
         check_version(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
@@ -210,15 +218,21 @@ fn parse_objects<T: DeserializeOwned>(text: &str) -> serde_json::Result<T> {
 fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError {
     let reader = &mut serde_json::Deserializer::from_str(text);
     let found: Result<Root, _> = serde_path_to_error::deserialize(ObjectsOnly(reader));
-    let code = match error.classify() {
-        serde_json::error::Category::Data => "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY",
-        _ => "INVALID_JSON",
+    let (code, issue) = match error.classify() {
+        serde_json::error::Category::Data => {
+            (ErrorCode::WrongType, "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY")
+        }
+        _ => (ErrorCode::Syntax, "INVALID_JSON"),
     };
     match found {
         Err(found) if found.path().to_string() != "." => {
             let (place, inner) = (found.path().to_string(), found.into_inner());
-            FormatError::line(path, inner.line(), format!("{place}: {} ({code})", json_words(&inner.to_string())))
+            let message = format!("{place}: {} ({issue})", json_words(&inner.to_string()));
+            FormatError::line(path, inner.line(), code.message(message))
         }
-        _ => FormatError::line(path, error.line().max(1), format!("{} ({code})", json_words(&error.to_string()))),
+        _ => {
+            let message = format!("{} ({issue})", json_words(&error.to_string()));
+            FormatError::line(path, error.line().max(1), code.message(message))
+        }
     }
 }

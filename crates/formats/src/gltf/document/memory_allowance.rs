@@ -1,5 +1,6 @@
 //! Memory that decoding may use, in proportion to the bytes read.
 
+use raycam_scene::ErrorCode;
 use std::cell::Cell;
 use std::path::Path;
 
@@ -33,7 +34,7 @@ impl MemoryAllowance {
                 "{place}: decoding requires {bytes} bytes, but only {left} are left for a file of \
                 this size"
             );
-            return Err(FormatError::whole(path, message));
+            return Err(FormatError::whole(path, ErrorCode::ImplausibleSize.message(message)));
         };
         self.0.set(rest);
         Ok(())

@@ -11,7 +11,7 @@ pub(crate) mod memory_allowance;
 use std::io;
 use std::path::Path;
 
-use raycam_scene::{ErrorCode, Message, SceneError};
+use raycam_scene::{ErrorCode, SceneError};
 
 use crate::error::{FormatError, Result};
 use crate::gltf::document::buffers::Resources;
@@ -31,8 +31,8 @@ pub(crate) struct Document<'a> {
 
 impl Document<'_> {
     /// Error of this file; the message begins with the position in the document.
-    pub(crate) fn fault(&self, message: impl Into<Message>) -> FormatError {
-        FormatError::whole(self.path, message)
+    pub(crate) fn fault(&self, code: ErrorCode, message: impl Into<String>) -> FormatError {
+        FormatError::whole(self.path, code.message(message))
     }
 
     /// Charges `count` elements of `size` bytes at `place` to the allowance, before they are allocated.
@@ -48,7 +48,7 @@ impl Document<'_> {
     /// Error for an index that does not exist.
     pub(crate) fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
         let message = format!("{place}: {index}, but there are only {count} (UNRESOLVED_REFERENCE)");
-        self.fault(ErrorCode::IndexOutOfRange.message(message))
+        self.fault(ErrorCode::IndexOutOfRange, message)
     }
 
     /// Item with an index that is written at `place`.
@@ -68,12 +68,12 @@ impl Document<'_> {
             Lenient::Valid(element) => Ok(element),
             Lenient::Faulty(fault) => {
                 let message = format!("{part}[{index}]: {fault} (TYPE_MISMATCH)");
-                Err(self.fault(ErrorCode::WrongType.message(message)))
+                Err(self.fault(ErrorCode::WrongType, message))
             }
         }
     }
 
     pub(crate) fn scene(&self, place: &str, source: SceneError) -> FormatError {
-        self.fault(source.code().message(format!("{place}: {source}")))
+        self.fault(source.code(), format!("{place}: {source}"))
     }
 }

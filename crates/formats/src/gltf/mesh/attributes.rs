@@ -1,6 +1,6 @@
 //! Sources of a primitive's attributes and indices: accessors, or a Draco stream.
 
-use raycam_scene::NoticeCode;
+use raycam_scene::{ErrorCode, NoticeCode};
 
 use crate::codec::draco;
 use crate::error::Result;
@@ -44,7 +44,7 @@ impl<'a> AttributeSource<'a> {
             let (bytes, _) = document
                 .resources
                 .bytes(draco.buffer_view)
-                .map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
+                .map_err(|e| document.fault(ErrorCode::IndexOutOfRange, format!("{place}.bufferView: {e}")))?;
             let bytes = bytes.read().map_err(|error| document.read_error(error))?;
             let mesh = draco::decode(&bytes, document.path, &mut assets.budget)?;
             let bytes = mesh.attributes.iter().map(|a| a.bytes.len());
@@ -71,15 +71,19 @@ impl<'a> AttributeSource<'a> {
         };
         let found = mesh.attributes.iter().find(|a| a.id as usize == id);
         let Some(attribute) = found else {
-            return Err(self.document.fault(format!(
-                "{}.extensions.KHR_draco_mesh_compression.attributes.{name}: the stream has no attribute {id}",
-                self.place
-            )));
+            return Err(self.document.fault(
+                ErrorCode::IndexOutOfRange,
+                format!(
+                    "{}.extensions.KHR_draco_mesh_compression.attributes.{name}: the stream has no attribute {id}",
+                    self.place
+                ),
+            ));
         };
         let Some(component) = Component::from_draco(attribute.component) else {
-            return Err(self
-                .document
-                .fault(format!("{place}: 32-bit signed integers in the Draco stream, which glTF does not support")));
+            return Err(self.document.fault(
+                ErrorCode::WrongType,
+                format!("{place}: 32-bit signed integers in the Draco stream, which glTF does not support"),
+            ));
         };
         Ok(Some(AccessorView {
             document: self.document,
@@ -105,8 +109,9 @@ impl<'a> AttributeSource<'a> {
         let Some(index) = self.primitive.indices else {
             let place = format!("{}.attributes", self.place);
             document.charge(&place, count as u64, 4)?;
-            let count = u32::try_from(count)
-                .map_err(|_| document.fault(format!("{place}: {count} vertices, which exceeds 32-bit indices")))?;
+            let count = u32::try_from(count).map_err(|_| {
+                document.fault(ErrorCode::TooLarge, format!("{place}: {count} vertices, which exceeds 32-bit indices"))
+            })?;
             let each = N as u32;
             let group = |i: u32| std::array::from_fn(|j| i * each + j as u32);
             let groups = (0..count / each).map(group).collect();
@@ -128,9 +133,10 @@ impl<'a> AttributeSource<'a> {
         {
             let found = indices[i];
             let code = if found == restart { "ACCESSOR_INDEX_PRIMITIVE_RESTART" } else { "ACCESSOR_INDEX_OOB" };
-            return Err(
-                document.fault(format!("{place}: index {i} is {found}, but there are {count} vertices ({code})"))
-            );
+            return Err(document.fault(
+                ErrorCode::IndexOutOfRange,
+                format!("{place}: index {i} is {found}, but there are {count} vertices ({code})"),
+            ));
         }
         Ok((groups, over))
     }

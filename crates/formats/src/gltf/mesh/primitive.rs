@@ -1,7 +1,7 @@
 //! Primitives of triangles as meshes.
 
 use glam::{DVec3, Vec3};
-use raycam_scene::{Mesh, NoticeCode};
+use raycam_scene::{ErrorCode, Mesh, NoticeCode};
 
 use crate::error::Result;
 use crate::geometry::finite;
@@ -99,9 +99,10 @@ impl PrimitiveReader<'_> {
             1..=3 => "lines",
             4..=6 => return Ok(true),
             mode => {
-                return Err(self
-                    .document
-                    .fault(format!("{}.mode: {mode}; expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place)));
+                return Err(self.document.fault(
+                    ErrorCode::InvalidValue,
+                    format!("{}.mode: {mode}; expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place),
+                ));
             }
         };
         self.diagnostics.note(
@@ -208,10 +209,13 @@ impl PrimitiveReader<'_> {
             v.clamp(0.0, 1.0)
         };
         if elements.component != Component::F32 && !elements.normalized {
-            return Err(document.fault(format!(
-                "{place}.attributes.COLOR_0: integers must be normalised \
+            return Err(document.fault(
+                ErrorCode::WrongType,
+                format!(
+                    "{place}.attributes.COLOR_0: integers must be normalised \
                  (MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT)"
-            )));
+                ),
+            ));
         }
         if elements.arity == 4 {
             let colors = elements.floats::<4>()?;

@@ -1,7 +1,7 @@
 //! Morph targets and joints of a primitive's vertices.
 
-use raycam_scene::NoticeCode;
 use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
+use raycam_scene::{ErrorCode, NoticeCode};
 
 use crate::error::Result;
 use crate::gltf::json::Primitive;
@@ -38,7 +38,7 @@ impl VertexWindow<'_> {
             let weights = weights.floats::<4>()?;
             if weights.as_flattened().iter().any(|&weight| weight < 0.0) {
                 let message = format!("{place}.attributes.WEIGHTS_{set}: negative weight (ACCESSOR_WEIGHTS_NEGATIVE)");
-                return Err(self.document.fault(message));
+                return Err(self.document.fault(ErrorCode::OutOfRange, message));
             }
             let narrow = |all: [u32; 4]| all.map(|joint| joint.min(u32::from(u16::MAX)) as u16);
             let joints = joints.into_iter().map(narrow).collect();

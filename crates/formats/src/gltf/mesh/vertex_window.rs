@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::AccessorView;
 use crate::gltf::mesh::attributes::AttributeSource;
+use raycam_scene::ErrorCode;
 
 /// Vertices of a primitive's accessors that its triangles use.
 pub(crate) struct VertexWindow<'a> {
@@ -35,11 +36,14 @@ impl<'a> VertexWindow<'a> {
 
     fn checked(&self, elements: AccessorView<'a>, name: &str) -> Result<AccessorView<'a>> {
         if elements.count != self.count {
-            return Err(self.document.fault(format!(
-                "{}.{name}: {} elements, but there are {} positions \
+            return Err(self.document.fault(
+                ErrorCode::WrongShape,
+                format!(
+                    "{}.{name}: {} elements, but there are {} positions \
                  (MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT)",
-                self.source.place, elements.count, self.count
-            )));
+                    self.source.place, elements.count, self.count
+                ),
+            ));
         }
         Ok(self.slice(elements))
     }

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use raycam_scene::NoticeCode;
 use raycam_scene::animation::{
     Animation, AnimationSampler, AnimationTarget, Channel, Node, SamplerInterpolation, Transform,
 };
+use raycam_scene::{ErrorCode, NoticeCode};
 
 use crate::error::Result;
 use crate::gltf::json;
@@ -145,7 +145,8 @@ impl Builder<'_, '_> {
             "LINEAR" => SamplerInterpolation::Linear,
             "CUBICSPLINE" => SamplerInterpolation::CubicSpline,
             other => {
-                return Err(document.fault(format!("{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)")));
+                return Err(document
+                    .fault(ErrorCode::UnknownName, format!("{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)")));
             }
         };
         let times = document.elements(json.input, &format!("{place}.input"))?.floats::<1>()?.into_flattened();

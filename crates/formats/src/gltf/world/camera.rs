@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
-use raycam_scene::{Camera, NoticeCode, PixelCenter};
+use raycam_scene::{Camera, ErrorCode, NoticeCode, PixelCenter};
 
 use crate::error::Result;
 use crate::gltf::json;
@@ -72,18 +72,22 @@ impl Builder<'_, '_> {
 
     /// Validated projection of a camera.
     fn projection(&mut self, place: &str, json: &json::Camera) -> Result<Projection> {
-        let fault = |message: &str| self.document.fault(format!("{place}{message}"));
+        let fault = |code, message: &str| self.document.fault(code, format!("{place}{message}"));
         match (&json.kind[..], &json.perspective, &json.orthographic) {
             ("perspective", Some(perspective), _) => {
                 let aspect = perspective.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
                 if !(aspect.is_normal() && aspect > 0.0) {
                     return Err(fault(
+                        ErrorCode::OutOfRange,
                         ".perspective.aspectRatio: expected a number greater than 0 (VALUE_NOT_IN_RANGE)",
                     ));
                 }
                 let yfov = perspective.yfov;
                 if !(yfov.is_finite() && yfov > 0.0) {
-                    return Err(fault(".perspective.yfov: expected a number greater than 0 (VALUE_NOT_IN_RANGE)"));
+                    return Err(fault(
+                        ErrorCode::OutOfRange,
+                        ".perspective.yfov: expected a number greater than 0 (VALUE_NOT_IN_RANGE)",
+                    ));
                 }
                 let size = image_size(aspect);
                 Ok(Projection::Perspective { yfov, size })
@@ -91,7 +95,10 @@ impl Builder<'_, '_> {
             ("orthographic", _, Some(orthographic)) => {
                 let [x, y] = [orthographic.xmag, orthographic.ymag];
                 if !(x.is_normal() && y.is_normal()) {
-                    return Err(fault(".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)"));
+                    return Err(fault(
+                        ErrorCode::OutOfRange,
+                        ".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)",
+                    ));
                 }
                 if x < 0.0 || y < 0.0 {
                     let message = "a negative magnification is treated as positive (CAMERA_XMAG_YMAG_NEGATIVE)";
@@ -102,9 +109,9 @@ impl Builder<'_, '_> {
                 Ok(Projection::Orthographic { half, size })
             }
             ("perspective" | "orthographic", ..) => {
-                Err(fault(": the object required by its type is missing (UNDEFINED_PROPERTY)"))
+                Err(fault(ErrorCode::MissingValue, ": the object required by its type is missing (UNDEFINED_PROPERTY)"))
             }
-            _ => Err(fault(".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)")),
+            _ => Err(fault(ErrorCode::UnknownName, ".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)")),
         }
     }
 }

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::DAffine3;
 use raycam_scene::animation::NodeLight;
-use raycam_scene::{Light, NoticeCode};
+use raycam_scene::{ErrorCode, Light, LightTraits, NoticeCode};
 
 use crate::error::Result;
 use crate::gltf::json::extensions::Spot;
@@ -29,7 +29,8 @@ impl Builder<'_, '_> {
             None => &[][..],
             Some(Lenient::Valid(lights)) => &lights.lights,
             Some(Lenient::Faulty(fault)) => {
-                return Err(document.fault(format!("extensions.KHR_lights_punctual: {fault} (TYPE_MISMATCH)")));
+                return Err(document
+                    .fault(ErrorCode::WrongType, format!("extensions.KHR_lights_punctual: {fault} (TYPE_MISMATCH)")));
             }
         };
         const LIGHTS: &str = "extensions.KHR_lights_punctual.lights";
@@ -69,17 +70,28 @@ impl Builder<'_, '_> {
                     intensity: Some(power),
                     inner: inner.to_degrees(),
                     outer: outer.to_degrees(),
+                    radius: 0.0,
                 }
             }
             kind => {
-                return Err(document.fault(format!(
-                    "{place}.type: {kind:?}; expected directional, point or spot (VALUE_NOT_IN_LIST)"
-                )));
+                return Err(document.fault(
+                    ErrorCode::UnknownName,
+                    format!("{place}.type: {kind:?}; expected directional, point or spot (VALUE_NOT_IN_LIST)"),
+                ));
             }
         };
         let added = self.world.add_light(light.clone());
         let added = added.map_err(|error| document.scene(&place, error))?;
+        self.name_light(added, node);
         Ok(Some(NodeLight { light: added, node, definition: index, base: light, color, intensity }))
+    }
+
+    /// Names a light like its node, if no other light has this name.
+    fn name_light(&mut self, light: usize, node: usize) {
+        let name = self.document.root.nodes.get(node).map(|node| node.name.clone());
+        let traits = LightTraits { name: name.filter(|name| !name.is_empty()), ..LightTraits::default() };
+        // The default name remains if another light has the node's name.
+        let _ = self.world.set_light_traits(light, traits);
     }
 
     /// Inner and outer angle of a spot in radians, clamped to 0 <= inner <= outer <= pi/2. Blender writes equal angles,
@@ -90,7 +102,7 @@ impl Builder<'_, '_> {
         let (inner, outer) = spot.map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
         if outer.is_nan() || outer <= 0.0 {
             let message = format!("{place}.spot.outerConeAngle: {outer}; expected a number greater than 0 ({CODE})");
-            return Err(self.document.fault(message));
+            return Err(self.document.fault(ErrorCode::OutOfRange, message));
         }
         let used_outer = outer.min(FRAC_PI_2);
         let used_inner = inner.clamp(0.0, used_outer);

@@ -1,6 +1,8 @@
 //! Materials: metallic-roughness and its extensions.
 
-use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, NoticeCode, Principled, TextureSlot, Textured};
+use raycam_scene::{
+    Alpha, ErrorCode, Material, MaterialModel, NormalMap, NoticeCode, Principled, TextureSlot, Textured,
+};
 
 use crate::error::Result;
 use crate::gltf::json::material::{self as json, Extensions};
@@ -102,9 +104,10 @@ impl Builder<'_, '_> {
                 cutoff: self.number(&format!("{place}.alphaCutoff"), json.alpha_cutoff.unwrap_or(0.5), NON_NEGATIVE),
             },
             Some(mode) => {
-                return Err(self.document.fault(format!(
-                    "{place}.alphaMode: {mode:?}; expected OPAQUE, MASK or BLEND (VALUE_NOT_IN_LIST)"
-                )));
+                return Err(self.document.fault(
+                    ErrorCode::UnknownName,
+                    format!("{place}.alphaMode: {mode:?}; expected OPAQUE, MASK or BLEND (VALUE_NOT_IN_LIST)"),
+                ));
             }
         })
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
+use raycam_scene::{ErrorCode, Material, Mesh, MeshFile, MeshPart};
 
 use crate::error::Result;
 use crate::gltf::mesh::primitive::PrimitiveReader;
@@ -18,7 +18,9 @@ impl Builder<'_, '_> {
         let document = self.document;
         let json = document.get(&document.root.meshes, index, place)?;
         if json.primitives.is_empty() {
-            return Err(document.fault(format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)")));
+            return Err(
+                document.fault(ErrorCode::MissingValue, format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)"))
+            );
         }
         let (mut parts, mut bends, mut primitives) = (Vec::new(), Vec::new(), Vec::new());
         for (i, primitive) in json.primitives.iter().enumerate() {

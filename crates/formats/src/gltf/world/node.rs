@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use raycam_scene::animation::{self as rig, NodeCamera, NodeObject, NodeTree, Transform};
 use raycam_scene::world::Variant;
-use raycam_scene::{Mesh, NoticeCode, Object, World};
+use raycam_scene::{ErrorCode, Mesh, NoticeCode, Object, World};
 
 use crate::error::Result;
 use crate::gltf::document::Document;
@@ -90,7 +90,7 @@ impl Builder<'_, '_> {
             None => None,
             Some(Lenient::Valid(camera)) => Some(*camera),
             Some(Lenient::Faulty(fault)) => {
-                let fault = Err(self.document.fault(format!("{fault} (TYPE_MISMATCH)")));
+                let fault = Err(self.document.fault(ErrorCode::WrongType, format!("{fault} (TYPE_MISMATCH)")));
                 self.or_omitted(&at, "the camera", fault)?
             }
         };
@@ -111,7 +111,9 @@ impl Builder<'_, '_> {
             let place = format!("{place}.extensions.KHR_lights_punctual.light");
             let added = match light {
                 Lenient::Valid(light) => self.light(&place, light.light, i, transform),
-                Lenient::Faulty(fault) => Err(self.document.fault(format!("{fault} (TYPE_MISMATCH)"))),
+                Lenient::Faulty(fault) => {
+                    Err(self.document.fault(ErrorCode::WrongType, format!("{fault} (TYPE_MISMATCH)")))
+                }
             };
             rig.lights.extend(self.or_omitted(&place, "the light", added)?.flatten());
         }
@@ -272,10 +274,13 @@ impl Builder<'_, '_> {
             }
             let elements = document.elements(index, &place)?;
             if *count.get_or_insert(elements.count) != elements.count {
-                return Err(document.fault(format!(
-                    "{place}: the number of elements differs from that of the other \
+                return Err(document.fault(
+                    ErrorCode::WrongShape,
+                    format!(
+                        "{place}: the number of elements differs from that of the other \
                     attributes"
-                )));
+                    ),
+                ));
             }
             // An instance is a separate object, which takes more memory than a vertex.
             let amount = 16 * elements.count as u64;
@@ -318,9 +323,10 @@ impl Document<'_> {
                 let place = format!("nodes[{i}].children[{j}]");
                 self.get(nodes, child, &place)?;
                 if let Some(other) = parents[child].replace(i) {
-                    return Err(self.fault(format!(
-                        "{place}: node {child} is also a child of nodes[{other}] (NODE_PARENT_OVERRIDE)"
-                    )));
+                    return Err(self.fault(
+                        ErrorCode::CyclicReference,
+                        format!("{place}: node {child} is also a child of nodes[{other}] (NODE_PARENT_OVERRIDE)"),
+                    ));
                 }
             }
         }
@@ -335,20 +341,20 @@ impl Document<'_> {
             order.iter().for_each(|&i| reached[i] = true);
             let i = reached.iter().position(|reached| !reached).unwrap_or(0);
             let message = format!("nodes[{i}] belongs to a loop of nodes (NODE_LOOP)");
-            return Err(self.fault(message));
+            return Err(self.fault(ErrorCode::CyclicReference, message));
         }
         Ok(NodeOrder { order, parents })
     }
 
     fn local_transform(&self, i: usize, node: &Node) -> Result<Transform> {
-        let fault = |message: String| Err(self.fault(format!("nodes[{i}].{message}")));
+        let fault = |code, message: String| Err(self.fault(code, format!("nodes[{i}].{message}")));
         if let Some(matrix) = node.matrix {
             let matrix = DMat4::from_cols_array(&matrix);
             if matrix.row(3) != DVec4::W || !matrix.is_finite() {
-                return fault(format!(
-                    "matrix: its last row is {}; expected 0 0 0 1 (NODE_MATRIX_NON_TRS)",
-                    matrix.row(3)
-                ));
+                return fault(
+                    ErrorCode::InvalidMatrix,
+                    format!("matrix: its last row is {}; expected 0 0 0 1 (NODE_MATRIX_NON_TRS)", matrix.row(3)),
+                );
             }
             return Ok(Transform::Matrix(DAffine3::from_mat4(matrix)));
         }
@@ -356,10 +362,13 @@ impl Document<'_> {
         let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
         let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
         let Some(rotation) = normalize_quaternion(rotation) else {
-            return fault(format!("rotation: {rotation:?} has no direction (ROTATION_NON_UNIT)"));
+            return fault(
+                ErrorCode::NotARotation,
+                format!("rotation: {rotation:?} has no direction (ROTATION_NON_UNIT)"),
+            );
         };
         if !(translation.is_finite() && scale.is_finite()) {
-            return fault("translation or scale is not finite".into());
+            return fault(ErrorCode::OutOfRange, "translation or scale is not finite".into());
         }
         Ok(Transform::Trs { translation, rotation, scale })
     }

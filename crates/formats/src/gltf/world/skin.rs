@@ -1,6 +1,7 @@
 //! Skins of deformable meshes.
 
 use glam::{DAffine3, DMat4};
+use raycam_scene::ErrorCode;
 use raycam_scene::animation::Skin;
 
 use crate::error::Result;
@@ -21,11 +22,14 @@ impl Builder<'_, '_> {
                 let place = format!("skins[{i}].inverseBindMatrices");
                 let elements = document.elements(index, &place)?;
                 if elements.count < json.joints.len() {
-                    return Err(document.fault(format!(
-                        "{place}: {} matrices for {} joints; expected equal numbers (INVALID_IBM_ACCESSOR_COUNT)",
-                        elements.count,
-                        json.joints.len()
-                    )));
+                    return Err(document.fault(
+                        ErrorCode::WrongShape,
+                        format!(
+                            "{place}: {} matrices for {} joints; expected equal numbers (INVALID_IBM_ACCESSOR_COUNT)",
+                            elements.count,
+                            json.joints.len()
+                        ),
+                    ));
                 }
                 let matrices = elements.floats::<16>()?;
                 for (inverse, matrix) in inverse_bind.iter_mut().zip(matrices) {

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use raycam_scene::{Image, NoticeCode, TexelFilter, Texture, TextureSampler, TextureSlot, Wrap};
+use raycam_scene::{ErrorCode, Image, NoticeCode, TexelFilter, Texture, TextureSampler, TextureSlot, Wrap};
 
 use crate::error::Result;
 use crate::gltf::document::buffers;
@@ -121,7 +121,7 @@ impl Builder<'_, '_> {
             (Some(uri), _) => {
                 let uri_place = format!("{place}.uri");
                 if let Some(reason) = udim::reason(document.path, &buffers::percent_decoded(uri), self.assets) {
-                    return Err(document.fault(format!("{uri_place}: {reason}")));
+                    return Err(document.fault(ErrorCode::UnsupportedFeature, format!("{uri_place}: {reason}")));
                 }
                 let notices = &mut self.world.notices;
                 let fetched = buffers::read_uri(document.source, uri, &uri_place, self.assets, notices)?;
@@ -130,12 +130,14 @@ impl Builder<'_, '_> {
             }
             (None, Some(view)) => {
                 let found = document.resources.bytes(view);
-                let (bytes, _) = found.map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
+                let (bytes, _) = found
+                    .map_err(|e| document.fault(ErrorCode::IndexOutOfRange, format!("{place}.bufferView: {e}")))?;
                 let bytes = bytes.read().map_err(|error| document.read_error(error))?;
                 (bytes, None)
             }
             (None, None) => {
-                return Err(document.fault(format!("{place}: neither uri nor bufferView (ONE_OF_MISMATCH)")));
+                return Err(document
+                    .fault(ErrorCode::MissingValue, format!("{place}: neither uri nor bufferView (ONE_OF_MISMATCH)")));
             }
         };
         let shown = document.path.display();

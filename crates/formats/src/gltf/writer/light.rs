@@ -39,7 +39,11 @@ impl Writer<'_> {
                 let json = json!({ "type": "point" });
                 (json, rgb, DVec3::from(*position), DVec3::NEG_Z)
             }
-            Light::Spot { position, direction, power, intensity, inner, outer } => {
+            Light::Spot { position, direction, power, intensity, inner, outer, radius } => {
+                if *radius > 0.0 {
+                    let message = "its radius is omitted: glTF's spot lights have no size";
+                    self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
+                }
                 let [a, b] = [inner, outer].map(|angle| angle.to_radians().cos());
                 let whole = TAU * (1.0 - a + (a - b) / 3.0);
                 let rgb = spread(*power, *intensity, whole).unwrap_or_default();

@@ -8,7 +8,7 @@ mod scan;
 use std::io::Cursor;
 
 use ::image::codecs::jpeg::JpegDecoder;
-use raycam_scene::{Image, NoticeCode};
+use raycam_scene::{ErrorCode, Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -22,7 +22,7 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     let mut missing = MissingData::default();
     let image = decode_checked(file, decoder, |file| {
-        missing = check_complete(file.bytes).map_err(|message| file.fault(message))?;
+        missing = check_complete(file.bytes).map_err(|message| file.fault(ErrorCode::DamagedData, message))?;
         Ok(())
     })?;
     if missing.scans {

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::image::decoder::Decoder;
+use raycam_scene::ErrorCode;
 
 /// Maximum number of tags in a directory; real files have some dozens.
 const MAX_ENTRIES: u64 = 4096;
@@ -44,7 +45,7 @@ impl<'a> Directory<'a> {
         let count_bytes = if big { 8 } else { 2 };
         let count = number(start, count_bytes)?;
         if count > MAX_ENTRIES {
-            return Err(file.fault(format!("{count} tags; the maximum is {MAX_ENTRIES}")));
+            return Err(file.fault(ErrorCode::TooLarge, format!("{count} tags; the maximum is {MAX_ENTRIES}")));
         }
         let mut entries = Vec::new();
         for i in 0..count as usize {

@@ -1,6 +1,6 @@
 //! Layout of a TIFF image's samples: its tags, validated before anything is decoded.
 
-use raycam_scene::NoticeCode;
+use raycam_scene::{ErrorCode, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::Decoder;
@@ -74,7 +74,7 @@ impl Layout {
     pub(super) fn read(file: &mut Decoder<'_>, tags: &Directory<'_>) -> Result<Self> {
         let side = |tag| tags.first(tag).and_then(|side| u32::try_from(side).ok());
         let (Some(columns), Some(rows)) = (side(256), side(257)) else {
-            return Err(file.fault("ImageWidth and ImageLength are missing"));
+            return Err(file.fault(ErrorCode::MissingValue, "ImageWidth and ImageLength are missing"));
         };
         let samples = tags.first(277).unwrap_or(1) as usize;
         let bits = tags.numbers(258).unwrap_or_else(|| vec![1]);
@@ -93,7 +93,7 @@ impl Layout {
         let colors = photometric.colors();
         if !(colors..=64).contains(&samples) || chunk.contains(&0) {
             let message = format!("{samples} samples per pixel in chunks of {chunk:?}; expected {colors} to 64");
-            return Err(file.fault(message));
+            return Err(file.fault(ErrorCode::OutOfRange, message));
         }
         let predicts = matches!(compression, 5 | 8 | 32946 | ZSTD);
         let layout = Self {
@@ -143,7 +143,10 @@ impl Layout {
             )));
         }
         if self.photometric == Photometric::Palette && (format != SampleFormat::Unsigned || bits > 16) {
-            return Err(file.fault(format!("a palette with {format:?} indices of {bits} bits is not supported")));
+            return Err(file.fault(
+                ErrorCode::UnsupportedFeature,
+                format!("a palette with {format:?} indices of {bits} bits is not supported"),
+            ));
         }
         if self.compression == JPEG && bits != 8 {
             return Err(file.unsupported(format!("JPEG compression of {bits} bits; expected 8")));
@@ -173,7 +176,7 @@ impl Layout {
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         if area > (4 * pixels).max(1 << 16) {
             let message = format!("tiles of {} x {} pixels in an image of {pixels}", self.chunk[0], self.chunk[1]);
-            return Err(file.fault(message));
+            return Err(file.fault(ErrorCode::OutOfRange, message));
         }
         Ok(())
     }

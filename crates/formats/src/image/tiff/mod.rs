@@ -12,7 +12,7 @@ mod layout;
 mod samples;
 
 use ::image::metadata::Orientation;
-use raycam_scene::{Image, NoticeCode};
+use raycam_scene::{ErrorCode, Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, grouped};
@@ -96,7 +96,8 @@ impl Colors {
             let map = tags.numbers(320).unwrap_or_default();
             let count = 1 << layout.bits;
             if map.len() != 3 * count {
-                return Err(file.fault(format!("a palette of {} values; expected 3 x {count}", map.len())));
+                return Err(file
+                    .fault(ErrorCode::WrongShape, format!("a palette of {} values; expected 3 x {count}", map.len())));
             }
             // Some programs write eight-bit values.
             let eight = map.iter().all(|&value| value < 256);

@@ -4,6 +4,7 @@
 //! palettes, FillOrder 2, Zstandard in safe Rust and subsampled chroma. It therefore gets a copy of the file whose tags
 //! describe plain channels, and the meaning of the channels is applied afterwards.
 
+use raycam_scene::ErrorCode;
 use std::io::{Cursor, Read};
 
 use ::tiff::TiffError;
@@ -101,7 +102,7 @@ fn decode_plane(
     let read = decoder.and_then(|mut decoder| decoder.read_image_to_buffer(&mut decoded));
     read.map_err(|error| decoder_error(file, error))?;
     if (decoded.as_buffer(0).as_bytes().len() as u64) < raw {
-        return Err(file.fault("some of its channels are missing"));
+        return Err(file.fault(ErrorCode::TruncatedFile, "some of its channels are missing"));
     }
     Ok(decoded)
 }
@@ -119,11 +120,11 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
         None if layout.compression == UNCOMPRESSED && offsets.len() == 1 => {
             vec![unpacked.min(file.bytes.len() as u64 - offsets[0].min(file.bytes.len() as u64))]
         }
-        None => return Err(file.fault("the byte counts of its strips are missing")),
+        None => return Err(file.fault(ErrorCode::MissingValue, "the byte counts of its strips are missing")),
     };
     if offsets.len() != expected || counts.len() != expected {
         let message = format!("{} strips or tiles; expected {expected}", offsets.len().min(counts.len()));
-        return Err(file.fault(message));
+        return Err(file.fault(ErrorCode::WrongShape, message));
     }
     let mut total = 0_u64;
     let chunk = |(&start, &length): (&u64, &u64)| {
@@ -131,7 +132,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
         let Some(end) = end else { return Err(file.truncated("truncated: a strip or tile is missing")) };
         total += length;
         if total > 4 * file.bytes.len() as u64 {
-            return Err(file.fault("strips or tiles overlap"));
+            return Err(file.fault(ErrorCode::DamagedData, "strips or tiles overlap"));
         }
         let mut bytes = file.bytes[start as usize..end as usize].to_vec();
         if layout.reversed_bits && layout.compression != JPEG {
@@ -140,7 +141,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
         match layout.compression {
             JPEG => check_jpeg(file, layout, tags.bytes(347).unwrap_or_default(), &bytes)?,
             ZSTD => {
-                let fault = |error: String| file.fault(format!("Zstandard: {error}"));
+                let fault = |error: String| file.fault(ErrorCode::DamagedData, format!("Zstandard: {error}"));
                 let stream = StreamingDecoder::new(&bytes[..]).map_err(|error| fault(error.to_string()))?;
                 let mut plain = Vec::new();
                 stream.take(unpacked).read_to_end(&mut plain).map_err(|error| fault(error.to_string()))?;
@@ -155,7 +156,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
 
 /// Rejects a JPEG strip or tile of another size, because the decoder would allocate the declared size.
 fn check_jpeg(file: &Decoder<'_>, layout: &Layout, tables: &[u8], bytes: &[u8]) -> Result<()> {
-    let fault = || file.fault("a JPEG strip or tile without a frame header");
+    let fault = || file.fault(ErrorCode::DamagedData, "a JPEG strip or tile without a frame header");
     let mut at = 2;
     let [height, width, components] = loop {
         let header: &[u8; 4] = bytes.get(at..).and_then(<[u8]>::first_chunk).ok_or_else(fault)?;
@@ -175,7 +176,7 @@ fn check_jpeg(file: &Decoder<'_>, layout: &Layout, tables: &[u8], bytes: &[u8]) 
     let interleaved = layout.interleaved() as u32;
     if width != layout.chunk[0] || height > layout.chunk[1] || components != interleaved || tables.len() == 1 {
         let [columns, rows] = layout.chunk;
-        return Err(file.fault(format!(
+        return Err(file.fault(ErrorCode::WrongShape, format!(
             "a JPEG strip or tile of {width} x {height} pixels and {components} channels; expected {columns} x {rows} \
              and {interleaved}"
         )));
@@ -324,6 +325,6 @@ fn decoder_error(file: &Decoder<'_>, error: TiffError) -> FormatError {
     match error {
         TiffError::UnsupportedError(error) => file.unsupported(error.to_string()),
         TiffError::IoError(error) => file.truncated(format!("truncated: {error}")),
-        error => file.fault(error.to_string()),
+        error => file.fault(ErrorCode::DamagedData, error.to_string()),
     }
 }

@@ -7,7 +7,7 @@ mod lossless;
 use std::io::Cursor;
 
 use ::image::codecs::webp::WebPDecoder;
-use raycam_scene::{Image, NoticeCode};
+use raycam_scene::{ErrorCode, Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -28,7 +28,8 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
     }
     decode_checked(file, decoder, |file| {
         let message = "the image is truncated or damaged";
-        check_complete(file.bytes.get(12..).unwrap_or_default()).ok_or_else(|| file.fault(message))
+        check_complete(file.bytes.get(12..).unwrap_or_default())
+            .ok_or_else(|| file.fault(ErrorCode::TruncatedFile, message))
     })
 }
 

@@ -120,7 +120,7 @@ impl DirectLightingBatch {
             let hit = chunk * LANES + lane;
             let choice = if tracer.modes.needs_light_choice() { self.light_choices[hit][1] } else { 0.0 };
             let random = |i: usize| self.randoms.random_for(i, hit);
-            let emit = |i: usize, sample| self.samples[i].set_lane(lane, Some(sample));
+            let emit = |i: usize, sample, _| self.samples[i].set_lane(lane, Some(sample));
             let contexts =
                 LightSampleContexts { from: &from, importances: importances.map(|known| Some((known?, lane))) };
             tracer.for_each_light_sample(sampling, &contexts, choice, random, emit);

@@ -69,7 +69,7 @@ impl HitBatch {
 
     fn draw_randoms(&mut self, tracer: &PathTracer, paths: &[PathState], active: &[u32]) {
         let (samplers, bounce, modes) = (tracer.samplers, tracer.bounce, &tracer.modes);
-        let ray_indices = || active.iter().map(|&path| paths[path as usize].ray_index);
+        let ray_indices = || active.iter().map(|&path| paths[path as usize].ray_index());
         let DirectLightingBatch { randoms, light_choices: choices, .. } = &mut self.direct_lighting;
         let [first, more @ ..] = &mut randoms.numbers;
         let (bsdf, light) = (Dimension::Bsdf(bounce), Dimension::Light(bounce, 0));
@@ -157,7 +157,8 @@ impl HitBatch {
             self.load_diffuse(tracer, path, Vec3::ONE, lane);
             return;
         }
-        self.alpha_rejected[lane] = !is_culled && tracer.fails_alpha_test(path, material, hit);
+        self.alpha_rejected[lane] = !is_culled && tracer.fails_alpha_test(path, material, hit)
+            || tracer.modes.has_hidden_objects && tracer.is_hidden(path, hit);
         if self.alpha_rejected[lane] {
             return;
         }
@@ -281,7 +282,8 @@ impl HitBatch {
 /// True if direct lighting of a path's hit is evaluated together with its chunk, or not at all.
 fn is_lit_in_batch(tracer: &PathTracer, path: &PathState) -> bool {
     let is_unlit = !tracer.modes.has_light_samples() && tracer.settings.ambient_term.is_none();
-    tracer.samples_lights_in_step(path) && (tracer.modes.batch_direct_lighting || is_unlit)
+    let has_passes = tracer.settings.passes.is_some();
+    tracer.samples_lights_in_step(path) && (tracer.modes.batch_direct_lighting || is_unlit) && !has_passes
 }
 
 /// Hit of a lane at the boundary of a medium, and the media behind it. `None` for a false intersection, and for the

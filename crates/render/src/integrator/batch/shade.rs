@@ -6,6 +6,7 @@ use crate::bsdf::BsdfSample;
 use crate::bsdf::batch::{BatchModel, BsdfBatch};
 use crate::bsdf::shading_point::ShadingPoint;
 use crate::integrator::batch::hits::{Chunk, HitBatch};
+use crate::integrator::passes::FirstScattering;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::interaction::LightSampleContext;
@@ -64,7 +65,7 @@ impl PathTracer<'_> {
             position: hits.interactions.position(lane),
             normal: if bsdf.model.is_transmissive(lane) { Vec3::ZERO } else { geometric },
         };
-        let out = &mut radiance[path.ray_index];
+        let out = &mut radiance[path.ray_index()];
         let may_cross_light = hits.path_lanes.may_cross_light[lane];
         let may_absorb = M::IS_TRANSMISSIVE && !path.interior_list.is_empty();
         if M::MAY_EMIT || may_cross_light || may_absorb {
@@ -93,6 +94,9 @@ impl PathTracer<'_> {
             }
             let interior_list =
                 if M::IS_TRANSMISSIVE && geometric.dot(sample.wi) < 0.0 { far_side } else { path.interior_list };
+            // If passes are recorded, all batched BSDFs are either specular or diffuse.
+            let diffuse = if M::IS_SPECULAR { Vec3::ZERO } else { Vec3::ONE };
+            self.record_scattering(path, || FirstScattering::Surface { diffuse });
             self.continue_path(path, &sample, origin, context, interior_list, queues)
         };
         let split = M::transmitted_sample(&bsdf.view, lane).map(|sample| {
@@ -121,7 +125,7 @@ impl PathTracer<'_> {
         let lighting = &hits.direct_lighting;
         let is_batched = self.modes.batch_direct_lighting && self.samples_lights_in_step(path);
         if is_batched && !M::IS_TRANSMISSIVE {
-            lighting.push_shadow_rays(lane, path.ray_index, &mut queues.shadow_rays);
+            lighting.push_shadow_rays(lane, path.ray_index(), &mut queues.shadow_rays);
         } else if is_batched {
             let interactions = &hits.interactions;
             let transition = InterfaceTransition {
@@ -132,10 +136,10 @@ impl PathTracer<'_> {
             let transmittance = |wi, p_light| {
                 let media = transition.medium_towards(interactions.side_normal(lane), wi);
                 let origin = interactions.offset_ray_origin(lane, wi);
-                (self.shadow_transmittance(path.ray_index, media, origin, p_light), media)
+                (self.shadow_transmittance(path.ray_index(), media, origin, p_light), media)
             };
             let queues = &mut queues.shadow_rays;
-            lighting.push_attenuated_shadow_rays(lane, path.ray_index, queues, transmittance);
+            lighting.push_attenuated_shadow_rays(lane, path.ray_index(), queues, transmittance);
         } else if self.modes.has_light_samples() || self.settings.ambient_term.is_some() {
             let Some(bsdf) = bsdf.model.single(lane) else {
                 return;

@@ -60,6 +60,25 @@ fn spots_follow_the_gltf_falloff_and_emit_their_power() {
 }
 
 #[test]
+fn spots_with_a_radius_illuminate_like_points_with_the_same_falloff() {
+    for radius in [0.0, 0.01, 0.5] {
+        for x in [0.0, 0.7, 1.0, 1.3] {
+            let Light::Spot { position, direction, power, intensity, inner, outer, .. } = spot(20.0, 40.0, false)
+            else {
+                unreachable!()
+            };
+            let light = Light::Spot { position, direction, power, intensity, inner, outer, radius };
+            let from = LightSampleContext { position: DVec3::new(x, 0.0, 0.0), ..AT_ORIGIN };
+            let found = irradiance(&source(light), &from, 1 << 12);
+            let cos = 2.0 / (4.0 + x * x).sqrt();
+            let [full, none] = [20f64, 40.0].map(|angle| angle.to_radians().cos());
+            let falloff = ((cos - none) / (full - none)).clamp(0.0, 1.0).powi(2);
+            close(found, 5.0 * falloff * 2.0 / (4.0 + x * x).powf(1.5), 1e-4);
+        }
+    }
+}
+
+#[test]
 fn a_bulb_of_any_size_follows_the_inverse_square_law() {
     for radius in [0.0, 0.01, 0.8] {
         let found = irradiance(&source(bulb([1.0, 0.0, 2.0], radius)), &AT_ORIGIN, 1 << 12);
@@ -177,7 +196,7 @@ fn environment_yaw_turns_like_camera_yaw() {
         };
         for yaw in [0.0, 90.0] {
             let light = Light::Environment { image: image.clone(), yaw, scale: 1.0 };
-            let lights = Lights::sharing(&[light], up, DVec3::ZERO, &[]);
+            let lights = Lights::sharing(&[light], &[], up, DVec3::ZERO, &[]);
             let seen = |direction: DVec3| f64::from(lights.escaped_radiance(direction.normalize().as_vec3(), None).x);
             let left = axis.cross(ahead);
             let middle = if yaw == 0.0 { ahead } else { left };

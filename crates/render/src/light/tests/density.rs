@@ -129,7 +129,7 @@ fn light_samples_follow_their_density() {
         let source = &lights.lights[0];
         let density = |direction: Vec3| {
             let mut density = f64::from(lights.radiance_and_pdf(&from, LightSampling::Uniform, direction, None).1);
-            lights.intersect_visible(&from, LightSampling::Uniform, direction, f64::INFINITY, |_, _, pdf| {
+            lights.intersect_visible(&from, LightSampling::Uniform, direction, f64::INFINITY, |_, _, _, pdf| {
                 density += f64::from(pdf)
             });
             density

@@ -22,7 +22,7 @@ pub(super) fn lights(lights: &[Light]) -> Lights {
     for light in lights {
         light.validate().expect("a valid light");
     }
-    Lights::sharing(lights, Up::Z, DVec3::ZERO, &[])
+    Lights::sharing(lights, &[], Up::Z, DVec3::ZERO, &[])
 }
 
 pub(super) fn source(light: Light) -> PreparedLight {
@@ -72,6 +72,7 @@ pub(super) fn spot(inner: f64, outer: f64, power: bool) -> Light {
         intensity: (!power).then_some([5.0; 3]),
         inner,
         outer,
+        radius: 0.0,
     }
 }
 

@@ -34,6 +34,7 @@ fn many() -> Vec<Light> {
                     intensity: Some([power; 3]),
                     inner: 20.0,
                     outer: 60.0,
+                    radius: 0.0,
                 },
                 _ => area([x, y, z + 5.0], [0.5, 0.0, 0.1], [0.0, -0.5, 0.0]),
             }
@@ -135,7 +136,7 @@ fn light_choice_is_unbiased() {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
         let random = |index| sampler.get_2d(Dimension::Light(0, index)).into();
-        lights.sample_split(&(&from).into(), &nothing.geometry, which, random, |_, sample| {
+        lights.sample_split(&(&from).into(), &nothing.geometry, which, random, |_, sample, _| {
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
         });

@@ -149,7 +149,9 @@ impl Lens {
             Lens::DoubleSphere(lens) => lens.undistort(image),
             Lens::Equirectangular => panorama::from_equirectangular(image),
             Lens::Cylindrical => panorama::from_cylindrical(image),
-            _ => self.plane_direction(self.undistort_plane(image, None)?),
+            Lens::OpenCv(_) | Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) | Lens::Omni(_) => {
+                self.plane_direction(self.undistort_plane(image, None)?)
+            }
         }
     }
 

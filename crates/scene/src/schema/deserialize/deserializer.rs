@@ -4,14 +4,16 @@ use std::fmt;
 
 use serde::de::value::StrDeserializer;
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 
+use crate::error_code::ErrorCode;
 use crate::schema::deserialize::error::{DeError, quoted};
 use crate::schema::deserialize::list::visit_list;
 use crate::schema::deserialize::number::{ArrayDeserializer, Number};
 use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
+use crate::schema::spec::light::split_light_keys;
 
 /// Key that names the variant of an enum with fields.
 const TAG: &str = "type";
@@ -110,6 +112,19 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
         })
     }
 
+    fn deserialize_tuple_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: usize,
+        visitor: V,
+    ) -> Result<V::Value, DeError> {
+        let Value::Table(entries) = &self.0.value else {
+            return self.with_span(self.visit(Reject("a table".into()))).map(|never| match never {});
+        };
+        let parts = split_light_keys(entries).map_err(DeError::custom);
+        self.with_span(parts.and_then(|parts| visitor.visit_seq(SplitTable { parts: &parts, next: 0 })))
+    }
+
     fn deserialize_u8<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         self.visit_whole(visitor)
     }
@@ -127,8 +142,24 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
     }
 
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u128 f32 f64 char str string bytes byte_buf unit unit_struct tuple tuple_struct map
+        bool i8 i16 i32 i64 i128 u128 f32 f64 char str string bytes byte_buf unit unit_struct tuple map
         identifier ignored_any
+    }
+}
+
+/// Parts of a table whose keys belong to several structs.
+struct SplitTable<'a> {
+    parts: &'a [SpannedValue],
+    next: usize,
+}
+
+impl<'de> SeqAccess<'de> for SplitTable<'_> {
+    type Error = DeError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, DeError> {
+        let part = self.parts.get(self.next);
+        self.next += 1;
+        part.map(|part| seed.deserialize(ValueDeserializer(part))).transpose()
     }
 }
 
@@ -193,7 +224,9 @@ impl<'a, 'de> EnumAccess<'de> for TaggedAccess<'a> {
     fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, TableAccess<'a>), DeError> {
         let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
             let names = quoted(self.variants);
-            return Err(DeError::custom(format_args!("the key {TAG:?} is missing; expected one of {names}")));
+            return Err(DeError::new(
+                ErrorCode::MissingValue.message(format!("the key {TAG:?} is missing; expected one of {names}")),
+            ));
         };
         let variant = seed
             .deserialize(ValueDeserializer(&tag.value))
@@ -213,11 +246,11 @@ impl<'de> VariantAccess<'de> for TableAccess<'_> {
     }
 
     fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, DeError> {
-        Err(DeError::custom("a table; expected a name"))
+        Err(DeError::new(ErrorCode::WrongType.message("a table; expected a name")))
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, DeError> {
-        Err(DeError::custom("a table; expected a name"))
+        Err(DeError::new(ErrorCode::WrongType.message("a table; expected a name")))
     }
 
     fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], visitor: V) -> Result<V::Value, DeError> {

@@ -23,7 +23,7 @@ pub struct DeErrorDetails {
 }
 
 impl DeError {
-    fn new(message: impl Into<Message>) -> Self {
+    pub fn new(message: impl Into<Message>) -> Self {
         Self(Box::new(DeErrorDetails { path: Vec::new(), message: message.into(), span: None }))
     }
 

@@ -1,7 +1,8 @@
 //! The items of a list.
 
-use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
 
+use crate::error_code::ErrorCode;
 use crate::schema::deserialize::error::DeError;
 
 /// Visits a list of `length` items, and checks that the visitor read all of them.
@@ -15,7 +16,9 @@ where
     let value = visitor.visit_seq(&mut list)?;
     if list.next < length {
         let wanted = list.next;
-        return Err(DeError::custom(format_args!("a list of {length}; expected a list of {wanted}")));
+        return Err(DeError::new(
+            ErrorCode::WrongShape.message(format!("a list of {length}; expected a list of {wanted}")),
+        ));
     }
     Ok(value)
 }

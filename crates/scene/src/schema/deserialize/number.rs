@@ -2,9 +2,10 @@
 
 use std::fmt::Debug;
 
-use serde::de::{Deserializer, Error, Visitor};
+use serde::de::{Deserializer, Visitor};
 use serde::forward_to_deserialize_any;
 
+use crate::error_code::ErrorCode;
 use crate::schema::deserialize::error::DeError;
 use crate::schema::deserialize::list::visit_list;
 
@@ -85,7 +86,9 @@ impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
     pub fn visit<'de, V: Visitor<'de>>(shape: &'a [usize], data: &'a [T], visitor: V) -> Result<V::Value, DeError> {
         let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
         if size != Some(data.len()) {
-            return Err(DeError::custom(format_args!("an array of shape {shape:?} with {} numbers", data.len())));
+            return Err(DeError::new(
+                ErrorCode::WrongShape.message(format!("an array of shape {shape:?} with {} numbers", data.len())),
+            ));
         }
         match (shape, data) {
             ([], [number]) => (*number).into().deserialize_any(visitor),

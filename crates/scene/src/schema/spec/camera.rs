@@ -13,6 +13,7 @@ use crate::camera::{
     intrinsics_from_fov,
 };
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::model::AssetLoader;
 use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::Splat;
@@ -185,7 +186,7 @@ impl CameraSpec {
             keys.refuse(&["focal", "fov", "K", "height", "skew", "principal_point"], again)?;
             pose.keys().refuse(&POSE, again)?;
             if self.projection == Projection::Orthographic {
-                return Err(SceneError::schema("projection", again));
+                return Err(SceneError::schema(ErrorCode::ConflictingValues, "projection", again));
             }
             return Camera::from_matrix(matrix, size, self.pixel_center).map_err(|error| error.in_context("matrix"));
         }
@@ -218,7 +219,7 @@ impl CameraSpec {
             (None, _) => {
                 let message = "\"distortion\", the coefficients of the lens, is missing; use [0, 0, 0, 0] for an \
                     equidistant fisheye";
-                keys.refuse(&["lens"], message)?;
+                keys.refuse_as(ErrorCode::MissingValue, &["lens"], message)?;
                 Ok(Lens::Pinhole)
             }
         }
@@ -250,7 +251,7 @@ impl CameraSpec {
             (None, Some(height), _) => {
                 if !(height > 0.0 && height.is_finite()) {
                     let message = format!("{height}; expected a finite length > 0");
-                    return Err(SceneError::schema("height", message));
+                    return Err(SceneError::schema(ErrorCode::OutOfRange, "height", message));
                 }
                 intrinsics_from_focal(f64::from(size[1]) / height, size, self.pixel_center)
             }
@@ -314,7 +315,7 @@ impl BackgroundSpec {
         let BackgroundTable { image, fit, camera } = &self.0;
         if *fit == BackgroundFit::Cover && camera.is_some() {
             let message = "\"fit\" is \"cover\", for which no camera is used; use one of them";
-            return Err(SceneError::schema("camera", message));
+            return Err(SceneError::schema(ErrorCode::ConflictingValues, "camera", message));
         }
         let built = camera.as_ref().map(|spec| spec.build(up)).transpose();
         let built = built.map_err(|error| error.in_context("camera"))?;

@@ -38,13 +38,13 @@ impl FogSpec {
             (Some(visibility), None) => [(visibility_constant() / check_visibility(visibility)?) as f32; 3],
             (None, Some(extinction)) => rgb(extinction),
             (None, None) => {
-                let message = "the fog has no density; set visibility in metres or extinction per metre";
-                return Err(SceneError::schema("", ErrorCode::MissingValue.message(message)));
+                let message = "the fog has no density; give visibility in metres or extinction per metre";
+                return Err(SceneError::schema(ErrorCode::MissingValue, "", message));
             }
             (Some(_), Some(_)) => {
                 let message =
-                    "visibility and extinction are both given; use one of them (extinction = ln 20 / visibility)";
-                return Err(SceneError::schema("extinction", ErrorCode::ConflictingValues.message(message)));
+                    "visibility and extinction are both given; give one of them (extinction = ln 20 / visibility)";
+                return Err(SceneError::schema(ErrorCode::ConflictingValues, "extinction", message));
             }
         };
         let fog = Fog {
@@ -63,6 +63,6 @@ fn check_visibility(visibility: f64) -> Result<f64> {
     if visibility.is_finite() && visibility > 0.0 && ((visibility_constant() / visibility) as f32).is_finite() {
         return Ok(visibility);
     }
-    let message = format!("{visibility}; expected a finite number of metres > 0");
-    Err(SceneError::schema("visibility", ErrorCode::OutOfRange.message(message)))
+    let message = format!("{visibility}: expected a finite number of metres > 0");
+    Err(SceneError::schema(ErrorCode::OutOfRange, "visibility", message))
 }

@@ -59,7 +59,7 @@ impl MediumSpec {
         let medium = match self {
             Self::Name(name) => Medium::named(name).ok_or_else(|| {
                 let message = format!("no medium {name:?}{}", suggestion(name, preset::names()));
-                SceneError::schema("", ErrorCode::UnknownName.message(message))
+                SceneError::schema(ErrorCode::UnknownName, "", message)
             })?,
             Self::Table(MediumTable { absorption, scattering, g }) => {
                 let rgb = |given: &Option<Splat<3>>| given.map_or([0.0; 3], |Splat(values)| values.map(|v| v as f32));

@@ -3,6 +3,7 @@
 pub(crate) mod camera;
 pub(crate) mod fog;
 pub(crate) mod inline_image;
+pub(crate) mod light;
 pub(crate) mod medium;
 pub(crate) mod object;
 pub(crate) mod optics;

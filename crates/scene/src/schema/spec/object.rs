@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::camera::sensor::LidarSurface;
 use crate::schema::keys::{Keys, by_key};
-use crate::schema::shorthand::{Category, Color, Refine, Splat, Wraps};
+use crate::schema::shorthand::{Category, Color, Refine, Splat, Visible, Wraps};
 use crate::schema::spec::medium::MediumSpec;
 use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
@@ -21,9 +21,11 @@ pub struct ObjectSpec {
     /// first use.
     pub category: Option<Category>,
 
-    /// False hides the object: it is excluded from images, shadows, light and queries, and keeps its index. Default:
-    /// true.
-    pub visible: Option<bool>,
+    /// False hides the object: it is excluded from images, shadows, light and queries, and keeps its index. A table such
+    /// as { camera = false, shadow = true, reflection = true } hides it from some rays only: from the camera, from
+    /// lights, on which it then casts no shadow, or from mirrors, glass and indirect light. Queries still find it.
+    /// Default: true.
+    pub visible: Option<Visible>,
     /// True if images with a transparent background or a camera's background show the object's shadows but not the
     /// object, for example for a ground that the photo already shows. Default: false.
     pub shadow_catcher: Option<bool>,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::{Aperture, Pose, ReadoutDirection, ShutterMotion};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::schema::spec::pose::PoseSpec;
 
 /// The opening of a thin lens: `radius`, or `f_number` with `focal_length`; and `focus`.
@@ -78,18 +79,20 @@ impl ApertureSpec {
     /// # Errors
     /// [`SceneError`] if its size or focus is missing or given twice, and the errors of [`Aperture::new`].
     pub fn build(&self) -> Result<Aperture> {
-        let fail = |message: &str| Err(SceneError::schema("", message));
+        let fail = |code, message: &str| Err(SceneError::schema(code, "", message));
         let radius = match (self.radius, self.f_number, self.focal_length) {
             (Some(radius), None, None) => radius,
             (None, Some(f_number), Some(focal_length)) => {
                 if !(f_number > 0.0 && focal_length > 0.0) {
-                    return fail("f_number and focal_length must be greater than 0");
+                    return fail(ErrorCode::OutOfRange, "f_number and focal_length must be greater than 0");
                 }
                 focal_length / (2.0 * f_number)
             }
-            _ => return fail("expected radius, or f_number with focal_length"),
+            _ => return fail(ErrorCode::MissingValue, "expected radius, or f_number with focal_length"),
         };
-        let Some(focus) = self.focus else { return fail("focus, the depth that is sharp, is missing") };
+        let Some(focus) = self.focus else {
+            return fail(ErrorCode::MissingValue, "focus, the depth that is sharp, is missing");
+        };
         Aperture::new(radius, focus, self.blades, self.rotation)
     }
 }
@@ -125,7 +128,7 @@ impl ShutterSpec {
                 let last = self.exposure + self.readout;
                 if last.is_nan() || last <= 0.0 {
                     let message = "exposure and readout are both 0, which leaves no time to move; set one of them";
-                    return Err(SceneError::schema("", message));
+                    return Err(SceneError::schema(ErrorCode::OutOfRange, "", message));
                 }
                 vec![(0.0, start), (last, end)]
             }
@@ -140,7 +143,7 @@ impl ShutterSpec {
             (None, None) => vec![(0.0, start)],
             (Some(_), Some(_)) => {
                 let message = "\"track\" is given too and already contains the path; use one of them";
-                return Err(SceneError::schema("end", message));
+                return Err(SceneError::schema(ErrorCode::ConflictingValues, "end", message));
             }
         };
         ShutterMotion::new(self.exposure, self.readout, self.direction, poses)

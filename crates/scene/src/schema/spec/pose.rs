@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::camera::{Camera, PixelCenter, Pose};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::math::rotation::CAMERA_FROM_BODY;
 use crate::schema::keys::{Keys, by_key};
 use crate::up::Up;
@@ -129,10 +130,10 @@ impl PoseSpec {
             };
             Camera::new(k, r, c, size, center)?
         } else {
-            keys.refuse(&["C", "t"], "requires \"R\", which is missing; with angles or a target, use \"location\"")?;
+            keys.refuse_without("\"R\" (with angles or a target, use \"location\")", &["C", "t"])?;
             let Some(location) = self.location.map(DVec3::from_array) else {
                 let message = "no pose; expected location with roll, pitch, yaw or target, or R with C or t, or matrix";
-                return Err(SceneError::schema("", message));
+                return Err(SceneError::schema(ErrorCode::MissingValue, "", message));
             };
             if let Some(target) = self.target {
                 keys.refuse(&["roll", "pitch", "yaw"], "\"target\" is given too; expected angles or a target")?;
@@ -140,7 +141,8 @@ impl PoseSpec {
                 let target = DVec3::from_array(target);
                 Camera::look_at(location, target, up, k, size, center)?
             } else {
-                keys.refuse(
+                keys.refuse_as(
+                    ErrorCode::MissingValue,
                     &["up"],
                     "requires \"target\", which is missing; with angles, use roll to tilt the camera",
                 )?;

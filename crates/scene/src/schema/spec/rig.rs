@@ -2,6 +2,7 @@
 
 use crate::camera::{NamedCamera, Rig};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::model::AssetLoader;
 use crate::schema::spec::camera::CameraSpec;
 use crate::schema::spec::optics::ShutterSpec;
@@ -85,7 +86,12 @@ impl RigSpec {
         for (i, spec) in std::mem::take(&mut self.lidar).into_iter().enumerate() {
             if spec.trajectory.is_some() {
                 let message = "a lidar on a rig moves with the rig; remove it, or move the rig by [[video.keyframe]]";
-                return Err(SceneError::schema(format!("{}.trajectory", key("lidar", i)), message).into());
+                return Err(SceneError::schema(
+                    ErrorCode::ConflictingValues,
+                    format!("{}.trajectory", key("lidar", i)),
+                    message,
+                )
+                .into());
             }
             sensors.push(spec.build(Up::Z, &key("lidar", i), files)?);
         }
@@ -132,7 +138,7 @@ impl RigSpec {
         let Some(shutter) = &self.shutter else { return Ok(rig) };
         if shutter.mount.is_some() {
             let message = "applies only to single cameras; in a rig, place each camera on the body";
-            return Err(SceneError::schema("shutter.mount", message));
+            return Err(SceneError::schema(ErrorCode::ConflictingValues, "shutter.mount", message));
         }
         let motion = shutter.build(body, |pose| pose.build_body(up)).map_err(|error| error.in_context("shutter"))?;
         rig.with_motion(motion)

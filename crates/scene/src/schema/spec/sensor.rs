@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::sensor::{LIDAR, NamedSensor, SensorFile};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::model::AssetLoader;
 use crate::schema::shorthand::Splat;
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
@@ -149,7 +150,7 @@ impl LidarSpec {
         let within = |error: SceneError| error.in_context(place);
         if self.device.is_none() && self.calibration.is_none() {
             let message = "missing; expected a device, or \"calibration\" with the file of a unit";
-            return Err(within(SceneError::schema("device", message)).into());
+            return Err(within(SceneError::schema(ErrorCode::MissingValue, "device", message)).into());
         }
         let pose = build_pose(&pose_of!(self), up).map_err(within)?;
         let mut contents = Vec::new();
@@ -161,8 +162,13 @@ impl LidarSpec {
         let name = self.name.take().unwrap_or_else(|| LIDAR.into());
         (self.location, self.roll, self.pitch, self.yaw, self.target, self.up) = (None, None, None, None, None, None);
         (self.r, self.c, self.t) = (None, None, None);
-        let settings = serde_json::to_string(&self)
-            .map_err(|error| within(SceneError::schema("", format!("a number that JSON cannot represent: {error}"))))?;
+        let settings = serde_json::to_string(&self).map_err(|error| {
+            within(SceneError::schema(
+                ErrorCode::OutOfRange,
+                "",
+                format!("a number that JSON cannot represent: {error}"),
+            ))
+        })?;
         let pose = pose.or(Some(crate::camera::Pose::IDENTITY).filter(|_| up == Up::Z));
         let pose = match pose {
             Some(pose) => pose,
@@ -184,11 +190,11 @@ impl SensorSpec {
         let kind = self.type_.unwrap_or_default();
         let is_class = kind.split_once(':').is_some_and(|(module, class)| !module.is_empty() && !class.is_empty());
         if !is_class {
-            let message = format!("{kind:?}; expected a Python class as \"module:Class\"");
-            return Err(SceneError::schema("type", message));
+            let message = format!("{kind:?}: expected a Python class as \"module:Class\"");
+            return Err(SceneError::schema(ErrorCode::InvalidValue, "type", message));
         }
         let settings = serde_json::to_string(&self.description)
-            .map_err(|error| SceneError::schema("description", error.to_string()))?;
+            .map_err(|error| SceneError::schema(ErrorCode::InvalidValue, "description", error.to_string()))?;
         let name = self.name.unwrap_or_else(|| "sensor".into());
         let sensor = NamedSensor { name, kind, settings, pose, files: Vec::new() };
         sensor.validate()?;

@@ -32,6 +32,16 @@ const STYLES = {
   alpha: { kind: "share" },
   shadow: { kind: "light", of: 3 },
   transmittance: { kind: "light", of: 3 },
+  emission: { kind: "light", of: 3 },
+  direct: { kind: "light", of: 3 },
+  indirect: { kind: "light", of: 3 },
+  diffuse: { kind: "light", of: 3 },
+  specular: { kind: "light", of: 3 },
+  volume: { kind: "light", of: 3 },
+  roughness: { kind: "share" },
+  metallic: { kind: "share" },
+  projector_uv: { kind: "place", of: 2, unit: "pixels" },
+  nocs: { kind: "weights", of: 3 },
   error: { kind: "scalar" },
   flow: { kind: "flow", of: 2, unit: "pixels" },
 };
@@ -45,7 +55,8 @@ export function styleOf({ name, dtype, components }) {
   const known = Object.hasOwn(STYLES, name) ? STYLES[name] : null;
   if (known && (known.of || 1) === components && (known.kind === "ids") === (dtype === "int32")) return known;
   if (dtype === "int32" && components === 1) return { kind: "ids" };
-  if (/\.rgb$/i.test(name) && components === 3) return { kind: "light" }; // a layer of another program's EXR file
+  // The light of one source, or a layer of another program's EXR file.
+  if (/^light:|\.rgb$/i.test(name) && components === 3) return { kind: "light" };
   return components === 2 ? { kind: "flow", of: 2 } : components === 3 ? { kind: "place", of: 3 } : { kind: "scalar" };
 }
 

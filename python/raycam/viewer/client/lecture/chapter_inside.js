@@ -151,7 +151,7 @@ export function buildTreeFigure(fig) {
   fig.stepper({ last: () => traverse(tree, corners, ray()).visited.length, get: () => Math.min(step, traverse(tree, corners, ray()).visited.length), set: (i) => { step = i; }, ms: 350 });
   fig.readout(() => {
     const { visited, tested, hit } = traverse(tree, corners, ray());
-    return [[`Without the tree: ${count} triangles. With it: ${visited.length} boxes and ${tested.length} triangles. ${hit ? `Hit at t = ${fixed(hit.t, 3)}.` : "No hit."}`]];
+    return [[`Without the tree: ${count} triangles. With it: ${visited.length} boxes entered and ${tested.length} triangles tried. ${hit ? `Hit at t = ${fixed(hit.t, 3)}.` : "No hit."}`]];
   });
 }
 

@@ -91,12 +91,12 @@ export const CAMERA_EXERCISES = [
       if (areClose(values, ray.C)) return "This is C, the camera's centre: it lies on the line, but a second point is needed.";
       if (areClose(values, rayOfPixel(P, pixel[1], pixel[0]).XPrime || [])) return "This is the line of the pixel (row, column): the column comes first.";
       const { u, v } = pixelOf(P, values);
-      return `Your point is visible at (${general(u)}, ${general(v)}). P⁺ = Pᵀ (P Pᵀ)⁻¹; divide P⁺ x by its fourth number.`;
+      return `The image of your point is (${general(u)}, ${general(v)}). P⁺ = Pᵀ (P Pᵀ)⁻¹; divide P⁺ x by its fourth number.`;
     },
   },
   {
     id: "forward",
-    title: "A pseudoinverse returned the point X' below. Is it in front of the camera? Enter the dot product v·(X' - C) and the ray r",
+    title: "Somebody chose the point X' below on the line of the last exercise. Is it in front of the camera? Enter the dot product v·(X' - C) and the direction r",
     asked: ["v·(X' - C)", ...triple("r")],
     given: ({ R, ray, behind }) => ["R =", ...rowsOf(R, 3), `X' = ${vectorText(behind)}`, `C = ${vectorText(ray.C)}`],
     answer: ({ ray, behind }) => [dot(ray.forward, minus(behind, ray.C)), ...ray.r],

@@ -28,8 +28,7 @@ export class LookControls {
     };
     for (const input of [this.light, this.ground, this.has, this.background]) input.addEventListener("change", act);
     for (const input of this.angles) input.addEventListener("input", act);
-    byId("look-reset", HTMLButtonElement).addEventListener("click", (event) => {
-      event.preventDefault(); // the button is in the summary, which would fold the group
+    byId("look-reset", HTMLButtonElement).addEventListener("click", () => {
       if (!this.first) return;
       this.show(this.first);
       changed(this.first);

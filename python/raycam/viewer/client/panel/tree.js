@@ -52,7 +52,7 @@ export class SceneTree {
       if (!rows.length) return [];
       const made = element("ul", "", { "aria-label": title });
       made.append(...rows);
-      return [element("h3", title), made];
+      return [element("h2", title), made];
     }));
     if (!list.children.length) list.append(element("p", wanted ? `Nothing matches "${this.search.value}".` : "The world is empty."));
     list.scrollTop = top;

@@ -2,13 +2,13 @@
 
 import { byId, element, fillSelect, numbersOf } from "../dom.js";
 import { grouped } from "../image/numbers.js";
+import { LightControls } from "./lights.js";
+import { PlacementFields } from "./placement.js";
+import { TextureSlots } from "./textures.js";
 import { SceneTree } from "./tree.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
-const MOVES = /** @type {[string, number[]][]} */ ([
-  ["-x", [-1, 0, 0]], ["+x", [1, 0, 0]], ["-y", [0, -1, 0]], ["+y", [0, 1, 0]], ["-z", [0, 0, -1]], ["+z", [0, 0, 1]],
-]);
 const TURN = 15; // degrees
 const GROWTH = 1.1;
 const THIRD_STOP = 2 ** (1 / 3);
@@ -18,14 +18,18 @@ export class WorldControls {
   constructor(client) {
     this.client = client;
     this.object = byId("object", HTMLSelectElement);
-    this.light = byId("light", HTMLSelectElement);
+    this.lights = new LightControls(client);
+    this.textures = new TextureSlots(client);
+    this.placement = new PlacementFields((place, value) => this.edit("object", "place", [place, value]), (text) => client.say(text, "error"));
     this.shown = byId("object-visible", HTMLInputElement);
-    this.step = byId("move-step", HTMLInputElement);
     this.color = byId("object-color", HTMLInputElement);
     this.roughness = byId("object-roughness", HTMLInputElement);
     this.metallic = byId("object-metallic", HTMLInputElement);
     this.emission = byId("object-emission", HTMLInputElement);
-    this.tool = byId("tool", HTMLSelectElement);
+    this.tool = "none";
+    this.tools = /** @type {HTMLButtonElement[]} */ ([...document.querySelectorAll("[data-tool]")]);
+    for (const button of this.tools) button.addEventListener("click", () => this.setTool(button.dataset.tool || "none"));
+    this.showTool();
     this.cameras = byId("show-cameras", HTMLInputElement);
     this.explained = byId("show-explained", HTMLInputElement);
     this.grid = byId("show-grid", HTMLInputElement);
@@ -40,17 +44,15 @@ export class WorldControls {
       show: (number, visible) => this.change("object", number, "visible", visible),
       isolate: (number) => this.change("object", number, "isolate", this.objects.filter(({ visible }) => visible).length > 1),
       light: (number) => {
-        this.light.value = String(number);
-        byId("look", HTMLDetailsElement).open = true;
-        byId("light", HTMLElement).scrollIntoView({ block: "nearest" });
+        this.lights.select(number);
+        byId("light-group", HTMLDetailsElement).open = true;
+        byId("light-group", HTMLElement).scrollIntoView({ block: "nearest" });
       },
       lookThrough: (name) => this.lookThrough(name),
     });
     /** Called with the name of a camera that is chosen in the tree. @type {(name: string) => void} */
     this.lookThrough = () => {};
     for (const box of [this.cameras, this.explained, this.grid]) box.addEventListener("change", () => this.tellOverlay());
-    fillSelect(this.tool, [["none", "none"], ["move", "move"], ["turn", "turn"], ["scale", "scale"]]);
-    this.tool.addEventListener("change", () => this.select());
     this.object.addEventListener("change", () => this.pick(Number(this.object.value)));
     for (const [key, input] of /** @type {["roughness" | "metallic" | "emission", HTMLInputElement][]} */ ([["roughness", this.roughness], ["metallic", this.metallic], ["emission", this.emission]])) {
       input.addEventListener("change", () => {
@@ -61,12 +63,6 @@ export class WorldControls {
     for (const input of [this.roughness, this.metallic]) input.addEventListener("input", () => this.showValues());
     this.shown.addEventListener("change", () => this.edit("object", "visible", this.shown.checked));
     this.color.addEventListener("change", () => this.edit("object", "color", this.color.value));
-    for (const [name, axis] of MOVES) {
-      this.button("moves", name, `move ${name}`, () => {
-        const [step] = numbersOf([this.step], (text) => client.say(text, "error")) || [];
-        if (step !== undefined) this.edit("object", "move", axis.map((each) => each * step || 0));
-      });
-    }
     this.button("turns", "turn left", "turn left", () => this.edit("object", "turn", TURN));
     this.button("turns", "turn right", "turn right", () => this.edit("object", "turn", -TURN));
     this.button("turns", "larger", "larger", () => this.edit("object", "scale", GROWTH));
@@ -95,7 +91,7 @@ export class WorldControls {
 
   /** @param {import("../client.js").Message} contents */
   show({ editable, objects, lights, counts }) {
-    const [object, light] = [this.object.value, this.light.value];
+    const object = this.object.value;
     this.objects = objects;
     this.count = counts[0];
     /** @type {[string, any[], number][]} */
@@ -106,11 +102,12 @@ export class WorldControls {
     unlisted.textContent = cut.map(([what, listed, count]) => `${grouped(listed.length)} of ${grouped(count)} ${what} are listed.`).join(" ");
     if (!unlisted.hidden) unlisted.append(" Click any other object in the image.");
     fillSelect(this.object, objects.map((/** @type {any} */ each, /** @type {number} */ i) => [String(i), each.name || `object ${i}`]));
-    fillSelect(this.light, lights.map((/** @type {string} */ name, /** @type {number} */ i) => [String(i), name]));
     byId("edit", HTMLElement).hidden = !editable || !objects.length;
-    byId("lights", HTMLElement).hidden = !editable || !lights.length;
-    this.tree.show({ objects, lights, editable });
-    this.light.value = light && Number(light) < lights.length ? light : "0";
+    for (const button of this.tools) button.hidden = !editable || !objects.length;
+    byId("light-group", HTMLElement).hidden = !editable;
+    byId("camera-edit", HTMLElement).hidden = !editable;
+    this.tree.show({ objects, lights: lights.map((/** @type {any} */ each) => each.name), editable });
+    this.lights.show(lights);
     this.choose(object && Number(object) < this.count ? Number(object) : 0);
   }
 
@@ -158,24 +155,31 @@ export class WorldControls {
   /** Says which object is chosen, and the tool on it. */
   select() {
     this.selected = Number(this.object.value);
-    const chosen = this.tool.value === "none" && this.isChosen ? "outline" : this.tool.value;
+    const chosen = this.tool === "none" && this.isChosen ? "outline" : this.tool;
     const tool = /** @type {import("../messages").Select["tool"]} */ (chosen);
     this.client.transport.send({ type: "select", number: this.selected, tool });
   }
 
   /** @param {string} name of the tool that is taken; of the one that is in use, to put it away */
   setTool(name) {
-    this.tool.value = this.tool.value === name ? "none" : name;
+    this.tool = this.tool === name ? "none" : name;
+    this.showTool();
     this.select();
   }
 
+  showTool() {
+    for (const button of this.tools) button.setAttribute("aria-pressed", String(button.dataset.tool === this.tool));
+  }
+
   /** @param {import("../client.js").Message} selected */
-  showMaterial({ number, name, visible, material, animated }) {
+  showMaterial({ number, name, visible, material, animated, place, textures }) {
     if (number !== Number(this.object.value)) return;
+    this.placement.show(place, Boolean(animated));
+    this.textures.show(number, textures || []);
     const fixed = byId("object-fixed", HTMLElement);
     fixed.hidden = !animated;
     fixed.textContent = animated ? "An animation moves this object, so it cannot be moved here." : "";
-    for (const button of document.querySelectorAll("#moves button, #turns button")) /** @type {HTMLButtonElement} */ (button).disabled = Boolean(animated);
+    for (const button of document.querySelectorAll("#turns button")) /** @type {HTMLButtonElement} */ (button).disabled = Boolean(animated);
     if (number >= this.objects.length && name) {
       this.object.selectedOptions[0].textContent = name;
       this.shown.checked = visible;
@@ -196,7 +200,7 @@ export class WorldControls {
    * @param {import("../messages").Edit["value"]} value
    */
   edit(kind, key, value) {
-    this.change(kind, Number((kind === "object" ? this.object : this.light).value), key, value);
+    this.change(kind, Number((kind === "object" ? this.object : this.lights.light).value), key, value);
   }
 
   /**

@@ -1,0 +1,38 @@
+//! Properties that lights of every type have.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Name and visibility of a light.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LightTraits {
+    /// Name in channels; default: the light's type.
+    pub name: Option<String>,
+    /// The rays that find the light.
+    pub visible: LightVisibility,
+}
+
+/// The rays that find a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightVisibility {
+    /// True if the camera sees the light: its shape, or as the background.
+    pub camera: bool,
+    /// True if mirrors and glass show the light.
+    pub reflection: bool,
+    /// True if the light illuminates surfaces and media.
+    pub light: bool,
+}
+
+impl Default for LightVisibility {
+    fn default() -> Self {
+        Self { camera: true, reflection: true, light: true }
+    }
+}
+
+impl LightVisibility {
+    /// True for a light that every ray finds.
+    pub fn is_everywhere(self) -> bool {
+        self == Self::default()
+    }
+}

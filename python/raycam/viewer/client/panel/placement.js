@@ -1,0 +1,27 @@
+// The numbers of the selected object's placement: location, angles and scales.
+
+import { byId, numbersOf } from "../dom.js";
+
+const PLACE_FIELDS = ["place-x", "place-y", "place-z", "place-roll", "place-pitch", "place-yaw", "scale-x", "scale-y", "scale-z"];
+
+export class PlacementFields {
+  /** @param {(place: number, value: number) => void} changed @param {(text: string) => void} wrong */
+  constructor(changed, wrong) {
+    this.inputs = PLACE_FIELDS.map((id) => byId(id, HTMLInputElement));
+    this.inputs.forEach((input, i) => {
+      input.addEventListener("change", () => {
+        const [value] = numbersOf([input], wrong) || [];
+        if (value !== undefined) changed(i, value);
+      });
+    });
+  }
+
+  /** @param {number[] | null | undefined} values null for an object that is sheared @param {boolean} isFixed by an animation */
+  show(values, isFixed) {
+    byId("placement", HTMLElement).hidden = !values;
+    this.inputs.forEach((input, i) => {
+      input.disabled = isFixed;
+      if (values && document.activeElement !== input) input.value = String(Number(values[i].toFixed(6)));
+    });
+  }
+}

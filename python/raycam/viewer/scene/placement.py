@@ -1,0 +1,68 @@
+"""An object's placement as numbers: location, roll, pitch, yaw and scales, and its matrix."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...arguments import Floats
+from ...errors import SettingsError
+
+__all__ = ["matrix_of_placement", "placement_of_matrix"]
+
+LENGTH = 9
+"""Numbers of a placement: location [3], roll, pitch, yaw in degrees, scales [3]."""
+WORLD_FROM_REFERENCE_Y = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
+"""World axes of the body axes at zero angles, in a world whose up axis is y."""
+SHEAR_LIMIT = 1e-6
+
+
+def matrix_of_placement(values: Any, up: str) -> Floats:
+    """The matrix [4, 4] of a placement, with the angles of `World.add_object`. Raises `SettingsError`."""
+    if not isinstance(values, list) or len(values) != LENGTH or not np.isfinite(values).all():
+        raise SettingsError(f"place: expected {LENGTH} numbers", code="wrong_shape")
+    if not all(values[6:]):
+        raise SettingsError("scale: must not be 0", code="out_of_range")
+    matrix = np.eye(4)
+    turn = _reference(up) @ _rotation(*values[3:6]) @ _reference(up).T
+    matrix[:3, :3] = turn * np.array(values[6:])
+    matrix[:3, 3] = values[:3]
+    return matrix
+
+
+def placement_of_matrix(matrix: Floats, up: str) -> list[float] | None:
+    """The placement [9] of a matrix, or None if the matrix shears the object."""
+    linear = np.asarray(matrix, float)[:3, :3]
+    scales = np.linalg.norm(linear, axis=0)
+    if not np.isfinite(linear).all() or not scales.all():
+        return None
+    if np.linalg.det(linear) < 0:
+        scales = scales * [1, 1, -1]
+    turn = linear / scales
+    if np.abs(turn.T @ turn - np.eye(3)).max() > SHEAR_LIMIT:
+        return None
+    body = _reference(up).T @ turn @ _reference(up)
+    pitch = math.asin(min(max(-float(body[2, 0]), -1.0), 1.0))
+    if abs(body[2, 0]) < 1 - 1e-12:
+        roll, yaw = math.atan2(body[2, 1], body[2, 2]), math.atan2(body[1, 0], body[0, 0])
+    else:  # looking straight up or down: only the sum of roll and yaw is defined
+        roll, yaw = 0.0, math.atan2(-body[0, 1], body[1, 1])
+    angles = np.degrees([roll, pitch, yaw])
+    return [float(each) + 0.0 for each in (*np.asarray(matrix)[:3, 3], *angles, *scales)]
+
+
+def _reference(up: str) -> Floats:
+    return np.eye(3) if up == "z" else WORLD_FROM_REFERENCE_Y
+
+
+def _rotation(roll: float, pitch: float, yaw: float) -> Floats:
+    """Rz(yaw) Ry(pitch) Rx(roll)."""
+    (cr, sr), (cp, sp), (cy, sy) = (
+        (math.cos(each), math.sin(each)) for each in map(math.radians, (roll, pitch, yaw))
+    )
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)

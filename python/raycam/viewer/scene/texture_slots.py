@@ -1,0 +1,142 @@
+"""The textures of an object's material in a view: thumbnails, replacement by an image file, and removal."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._core import srgb_from_linear
+from ...arguments import one_of
+from ...camera import Camera
+from ...errors import Error
+from ...notices import collected
+from ...render import render
+from ...world import World
+
+__all__ = ["SLOTS", "Slot", "set_texture", "texture_slots", "thumbnail"]
+
+Slot = Literal["color", "normal", "roughness", "metallic", "emission"]
+SLOTS: tuple[Slot, ...] = ("color", "normal", "roughness", "metallic", "emission")
+"""The slots that the client shows; other textures of the material stay unchanged."""
+THUMBNAIL_SIDE = 64
+GLTF_TEXTURES = {
+    "normal": "normalTexture",
+    "roughness": "metallicRoughnessTexture",
+    "metallic": "metallicRoughnessTexture",
+    "emission": "emissiveTexture",
+}
+NEUTRAL: dict[str, tuple[int, int, int]] = {"normal": (128, 128, 255)}
+"""The sRGB texels of a slot without effect; white for the others."""
+
+
+def texture_slots(world: World, number: int) -> list[dict[str, Any]]:
+    """Each slot of an object's first material: its name, the image file (empty without one), and whether it is used."""
+    found = json.loads(world._core.material(number, 0))
+    if found is None:
+        return []
+    names = world._core.textures
+    values = found["model"].get("Principled", {}) if isinstance(found["model"], dict) else {}
+    places = {
+        "color": found.get("texture"),
+        "normal": (found.get("normal_map") or {}).get("texture"),
+        "emission": found["emission"].get("texture"),
+        **{key: values.get(key, {}).get("texture") for key in ("roughness", "metallic")},
+    }
+    slots = []
+    for slot in SLOTS:
+        place = places[slot]
+        if place is None and slot not in ("color",) and not values:
+            continue  # only principled materials have other slots
+        name = "" if place is None else names[place["texture"]]
+        slots.append({"slot": slot, "file": os.path.basename(name), "used": place is not None})
+    return slots
+
+
+def set_texture(world: World, number: int, slot: str, image: str | None) -> World:
+    """Returns a copy of a world with another texture in a slot of an object; None for a neutral one.
+
+    Raises `WorldError` for an object without texture coordinates, and the errors of the image file.
+    """
+    one_of("slot", slot, list(SLOTS))
+    texture: Any = image
+    if image is None:
+        texture = np.full((1, 1, 3), NEUTRAL.get(slot, (255, 255, 255)), np.uint8)
+    changed = world.copy()
+    keys: dict[str, Any] = {"texture": texture} if slot == "color" else {"textures": {slot: texture}}
+    if number < world._core.object_count:
+        keys |= _factor(world, number, slot)
+    changed.set_object(number, **keys)
+    return changed
+
+
+def _factor(world: World, number: int, slot: str) -> dict[str, Any]:
+    """The key that keeps the material's own value of a slot, which its texture multiplies."""
+    found = json.loads(world._core.material(number, 0)) or {}
+    if slot == "color" and "color" in found:
+        return {"color": found["color"]}
+    values = found["model"].get("Principled", {}) if isinstance(found.get("model"), dict) else {}
+    if slot in ("roughness", "metallic") and slot in values:
+        return {slot: values[slot]["value"]}
+    if slot == "emission" and max(found["emission"]["value"], default=0) > 0:
+        return {"emission": found["emission"]["value"]}
+    return {}
+
+
+def thumbnail(world: World, number: int, slot: str) -> npt.NDArray[np.uint8] | None:
+    """The image [64, 64, 3] of a slot's texture over the unit square; None if the file cannot be shown."""
+    square = world.copy()
+    for other in reversed(range(square._core.object_count)):
+        if other != number:
+            square.remove_object(other)
+    square.set_object(0, plane={"size": [1, 1]}, matrix=np.eye(4), visible=True)
+    try:
+        if slot == "color":
+            square.set_object(0, color=[1.0, 1.0, 1.0])
+            return _picture(square)
+        with tempfile.TemporaryDirectory(prefix="raycam-thumbnail-") as folder:
+            file = _extract(square, slot, Path(folder))
+            if file is None:
+                return None
+            shown = World()
+            shown.add_object(plane={"size": [1, 1]}, type="unlit", texture=file)
+            return _picture(shown)
+    except (Error, OSError, ValueError, KeyError, IndexError):
+        return None
+
+
+def _picture(square: World) -> npt.NDArray[np.uint8]:
+    """The albedo of a unit square around the origin, seen along its normal, as sRGB bytes."""
+    half = (THUMBNAIL_SIDE - 1) / 2
+    K = np.array([[THUMBNAIL_SIDE, 0, half], [0, THUMBNAIL_SIDE, half], [0, 0, 1.0]])
+    camera = Camera(K, np.diag([1.0, -1.0, -1.0]), [0, 0, 1.0], (THUMBNAIL_SIDE, THUMBNAIL_SIDE))
+    with collected():
+        albedo = render(square, camera, channels="albedo", samples=4, threads=1)["albedo"]
+    return srgb_from_linear(np.ascontiguousarray(albedo, np.float32).reshape(-1), 1.0, 8, "standard").reshape(
+        albedo.shape
+    )
+
+
+def _extract(square: World, slot: str, folder: Path) -> Path | None:
+    """Writes the image of a slot of the only object's material into a folder, by way of a GLB file."""
+    with collected():
+        square.to_gltf(folder / "square.glb")
+    data = (folder / "square.glb").read_bytes()
+    length = int.from_bytes(data[12:16], "little")
+    document, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
+    material = document["materials"][document["meshes"][0]["primitives"][0]["material"]]
+    place = material["pbrMetallicRoughness"] if slot in ("roughness", "metallic") else material
+    info = place.get(GLTF_TEXTURES[slot])
+    if info is None:
+        return None
+    image = document["images"][document["textures"][info["index"]]["source"]]
+    view = document["bufferViews"][image["bufferView"]]
+    start = view.get("byteOffset", 0)
+    file = folder / f"image.{image['mimeType'].partition('/')[2]}"
+    file.write_bytes(binary[start : start + view["byteLength"]])
+    return file

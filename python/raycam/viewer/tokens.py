@@ -1,0 +1,39 @@
+"""Tokens, with which clients prove that they may connect."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+
+__all__ = ["Tokens"]
+
+
+class Tokens:
+    """A server's own token, and tokens that are valid once."""
+
+    def __init__(self) -> None:
+        self.own = _create_token()
+        self._invitations: set[str] = set()
+
+    def invite(self) -> str:
+        """Returns a new token that is valid once."""
+        token = _create_token()
+        self._invitations.add(token)
+        return token
+
+    def accept(self, token: str) -> bool:
+        """True for the server's token, and for an unused invitation, which is used up."""
+        if _are_equal(token, self.own):
+            return True
+        used = [each for each in self._invitations if _are_equal(token, each)]
+        self._invitations.difference_update(used)
+        return bool(used)
+
+
+def _create_token() -> str:
+    return secrets.token_urlsafe(32)
+
+
+def _are_equal(a: str, b: str) -> bool:
+    """Compares in a time that does not depend on the texts."""
+    return hmac.compare_digest(a.encode(), b.encode())
