@@ -105,7 +105,7 @@ impl Mover {
             return fail(
                 ErrorCode::OutOfRange,
                 "time",
-                format!("{time} follows {last}; expected keyframes of one mover in order of time"),
+                format!("{time} follows {last}; expected the keyframes of each object or camera in order of time"),
             );
         }
         let interpolation = key.interpolation.unwrap_or(interpolation);
@@ -144,7 +144,7 @@ impl Mover {
             return fail(
                 ErrorCode::ConflictingValues,
                 "",
-                "one mover has both angles and targets; use only one of them in all its keyframes".into(),
+                "some keyframes have angles and others targets; use only one of them for each object or camera".into(),
             );
         }
         Ok(())
