@@ -332,7 +332,7 @@ def test_lights_have_the_radiometric_values_of_usdlux(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.cross(lights["area"]["u"], lights["area"]["v"]), [0, 0, -8])
     np.testing.assert_allclose(lights["disk"]["radiance"], 1 / (math.pi * 0.25), rtol=1e-6)
     np.testing.assert_allclose(lights["sky"]["radiance"], [0.5] * 3)
-    assert any("/lights/dark: no light" in str(notice) for notice in world.notices)
+    assert any("/lights/dark: ignored" in str(notice) for notice in world.notices)
 
 
 def test_sphere_light_with_radius_zero_keeps_its_power(tmp_path: Path) -> None:
