@@ -206,8 +206,11 @@ fn placed_meshes_equal_meshes_with_transformed_vertices() {
         let angle = f64::from(i) * 0.55;
         let eye = 6.0 * DVec3::new(angle.cos(), angle.sin(), 0.7 * (2.0 * angle).sin());
         let camera = look_at(eye, DVec3::ZERO, 45.0, [80, 60]);
-        let (a, b) = (render(&placed, &camera, &settings()), render(&flattened, &camera, &settings()));
-        assert_eq!(bits(&a), bits(&b));
+        let mut settings = settings();
+        // Object coordinates depend on the transform.
+        settings.channels.retain(|channel| *channel != Channel::Nocs);
+        let (a, b) = (render(&placed, &camera, &settings), render(&flattened, &camera, &settings));
+        assert!(bits(&a) == bits(&b));
         seen.extend(i32s(&a, Channel::Instance).iter().copied());
     }
     assert_eq!(seen.len(), 5, "every object and the background are seen");

@@ -43,7 +43,7 @@ fn cameras_require_one_set_of_intrinsics_and_one_pose() {
     );
     fails(
         &format!(r#"{k}, "C": [0, 0, 0]"#),
-        r#"camera[0].C: requires "R", which is missing; with angles or a target, use "location""#,
+        r#"camera[0].C: requires "R" (with angles or a target, use "location"), which is missing"#,
     );
     fails(
         &format!(r#""focal": 5, {here}, "target": [1, 0, 0], "yaw": 3"#),
