@@ -40,7 +40,7 @@ def test_info_shows_the_default_camera() -> None:
     world = raycam.World()
     assert "objects    0" in info(world)
     world.add_object(sphere={})
-    assert "this one frames everything" in info(world)
+    assert "default camera" in info(world)
 
 
 def test_info_prints_no_negative_zero() -> None:

@@ -423,7 +423,7 @@ def test_separate_text_files_for_matrix_and_distortion_are_combined(
     for name, values in zip(names, (K, [BROWN]), strict=True):
         np.savetxt(tmp_path / name, values, delimiter=",")
     cameras = raycam.load_cameras(tmp_path / names[0], size=SIZE)
-    assert f"the lens is that of {names[1]}" in map(str, cameras.notices)
+    assert any(names[1] in str(notice) for notice in cameras.notices)
     (camera,) = cameras.values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-8)
     (tmp_path / names[1]).write_text("k1 = 3")

@@ -71,7 +71,8 @@ def test_link_restores_camera_channel_and_held_pixel(tab: Tab, linked: Server) -
     tab.wait("document.getElementById('status').textContent.includes('4 samples')")
     (first,) = linked.sessions.values()
     size = first.view.size
-    drag(tab, place_of(tab, 10, 10, size), place_of(tab, 20, 15, size))
+    middle = (size[0] // 2, size[1] // 2)
+    drag(tab, place_of(tab, *middle, size), place_of(tab, middle[0] + 10, middle[1] + 5, size))
     until(lambda: first.view.camera_name == "")
     tab.evaluate(
         "((list) => { list.value = 'depth'; list.dispatchEvent(new Event('change')); })"
@@ -79,7 +80,7 @@ def test_link_restores_camera_channel_and_held_pixel(tab: Tab, linked: Server) -
     )
     until(lambda: first.view.channel == "depth")
     tab.wait("document.getElementById('legend').textContent.length > 0")
-    tab.click(*place_of(tab, 12, 20, size))
+    tab.click(*place_of(tab, 3 * size[0] // 4, size[1] // 2, size))
     tab.wait("document.getElementById('pixel-place').textContent.includes('held')")
     pixel = held(tab)
     tab.evaluate(

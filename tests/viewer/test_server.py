@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 import pytest
 import raycam
-from raycam.render.frame import CHANNELS
+from raycam.render.frame import CHANNELS, PASSES
 from raycam.viewer import answers
 from raycam.viewer import scheduler as scheduling
 from raycam.viewer import server as serving
@@ -304,7 +304,7 @@ def test_every_channel_is_sent_exactly(client: Client, small_world: raycam.World
     client.say("planes", wanted=True)
     client.hear("picture", samples=16)
     names = [channel["name"] for channel in client.welcome["channels"]]
-    assert {*names, "shadow"} == set(CHANNELS)
+    assert {*names, "shadow", *PASSES} == set(CHANNELS)
     names.remove("error")
     expected = raycam.render(small_world, camera, samples=16, channels=names)
     for channel in names:

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from raycam.render.frame import CHANNELS
+from raycam.render.frame import CHANNELS, PASSES
 from raycam.viewer import stills
 from raycam.viewer.stills import COLORS, TRUTH, FromScratch, Slices, refinement, truth
 
 
 def test_every_channel_is_sampled_or_ground_truth() -> None:
-    assert sorted([*COLORS, *TRUTH, "error", "shadow"]) == sorted(CHANNELS)
+    assert sorted([*COLORS, *TRUTH, "error", "shadow", *PASSES]) == sorted(CHANNELS)
 
 
 @pytest.mark.parametrize("kind", [Slices, FromScratch])
