@@ -48,7 +48,7 @@ def test_pages_have_no_accessibility_violations(
     make, parts = PAGES[name]
     path = tmp_path / "page.html"
     path.write_text(make(), encoding="utf-8")
-    tab.show(width, 800, scheme)
+    tab.show(width, 800, scheme, motion="reduce")  # figures that fade in have low contrasts for a moment
     tab.call("Page.navigate", url=path.as_uri())
     tab.wait(SHOWN)
     for part in parts:
