@@ -12,11 +12,12 @@ import numpy.typing as npt
 
 from ..arguments import Floats, flag, floats, product, real, whole
 from ..errors import LidarError, nearest
+from ..rotations import rotation_of
 from .device import device_description
 from .ouster import ouster_metadata
 from .pattern import Pattern
 from .patterns import check_family, make_pattern, ouster_unit
-from .pose import Track, rotation_of
+from .pose import Track
 
 if TYPE_CHECKING:
     from ..world import World

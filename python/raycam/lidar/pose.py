@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import Floats, product
+from ..rotations import turn_about
 
-__all__ = ["Track", "rotation_of", "transform"]
-
-WORLD_FROM_REFERENCE = {"z": np.eye(3), "y": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])}
-"""Sensor axes (x forward, y left, z up) in the world at zero angles, by the world's up axis, as for cameras."""
+__all__ = ["Track", "transform"]
 
 
 @dataclass(frozen=True)
@@ -63,28 +61,6 @@ def _arc(first: Floats, last: Floats) -> tuple[Floats, float]:
     largest = int(np.argmax(np.diag(step)))
     column = step[:, largest] + np.eye(3)[:, largest]
     return column / math.sqrt(sum(float(x) ** 2 for x in column)), math.pi
-
-
-def turn_about(axis: Floats, angle: float) -> Floats:
-    """Returns the rotation matrix about a unit axis by `angle` radians (Rodrigues)."""
-    x, y, z = (float(value) for value in axis)
-    c, s = math.cos(angle), math.sin(angle)
-    k = 1.0 - c
-    return np.array(
-        [
-            [c + x * x * k, x * y * k - z * s, x * z * k + y * s],
-            [y * x * k + z * s, c + y * y * k, y * z * k - x * s],
-            [z * x * k - y * s, z * y * k + x * s, c + z * z * k],
-        ]
-    )
-
-
-def rotation_of(roll: float, pitch: float, yaw: float, up: str) -> Floats:
-    """Returns world_from_sensor for angles in degrees: Rz(yaw) Ry(pitch) Rx(roll) in the axes of REP-103."""
-    turn = np.eye(3)
-    for axis, angle in ((2, yaw), (1, pitch), (0, roll)):
-        turn = product(turn, turn_about(np.eye(3)[axis], math.radians(angle)))
-    return product(WORLD_FROM_REFERENCE[up], turn)
 
 
 def transform(turns: Floats, vectors: Floats) -> Floats:

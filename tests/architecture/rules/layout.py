@@ -42,8 +42,8 @@ ORDER = {
         error notice cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors codes notices progress arguments srgb read_only one_line _serialization io camera sensors/sensor rig
-        usd robots world calibration reference render sensors lidar annotations
+        errors codes notices progress arguments rotations srgb read_only one_line _serialization io camera
+        sensors/sensor rig usd robots world calibration reference render sensors lidar annotations
         interop data randomize jobs cluster video dataset baking photos calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat

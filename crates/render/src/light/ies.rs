@@ -5,12 +5,10 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 use raycam_scene::IesProfile;
+use raycam_scene::light::LUMENS_PER_WATT;
 
 use crate::light::bounds::LightBounds;
 use crate::light::samples::LightLiSample;
-
-/// Luminous efficacy of monochromatic light at the eye's peak, lm/W; white light uses the same value.
-const LUMEN_PER_WATT: f64 = 683.0;
 
 #[derive(Debug)]
 pub(crate) struct IesLight {
@@ -37,7 +35,7 @@ impl IesLight {
         // Seen from above (against the nadir), horizontal angles run counter-clockwise.
         let side = front.cross(nadir);
         let scale = match power {
-            None => Vec3::splat((1.0 / LUMEN_PER_WATT) as f32),
+            None => Vec3::splat((1.0 / LUMENS_PER_WATT) as f32),
             Some(power) => (power.as_dvec3() / flux(&profile).max(f64::MIN_POSITIVE)).as_vec3(),
         };
         Self { position, luminaire_from_world: DMat3::from_cols(front, side, nadir).transpose(), profile, scale }

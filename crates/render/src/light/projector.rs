@@ -42,12 +42,17 @@ impl SolidAngles {
         let size = camera.size().map(f64::from);
         let longer = size[0].max(size[1]);
         let cells = size.map(|side| ((side / longer * TABLE_CELLS as f64).ceil() as usize).max(1));
-        let value = |i: usize| {
-            let (x, y) = (i % (cells[0] + 1), i / (cells[0] + 1));
-            let share = DVec2::new(x as f64 / cells[0] as f64, y as f64 / cells[1] as f64);
-            reciprocal_solid_angle(camera, corner + share * DVec2::from(size))
+        let value = |share: DVec2| reciprocal_solid_angle(camera, corner + share * DVec2::from(size));
+        Self { cells, corners: Self::places(cells).map(value).collect() }
+    }
+
+    /// Places of the grid's corners, from 0 to 1 in the image.
+    fn places([columns, rows]: [usize; 2]) -> impl Iterator<Item = DVec2> {
+        let place = move |i: usize| {
+            let (x, y) = (i % (columns + 1), i / (columns + 1));
+            DVec2::new(x as f64 / columns as f64, y as f64 / rows as f64)
         };
-        Self { cells, corners: (0..(cells[0] + 1) * (cells[1] + 1)).map(value).collect() }
+        (0..(columns + 1) * (rows + 1)).map(place)
     }
 
     /// Value at a place from 0 to 1 in the image, linear between the corners.
@@ -109,10 +114,7 @@ impl ProjectorLight {
         let densest = self.table.corners.iter().copied().fold(0.0, f64::max);
         let axis = self.camera.forward();
         let size = self.camera.size().map(f64::from);
-        let cells = self.table.cells;
-        let cosines = (0..(cells[0] + 1) * (cells[1] + 1)).map(|i| {
-            let (x, y) = (i % (cells[0] + 1), i / (cells[0] + 1));
-            let share = DVec2::new(x as f64 / cells[0] as f64, y as f64 / cells[1] as f64);
+        let cosines = SolidAngles::places(self.table.cells).map(|share| {
             let direction = self.camera.ray(corner + share * DVec2::from(size)).1.normalize_or(DVec3::NAN);
             direction.dot(axis)
         });

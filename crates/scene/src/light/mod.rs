@@ -21,6 +21,10 @@ pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
 pub use crate::light::traits::{LightTraits, LightVisibility};
 
+/// Luminous efficacy in lm/W by which photometric units are converted: that of light at 555 nm, to which the eye is most
+/// sensitive.
+pub const LUMENS_PER_WATT: f64 = 683.0;
+
 /// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear; a single
 /// number instead of red, green and blue means grey.
 ///

@@ -68,63 +68,57 @@ class Edits:
 
     def edit(self, kind: str, number: int, key: str, value: Any) -> None:
         """Changes an object or a light. Raises `WorldError`; the world is then unchanged."""
-        if not self.allowed:
-            raise SettingsError(READ_ONLY, code="read_only")
-        self.replace(edited(self.world, kind, number, key, value))
+        self._show_edited(lambda world: edited(world, kind, number, key, value))
 
     def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
         """Sets an object's matrix; the changes of one drag are one step of undo. Raises `WorldError`."""
-        if not self.allowed:
-            raise SettingsError(READ_ONLY, code="read_only")
-        if stroke != self._stroke:
-            _require_placeable(self.world, number)
-        self.change(lambda world: world.set_object(number, matrix=matrix), stroke)
 
-    def change(self, function: Callable[[World], object], stroke: object) -> None:
-        """Calls `function` with a copy of the world and shows the copy; changes with one `stroke` are one step of undo.
+        def place(world: World) -> None:
+            if stroke != self._stroke:
+                _require_placeable(world, number)
+            world.set_object(number, matrix=matrix)
 
-        Raises the errors of `function` (the world is then unchanged) and `SettingsError` in a read-only view.
-        """
-        if not self.allowed:
-            raise SettingsError(READ_ONLY, code="read_only")
-        changed = self.world.copy()
-        function(changed)
-        if stroke == self._stroke:
-            self._show(changed)
-        else:
-            self.replace(changed)
-            self._stroke = stroke
+        self.change(place, stroke)
 
     def place_light(self, number: int, position: Floats, stroke: object) -> None:
         """Sets a light's position; the changes of one drag are one step of undo. Raises `WorldError`."""
-        if not self.allowed:
-            raise SettingsError(READ_ONLY, code="read_only")
-        changed = edit_light(self.world, number, "position", position.tolist())
-        if stroke == self._stroke:
-            self._show(changed)
-        else:
-            self.replace(changed)
-            self._stroke = stroke
+        self._show_edited(lambda world: edit_light(world, number, "position", position.tolist()), stroke)
 
     def keep_camera(self, camera: Camera, name: str) -> str:
         """Adds a camera to the world, as an edit that can be undone; returns its name, which is new."""
-        if not self.allowed:
-            raise SettingsError(READ_ONLY, code="read_only")
         taken = self.world.cameras
         base = name or "view"
         own = next(each for i in itertools.count() if (each := f"{base} {i}" if i else base) not in taken)
-        changed = self.world.copy()
-        changed.add_camera(camera, own)
-        self.replace(changed)
+        self.change(lambda world: world.add_camera(camera, own))
         return own
 
     def remove_camera(self, name: str) -> None:
         """Removes a camera of the world, as an edit that can be undone. Raises `WorldError`."""
+        self.change(lambda world: world.remove_camera(name))
+
+    def change(self, function: Callable[[World], object], stroke: object = None) -> None:
+        """Calls `function` with a copy of the world and shows the copy; changes with one `stroke` are one step of undo.
+
+        Raises the errors of `function` (the world is then unchanged) and `SettingsError` in a read-only view.
+        """
+
+        def edit(world: World) -> World:
+            changed = world.copy()
+            function(changed)
+            return changed
+
+        self._show_edited(edit, stroke)
+
+    def _show_edited(self, edit: Callable[[World], World], stroke: object = None) -> None:
+        """Shows the world that `edit` returns for the current one, as `change` does."""
         if not self.allowed:
             raise SettingsError(READ_ONLY, code="read_only")
-        changed = self.world.copy()
-        changed.remove_camera(name)
-        self.replace(changed)
+        changed = edit(self.world)
+        if stroke is not None and stroke == self._stroke:
+            self._show(changed)
+        else:
+            self.replace(changed)
+            self._stroke = stroke
 
     def replace(self, world: World) -> None:
         """Shows another world, as an edit that can be undone."""

@@ -11,6 +11,7 @@ import numpy as np
 from ..._core import srgb_from_linear
 from ...arguments import Floats
 from ...errors import SettingsError, WorldError
+from ...srgb import linear_from_srgb
 from ...world import World
 from ...world.keys import STRENGTH_KEYS
 
@@ -112,7 +113,7 @@ def _linear(value: Any) -> Floats:
             raise ValueError(value)
     except (AttributeError, ValueError, TypeError):
         raise SettingsError(f"color: expected #rrggbb, not {value!r}", code="invalid_value") from None
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return linear_from_srgb(encoded)
 
 
 def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:

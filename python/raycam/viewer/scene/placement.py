@@ -9,13 +9,12 @@ import numpy as np
 
 from ...arguments import Floats
 from ...errors import SettingsError
+from ...rotations import WORLD_FROM_REFERENCE, rotation_of
 
 __all__ = ["matrix_of_placement", "placement_of_matrix"]
 
 LENGTH = 9
 """Numbers of a placement: location [3], roll, pitch, yaw in degrees, scales [3]."""
-WORLD_FROM_REFERENCE_Y = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
-"""World axes of the body axes at zero angles, in a world whose up axis is y."""
 SHEAR_LIMIT = 1e-6
 
 
@@ -26,7 +25,7 @@ def matrix_of_placement(values: Any, up: str) -> Floats:
     if not all(values[6:]):
         raise SettingsError("scale: must not be 0", code="out_of_range")
     matrix = np.eye(4)
-    turn = _reference(up) @ _rotation(*values[3:6]) @ _reference(up).T
+    turn = rotation_of(values[3], values[4], values[5], up) @ WORLD_FROM_REFERENCE[up].T
     matrix[:3, :3] = turn * np.array(values[6:])
     matrix[:3, 3] = values[:3]
     return matrix
@@ -43,7 +42,7 @@ def placement_of_matrix(matrix: Floats, up: str) -> list[float] | None:
     turn = linear / scales
     if np.abs(turn.T @ turn - np.eye(3)).max() > SHEAR_LIMIT:
         return None
-    body = _reference(up).T @ turn @ _reference(up)
+    body = WORLD_FROM_REFERENCE[up].T @ turn @ WORLD_FROM_REFERENCE[up]
     pitch = math.asin(min(max(-float(body[2, 0]), -1.0), 1.0))
     if abs(body[2, 0]) < 1 - 1e-12:
         roll, yaw = math.atan2(body[2, 1], body[2, 2]), math.atan2(body[1, 0], body[0, 0])
@@ -51,18 +50,3 @@ def placement_of_matrix(matrix: Floats, up: str) -> list[float] | None:
         roll, yaw = 0.0, math.atan2(-body[0, 1], body[1, 1])
     angles = np.degrees([roll, pitch, yaw])
     return [float(each) + 0.0 for each in (*np.asarray(matrix)[:3, 3], *angles, *scales)]
-
-
-def _reference(up: str) -> Floats:
-    return np.eye(3) if up == "z" else WORLD_FROM_REFERENCE_Y
-
-
-def _rotation(roll: float, pitch: float, yaw: float) -> Floats:
-    """Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cr, sr), (cp, sp), (cy, sy) = (
-        (math.cos(each), math.sin(each)) for each in map(math.radians, (roll, pitch, yaw))
-    )
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    return np.asarray(about_z @ about_y @ about_x)

@@ -8,13 +8,12 @@ use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 use glam::{DVec3, Mat3, Vec3};
 use raycam_bvh::{WithSimd, dispatch_simd};
 use raycam_scene::Up;
+use raycam_scene::light::LUMENS_PER_WATT;
 
 use crate::light::environment::equirect::EquirectFrame;
 use crate::light::sun::SunLight;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
-/// Luminous efficacy of monochromatic light at the eye's peak, lm/W.
-const LUMEN_PER_WATT: f64 = 683.0;
 /// Albedo of the diffuse plane below the horizon.
 const GROUND_ALBEDO: f64 = 0.2;
 /// Angular diameter of the sun in degrees.
@@ -56,7 +55,7 @@ impl PreethamSky {
             sun: towards.as_vec3(),
             zenith_curves: LinearTable::tabulate(by_zenith),
             sun_curves: LinearTable::tabulate(by_sun),
-            scale: (scale * 1000.0 / LUMEN_PER_WATT) as f32,
+            scale: (scale * 1000.0 / LUMENS_PER_WATT) as f32,
             ground: Vec3::ZERO,
         };
         let irradiance = sun_irradiance(turbidity, zenith_angle) * scale;
@@ -217,7 +216,7 @@ fn sun_irradiance(turbidity: f64, zenith_angle: f64) -> DVec3 {
         let wavelength: f64 = wavelength;
         let rayleigh = 0.008_735 * wavelength.powf(-4.08);
         let aerosol = beta * wavelength.powf(-1.3);
-        SUN_ILLUMINANCE / LUMEN_PER_WATT * (-mass * (rayleigh + aerosol + 0.35 * ozone)).exp()
+        SUN_ILLUMINANCE / LUMENS_PER_WATT * (-mass * (rayleigh + aerosol + 0.35 * ozone)).exp()
     });
     DVec3::new(r, g, b)
 }
@@ -244,7 +243,7 @@ mod tests {
                     zenith * perez_f(&coefficients, height.max(1e-3), cos_gamma.acos(), cos_gamma)
                 });
                 let xyz = DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance;
-                let rgb = (RGB_FROM_XYZ.as_dmat3() * xyz * (1000.0 / LUMEN_PER_WATT)).as_vec3();
+                let rgb = (RGB_FROM_XYZ.as_dmat3() * xyz * (1000.0 / LUMENS_PER_WATT)).as_vec3();
                 let found = sky.radiance(direction.as_vec3());
                 let off = (found - rgb.max(Vec3::ZERO)).abs().max_element() / rgb.max_element();
                 most = most.max(off);

@@ -8,13 +8,10 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};
 use crate::light::blackbody::{TEMPERATURES, blackbody_color};
-use crate::light::{Light, LightTraits, LightVisibility};
+use crate::light::{LUMENS_PER_WATT, Light, LightTraits, LightVisibility};
 use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 use crate::schema::spec::camera::CameraSpec;
 use crate::up::Up;
-
-/// Luminous efficacy by which photometric units are converted, in lm/W: that of light at 555 nm.
-const LUMENS_PER_WATT: f64 = 683.0;
 
 /// A light of a description.
 #[derive(Clone, Debug)]
