@@ -27,7 +27,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         nargs="+",
         default=[],
-        help="lidars of the world file by name, or NAME=DEVICE@X,Y,Z: a device or calibration file at a position; a "
+        help="one or more lidars: the name of a lidar of the world file, or NAME=DEVICE@X,Y,Z, a device or "
+        "calibration file at a position; a "
         "face is visible if a pulse of the first frame measures a point on it",
     )
     command.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
@@ -55,7 +56,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--samples",
         metavar="N",
         type=int,
-        help="samples on each face (default: one per pixel or per 16 points of a lidar, 4 to 256)",
+        help="samples on each face (default: one per pixel or per 16 points of a lidar, but at least 4 and at "
+        "most 256)",
     )
     command.add_argument(
         "--facing",

@@ -96,7 +96,7 @@ def _chosen(folder: Path, topic: str | None, topics: list[str]) -> str:
     if wanted not in topics:
         listed = ", ".join(sorted(topics))
         raise SettingsError(
-            f"{folder}: joint states have several topics: {listed}; append one, as in {folder}:{sorted(topics)[0]}",
+            f"{folder}: several topics have joint states: {listed}; append one, as in {folder}:{sorted(topics)[0]}",
             code="missing_value",
         )
     return wanted

@@ -72,7 +72,12 @@ def read_light(
     notices = []
     shadows = light.find("cast_shadows")
     if shadows is not None and shadows.text.strip().lower() in ("0", "false"):
-        notices.append(Notice(f"{label} casts shadows, unlike in its file", "approximated_value"))
+        notices.append(
+            Notice(
+                f"{label}: cast_shadows = false is not supported; the light casts shadows",
+                "approximated_value",
+            )
+        )
     if kind == "directional":
         return SdfLight("sun", {"direction": direction.tolist(), "irradiance": strength.tolist()}, notices)
     attenuation = light.find("attenuation")
@@ -85,7 +90,10 @@ def read_light(
     if not fading > 0:
         raise fail(attenuation or light, "the attenuation must not be 0", "out_of_range")
     if constant or linear:
-        text = f"{label} gets weaker with the square of the distance; its strength is right at the world's origin"
+        text = (
+            f"{label}: <attenuation> is replaced by a falloff with the square of the distance, which equals it at "
+            "the world's origin only"
+        )
         notices.append(Notice(text, "approximated_value"))
     keys: dict[str, Any] = {
         "position": pose[:3, 3].tolist(),

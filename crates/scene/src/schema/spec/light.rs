@@ -101,7 +101,7 @@ pub(crate) fn split_light_keys(entries: &[Entry]) -> std::result::Result<[Spanne
             let kinds: Vec<&str> =
                 unit.replaces.iter().map(|(known, _)| *known).filter(|known| *known != "bulb").collect();
             return Err(format!(
-                "{} is not a unit of lights of type {kind:?}; it is one of: {}",
+                "{} is not a unit of lights of type {kind:?}; types with this unit: {}",
                 unit.key,
                 kinds.join(", ")
             ));
