@@ -58,7 +58,7 @@ def keypoints(
     corners (as in the channels `instance`, `triangle` and `barycentric`), and also follow meshes that deform.
 
     A point is occluded by the first object that the camera's ray to it hits, if the hit is nearer by more than
-    `tolerance` times the distance. With a rolling shutter, each point and its occluder are taken at the middle of the
+    `tolerance` times the distance. With a rolling shutter, the time of each point and its occluder is the middle of the
     exposure of the line that shows the point.
 
     Raises `SettingsError` for unknown object or triangle ids, for weights whose sum is not 1, and for points in the

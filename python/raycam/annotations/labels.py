@@ -111,11 +111,11 @@ class Label:
 
     @cached_property
     def truncated_fraction(self) -> float:
-        """The fraction of the amodal mask that lies outside the image; parts beyond the margin are not counted."""
+        """The fraction of the amodal mask that is outside the image; parts beyond the margin are not counted."""
         return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
 
     def __repr__(self) -> str:
-        """The object, its category, and how much of it is visible where, in one line."""
+        """The object, its category, its visible fraction and its box, in one line."""
         box = "hidden" if self.visible_box is None else f"visible_box={self.visible_box}"
         return (
             f"Label {self.object} {self.name!r}, category {self.category!r}: {self.visible_pixels} of"

@@ -128,9 +128,9 @@ def trace_paths(
 ) -> Contributions:
     """Returns the light from surfaces for beams of rays [n, k, 3] with weights [k], at `times` [n] (None: the world's).
 
-    Each ray's path is a tree: at a smooth interface it continues reflected with the share F and refracted with 1 - F
-    (Fresnel), squared because the light comes back along the same path. Both branches are followed, up to
-    `max_bounces` interfaces; no random numbers are used.
+    Each ray's path is a tree: at a smooth interface, the share F is reflected and 1 - F is refracted (Fresnel). Each
+    share counts twice, because the light returns along the same path. Both branches are followed, up to `max_bounces`
+    interfaces; no random numbers are used.
     """
     count, samples = origins.shape[:2]
     every = np.arange(count * samples)

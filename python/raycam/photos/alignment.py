@@ -1,4 +1,4 @@
-"""Shifts of photographs against the others, which reveal wrong poses."""
+"""The shift of each photograph relative to the others, which reveals wrong poses."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Alignment:
 
 
 def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment:
-    """Measures photographs of `sizes` [cameras, 2], in colours divided by `gains` [cameras, 3].
+    """Measures the fit of photographs of `sizes` [cameras, 2], whose colours are divided by `gains` [cameras, 3].
 
     A part's shift d solves I(u) - others = gradient(I) d in the least squares sense, where `others` is the mean of the
     other photographs at the same points. Source: Lucas and Kanade, An iterative image registration technique with an

@@ -73,7 +73,8 @@ def find_sight(
 def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats) -> Floats:
     """Returns derivatives [n, 2, 2] of pixels along two surface directions, pixels per metre, by central differences.
 
-    `distance` [n] is the distance to the camera. NaN if the lens cannot project the neighbourhood of a point.
+    `distance` [n] is the distance to the camera. The result is NaN if the lens cannot project the neighbourhood of a
+    point.
     """
     # Orthonormal basis after Duff et al., Building an orthonormal basis, revisited, 2017.
     x, y, z = normals.T
