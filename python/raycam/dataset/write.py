@@ -150,7 +150,7 @@ def write(
 
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
     rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the sensor's
-    arrays, "world_from_sensor" and "times". "semantickitti", "nuscenes" and "mcap" write the scans of lidars in their
+    arrays, "world_from_sensor" and "times". "semantickitti", "nuscenes" and "mcap" write lidar scans in the format's
     own form.
 
     The formats and their options, with default values in parentheses:

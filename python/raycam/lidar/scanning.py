@@ -74,7 +74,8 @@ def scan(
     return, returns   int32 [n]        number of the echo, from 0, in the order of distance; number of echoes kept
     intensity         uint8 [n]        the device's number
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
-    true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without noise and rounding; +inf without a hit
+        true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without
+                                       noise and rounding; +inf without a hit
     true_position     float64 [n, 3]   the point on this surface, in the world; NaN without a hit
     instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
     normal            float64 [n, 3]   its unit normal in the world, towards the ray

@@ -188,7 +188,7 @@ def refinement(
 
 
 def shares(world: World, camera: Camera, **settings: Any) -> Frame:
-    """Alpha and coverage of a world, which do not depend on its light."""
+    """Returns alpha and coverage of a world, which do not depend on its light."""
     return render(
         world,
         camera,
