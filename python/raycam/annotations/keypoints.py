@@ -34,9 +34,10 @@ class Keypoints:
     visible: Bools
     """True [n] for points whose pixel is inside the image and that nothing occludes."""
     occluder: npt.NDArray[np.int32]
-    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the image."""
+    """The object [n] that occludes the point, possibly the point's own; -1 without an occluder, and outside the
+    image."""
     on_surface: Bools
-    """True [n] for visible points that lie on the surface that the camera sees there, not in front of it."""
+    """True [n] for visible points that are on the surface that the pixel shows, not in front of it."""
 
 
 def keypoints(

@@ -70,7 +70,7 @@ class Label:
     category_id: int
     """The category's id in the channel `category`; -1 without a category."""
     region: Region
-    """The rectangle (x, y, width, height) that the masks cover, in pixels; it may reach into the margin."""
+    """The rectangle (x, y, width, height) that the masks cover, in pixels; it may extend into the margin."""
     amodal_mask: Bools
     """True for the pixel centres of `region` [height, width] that would show the object if nothing occluded it."""
     visible_mask: Bools

@@ -51,9 +51,9 @@ class Line(NamedTuple):
     """A line through the world."""
 
     name: str
-    """The name beside its end; empty for none."""
+    """The name next to the line's end; empty for none."""
     color: str
-    """The colour over a picture."""
+    """The colour over an image."""
     points: Floats
     """[n, 3], world, metres."""
     symbol: str = ""

@@ -55,7 +55,7 @@ class Contributions:
     fields: dict[str, npt.NDArray[Any]]
     """The fields of `World.cast_rays` of the surface, and "incidence" in degrees."""
     deflected: npt.NDArray[np.bool_]
-    """True [pulses] for pulses of which some path left the world by way of a mirror or glass."""
+    """True [pulses] for pulses with a path that left the world after a mirror or glass."""
 
     def sorted(self) -> Contributions:
         """Returns the contributions ordered by pulse, ray, length and bounces."""
@@ -102,7 +102,7 @@ class _Rays:
     ray: npt.NDArray[np.int64]
     weight: Floats
     one_way: Floats
-    """Product of the shares at interfaces; the way back takes the same."""
+    """Product of the shares at interfaces on the way out; the product on the way back is the same."""
     geometric: Floats
     optical: Floats
     index: Floats

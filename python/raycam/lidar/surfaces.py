@@ -43,13 +43,13 @@ class Surface:
     ior: float = 1.5
     """Index of refraction of glass."""
     extinction: float = 0.0
-    """Imaginary part of the index, of mirrors made of metal."""
+    """Imaginary part of the index of refraction, for metal mirrors."""
     thin: bool = False
     """True for glass without thickness, which does not bend light."""
     tinted: bool = False
     """True if the base colour multiplies a mirror's reflectance."""
     opacity: float = 1.0
-    """The share of the surface that is there."""
+    """The opacity, from 0 to 1."""
     reflectance: float = math.nan
     """Diffuse reflectance at the wavelength, independent of the base colour; NaN: derived from it."""
     retroreflection: float = 0.0

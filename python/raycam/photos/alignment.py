@@ -27,9 +27,10 @@ class Alignment:
     """The fit of each photograph to the others; arrays [cameras], NaN for photographs without overlap."""
 
     shift: Floats
-    """Root mean square of the shifts of its parts, in pixels."""
+    """Root mean square of the shifts of a photograph's parts, in pixels."""
     disagreement: Floats
-    """Median of its absolute differences of luminance from the other photographs, relative to theirs."""
+    """Median absolute difference of a photograph's luminance from the other photographs, relative to their
+    luminance."""
 
 
 def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment:

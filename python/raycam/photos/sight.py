@@ -30,8 +30,8 @@ class Sight:
     cosine: Floats
     """The cosines [k] of their angles of incidence, more than 0."""
     origins: Floats
-    """Origins of the pixels' rays [k, 3]: the camera's centre, with a rolling shutter at the time of the pixel's
-    line.
+    """Origins of the pixels' rays [k, 3]: the camera's centre (with a rolling shutter, at the time of the pixel's
+    line).
     """
 
 

@@ -30,13 +30,13 @@ class Settled:
     objects: tuple[str, ...]
     """The names of the objects that fell."""
     attempts: int
-    """Random draws that were needed, 1 to 20: one of all objects, and further ones of objects that failed a check."""
+    """The number of random draws, 1 to 20: first of all objects, then again of objects that failed a check."""
     seconds: float
     """Simulated time since the poses of all objects were drawn."""
     penetration: float
-    """Greatest depth in metres to which two of the meshes overlap."""
+    """The greatest penetration depth of two meshes, in metres."""
     motion: float
-    """Greatest motion of a point of the objects in a further second, in metres."""
+    """The greatest motion of a point of the objects during another second, in metres."""
 
 
 def settle(
