@@ -53,7 +53,7 @@ def flow(
     With a rolling shutter, each line shows the world at its own time, in both images. In the second image, points
     move linearly between the times of two lines.
 
-    Raises `WorldError` if the worlds differ in objects or triangles. With a rolling shutter of the second camera, it
+    Raises `WorldError` if the worlds differ in objects or triangles. If the second camera has a rolling shutter, it
     also raises `WorldError` if the copies of the moving parts for all lines exceed 2 GiB: about 1 KiB per object, and
     128 bytes per vertex and triangle of deforming meshes, for each line.
     """

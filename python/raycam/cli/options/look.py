@@ -78,9 +78,9 @@ def apply_look(
 ) -> tuple[World, dict[str, Any]]:
     """Returns the world with the lights and the ground of the options, and the render options.
 
-    Without such options, a world without lights that is seen by a framing camera is placed in the studio if the image
-    is `shaded`: depth and ids need no light. If not `truth_of_world`, the studio has no floor, which would appear in
-    the ground truth.
+    Without such options, a world without lights is placed in the studio if a framing camera shows it and the image is
+    `shaded`, because depth and ids require no light. If not `truth_of_world`, the studio has no floor, which would
+    appear in the ground truth.
     """
     from ...render import STUDIO_NOTICE, is_unlit, studio_options
 
