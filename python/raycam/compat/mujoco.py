@@ -67,8 +67,19 @@ class Renderer:
 
     @property
     def scene(self) -> Any:
-        """The `raycam` scene of `from_mujoco`; None before `update_scene`."""
+        """The `raycam` scene of `from_mujoco`; `scene.flags` has the indices of `mjtRndFlag`, as in `mjvScene`."""
+        if self._scene is None:
+            self._build(None, self._groups)
         return self._scene
+
+    def _build(self, data: Any, groups: Groups) -> None:
+        """Creates the scene with the groups' elements; the flags are kept."""
+        flags = None if self._scene is None else self._scene.flags
+        geoms, sites, tendons = groups
+        self._scene = from_mujoco(self._model, data, groups=geoms, sites=sites, tendons=tendons)
+        self._groups = groups
+        if flags is not None:
+            self._scene.flags[:] = flags
 
     @property
     def height(self) -> int:
@@ -88,9 +99,7 @@ class Renderer:
         """
         groups = self._groups if scene_option is None else _shown_groups(scene_option)
         if self._scene is None or groups != self._groups:
-            geoms, sites, tendons = groups
-            self._scene = from_mujoco(self._model, data, groups=geoms, sites=sites, tendons=tendons)
-            self._groups = groups
+            self._build(data, groups)
         else:
             self._scene.update(data)
         self._view = self._find_camera(data, camera)

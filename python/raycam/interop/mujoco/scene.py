@@ -15,10 +15,10 @@ from ...world import World
 from .cameras import model_camera
 from .deformable import Deformable, deformables
 from .lights import LightSources
-from .look import MujocoLook, model_lights
+from .look import DEFAULT_FLAGS, MujocoLook, model_lights
 from .materials import element_look, material_keys
 from .model import GEOM_OBJECT, SDF, SITE_OBJECT, check_model, element_name, element_prefix
-from .shapes import element_shape, with_texture
+from .shapes import covered_geoms, element_shape, with_texture
 from .surfaces import Surfaces, texel_density
 from .textures import color_texture, skybox_faces
 
@@ -38,15 +38,23 @@ class MujocoScene:
         self.world = World()
         """The world: one object per visible geom, site, skin, flex and tendon, and the model's lights and cameras."""
         self.elements: list[tuple[int, int]] = []
-        """For each object of the world, its type (`mjtObj`: geom, site, flex, skin or tendon) and its id in the model."""
+        """For each object of the world, its type (`mjtObj`, such as geom or tendon) and its id in the model."""
         self._scales: list[Floats] = []
         self._deformables: dict[int, Deformable] = {}
         self._densities: dict[int, tuple[int, Floats]] = {}
         self._check(data)
         notices: list[Notice] = []
+        covered = covered_geoms(model, groups)
+        if covered:
+            names = ", ".join(repr(element_name(model, "geom", geom)) for geom in covered[:5])
+            more = f" and {len(covered) - 5} more" if len(covered) > 5 else ""
+            text = f"geoms {names}{more} are omitted: later geoms of the same shape and place cover them"
+            notices.append(Notice(text, "ignored_element"))
         for kind, count, shown in ((GEOM_OBJECT, model.ngeom, groups), (SITE_OBJECT, model.nsite, sites)):
             group = getattr(model, f"{element_prefix(kind)}_group")
             for number in range(count):
+                if kind == GEOM_OBJECT and number in covered:
+                    continue
                 if group[number] in shown and element_look(model, kind, number)[0][3] > 0:
                     self._add_rigid(kind, number, notices)
         for deformable in deformables(model, groups, tendons, notices):
@@ -57,7 +65,10 @@ class MujocoScene:
         if skybox_faces(model) is not None:
             text = "the skybox is not part of the world; only MujocoScene.render shows it"
             notices.append(Notice(text, "ignored_element"))
-        self._look = MujocoLook(model, self.world, Surfaces(model, self.elements, self._densities))
+        surfaces = Surfaces(model, self.elements, self._densities)
+        self._look = MujocoLook(model, self.world, surfaces, self.elements)
+        self.flags = np.array(DEFAULT_FLAGS, np.uint8)
+        """Parts of the image of `render` by `mjtRndFlag`: shadows, reflections, the skybox, fog and haze."""
         self.update(data)
         warn_all(notices)
         self.notices = notices
@@ -101,11 +112,12 @@ class MujocoScene:
         """Returns the image in MuJoCo's own light (OpenGL's): sRGB, uint8 [h, w, 3].
 
         It resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting plane or
-        box, blended transparent geoms and the skybox. Shadows are exact, light is computed at every pixel instead of
-        every vertex, and haze is not drawn. With `samples=4` (default), edges are antialiased; 1 takes the centre of
-        each pixel only. `raycam.render(scene.world, camera)` computes physically based light instead.
+        box, blended transparent geoms, the skybox and haze; `flags` switch these parts on and off, and fog. Shadows are
+        exact, and light is computed at every pixel instead of every vertex. With `samples=4` (default), edges are
+        antialiased; 1 takes the centre of each pixel only. `raycam.render(scene.world, camera)` computes physically
+        based light instead. Raises `SettingsError` for the flags of wireframes and additive blending.
         """
-        return self._look.image(camera, self._light_states, samples=samples)
+        return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
 
     def _moved(self, deformable: Deformable, data: Any) -> Any:
         """The keys of an object with the vertices of a skin, flex or tendon in the state `data`."""
@@ -194,7 +206,8 @@ def from_mujoco(
 
     Directional lights become suns; spot and point lights get weaker with the square of the distance, with a notice;
     ambient light and the headlight become an even sky. Cables, image lights and the thickness of flexes are
-    omitted, with notices. `MujocoScene.render` shows such a world in MuJoCo's own light.
+    omitted, with notices, and so are opaque geoms that a later one of the same shape and place covers, as in MuJoCo's
+    images. `MujocoScene.render` shows such a world in MuJoCo's own light.
 
     Raises `WorldError` for objects that are not a model, for models of a MuJoCo version that lacks the arrays read
     here (with both versions), and for `data` without poses, and `ImportError` without MuJoCo if `data` is not given.
