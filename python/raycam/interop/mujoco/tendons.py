@@ -188,7 +188,7 @@ def _catenary(start: Floats, end: Floats, gravity: Floats, length: float, count:
     shift = width / 2 - scale * np.arctanh(rise / length)
     steps = np.arange(count) * width / count
     heights = scale * (np.cosh((steps - shift) / scale) - np.cosh(shift / scale))
-    points = start + steps[:, None] * across / width + heights[:, None] * up
+    points: Floats = start + steps[:, None] * across / width + heights[:, None] * up
     points[-1] = end
     return points
 
