@@ -1,4 +1,4 @@
-//! Codes of errors, and messages that carry one.
+//! Codes of errors, and messages with a code.
 
 use std::fmt;
 use std::ops::Deref;
