@@ -38,13 +38,13 @@ class SurfacePart:
     """Some points of a surface."""
 
     face: npt.NDArray[np.int32]
-    """Faces [n]."""
+    """The index of the face of each point [n]."""
     points: Floats
-    """Positions in the world [n, 3]."""
+    """The positions of the points in the world [n, 3], metres."""
     normals: Floats
     """The faces' unit normals [n, 3]."""
     spacing: Floats
-    """Metres between texels [n]."""
+    """The distance between neighbouring texels [n], metres."""
 
 
 class TexturedSurface:
