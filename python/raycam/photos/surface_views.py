@@ -71,7 +71,7 @@ class PartView:
     index: Ints
     """Their numbers in the part, ascending."""
     places: Floats
-    """Pixels from the image's corner [k, 2]."""
+    """The pixel coordinates [k, 2], measured from the image's corner."""
     colors: Single
     """Linear colours [k, 3]."""
     weight: Single

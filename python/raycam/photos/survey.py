@@ -81,7 +81,7 @@ class Survey:
     footprint: Single
     """Pixels of the photograph for each side of a texel."""
     place: Single
-    """Pixels from the image's corner [m, 2]."""
+    """The pixel coordinates [m, 2], measured from the image's corner."""
     slope: Single
     """Derivatives [m, 2] of the photograph's luminance by its pixels, at the texel's resolution."""
 
