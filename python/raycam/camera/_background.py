@@ -40,7 +40,7 @@ class Background:
     fit: Fit = "exact"
     """"exact" or "cover"."""
     orientation: Orientation = "auto"
-    """Use of the EXIF orientation: "apply", "ignore", or "auto", which turns the picture if it fits only then."""
+    """Use of the EXIF orientation: "apply", "ignore", or "auto", which rotates the image if it fits only then."""
 
     def __post_init__(self) -> None:
         """Checks the fit."""

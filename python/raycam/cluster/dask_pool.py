@@ -140,7 +140,8 @@ class DaskPool:
             self.notices.append(Notice(message, "insecure_cluster"))
 
     def threads(self, left: int) -> int | None:
-        """The given threads; otherwise None (all) for a worker that is alone on its machine, or 1."""
+        """Returns the given number of threads; otherwise None (all) for the only worker on a machine, and 1 for
+        others."""
         if self._given is not None:
             return self._given
         if self._cluster is not None:

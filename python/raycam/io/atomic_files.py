@@ -56,7 +56,7 @@ class _Destination:
     """The file that a path leads to."""
 
     path: str
-    """Links are followed."""
+    """The path after symbolic links are followed."""
     is_stream: bool
     """True for a pipe, a device or an open descriptor, which can only be written to."""
     is_replaceable: bool

@@ -34,7 +34,7 @@ class OusterUnit:
 
 
 def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
-    """Returns one turn in sensor axes. The device counts the distance from the axis along the beam: n + distance."""
+    """Returns one turn in sensor axes. The device adds its constant n to distances, which count from the axis."""
     rows = len(unit.beam_altitude_angles)
     check_count(rows * columns)
     encoder = [2.0 * math.pi * (1.0 - column / columns) for column in range(columns)]

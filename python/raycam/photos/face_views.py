@@ -49,7 +49,8 @@ class FaceTotals:
         )
 
     def candidates(self) -> FaceCandidates:
-        """The photographs between which each face chooses; those with another colour than the others are dropped."""
+        """The photographs between which each face chooses; photographs whose colour differs from the others are
+        dropped."""
         empty = (np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), np.zeros((0, 3)))
         face, camera, weight, color = (np.concatenate(part) for part in zip(empty, *self.rows, strict=True))
         order = np.lexsort((camera, face))

@@ -90,10 +90,10 @@ def view_part(
     edges: Callable[[], DepthEdges] | None,
     threads: int | None,
 ) -> PartView:
-    """The points that the camera sees, with their colours and weights cos² sqrt(det J) border.
+    """Returns the points that are visible to the camera, with their colours and weights cos² sqrt(det J) border.
 
-    J is the derivative of the pixel by the surface; transparent pixels show nothing. Without `edges`, the border is
-    the image's edge only.
+    cos is the cosine of incidence, and J is the derivative of the pixel with respect to the surface. `border` rises
+    from 0 at the image's edge and, if `edges` are given, at jumps of depth. Transparent pixels have no colour.
     """
     sight = find_sight(
         world, camera, part.points, part.normals, facing=facing, min_cosine=MIN_COSINE, threads=threads

@@ -88,7 +88,7 @@ class Robot:
         return poses[0] if single else poses
 
     def jacobian(self, link: str, joints: JointValues | None = None) -> Floats:
-        """Returns the Jacobian [6, n] of a link's pose by the joint values, in world axes (closed form).
+        """Returns the Jacobian [6, n] of a link's pose with respect to the joint values, in world axes (closed form).
 
         Rows 0..2 are the velocity of the link's origin in metres, rows 3..5 its angular velocity in radians, per unit
         of each value in the order of `joints`. A floating joint has six columns: translations along its parent's axes

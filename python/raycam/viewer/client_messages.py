@@ -225,7 +225,8 @@ class FromSide(Message):
 
 @dataclass(frozen=True)
 class Look(Message):
-    """Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own."""
+    """Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
+    shows."""
 
     KIND = "look"
     UNDO = "group"

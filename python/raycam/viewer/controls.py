@@ -51,7 +51,7 @@ class Listener(Protocol):
 
 
 class Control:
-    """A control or drawing of a script. Reading and setting its properties works from any thread."""
+    """A control or drawing of a script, whose properties can be read and set from any thread."""
 
     def __init__(
         self, controls: Controls, number: int, kind: str, label: str, folder: str, **properties: Any

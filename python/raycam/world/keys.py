@@ -61,6 +61,7 @@ class ObjectKeys(TypedDict, total=False):
     texture: Image
     textures: Mapping[str, Image]
     wrap: Wrap | Sequence[Wrap]
+    height_scale: float
     diffuse: float
     specular: float | npt.ArrayLike
     shininess: float

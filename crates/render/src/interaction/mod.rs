@@ -4,6 +4,7 @@
 
 pub(crate) mod attributes;
 pub(crate) mod batch;
+pub(crate) mod height_map;
 pub(crate) mod normal_map;
 pub(crate) mod ray_cone;
 pub(crate) mod vector;

@@ -85,7 +85,7 @@ class Flex:
         return None
 
     def smooth(self, model: Any) -> bool:
-        """Returns False if the model asks for flat shading."""
+        """Returns False if the model requires flat shading."""
         return not bool(model.flex_flatskin[self.number])
 
 
@@ -93,7 +93,7 @@ Deformable = Skin | Flex
 
 
 def deformables(model: Any, groups: tuple[int, ...], notices: list[Notice]) -> list[Deformable]:
-    """Returns the skins and flexes of `groups`; flexes of one dimension are left out with a notice."""
+    """Returns the skins and flexes of `groups`; one-dimensional flexes are omitted with a notice."""
     found: list[Deformable] = [Skin(number) for number in range(model.nskin)]
     for number in range(model.nflex):
         name = element_name(model, "flex", number)

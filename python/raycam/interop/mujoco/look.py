@@ -95,7 +95,7 @@ class MujocoLook:
         self._skybox = skybox_faces(model)
 
     def image(self, camera: Camera, lights: list[Light], *, samples: int = 4) -> npt.NDArray[np.uint8]:
-        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples a pixel."""
+        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples per pixel."""
         width, height = camera.size
         v, u = np.mgrid[:height, :width] + 0.5 + camera.corner
         pixels = np.stack([u.ravel(), v.ravel()], axis=1)

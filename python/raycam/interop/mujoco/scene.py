@@ -102,8 +102,8 @@ class MujocoScene:
 
         It resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting plane or
         box, blended transparent geoms and the skybox. Shadows are exact, light is computed at every pixel instead of
-        every vertex, and haze is not drawn. With `samples=4` (default), edges are antialiased; 1 takes the centre of
-        each pixel only. `raycam.render(scene.world, camera)` computes physically based light instead.
+        every vertex, and haze is not drawn. With `samples=4` (default), edges are antialiased; with 1, only the centre
+        of each pixel is sampled. `raycam.render(scene.world, camera)` computes physically based light instead.
         """
         return self._look.image(camera, self._light_states, samples=samples)
 
@@ -189,8 +189,8 @@ def from_mujoco(
     name. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them; colour textures (2D and cube maps)
     are mapped as in MuJoCo 4.
 
-    Directional lights become suns; spot and point lights get weaker with the square of the distance, with a notice;
-    ambient light and the headlight become an even sky. Cables, tendons, image lights and the thickness of flexes are
+    Directional lights become suns; spot and point lights become weaker with the square of the distance, with a notice;
+    ambient light and the headlight become a uniform sky. Cables, tendons, image lights and the thickness of flexes are
     omitted, with notices. `MujocoScene.render` shows such a world in MuJoCo's own light.
 
     Raises `WorldError` for objects that are not a model, for models of a MuJoCo version that lacks the arrays read

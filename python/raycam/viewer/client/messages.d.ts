@@ -82,7 +82,8 @@ export interface FromSide {
   name: "default" | "front" | "back" | "right" | "left" | "top" | "bottom" | "iso";
 }
 
-/** Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own. */
+/** Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
+    shows. */
 export interface Look {
   type: "look";
   light: "own" | "default" | "studio" | "sun" | "sky";

@@ -42,7 +42,8 @@ class ScanPoints:
         return {"type": "scan", "lidar": self.lidar, "total": self.total, "fields": values}
 
     def drawn(self, world: World, camera: Camera) -> dict[str, Any]:
-        """Number, column and row of each visible point, in pixels from the left top corner of a camera's image."""
+        """Returns number, column and row of each visible point, in pixels from the top left corner of a camera's
+        image."""
         pixels, in_front = camera.project(self.positions)
         pixels = pixels - camera.corner
         width, height = camera.size

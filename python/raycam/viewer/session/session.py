@@ -185,7 +185,7 @@ class Session:
         self.connection.send(self.selection.about())
 
     def send_history(self) -> None:
-        """Sends whether there are steps to undo and to repeat."""
+        """Sends the numbers of steps that can be undone and repeated."""
         edits = self.view.opened.edits.about()
         undo, redo = self.history.counts
         message = {"type": "history", "undo": undo + edits["undo"], "redo": redo + edits["redo"]}
@@ -461,7 +461,8 @@ class Session:
         self.redraw()
 
     def show_scan(self, scan: ScanPoints | None, world: World) -> None:
-        """Draws the points of a scan of `world`, or none; if the view shows another world, the client asks again."""
+        """Draws the points of a scan of `world`, or none; if the view shows another world, the client requests a new
+        scan."""
         with self._changes:
             current = scan if self.view.world is world else None
             self.overlays = replace(self.overlays, scan=current)

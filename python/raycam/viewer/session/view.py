@@ -44,7 +44,7 @@ class Opened:
     camera: Camera | None = None
     """The first camera; None for the world's first camera, or one that frames the world."""
     camera_name: str = field(init=False, default="")
-    """The name of the first camera, if it is one of the world's; it stays if the world's file is loaded again."""
+    """The name of the first camera, if it belongs to the world; it is kept if the world's file is loaded again."""
     framing: Mapping[str, Any] = field(default_factory=dict)
     """The arguments of `World.view_from` for a camera that frames the world: `direction`, `zoom`, `fov`."""
     fixed_size: tuple[int, int] | None = None
@@ -96,7 +96,7 @@ class View:
     camera: Camera
     """The camera in its own size."""
     camera_name: str
-    """The name of the world's camera that is looked through; empty for a free camera."""
+    """The name of the world's camera that provides the view; empty for a free camera."""
     pivot: Floats
     """The point [3] that the camera orbits around."""
     time: float = 0.0

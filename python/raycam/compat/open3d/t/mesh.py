@@ -1,4 +1,4 @@
-"""The mesh of tensors that `RaycastingScene` takes."""
+"""The mesh of tensors that `RaycastingScene` accepts."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class TriangleMesh(Hints):
     def from_legacy(
         cls, mesh_legacy: Any, vertex_dtype: Any = None, triangle_dtype: Any = None, device: Any = None
     ) -> TriangleMesh:
-        """The mesh of one with `vertices` and `triangles`; positions are float32 and indices int64, as in Open3D."""
+        """Converts a mesh with `vertices` and `triangles`; positions become float32 and indices int64, as in Open3D."""
         floats = vertex_dtype or np.float32
         mesh = cls(
             np.asarray(mesh_legacy.vertices, dtype=floats),
