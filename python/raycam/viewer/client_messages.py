@@ -182,6 +182,7 @@ class LookThrough(Message):
     KIND = "camera"
     UNDO = "step"
     IS_FOLLOWED = True
+    seq: Number
     name: Name
 
 

@@ -163,12 +163,14 @@ export class LiveView {
     if (message.type === "closing") this.client.say(message.text, "error");
   }
 
-  /** @param {any} camera as the message `camera` describes it */
-  showCamera({ name, lens, pose }) {
-    this.camera.value = name;
-    this.kept.show(name);
-    this.photograph.showFor(name);
-    this.looked = name || this.looked;
+  /** @param {any} camera as the message `camera` describes it; its name is out of date if a newer move is on its way */
+  showCamera({ seq, name, lens, pose }) {
+    if (seq >= this.navigator.seq) {
+      this.camera.value = name;
+      this.kept.show(name);
+      this.photograph.showFor(name);
+      this.looked = name || this.looked;
+    }
     if (lens) this.lens.show((this.link.lens = lens));
     if (pose) this.pose.show(pose);
   }
@@ -269,7 +271,7 @@ export class LiveView {
   lookThrough(name) {
     this.camera.value = name;
     this.looked = name || this.looked;
-    this.client.transport.send({ type: "camera", name });
+    this.navigator.lookThrough(name);
   }
 
   /** @param {string} name */

@@ -190,6 +190,12 @@ export class Navigator {
     this.change((camera) => fit(camera, bounds || camera.bounds));
   }
 
+  /** Looks through a camera of the world, or continues with a free camera if the name is empty. @param {string} name */
+  lookThrough(name) {
+    this.target = null;
+    this.send({ type: "camera", seq: ++this.seq, name });
+  }
+
   /** Returns to the first camera. */
   home() {
     this.target = null;

@@ -138,7 +138,7 @@ export class Session {
       case "home": return this.goHome(message);
       case "locate": return this.locate(message);
       case "ground": return this.findGround(message);
-      case "camera": return this.lookThrough(message.name);
+      case "camera": return this.lookThrough(message);
       case "channel": return this.chooseChannel(message.name);
       case "display": return void ([this.exposure, this.view] = [message.exposure, message.view]);
       case "quality":
@@ -169,8 +169,9 @@ export class Session {
     this.sendCamera();
   }
 
-  /** @param {string} name */
-  lookThrough(name) {
+  /** @param {import("../messages").LookThrough} message */
+  lookThrough({ seq, name }) {
+    this.seq = seq;
     if (name) this.given = this.world.camera(name, 640, 480);
     this.name = name;
     this.changed();
