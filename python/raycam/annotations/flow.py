@@ -120,13 +120,13 @@ def check_rectified(left: Camera, right: Camera) -> None:
     for camera in (left, right):
         if camera.is_parallel:
             raise CameraError(
-                "not a rectified pair, because of parallel rays; raycam.flow follows any two cameras",
+                "not a rectified pair, because of parallel rays; raycam.flow supports any two cameras",
                 code="unsupported_camera",
             )
         if camera.shutter is not None:
             raise CameraError(
                 "not a rectified pair, because of a shutter: the rows of the two images do not correspond; "
-                "raycam.flow follows any two cameras, and camera.still() returns the camera at rest",
+                "raycam.flow supports any two cameras, and camera.still() returns the camera at rest",
                 code="unsupported_camera",
             )
     same = np.ones((3, 3), dtype=bool)
@@ -144,6 +144,6 @@ def check_rectified(left: Camera, right: Camera) -> None:
     found = [reason for reason, there in reasons.items() if there]
     if found:
         raise CameraError(
-            f"not a rectified pair, because of {', '.join(found)}; raycam.flow follows any two cameras",
+            f"not a rectified pair, because of {', '.join(found)}; raycam.flow supports any two cameras",
             code="unsupported_camera",
         )

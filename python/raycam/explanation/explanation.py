@@ -213,7 +213,7 @@ def check_figure(path: str | os.PathLike[str]) -> None:
     suffix = Path(path).suffix.lower()
     if suffix not in FIGURES:
         raise SettingsError(
-            f"{path}: unknown ending of a figure; expected .svg, .html (a page that can be turned), .png or .pdf",
+            f"{path}: unknown ending of a figure; expected .svg, .html (with rotatable figures), .png or .pdf",
             code="unknown_format",
         )
     if suffix in (".png", ".pdf"):

@@ -83,9 +83,10 @@ class Recipe:
       of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
       object has the properties that `raycam.settle` accepts.
     * `calibration = "calib.yaml"` in a [[camera]] provides size, K and lens from that file (from its camera with the
-      same `name`, if it contains several), and the pose, if neither `see` nor a pose is given. `lens` is the lens model
-      for coefficients if the file does not specify it. * `see = {...}` in a [[camera]] samples a pose that shows an
-      object, with the keys of `raycam.randomize.views.place_camera`.
+      same `name`, if it contains several), and the pose, if neither `see` nor a pose is given. `lens` specifies the
+      lens model if the file does not.
+    * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
+      `raycam.randomize.views.place_camera`.
     * `background = { folder = "photos" }`, or the folder's name, gives each camera of each world a random background
       from the folder, cropped to the frame (`fit = "cover"`); with `fit = "exact"`, the images must have the cameras'
       size.

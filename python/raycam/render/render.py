@@ -149,7 +149,7 @@ class _Image:
             )
         if background is not None and "color" not in names:
             raise SettingsError(
-                f"background needs the channel color; requested channels: {', '.join(names)}",
+                f"background requires the channel color; requested channels: {', '.join(names)}",
                 code="missing_value",
             )
         behind = self.camera.background if background is None else background
@@ -288,7 +288,8 @@ def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[
     denoise.load()
     if "color" not in names:
         raise SettingsError(
-            f"denoise needs the channel color; requested channels: {', '.join(names)}", code="missing_value"
+            f"denoise requires the channel color; requested channels: {', '.join(names)}",
+            code="missing_value",
         )
     guided = list(dict.fromkeys([*names, *denoise.GUIDES, *(["alpha"] if transparent else [])]))
     noisy = image.frame(guided, transparent)

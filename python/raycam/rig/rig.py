@@ -128,7 +128,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         length = number("baseline", baseline)
         if not 0.0 < length < np.inf:
             raise CameraError(
-                f"baseline is {baseline}; expected metres to the right camera, more than 0",
+                f"baseline is {baseline}; expected the distance to the right camera in metres, more than 0",
                 code="out_of_range",
             )
         right = camera.at_pose(camera.R, camera.location + length * camera.R[0])

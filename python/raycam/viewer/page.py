@@ -58,7 +58,7 @@ class Page(str):
         )
 
     def __repr__(self) -> str:
-        """The size as text."""
+        """Returns the size of the page as text."""
         return f"Page of {len(self):,} bytes"
 
 
@@ -285,7 +285,7 @@ def _explanations(
         return []
     if world is None or frame.camera is None:
         raise SettingsError(
-            "explain requires the world and a camera: save(path, world=world, explain=[(320, 240)]), and a camera",
+            "explain requires a frame with a camera, and the world: save(path, world=world, explain=[(320, 240)])",
             code="missing_value",
         )
     from ..explanation import explain

@@ -35,14 +35,14 @@ def add_look(command: argparse.ArgumentParser) -> None:
         "--hdri-rotation",
         metavar="DEGREES",
         type=float,
-        help="rotate the environment counterclockwise, seen from above",
+        help="rotate the environment counterclockwise, seen from above (degrees)",
     )
     group.add_argument(
         "--sun",
         metavar=("AZIMUTH", "ELEVATION"),
         nargs=2,
         type=float,
-        help="light from a sun and a pale sky; degrees to the right of the front, and above the horizon",
+        help="light from a sun and a pale sky: azimuth, to the right of the front, and elevation of the sun in degrees",
     )
     group.add_argument(
         "--studio", action="store_true", help="use the studio, even if the world has lights or cameras"
@@ -63,7 +63,7 @@ def add_look(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--background-camera",
         metavar="FILE[:NAME]",
-        help="camera that took the photo of --background, if it is another one; the photo is warped",
+        help="camera that took the photo of --background, if it differs from --camera; the photo is warped",
     )
 
 

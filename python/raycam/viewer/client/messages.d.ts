@@ -53,6 +53,7 @@ export interface Ground {
 /** Looks through a camera of the world, or keeps the pose as a free camera if the name is empty. */
 export interface LookThrough {
   type: "camera";
+  seq: number;
   name: string;
 }
 

@@ -125,7 +125,7 @@ def _world_in(given: Path, folder: Path) -> Path:
         )
         warn(
             Notice(
-                f"{given}: shows {name}; it also contains {listed}: name the files to show others",
+                f"{given}: showing {name}; it also contains {listed}; to show another world, pass its path",
                 "chosen_world",
             )
         )

@@ -404,8 +404,11 @@ class Session:
         self.send_camera()
 
     def _look_through(self, message: messages.LookThrough) -> None:
-        self.show(self.view.through(message.name))
-        self.send_camera()
+        self._last_move = message.seq
+        try:
+            self.show(self.view.through(message.name))
+        finally:
+            self.send_camera()  # after an error, the client returns to its last valid camera
 
     def _set_lens(self, message: messages.Lens) -> None:
         self.show(self.view.with_lens(message.fx, message.fy, message.cx, message.cy, message.distortion))
