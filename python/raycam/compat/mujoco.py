@@ -57,7 +57,7 @@ class Renderer:
 
     @property
     def model(self) -> Any:
-        """The model."""
+        """The MuJoCo model that the renderer shows."""
         return self._model
 
     @property

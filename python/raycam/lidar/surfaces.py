@@ -39,7 +39,7 @@ class Surface:
     f0: float = 0.0
     """Reflectance of the rough specular part at normal incidence, plus `metallic` times the base colour."""
     metallic: float = 0.0
-    """See `f0`."""
+    """The share of the base colour that is added to `f0`, from 0 to 1."""
     ior: float = 1.5
     """Index of refraction of glass."""
     extinction: float = 0.0

@@ -173,7 +173,7 @@ class MujocoScene:
             self._densities[len(self.elements)] = texture, texel_density(corners, uvs, size)
 
     def __repr__(self) -> str:
-        """Counts as text."""
+        """Returns the number of shown geoms and the world as text."""
         geoms = sum(kind == GEOM_OBJECT for kind, _ in self.elements)
         return f"MujocoScene: {geoms} of {self.model.ngeom} geoms; {self.world!r}"
 

@@ -44,9 +44,9 @@ class Firings:
     cycle: float
     """Seconds from one firing cycle to the next."""
     step: float
-    """Metres per unit of distance."""
+    """The unit of distances in the packets, in metres."""
     shape: tuple[int, int]
-    """Lasers and cycles of a frame."""
+    """The numbers of lasers and of firing cycles in a frame."""
 
 
 def pcap_bytes(columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float = 0.0) -> bytes:

@@ -64,7 +64,7 @@ class Opened:
 
     @property
     def first_shape(self) -> Literal["own", "home"]:
-        """The shape of the first camera."""
+        """Whose shape the first camera has: its own, or that of the window ("home")."""
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
