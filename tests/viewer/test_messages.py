@@ -28,7 +28,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "home": {"seq": 2},
     "locate": {"id": 3, "u": 3.25, "v": -4},
     "ground": {"id": 4, "begin": [0, 0, 1], "end": [0, 1, 1.5], "foot": 0.05},
-    "camera": {"name": "front"},
+    "camera": {"seq": 1, "name": "front"},
     "photograph": {"name": "front"},
     "time": {"t": 0.5, "animation": ""},
     "variant": {"name": "red"},

@@ -57,14 +57,17 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument("--integrator", metavar="NAME", help="integrator of still images: direct or path")
     command.add_argument("--samples", metavar="N", type=int, help="samples per pixel of still images")
     command.add_argument(
-        "--at", metavar="SECONDS", type=float, help="initial time of the world's video or animation"
+        "--at",
+        metavar="SECONDS",
+        type=float,
+        help="initial time of the world's video or animation, in seconds",
     )
     command.add_argument("--animation", metavar="NAME", help="initial animation of a glTF file")
     command.add_argument(
         "--variant", dest="first_variant", metavar="NAME", help="initial material variant of a glTF file"
     )
     command.add_argument("--channel", metavar="NAME", help="initial channel, for example depth")
-    command.add_argument("--exposure", metavar="STOPS", type=float, help="initial exposure")
+    command.add_argument("--exposure", metavar="STOPS", type=float, help="initial exposure in stops")
     command.add_argument(
         "--view", metavar="NAME", help="initial view transform: standard, agx or pbr_neutral"
     )

@@ -1,7 +1,7 @@
 """Replacement for `mujoco.Renderer` without OpenGL; after `install()`, MuJoCo programs use it.
 
-Depth and ids are exact for the ray through each pixel's centre. Colours are computed in MuJoCo's own light and resemble
-its images; see `MujocoScene.render` for the differences.
+Depth and ids are exact for the ray through each pixel's centre. Colours are computed with MuJoCo's own light model and
+resemble MuJoCo's images; `MujocoScene.render` describes the differences.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Renderer:
 
     @property
     def model(self) -> Any:
-        """The model."""
+        """The MuJoCo model that the renderer shows."""
         return self._model
 
     @property

@@ -29,7 +29,7 @@ class SparseSymmetric:
     column: npt.NDArray[np.int32]
     """The column of each entry [m]."""
     starts: Ints
-    """The first entry of each row [n]."""
+    """The index of the first entry of each row [n]."""
     diagonal: Floats
     """The diagonal [n]."""
 
@@ -57,7 +57,7 @@ class SparseSymmetric:
         return found
 
     def parts(self) -> Ints:
-        """The number of each row's part [n]: rows that entries connect, directly or through others, have the same."""
+        """The number of each row's connected component [n]: entries connect the rows of a component."""
         label = np.arange(len(self.starts))
         while True:
             lower = np.minimum.reduceat(label.take(self.column), self.starts)

@@ -37,7 +37,7 @@ class JointTrack(NamedTuple):
     times: Floats
     """Increasing times [n] in seconds, 0 at the bag's first joint state."""
     positions: Floats
-    """Radians or metres [n]."""
+    """The positions of the joint [n], in radians or metres."""
 
 
 class _State(NamedTuple):

@@ -121,8 +121,9 @@ class Kinematics:
     def jacobian(self, values: Floats, link: str) -> Floats:
         """Returns the Jacobian [6, n] of a link for one joint vector [size], in the root's axes.
 
-        Rows 0..2 are the velocity of the link's origin, rows 3..5 the angular velocity. A column is the derivative
-        by one value; of a floating joint, by three translations and three rotations about its parent's axes.
+        Rows 0..2 are the velocity of the link's origin, rows 3..5 the angular velocity. Each column is the derivative
+        with respect to one value; a floating joint has six columns, for three translations along and three rotations
+        about its parent's axes.
         """
         poses = {name: found[0] for name, found in self.poses(values[None]).items()}
         columns, count = {}, 0

@@ -28,7 +28,7 @@ SUFFIXES = (".urdf", ".xacro", ".sdf")
 
 @dataclass
 class RobotModel:
-    """A robot of a file, with its pose there and its cameras."""
+    """A robot in a file, with its pose and its cameras."""
 
     description: RobotDescription
     world_from_root: Floats

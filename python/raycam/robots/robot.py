@@ -88,7 +88,7 @@ class Robot:
         return poses[0] if single else poses
 
     def jacobian(self, link: str, joints: JointValues | None = None) -> Floats:
-        """Returns the Jacobian [6, n] of a link's pose by the joint values, in world axes (closed form).
+        """Returns the Jacobian [6, n] of a link's pose with respect to the joint values, in world axes (closed form).
 
         Rows 0..2 are the velocity of the link's origin in metres, rows 3..5 its angular velocity in radians, per unit
         of each value in the order of `joints`. A floating joint has six columns: translations along its parent's axes
@@ -102,7 +102,7 @@ class Robot:
         return np.kron(np.eye(2), rotation) @ self._kinematics.jacobian(values[0], link)
 
     def __repr__(self) -> str:
-        """Name and counts as text."""
+        """Returns the name, the number of links and the joints as text."""
         return f"Robot {self.name!r}: {len(self.links)} links, joints {', '.join(self.joints) or 'none'}"
 
     # For the world ------------------------------------------------------------------------------------------

@@ -102,7 +102,7 @@ class Message:
     """A message of a client."""
 
     KIND: ClassVar[str]
-    """Its `type` in JSON."""
+    """The message's `type` in JSON."""
     UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
     """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
     IS_FOLLOWED: ClassVar[bool] = False
@@ -182,6 +182,7 @@ class LookThrough(Message):
     KIND = "camera"
     UNDO = "step"
     IS_FOLLOWED = True
+    seq: Number
     name: Name
 
 
@@ -225,7 +226,8 @@ class FromSide(Message):
 
 @dataclass(frozen=True)
 class Look(Message):
-    """Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own."""
+    """Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
+    shows."""
 
     KIND = "look"
     UNDO = "group"

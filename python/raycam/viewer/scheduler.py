@@ -1,7 +1,8 @@
 """The render thread: images during motion first, then still images; outdated images are cancelled.
 
-The next work is a moving image of the session with the oldest change; else the shown channel of a session at rest; else
-a slice of more samples. A change of the session that is being rendered cancels its image.
+The first available task is done next: a moving image of the session with the oldest change; the shown channel of a
+session without changes; a slice of additional samples. A change of the session that is being rendered cancels its
+image.
 """
 
 from __future__ import annotations

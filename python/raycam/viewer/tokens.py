@@ -1,4 +1,4 @@
-"""Tokens, with which clients prove that they may connect."""
+"""Tokens by which the server recognises clients that may connect."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def place_robot(
     """Adds a robot's shapes to a world, with all joints at zero; returns the robot and notices.
 
     `placement` moves the origin of the file. All files are located before objects are added, so the world is unchanged
-    if one is missing.
+    if a file is missing.
     """
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])

@@ -22,10 +22,10 @@ class Skin:
 
     number: int
     kind = SKIN_OBJECT
-    """The value of `mjtObj`."""
+    """The type of the object, a value of MuJoCo's `mjtObj`."""
 
     def triangles(self, model: Any) -> Any:
-        """Returns the triangles [t, 3]."""
+        """Returns the triangles [t, 3] as vertex indices."""
         first, count = int(model.skin_faceadr[self.number]), int(model.skin_facenum[self.number])
         return np.asarray(model.skin_face[first : first + count], np.int64)
 
@@ -66,10 +66,10 @@ class Flex:
 
     number: int
     kind = FLEX_OBJECT
-    """The value of `mjtObj`."""
+    """The type of the object, a value of MuJoCo's `mjtObj`."""
 
     def triangles(self, model: Any) -> Any:
-        """Returns the triangles [t, 3]."""
+        """Returns the triangles [t, 3] as vertex indices."""
         if int(model.flex_dim[self.number]) == 2:
             first, count = int(model.flex_elemdataadr[self.number]), int(model.flex_elemnum[self.number])
             return np.asarray(model.flex_elem[first : first + 3 * count], np.int64).reshape(-1, 3)

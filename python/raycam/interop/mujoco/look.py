@@ -118,7 +118,7 @@ class MujocoLook:
         samples: int = 4,
         flags: npt.NDArray[np.uint8] | None = None,
     ) -> npt.NDArray[np.uint8]:
-        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples a pixel.
+        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples per pixel.
 
         `flags` are those of `mjvScene` (default: `DEFAULT_FLAGS`). Raises `SettingsError` for flags without support.
         """

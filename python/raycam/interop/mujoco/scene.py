@@ -114,7 +114,7 @@ class MujocoScene:
         It resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting plane or
         box, blended transparent geoms, the skybox and haze; `flags` switch these parts on and off, and fog. Shadows are
         exact, and light is computed at every pixel instead of every vertex. With `samples=4` (default), edges are
-        antialiased; 1 takes the centre of each pixel only. `raycam.render(scene.world, camera)` computes physically
+        antialiased; with 1, only the centre of each pixel is sampled. `raycam.render(scene.world, camera)` computes physically
         based light instead. Raises `SettingsError` for the flags of wireframes and additive blending.
         """
         return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
@@ -182,7 +182,7 @@ class MujocoScene:
             self._densities[len(self.elements)] = texture, texel_density(corners, uvs, size)
 
     def __repr__(self) -> str:
-        """Counts as text."""
+        """Returns the number of shown geoms and the world as text."""
         geoms = sum(kind == GEOM_OBJECT for kind, _ in self.elements)
         return f"MujocoScene: {geoms} of {self.model.ngeom} geoms; {self.world!r}"
 
@@ -204,8 +204,8 @@ def from_mujoco(
     is its body's name. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them; colour textures (2D
     and cube maps) are mapped as in MuJoCo 4.
 
-    Directional lights become suns; spot and point lights get weaker with the square of the distance, with a notice;
-    ambient light and the headlight become an even sky. Cables, image lights and the thickness of flexes are
+    Directional lights become suns; spot and point lights become weaker with the square of the distance, with a notice;
+    ambient light and the headlight become a uniform sky. Cables, image lights and the thickness of flexes are
     omitted, with notices, and so are opaque geoms that a later one of the same shape and place covers, as in MuJoCo's
     images. `MujocoScene.render` shows such a world in MuJoCo's own light.
 

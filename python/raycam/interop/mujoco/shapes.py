@@ -42,7 +42,7 @@ class Shape:
 
     keys: dict[str, Any]
     scale: Floats = field(default_factory=lambda: np.eye(3))
-    """Applied to the keys' shape, which is a unit sphere for spheres and ellipsoids [3, 3]."""
+    """The scale [3, 3] of the keys' shape, which is a unit sphere for spheres and ellipsoids."""
     uvs: Floats | None = None
     """The mesh's own texture coordinates [t, 3, 2], if the model has some."""
 

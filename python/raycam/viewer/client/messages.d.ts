@@ -53,6 +53,7 @@ export interface Ground {
 /** Looks through a camera of the world, or keeps the pose as a free camera if the name is empty. */
 export interface LookThrough {
   type: "camera";
+  seq: number;
   name: string;
 }
 
@@ -82,7 +83,8 @@ export interface FromSide {
   name: "default" | "front" | "back" | "right" | "left" | "top" | "bottom" | "iso";
 }
 
-/** Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own. */
+/** Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
+    shows. */
 export interface Look {
   type: "look";
   light: "own" | "default" | "studio" | "sun" | "sky";

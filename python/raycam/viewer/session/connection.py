@@ -44,7 +44,8 @@ class Connection:
         self.wants_planes = self._is_plane_due = False
 
     def request_planes(self, wanted: bool) -> bool:
-        """Sets whether images are sent as exact numbers, the next one at once; returns whether that is a change."""
+        """Sets whether images are sent as exact numbers, from the next image on; returns True if the setting
+        changed."""
         if wanted == self.wants_planes:
             return False
         self.wants_planes = self._is_plane_due = wanted
@@ -55,7 +56,7 @@ class Connection:
         return self.wants_planes and (is_finished or self._is_plane_due)
 
     def mark_exact_sent(self) -> None:
-        """Records that exact numbers were sent: the next ones are those of a finished image."""
+        """Records that exact numbers were sent; they are sent again only when an image is finished."""
         self._is_plane_due = False
 
     def close(self) -> None:
@@ -74,7 +75,7 @@ class Connection:
 
     @property
     def may_move(self) -> bool:
-        """True if another moving image keeps the limit of `MAX_MOVING_RATE`."""
+        """True if another moving image can be sent without exceeding `MAX_MOVING_RATE`."""
         return time.monotonic() >= self._free_at
 
     def note_moving(self, count: int) -> None:
@@ -83,12 +84,12 @@ class Connection:
 
     @property
     def sent(self) -> int:
-        """Images sent to this client."""
+        """The number of images that were sent to this client."""
         return self._sent
 
     @property
     def acknowledged(self) -> int:
-        """Images that the client has confirmed."""
+        """The number of images that the client has confirmed."""
         return self._acknowledged
 
     def send(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:

@@ -185,7 +185,7 @@ class Session:
         self.connection.send(self.selection.about())
 
     def send_history(self) -> None:
-        """Sends whether there are steps to undo and to repeat."""
+        """Sends the numbers of steps that can be undone and repeated."""
         edits = self.view.opened.edits.about()
         undo, redo = self.history.counts
         message = {"type": "history", "undo": undo + edits["undo"], "redo": redo + edits["redo"]}
@@ -404,8 +404,11 @@ class Session:
         self.send_camera()
 
     def _look_through(self, message: messages.LookThrough) -> None:
-        self.show(self.view.through(message.name))
-        self.send_camera()
+        self._last_move = message.seq
+        try:
+            self.show(self.view.through(message.name))
+        finally:
+            self.send_camera()  # after an error, the client returns to its last valid camera
 
     def _set_lens(self, message: messages.Lens) -> None:
         self.show(self.view.with_lens(message.fx, message.fy, message.cx, message.cy, message.distortion))
@@ -461,7 +464,8 @@ class Session:
         self.redraw()
 
     def show_scan(self, scan: ScanPoints | None, world: World) -> None:
-        """Draws the points of a scan of `world`, or none; if the view shows another world, the client asks again."""
+        """Draws the points of a scan of `world`, or none; if the view shows another world, the client requests a new
+        scan."""
         with self._changes:
             current = scan if self.view.world is world else None
             self.overlays = replace(self.overlays, scan=current)
