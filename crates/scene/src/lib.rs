@@ -33,6 +33,7 @@ pub mod animation;
 pub mod camera;
 mod codes;
 pub mod color;
+mod displacement;
 mod error;
 mod error_code;
 pub mod foreign_terms;

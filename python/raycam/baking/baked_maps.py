@@ -78,7 +78,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     """The world's upward axis, "z" or "y"."""
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """The map of this name."""
+        """Returns the map with this name."""
         return self.maps[name]
 
     def __iter__(self) -> Any:

@@ -28,7 +28,7 @@ class SurfacePoints:
     world: World
     """The world to which the points belong, and whose objects occlude."""
     position: Floats
-    """Points in the world [n, 3]."""
+    """Positions in the world [n, 3], metres."""
     normal: Floats
     """Unit normals of the faces [n, 3], outwards."""
     shading_normal: Floats
@@ -36,7 +36,7 @@ class SurfacePoints:
     instance: npt.NDArray[np.int32]
     """Ids of the objects [n]."""
     triangle: npt.NDArray[np.int32]
-    """Numbers of the faces [n]."""
+    """Indices of the faces in their objects [n]."""
     barycentric: Floats
     """Weights of the faces' corners [n, 3]."""
     missed: Bools

@@ -81,7 +81,8 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
         metavar="DEGREES",
         type=float,
         default=180.0,
-        help="opening angle of the rays of thickness in degrees (default: 180; 120 is the shape diameter function)",
+        help="opening angle in degrees of the cone of rays that measure thickness "
+        "(default: 180; 120 is the shape diameter function)",
     )
     command.add_argument(
         "--green",

@@ -187,7 +187,7 @@ class DaskPool:
         return ours
 
     def slots(self) -> int:
-        """Two frames for each thread of the current workers."""
+        """The number of frames that may be queued: two for each thread of the current workers."""
         if time.monotonic() - self._polled_at > REFRESH_INTERVAL:
             self._poll()
         return max(1, 2 * sum(map(_threads_of, self._workers.values())))

@@ -24,7 +24,7 @@ class Bounce:
     """A point of the path."""
 
     point: Floats
-    """[3], world, metres."""
+    """The position in the world, [3], metres."""
     object_name: str
     """The object; "the sky" for the end of a path that leaves the world."""
     weight: Floats

@@ -27,7 +27,7 @@ class Surface:
 
     object_name: str
     point: Floats
-    """[3], world, metres."""
+    """The position in the world, [3], metres."""
     normal: Floats
     """The geometric normal, [3], facing the viewer."""
     shading_normal: Floats
@@ -35,7 +35,7 @@ class Surface:
     to_eye: Floats
     """The direction back to the camera, [3]."""
     color: Floats
-    """The base colour, [3], linear."""
+    """The base colour in linear RGB, [3]."""
     model: str
     """The reflection model: "phong", "unlit", "metal", "glass" or "principled"."""
     diffuse: float
@@ -51,7 +51,7 @@ class LightTerm:
     """The contribution of one light at the point. Radiances are [3], linear RGB, W/(m² sr)."""
 
     name: str
-    """Type and number, such as "sun 0"."""
+    """The type and the index of the light, such as "sun 0"."""
     to_light: Floats | None
     """The direction to the light, [3], of unit length; None for lights with an extent."""
     distance: float

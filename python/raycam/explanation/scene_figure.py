@@ -53,9 +53,9 @@ class Line(NamedTuple):
     name: str
     """The name next to the line's end; empty for none."""
     color: str
-    """The colour over an image."""
+    """The colour of the line where it is drawn over an image."""
     points: Floats
-    """[n, 3], world, metres."""
+    """The points of the line in the world, [n, 3], metres."""
     symbol: str = ""
     """The symbol in the palette that has the line's colour; empty for lines of scripts."""
     width: float = 2.0

@@ -296,7 +296,7 @@ class Lidar:
 
     @property
     def beam_samples(self) -> int:
-        """Rays per pulse."""
+        """The number of rays per pulse."""
         return int(self._value("beam_samples", 1))
 
     @property

@@ -22,7 +22,7 @@ class OusterUnit:
     """The calibration of one unit, in degrees and millimetres, with the names of Ouster's metadata."""
 
     beam_altitude_angles: tuple[float, ...]
-    """The elevation of each row."""
+    """The elevation of each row in degrees."""
     beam_azimuth_angles: tuple[float, ...]
     """The azimuth of each row relative to the encoder."""
     beam_to_lidar_transform: tuple[float, ...]

@@ -16,7 +16,7 @@ from .echoes import Echoes, find_echoes
 from .fog import attenuation, fog_contributions, soft_echo
 from .intensity import device_intensity
 from .lidar import Lidar
-from .paths import Contributions, trace_paths
+from .paths import Contributions, rows, trace_paths
 from .pattern import Pattern, cosines, sines
 from .pose import transform
 from .random_numbers import standard_normals, uniform_numbers
@@ -355,23 +355,28 @@ def _columns(
 ) -> Columns:
     """Returns the fields of the reported echoes."""
     settings = lidar.settings
-    pulse, main = echoes.pulse[chosen], echoes.main[chosen]
-    scale, offset = pattern.range_scale[pulse], pattern.range_offset[pulse]
-    distance = scale * echoes.length[chosen] + offset
+    pulse, main = echoes.pulse.take(chosen), echoes.main.take(chosen)
+    scale, offset = rows(pattern.range_scale, pulse), rows(pattern.range_offset, pulse)
+    distance = scale * echoes.length.take(chosen) + offset
     rank = _rank(pulse)
-    true = _nearest_on_axis(found, pulse, echoes.length[chosen])
+    length = echoes.length.take(chosen)
+    if echoes.is_single and not found.ray.any():
+        true = {"length": length, "position": found.fields["position"].take(main, axis=0)}
+    else:
+        true = _nearest_on_axis(found, pulse, length)
     if settings["noise"]:
         distance = _noisy(distance, signal[chosen], pulse, rank, len(pattern), settings, frame)
     along = (distance - offset) / scale
-    reflectivity = (echoes.energy[chosen] * echoes.length[chosen] ** 2).astype(np.float32)
+    reflectivity = (echoes.energy.take(chosen) * length**2).astype(np.float32)
     returns = np.bincount(pulse, minlength=len(pattern))[pulse] if len(pulse) else np.zeros(0, np.int64)
     columns: Columns = {
-        "position": pattern.origins[pulse] + along[:, None] * pattern.directions[pulse],
+        "position": pattern.origins.take(pulse, axis=0)
+        + along[:, None] * pattern.directions.take(pulse, axis=0),
         "distance": distance,
-        "time": pattern.times[pulse],
-        "ring": pattern.rings[pulse],
-        "laser": pattern.lasers[pulse],
-        "column": pattern.columns[pulse],
+        "time": pattern.times.take(pulse, axis=0),
+        "ring": pattern.rings.take(pulse, axis=0),
+        "laser": pattern.lasers.take(pulse, axis=0),
+        "column": pattern.columns.take(pulse, axis=0),
         "return": rank.astype(np.int32),
         "returns": returns.astype(np.int32),
         "intensity": device_intensity(lidar.family, reflectivity),
@@ -380,10 +385,10 @@ def _columns(
         "true_position": true["position"],
     }
     for name in ("instance", "triangle", "category", "material", "normal", "incidence", "barycentric", "uv"):
-        columns[name] = found.fields[name][main]
-    columns["purity"] = echoes.purity[chosen]
-    columns["bounces"] = found.bounces[main]
-    columns["first_instance"] = found.first_instance[main]
+        columns[name] = found.fields[name].take(main, axis=0)
+    columns["purity"] = echoes.purity.take(chosen, axis=0)
+    columns["bounces"] = found.bounces.take(main)
+    columns["first_instance"] = found.first_instance.take(main)
     columns["pulse"] = pulse
     columns["lost"] = np.zeros(len(pulse), np.int8)
     return columns
@@ -434,12 +439,12 @@ def lost_reasons(
 def _with_lost(pattern: Pattern, columns: Columns, reasons: npt.NDArray[np.int8], axis: Columns) -> Columns:
     """Returns the fields with a row for each lost pulse, in the order of pulses."""
     gone = np.flatnonzero(reasons != KEPT)
-    rows: Columns = {}
+    lost: Columns = {}
     for name, array in columns.items():
         shape = (len(gone), *array.shape[1:])
         missing: Any = np.nan if array.dtype.kind == "f" else 0 if array.dtype.kind == "u" else -1
-        rows[name] = np.full(shape, missing, array.dtype)
-    rows.update(
+        lost[name] = np.full(shape, missing, array.dtype)
+    lost.update(
         time=pattern.times[gone],
         ring=pattern.rings[gone],
         laser=pattern.lasers[gone],
@@ -451,4 +456,4 @@ def _with_lost(pattern: Pattern, columns: Columns, reasons: npt.NDArray[np.int8]
         true_position=axis["position"][gone],
     )
     order = np.argsort(np.concatenate([columns["pulse"], gone]), kind="stable")
-    return {name: np.concatenate([array, rows[name]])[order] for name, array in columns.items()}
+    return {name: np.concatenate([array, lost[name]]).take(order, axis=0) for name, array in columns.items()}

@@ -39,7 +39,7 @@ class Surface:
     f0: float = 0.0
     """Reflectance of the rough specular part at normal incidence, plus `metallic` times the base colour."""
     metallic: float = 0.0
-    """See `f0`."""
+    """The share of the base colour that is added to `f0`, from 0 to 1."""
     ior: float = 1.5
     """Index of refraction of glass."""
     extinction: float = 0.0
@@ -67,6 +67,8 @@ class SurfaceTable:
         self._world = world
         self._known: list[Surface] = []
         self._columns: dict[str, npt.NDArray[Any]] = {}
+        self._uniform: dict[str, bool] = {}
+        """By property: True if all surfaces that were read have the same value."""
         self._of_material = np.full(0, UNKNOWN, np.int64)
         self._of_own: dict[tuple[int, int], int] = {}
         self._own = {instance: values for instance, *values in _core.world_lidar_surfaces(world._core)}
@@ -120,7 +122,7 @@ class SurfaceTable:
         return read_surface(json.loads(self._world._core.material(int(instance[at]), int(triangle[at]))))
 
     def _add(self, surface: Surface) -> int:
-        self._columns = {}
+        self._columns, self._uniform = {}, {}
         self._known.append(surface)
         return len(self._known) - 1
 
@@ -132,8 +134,14 @@ class SurfaceTable:
 
     def column(self, surface: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
         """Returns a property of the surface of each hit; the default of `Surface` for -1."""
-        found: npt.NDArray[Any] = self.values(name)[surface]
-        return found
+        values = self.values(name)
+        if name not in self._uniform:
+            known = values[:-1]
+            both_nan = (known != known) & (known[:1] != known[:1])
+            self._uniform[name] = len(known) > 0 and bool(((known == known[:1]) | both_nan).all())
+        if self._uniform[name] and not (surface < 0).any():
+            return np.broadcast_to(values[0], (*surface.shape, *values.shape[1:]))
+        return values.take(surface, axis=0)
 
 
 def with_own(surface: Surface, reflectance: float | None, retroreflection: float | None) -> Surface:

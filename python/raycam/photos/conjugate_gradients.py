@@ -29,7 +29,7 @@ class SparseSymmetric:
     column: npt.NDArray[np.int32]
     """The column of each entry [m]."""
     starts: Ints
-    """The first entry of each row [n]."""
+    """The index of the first entry of each row [n]."""
     diagonal: Floats
     """The diagonal [n]."""
 

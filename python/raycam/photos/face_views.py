@@ -80,7 +80,7 @@ class FaceCandidates:
     """Faces [n] that have texels, and the photographs [n, k] between which each chooses."""
 
     faces: Ints
-    """The faces' numbers, ascending."""
+    """The indices of the faces, ascending."""
     views: Ids
     """Numbers of photographs, -1 for none."""
     weights: Floats

@@ -26,7 +26,7 @@ class Sight:
     index: npt.NDArray[np.int64]
     """The visible points' numbers [k], ascending."""
     pixels: Floats
-    """Their pixels [k, 2]."""
+    """The pixel coordinates of the visible points [k, 2]."""
     cosine: Floats
     """The cosines [k] of their angles of incidence, more than 0."""
     origins: Floats

@@ -38,13 +38,13 @@ class SurfacePart:
     """Some points of a surface."""
 
     face: npt.NDArray[np.int32]
-    """Faces [n]."""
+    """The index of the face of each point [n]."""
     points: Floats
-    """Positions in the world [n, 3]."""
+    """The positions of the points in the world [n, 3], metres."""
     normals: Floats
     """The faces' unit normals [n, 3]."""
     spacing: Floats
-    """Metres between texels [n]."""
+    """The distance between neighbouring texels [n], metres."""
 
 
 class TexturedSurface:
@@ -71,7 +71,7 @@ class PartView:
     index: Ints
     """Their numbers in the part, ascending."""
     places: Floats
-    """Pixels from the image's corner [k, 2]."""
+    """The pixel coordinates [k, 2], measured from the image's corner."""
     colors: Single
     """Linear colours [k, 3]."""
     weight: Single

@@ -102,8 +102,8 @@ def texture_from_photos(
     camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.
 
     Raises `WorldError` for an object without texture coordinates or one that is not visible to any camera,
-    `SettingsError` for photographs of another size than their camera, `FormatError` and `OSError` for their files, and
-    `MemoryError` if the machine lacks the memory.
+    `SettingsError` for photographs whose size differs from their camera's, `FormatError` and `OSError` for their files,
+    and `MemoryError` if the machine lacks the memory.
 
     Sources: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008; Lempitsky and Ivanov, Seamless
     mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there be color!, 2014; Allène, Pons

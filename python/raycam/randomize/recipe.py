@@ -57,6 +57,8 @@ GEOMETRY = (
     ),
     *("roll", "pitch", "yaw", "scale", "matrix"),
 )
+RELIEF = ("displace", "textures", "height_scale", "uvs", "normals", "wrap", "type")
+"""Keys that, with `displace`, also change the shape."""
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 MIN_GAP = 0.001
 MAX_ATTEMPTS = 10
@@ -397,7 +399,7 @@ class Recipe:
         if (
             key in first
             and "category" in row
-            and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
+            and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals", "displace"}
         ):
             row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
         number = self._add(world, {**row, **_select_keys(item, POSE)})
@@ -407,7 +409,7 @@ class Recipe:
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
         """The bound of an object at the origin, and its world_from_mesh."""
-        alone = _select_keys(item, GEOMETRY)
+        alone = _select_keys(item, (*GEOMETRY, *RELIEF) if item.get("displace") else GEOMETRY)
         key = json.dumps([world.up, alone], sort_keys=True, default=str)
         if key not in self._shapes:
             thing = World(world.up)

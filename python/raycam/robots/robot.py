@@ -102,7 +102,7 @@ class Robot:
         return np.kron(np.eye(2), rotation) @ self._kinematics.jacobian(values[0], link)
 
     def __repr__(self) -> str:
-        """Name and counts as text."""
+        """Returns the name, the number of links and the joints as text."""
         return f"Robot {self.name!r}: {len(self.links)} links, joints {', '.join(self.joints) or 'none'}"
 
     # For the world ------------------------------------------------------------------------------------------

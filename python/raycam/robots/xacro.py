@@ -24,11 +24,11 @@ class XacroLimits:
     """Limits for expanding one file."""
 
     seconds: float = 60.0
-    """Time."""
+    """Maximum time in seconds."""
     memory: int = 2 << 30
-    """Address space in bytes."""
+    """Maximum address space of the process in bytes."""
     bytes: int = 64 << 20
-    """Size of the document."""
+    """Maximum size of the document in bytes."""
 
 
 def expand_xacro(

@@ -18,7 +18,7 @@ MAX_LINE = 300
 
 
 def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
-    """Notices about composition errors and about layers with another unit or up axis than the stage."""
+    """Notices about composition errors and about layers whose unit or up axis differs from the stage's."""
     return [*_composition_errors(stage, folder), *_missing_classes(stage), *_other_metrics(stage, folder)]
 
 

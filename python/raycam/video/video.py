@@ -114,7 +114,7 @@ class VideoPlan:
 
     @property
     def transparent(self) -> bool:
-        """True if frames have an opacity."""
+        """True if the frames have an alpha channel."""
         return bool(self._settings.get("transparent_background"))
 
     def __repr__(self) -> str:

@@ -102,7 +102,7 @@ class Message:
     """A message of a client."""
 
     KIND: ClassVar[str]
-    """Its `type` in JSON."""
+    """The message's `type` in JSON."""
     UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
     """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
     CHANGES: ClassVar[Literal["nothing", "view", "world"]] = "nothing"

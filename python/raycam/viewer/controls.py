@@ -248,7 +248,7 @@ class Controls(Folder):
             listener.show_controls()
 
     def message(self) -> dict[str, Any]:
-        """The message `controls`."""
+        """The message `controls` of the server, which describes all controls."""
         listed = [each.describe() for each in list(self._all.values()) if each.kind not in DRAWN_KINDS]
         return {"type": "controls", "controls": listed}
 

@@ -58,7 +58,7 @@ class Page(str):
         )
 
     def __repr__(self) -> str:
-        """The size as text."""
+        """Returns the size of the page as text."""
         return f"Page of {len(self):,} bytes"
 
 

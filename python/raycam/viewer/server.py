@@ -184,7 +184,7 @@ class Server:
             self._started.set()
             await self._ending.wait()
             for session in self.sessions.values():
-                session.connection.send({"type": "closing", "text": "The server has ended."})
+                session.connection.send({"type": "closing", "text": "The server has stopped."})
             await asyncio.sleep(0.05)
         for session in self.sessions.values():
             session.uploads.close()

@@ -61,11 +61,11 @@ class Refinement:
     options: dict[str, Any] = field(default_factory=dict)
     """More options of `render`."""
     first: int = 1
-    """Samples per pixel of the first image."""
+    """The samples per pixel of the first image."""
     samples: int = field(default=0, init=False)
-    """The samples of all pixels."""
+    """The samples per pixel so far."""
     seconds: float = field(default=0.0, init=False)
-    """The time that all steps took."""
+    """The time that all steps took, in seconds."""
     change: tuple[float, int] | None = field(default=None, init=False)
     """The mean change of the luminance, relative to its mean, since the newest image with at most half as many samples,
     and the number of samples of that image."""

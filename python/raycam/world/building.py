@@ -58,7 +58,7 @@ class WorldBuilding(WorldContents):
         and sRGB if they are uint8. `uvs` [n, 2] have v = 0 at the top row of the texture. `normals` [n, 3] are used
         for shading. `material` has the keys of a material in a world file: `color`, `diffuse`, `specular`,
         `shininess`, `texture`, `textures`, `type`, ... `placement` has the keys `location`, `roll`, `pitch`, `yaw`,
-        `scale` or `matrix`, `category` and `refine`.
+        `scale` or `matrix`, `category`, `refine` and `displace`.
 
         Raises `WorldError` for an empty mesh, numbers that are not finite, indices out of range, arrays of the wrong
         shape, colours outside 0..1 and unknown keys.

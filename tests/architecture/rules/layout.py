@@ -14,7 +14,7 @@ ORDER = {
     """,
     "scene": """
         codes notice error_code error written named_enum up foreign_terms math color medium mesh texture material
-        camera light
+        displacement camera light
         animation render_options video model world schema
         triangles lib
     """,

@@ -24,7 +24,7 @@ pub(crate) struct MaterialHit<'a> {
     /// The shading frame without any normal map.
     pub unmapped_frame: ShadingFrame,
     pub is_front: bool,
-    /// Colour channel that the path carries; `None` for all channels.
+    /// The only colour channel of the path; `None` if it transports all channels.
     pub channel: Option<usize>,
     /// Index of refraction outside of the material's own interior.
     pub outside_ior: f32,

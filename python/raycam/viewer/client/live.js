@@ -30,18 +30,18 @@ export const LIVE_MOUSE =
   "pixel; Alt and click, or a long press, to explain it. On a touch screen, use two fingers to move closer and to pan.";
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
-const PAN_PIXELS = 24; // pixels of the picture
-const FLY_STEP = 1; // hundredths of the world's size
-const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // times that
+const PAN_PIXELS = 24; // pixels of the picture that an arrow key pans
+const FLY_STEP = 1; // hundredths of the world's size per step
+const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // factors of the step
 const FLY_TICK = 50; // ms
 const LONGEST_FILM = 60; // seconds
 const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
 });
 
-/** Ways to move, in the order of the key N, and what is said of them. */
+/** Ways to move, in the order in which the key N selects them, with the texts that explain them. */
 const WAYS = /** @type {Record<string, string>} */ ({
-  orbit: "Orbit: drag turns around the pivot.",
+  orbit: "Orbit: drag to turn around the pivot.",
   fly: "Fly: W, A, S and D move the camera, E and Q raise and lower it. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
   walk: "Walk: W, A, S and D move along the ground, E and Q raise and lower the camera. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
 });
@@ -113,7 +113,7 @@ export class LiveView {
   }
 
   /**
-   * Does what a message says of the live view alone.
+   * Carries out the part of a message that concerns the live view only.
    * @param {import("./client.js").Message} message
    */
   receive(message) {
@@ -193,7 +193,7 @@ export class LiveView {
   }
 
   /**
-   * After a welcome: what a session of a server does not know of this page, or this page of it.
+   * After a welcome: tells the server's session what it does not know about this page, and takes over the session's state.
    * @param {import("./client.js").Message} welcome
    */
   begin({ overlay, triangles }) {
@@ -246,7 +246,7 @@ export class LiveView {
     return [limited((at.x - picture.left) / picture.zoom), limited((at.y - picture.top) / picture.zoom)];
   }
 
-  /** After each move: the camera is a free one, and the held pixel shows another point. */
+  /** After each move: the camera is no longer one of the world's, and the held pixel shows another point. */
   moved() {
     this.camera.value = "";
     this.kept.show("");

@@ -102,7 +102,7 @@ class Look:
         return look
 
     def changed(self, **values: Any) -> Look:
-        """A look with other values."""
+        """Returns a copy of the look with other values."""
         return replace(self, **values)
 
     @property
@@ -125,7 +125,7 @@ class Look:
 
     @property
     def first_samples(self) -> int:
-        """Samples per pixel of the first still image: fewer would be noisier than the moving image before it."""
+        """The samples per pixel of the first still image. Fewer would be noisier than the moving image before it."""
         return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
 
     def notice(self) -> str | None:

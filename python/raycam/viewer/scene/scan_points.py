@@ -29,10 +29,10 @@ class ScanPoints:
 
     lidar: str
     positions: Floats
-    """[n, 3]."""
+    """The positions of the points in the world [n, 3], metres."""
     fields: dict[str, npt.NDArray[Any]]
     total: int
-    """Points of the whole scan."""
+    """The number of points of the whole scan."""
 
     def message(self) -> dict[str, Any]:
         """The message `scan`: the fields of the points, by name; times in milliseconds."""

@@ -99,12 +99,12 @@ class Connection:
 
     @property
     def sent(self) -> int:
-        """Images sent to this client."""
+        """The number of images that were sent to this client."""
         return self._sent
 
     @property
     def acknowledged(self) -> int:
-        """Images that the client has confirmed."""
+        """The number of images that the client has confirmed."""
         return self._acknowledged
 
     def send(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:

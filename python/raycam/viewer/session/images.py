@@ -51,7 +51,7 @@ class Images:
         self.touched = time.monotonic() + seconds
 
     def samples_of(self, view: View) -> int:
-        """Samples per pixel at which the still image is finished."""
+        """The samples per pixel with which the still image is finished."""
         return self._samples or DEFAULT_SAMPLES[view.integrator]
 
     def refinement_of(self, view: View) -> Refinement:

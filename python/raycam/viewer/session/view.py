@@ -64,7 +64,7 @@ class Opened:
 
     @property
     def first_shape(self) -> Literal["own", "home"]:
-        """The shape of the first camera."""
+        """Whose shape the first camera has: its own, or that of the window ("home")."""
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
@@ -207,7 +207,7 @@ class View:
 
     @property
     def lit(self) -> World:
-        """The world with the light and the ground of the look, which color images show."""
+        """The world with the light and the ground of the look, which colour images show."""
         return self.look.light_up(self.world, self._opened_world, self.camera)
 
     @property

@@ -17,7 +17,7 @@ __all__ = ["TriangleMesh"]
 
 
 class Attributes(dict[str, Any]):
-    """Attributes by key and by name."""
+    """The attributes of a mesh, as a dict whose keys are also Python attributes."""
 
     def __getattr__(self, name: str) -> Any:
         """The attribute of this name; raises `AttributeError` that lists the attributes."""
@@ -153,7 +153,7 @@ class TriangleMesh(Hints):
         return self._point(self._positions().max(axis=0))
 
     def is_empty(self) -> bool:
-        """Returns True without vertices."""
+        """True if the mesh has no vertices."""
         return not ("positions" in self.vertex and len(self.vertex["positions"]))
 
     def transform(self, transformation: Any) -> TriangleMesh:

@@ -2,7 +2,7 @@
 
 import { byId } from "../dom.js";
 
-const LATE = 2, REMIND = 5; // seconds after which, and between which, a late image is reported
+const LATE = 2, REMIND = 5; // seconds after which a late image is reported, and between two reports
 
 export class StatusLine {
   constructor() {
