@@ -183,7 +183,7 @@ def _joint(model: Any, joint: int, name: str, parent: str, child: str, place: Fl
         initial = (*start[:3].tolist(), *start[[4, 5, 6, 3]].tolist())
         return Joint(name, "floating", parent, child, 0, np.eye(4), axis, initial=initial)
     anchor = _transform(model.jnt_pos[joint], [1, 0, 0, 0])
-    back = np.linalg.inv(anchor)
+    back = np.asarray(np.linalg.inv(anchor), np.float64)
     if kind == BALL:
         start = np.asarray(model.qpos0[address : address + 4], np.float64)
         initial = tuple(start[[1, 2, 3, 0]].tolist())
@@ -209,7 +209,7 @@ def _joint(model: Any, joint: int, name: str, parent: str, child: str, place: Fl
         axis,
         lower=low if limited else -np.inf,
         upper=high if limited else np.inf,
-        joint_from_child=shift @ back,
+        joint_from_child=np.asarray(shift @ back, np.float64),
         initial=(zero,),
     )
 
