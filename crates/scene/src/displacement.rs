@@ -120,7 +120,7 @@ struct DisplacedPoints {
     moves: Vec<DVec3>,
 }
 
-/// What a point's corners add up to.
+/// Normals and heights of the corners at a point.
 #[derive(Default)]
 struct PointSums {
     /// Different unit normals, in world directions.

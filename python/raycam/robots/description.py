@@ -51,7 +51,7 @@ class Visual:
     """A shape of a link."""
 
     link_from_visual: Floats
-    """Transform [4, 4]."""
+    """The transform from the axes of the visual to those of the link, [4, 4]."""
     geometry: Geometry
     material: Material
     line: int
