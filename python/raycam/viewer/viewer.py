@@ -188,6 +188,19 @@ class Viewer:
         """
         return [self.url] if self._server is None else self._server.urls
 
+    @property
+    def followers_urls(self) -> list[str]:
+        """The addresses for followers, who show the leader's view and cannot change the world; `urls` are the leader's.
+
+        Raises `SettingsError` without `follow=True`.
+        """
+        urls = [] if self._server is None else self._server.followers_urls
+        if not urls:
+            raise SettingsError(
+                "the view has no followers: start it with follow=True", code="conflicting_values"
+            )
+        return urls
+
     def redirect_file(self) -> Path:
         """Writes a page that redirects to the view once and that only this user can read; `close` removes it."""
         if self._server is None:

@@ -77,7 +77,7 @@ def load(
     the `raycam[mujoco]` extra, and its lights are loaded, too. `packages` are folders in which `package://NAME` of
     robots is searched, `xacro_args` are the arguments of a xacro file.
 
-    Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of other files than meshes,
+    Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of files other than meshes,
     `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or `CameraError` for
     an invalid description, each with file, line and key.
     """
