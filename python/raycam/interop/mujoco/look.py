@@ -95,7 +95,7 @@ class _View:
     pixel: float
     """The angle between neighbouring pixels in the middle of the image, in radians."""
     flags: list[bool]
-    """By `mjtRndFlag`."""
+    """The flags of the scene, indexed by MuJoCo's `mjtRndFlag`."""
     order: list[int]
     """The transparent objects and the planes seen from behind, in the order of blending."""
     behind: list[int]

@@ -42,7 +42,7 @@ class Tendon:
 
     number: int
     kind = TENDON_OBJECT
-    """The value of `mjtObj`."""
+    """The type of the object, a value of MuJoCo's `mjtObj`."""
 
     def triangles(self, model: Any) -> Any:
         """Returns the triangles [t, 3]; their number is that of the longest possible path."""
