@@ -85,7 +85,7 @@ def write_joint_states(
             positions = [float(column[number]) for column in columns.values()]
             data = _encode(stamp, list(columns), positions)
             writer.add_message(channel, stamp, data, stamp, number)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
 
 
 def _checked(what: str, values: Floats) -> Floats:
