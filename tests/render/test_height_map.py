@@ -137,7 +137,10 @@ MITSUBA = {
     "mirrored": [0.9418, 0.9623, 0.9586, 0.9811, 0.9870, 0.9650, 0.9795, 0.9807, 0.9657],
     "repeated": [0.8810, 0.9052, 0.9204, 0.9266, 0.9384, 0.9340, 0.8943, 0.9142, 0.9169],
 }
-"""Mean radiance of 3 x 3 patches in the image's centre in Mitsuba 3.9.1 (`bumpmap`, 256 samples), by coordinates."""
+"""Mean radiance of 3 x 3 patches in the image's centre in Mitsuba 3.9.1 (`bumpmap`, 256 samples), by coordinates.
+
+Cycles (Blender 4.5, node Bump with a filter width of 0.1) renders the first row within 0.0003.
+"""
 
 
 def rough_sphere(change: str) -> dict[str, Any]:
