@@ -341,18 +341,6 @@ def test_numbers_for_display_are_rounded_and_tiles_are_exact(
     assert unpack(message["plane"], data)[..., 0].tobytes() == exact[10:20, 10:30].tobytes()
 
 
-def test_following_clients_share_one_camera(server: Server, open_socket: Open) -> None:
-    server._follow = True
-    first, second = (Client(open_socket()) for _ in range(2))
-    first.say("camera", seq=1, name="side")
-    second.hear("camera", name="side")
-    assert [each.view.camera_name for each in server.sessions.values()] == ["side", "side"]
-    second.socket.send(json.dumps(orbited(second.welcome["camera"], 3)))
-    first.hear("camera", name="")
-    cameras = [each.view.camera for each in server.sessions.values()]
-    assert cameras[0] == cameras[1]
-
-
 def test_probes_return_the_values_of_the_image(client: Client, small_world: raycam.World) -> None:
     client.hear("picture", samples=16)
     names = [channel["name"] for channel in client.welcome["channels"] if channel["name"] != "error"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.viewer.answers import SLOW
-from raycam.viewer.client_messages import MESSAGES, Hello, Probe
+from raycam.viewer.client_messages import MESSAGES, Follow, Hello, Hold, Probe
 from raycam.viewer.session import MAX_STILL_SIZE, Session, lens_of
 from raycam.viewer.session.copied import copied
 from support.gltf_document import Document, animated
@@ -170,7 +170,7 @@ def test_acknowledgements_count_images_that_were_sent(session: Session) -> None:
 
 
 def test_every_message_has_one_handler() -> None:
-    handlers = [*Session.ACTIONS, *SLOW, Hello, Probe]
+    handlers = [*Session.ACTIONS, *SLOW, Hello, Probe, Hold, Follow]
     assert len(handlers) == len(set(handlers))
     assert set(handlers) == set(MESSAGES.values())
 

@@ -21,7 +21,7 @@ const MAX_SHARP_COSINE: f64 = 1.0 - 1e-7;
 /// Maximum length of the displacement at a sharp corner, relative to the height.
 const MAX_MITER: f64 = 2.0;
 /// Approximate memory for each triangle of a displaced mesh while its search tree is built, in bytes.
-const BYTES_PER_TRIANGLE: f64 = 400.0;
+const BYTES_PER_TRIANGLE: f64 = 200.0;
 
 /// Heights of a material.
 pub(crate) struct HeightField<'a> {
@@ -120,7 +120,7 @@ struct DisplacedPoints {
     moves: Vec<DVec3>,
 }
 
-/// What a point's corners add up to.
+/// Normals and heights of the corners at a point.
 #[derive(Default)]
 struct PointSums {
     /// Different unit normals, in world directions.

@@ -110,7 +110,10 @@ def _add_server(command: argparse.ArgumentParser) -> None:
     command.add_argument("--no-edit", action="store_true", help="disable editing of objects and lights")
     command.add_argument("--allow-open", action="store_true", help="open files that are dropped on the page")
     command.add_argument(
-        "--follow", action="store_true", help="all clients share one camera, for example for teaching"
+        "--follow",
+        action="store_true",
+        help="print a second address for followers, for example a class of up to 40: they show the leader's camera, "
+        "channel, exposure and held pixel",
     )
     command.add_argument(
         "--exit-when-closed", action="store_true", help="stop the server when the page is closed"
@@ -230,6 +233,8 @@ def _view_files(options: argparse.Namespace, unpacked: Path) -> None:
         print(f"raycam view: {viewer.url}        (Ctrl-C stops it)", flush=True)
         for url in viewer.urls[1:]:
             print(f"             {url}", flush=True)
+        for url in viewer.followers_urls if options.follow else []:
+            print(f"for followers: {url}", flush=True)
         if not open_browser(viewer, False if options.no_browser else None) and len(viewer.urls) == 1:
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
             print_notice(

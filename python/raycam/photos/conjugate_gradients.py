@@ -35,7 +35,10 @@ class SparseSymmetric:
 
     @classmethod
     def sum_of(cls, size: int, row: Ints, column: Ints, values: Floats) -> SparseSymmetric:
-        """The matrix of the sums of entries [m] in the same place; each row has an entry on its diagonal."""
+        """The matrix with `values` [m] at `row` and `column` [m], where values at the same place are added.
+
+        Each row must have a value on the diagonal.
+        """
         key = row * size + column
         order = np.argsort(key, kind="stable")
         key = key[order]

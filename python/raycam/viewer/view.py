@@ -46,7 +46,8 @@ def view(
     images (default: that of the client's window). `integrator` ("direct" or "path") and `samples` apply to the image at
     rest. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next free one) and `allow_hosts` are
     the server's addresses; `threads` is the number of threads. With `edit=False`, the world cannot be changed; with
-    `follow=True`, all clients share one camera, for example in teaching. With `allow_open=True`, worlds that are
+    `follow=True`, up to 40 followers show the leader's view, for example in teaching: `Viewer.url` is the leader's
+    address, `Viewer.followers_urls` those of the followers. With `allow_open=True`, worlds that are
     dropped on the page are copied to a private folder and opened. `source` is the world's file, next to which a changed
     world file can be saved. `start` contains initial values, for example {"time": 1.5, "animation": "Run", "variant":
     "red", "channel": "depth", "exposure": 1, "view": "agx"}.
@@ -100,6 +101,8 @@ def view(
         return Viewer(world, camera, cell=True, **options)
     viewer = Viewer(world, camera, **options)
     print(f"raycam view: {viewer.url}", file=sys.stderr, flush=True)
+    if options.get("follow"):
+        print(f"for followers: {viewer.followers_urls[0]}", file=sys.stderr, flush=True)
     open_browser(viewer, browser)
     if not _is_interactive() if block is None else block:
         with viewer:

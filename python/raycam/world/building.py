@@ -130,7 +130,7 @@ class WorldBuilding(WorldContents):
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a file (.urdf, .xacro, .sdf with one model); returns it, as in `robots`.
+        """Adds a robot from a file (.urdf, .xacro, .sdf with one model, .xml); returns it, as in `robots`.
 
         Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
         name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
@@ -149,6 +149,11 @@ class WorldBuilding(WorldContents):
         xacro file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process
         that can read only these folders.
 
+        An .xml file is MJCF, URDF or SDF. MJCF is compiled by MuJoCo (`raycam[mujoco]`): bodies become links, visible
+        are the geoms of the groups 0 to 2, and `geometry="collision"` shows those that collide. Joints start as in the
+        file (`qpos0`); those that an equality constraint couples linearly mimic each other. A ball joint has four
+        values (a quaternion x y z w).
+
         Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
         `WorldError` for a name that is already used, unknown joints and an invalid placement.
         """
@@ -162,7 +167,8 @@ class WorldBuilding(WorldContents):
                 f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
                 code="unsupported_feature",
             )
-        if models[0].lights:
+        compiled = models[0].mujoco
+        if models[0].lights or (compiled is not None and compiled.model.nlight):
             text = f"{os.fspath(path)}: the file's lights are not added; raycam.load loads them, too"
             warn(Notice(text, "ignored_element"))
         robot = self._add_model(

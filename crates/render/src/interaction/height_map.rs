@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
-use raycam_scene::HeightMap;
+use raycam_scene::{HeightMap, HeightUnit};
 
 use crate::interaction::ray_cone::Footprint;
 use crate::prepare::geometry::Geometry;
@@ -40,13 +40,26 @@ impl Geometry {
         let [by_u, by_v] = self.texel_gradient(&map.texture, hit, footprint)?.map(f64::from);
         let [p, q, r] = self.uv_corners(hit.instance, hit.triangle, map.texture.uv_set)?;
         let [[a, b, _], [c, d, _]] = map.texture.image_from_mesh.map(|row| row.map(f64::from));
-        // Change of the height along an edge with this change of the mesh's texture coordinates.
-        let rise = |[x, y]: [f64; 2]| (by_u * (a * x + b * y) + by_v * (c * x + d * y)) * f64::from(map.scale);
-        let [first, second] = [q, r].map(|end| rise([end[0] - p[0], end[1] - p[1]]));
+        // The edges in the image.
+        let in_image = |[x, y]: [f64; 2]| [a * x + b * y, c * x + d * y];
+        let [[u1, v1], [u2, v2]] = [q, r].map(|end| in_image([end[0] - p[0], end[1] - p[1]]));
         let corners = self.corners(hit.instance, hit.triangle);
         let (e1, e2) = (corners[1] - corners[0], corners[2] - corners[0]);
         let cross = e1.cross(e2);
-        let gradient = (e2.cross(cross) * first + cross.cross(e1) * second) / cross.length_squared();
+        let gradient = match map.unit {
+            HeightUnit::Metre => {
+                let [first, second] = [[u1, v1], [u2, v2]].map(|[u, v]| by_u * u + by_v * v);
+                (e2.cross(cross) * first + cross.cross(e1) * second) / cross.length_squared()
+            }
+            HeightUnit::Texel => {
+                let [columns, rows] = self.textures[map.texture.texture].size().map(f64::from);
+                let turned = (u1 * v2 - u2 * v1).signum();
+                let right = ((e1 * v2 - e2 * v1) * turned).normalize();
+                let down = ((e2 * u1 - e1 * u2) * turned).normalize();
+                right * (by_u / columns) + down * (by_v / rows)
+            }
+        };
+        let gradient = gradient * f64::from(map.scale);
         gradient.is_finite().then_some((gradient, cross))
     }
 }

@@ -73,6 +73,11 @@ impl PreparedTexture {
         Self { texture, levels: OnceLock::new(), levels_by_alpha: OnceLock::new() }
     }
 
+    /// Columns and rows.
+    pub fn size(&self) -> [u32; 2] {
+        self.texture.image.size
+    }
+
     /// Value at a point.
     pub fn lookup(&self, uv: [f32; 2], weight: TexelWeight) -> [f32; 4] {
         lookup(&self.texture, uv, weight)

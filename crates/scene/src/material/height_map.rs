@@ -8,8 +8,27 @@ use crate::texture::TextureSlot;
 pub struct HeightMap {
     /// Heights: red, of any sign.
     pub texture: TextureSlot,
-    /// Height of the value 1, in metres of the world; negative values turn hills into dents.
+    /// Height of the value 1; negative values turn hills into dents.
     pub scale: f32,
+    /// Unit of the scale.
+    #[serde(default, skip_serializing_if = "HeightUnit::is_metre")]
+    pub unit: HeightUnit,
+}
+
+/// Unit of heights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum HeightUnit {
+    /// A metre of the world.
+    #[default]
+    Metre,
+    /// The width of a texel on the surface: slopes do not depend on the size of the surface. Files without a unit use it.
+    Texel,
+}
+
+impl HeightUnit {
+    fn is_metre(&self) -> bool {
+        *self == Self::Metre
+    }
 }
 
 impl HeightMap {

@@ -8,6 +8,7 @@ use crate::displacement::{Displacement, HeightField};
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 use crate::material::Material;
+use crate::material::height_map::HeightUnit;
 use crate::mesh::Mesh;
 use crate::schema::spec::displace::DisplaceSpec;
 use crate::schema::spec::object::ObjectSpec;
@@ -35,6 +36,10 @@ impl ObjectSpec {
         let ObjectParts { mesh, materials, known_textures, new_textures } = parts;
         if materials.iter().all(|material| material.height_map.is_none()) {
             let message = "requires textures.height, which this object does not have";
+            return Err(SceneError::schema(ErrorCode::MissingValue, "displace", message));
+        }
+        if materials.iter().any(|material| material.height_map.is_some_and(|map| map.unit == HeightUnit::Texel)) {
+            let message = "requires height_scale, because the heights of the file's material have no unit";
             return Err(SceneError::schema(ErrorCode::MissingValue, "displace", message));
         }
         let texture = |index: usize| match known_textures.get(index) {

@@ -4,6 +4,7 @@ use crate::color::Rgb;
 use crate::error::{Result, SceneError, suggestion};
 use crate::error_code::ErrorCode;
 use crate::material::glass::Glass;
+use crate::material::height_map::HeightUnit;
 use crate::material::metal::Metal;
 use crate::material::principled::Principled;
 use crate::material::{Alpha, Material, MaterialModel};
@@ -263,7 +264,7 @@ impl ObjectSpec {
         material.model = self.material_model(reflectance);
         let used = textures.iter().map(|put| put.bind(material, !self.has_value(put.key))).collect();
         if let (Some(scale), Some(heights)) = (self.height_scale, &mut material.height_map) {
-            heights.scale = scale;
+            (heights.scale, heights.unit) = (scale, HeightUnit::Metre);
         }
         used
     }

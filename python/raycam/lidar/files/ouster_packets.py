@@ -28,12 +28,12 @@ VALID = 0xFFFFFFFF
 """Status of a column with measurements."""
 LARGEST_RANGE_MM = (1 << 20) - 1
 LARGEST_DUAL_RANGE_MM = (1 << 19) - 1
-"""In packets with two returns."""
+"""The largest distance in packets with two returns, in millimetres."""
 DUAL_PROFILE = "RNG19_RFL8_SIG16_NIR16_DUAL"
 LIDAR_PACKET = 1
-"""Type of packets, in the headers of packets with two returns."""
+"""The type of lidar packets, given in the headers of packets with two returns."""
 CRC64_POLYNOMIAL = 0xC96C5795D7870F42
-"""ECMA-182, reflected."""
+"""The polynomial of ECMA-182 with reflected bits."""
 PORT = 7502
 FRAME = 1
 """Number of the frame in the packets."""
@@ -164,7 +164,7 @@ def save_ouster_packets(
 ) -> None:
     """Writes the packets to `path`, and the metadata without which they cannot be decoded to the same name with .json.
 
-    Raises `LidarError` for other returns than "strongest", "last" and "dual", and if the .json file exists and was not
+    Raises `LidarError` for returns other than "strongest", "last" and "dual", and if the .json file exists and was not
     written by raycam.
     """
     if returns not in ("strongest", "last", "dual"):

@@ -69,6 +69,8 @@ export class Client {
     this.probeTimer = 0;
     /** Called with every message, after the client. @type {(message: Message) => void} */
     this.onMessage = () => {};
+    /** Called with the pixel that is held. @type {(pixel: Pixel | null) => void} */
+    this.onHold = () => {};
     this.controls.onWrong = (text) => this.say(text, "error");
     this.controls.onExact = () => this.wantPlanes();
     this.picture.onZoom = () => this.showZoom();
@@ -283,6 +285,7 @@ export class Client {
   /** @param {Pixel | null} pixel */
   hold(pixel) {
     this.held = pixel;
+    this.onHold(pixel);
     this.picture.show({ held: pixel });
     if (pixel) this.picture.reveal(pixel);
     for (const id of ["copy", "explain", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;

@@ -239,6 +239,18 @@ export interface Pick {
   v: number;
 }
 
+/** Reports the held pixel, which followers show; an empty list if none is held. */
+export interface Hold {
+  type: "hold";
+  pixel: number[];
+}
+
+/** Shows the leader's view, looks around independently, or takes the lead. */
+export interface Follow {
+  type: "follow";
+  mode: "attach" | "detach" | "lead";
+}
+
 /** Requests the explanation of a pixel. */
 export interface Explain {
   type: "explain";
@@ -351,6 +363,8 @@ export type ClientMessage =
   | Probe
   | Tile
   | Pick
+  | Hold
+  | Follow
   | Explain
   | Forget
   | Snapshot

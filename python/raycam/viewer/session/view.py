@@ -207,7 +207,7 @@ class View:
 
     @property
     def lit(self) -> World:
-        """The world with the light and the ground of the look, which color images show."""
+        """The world with the light and the ground of the look, which colour images show."""
         return self.look.light_up(self.world, self._opened_world, self.camera)
 
     @property

@@ -1,6 +1,6 @@
 //! Reflection of surfaces in glTF's terms.
 
-use raycam_scene::{Material, MaterialModel, NoticeCode, Principled};
+use raycam_scene::{HeightUnit, Material, MaterialModel, NoticeCode, Principled};
 
 use crate::gltf::writer::document::Writer;
 
@@ -23,7 +23,9 @@ impl Writer<'_> {
                 format!("material {name:?}: its medium is not written: glTF has no media"),
             );
         }
-        if material.height_map.is_some() {
+        if let Some(map) = material.height_map
+            && (map.unit == HeightUnit::Metre || material.normal_map.is_some())
+        {
             self.note(
                 NoticeCode::NotWritten,
                 format!("material {name:?}: its height map is not written: glTF has no height maps"),
