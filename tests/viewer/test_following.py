@@ -205,6 +205,14 @@ def test_leader_who_comes_back_leads_the_same_view(class_server: Server, join: J
     assert other.welcome["camera"]["name"] == "side"
 
 
+def test_follower_who_comes_before_the_leader_shows_the_first_view(class_server: Server, join: Join) -> None:
+    follower = join()
+    assert follower.hear("picture", samples=SAMPLES)[0]["moving"] is False
+    leader = join(leads=True)
+    leader.say("camera", seq=1, name="side")
+    follower.hear("camera", name="side")
+
+
 def test_follower_cannot_resume_the_session_of_the_leader(class_server: Server, join: Join) -> None:
     leader = join(leads=True)
     leader.socket.close()
