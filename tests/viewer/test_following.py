@@ -292,15 +292,14 @@ def test_browser_follows_looks_around_and_follows_again(class_server: Server, jo
     leader.say("channel", name="color")
     leader.say("display", exposure=1, view="standard")
     tab.wait("document.getElementById('exposure-text').textContent === '+1 stops'")
-    (session,) = (each for each in class_server.sessions.values() if each.is_attached)
+    (session,) = (each for each in class_server.sessions.values() if each.role.is_attached)
     view = session.view
-    drag(tab, place_of(tab, 10, 10, view.size), place_of(tab, 30, 10, view.size))
-    tab.wait("document.getElementById('message').textContent.includes('press Look around')")
+    drag(tab, place_of(tab, 300, 200, view.size), place_of(tab, 340, 200, view.size))
     assert session.view is view
     tab.wait("document.getElementById('camera').value === 'side'")
     tab.evaluate("document.getElementById('following-button').click()")
     tab.wait("document.getElementById('following-text').textContent === 'You look around by yourself.'")
-    drag(tab, place_of(tab, 10, 10, view.size), place_of(tab, 30, 10, view.size))
+    drag(tab, place_of(tab, 300, 200, view.size), place_of(tab, 340, 200, view.size))
     until(lambda: session.view.camera != view.camera)
     assert class_server.following is not None
     assert class_server.following.leader.view.camera == view.camera
@@ -319,7 +318,7 @@ def test_browser_leads_and_counts_its_followers(class_server: Server, join: Join
     follower = join()
     tab.wait("document.getElementById('following-text').textContent === 'You lead 1 follower.'")
     leader = class_server.following.leader  # type: ignore[union-attr]
-    tab.click(*place_of(tab, 24, 16, leader.view.size))
+    tab.click(*place_of(tab, 300, 200, leader.view.size))
     held = follower.hear("display")[0]["held"]
     while held is None:
         held = follower.hear("display")[0]["held"]

@@ -82,7 +82,7 @@ def test_browser_uses_the_view_under_a_path(proxied: Server, tab: Tab) -> None:
     tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
     (session,) = proxied.sessions.values()
     before = session.view
-    drag(tab, place_of(tab, 10, 10, before.size), place_of(tab, 30, 10, before.size))
+    drag(tab, place_of(tab, 300, 200, before.size), place_of(tab, 340, 200, before.size))
     tab.wait("document.getElementById('camera').value === ''")
     own = f"http://{proxy.address}{PREFIX}"
     assert all(each.startswith((own, "data:", "blob:", own.replace("http", "ws"))) for each in tab.requests)
