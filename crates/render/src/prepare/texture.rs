@@ -63,6 +63,16 @@ impl PreparedTexture {
         Self { texture, levels: OnceLock::new(), levels_by_alpha: OnceLock::new() }
     }
 
+    /// Width and height of the image, in texels.
+    pub fn size(&self) -> [u32; 2] {
+        self.texture.image.size
+    }
+
+    /// True if enlarged texels are interpolated.
+    pub fn is_interpolated(&self) -> bool {
+        self.texture.sampler.magnification == TexelFilter::Linear
+    }
+
     /// Value at a point.
     pub fn lookup(&self, uv: [f32; 2], weight: TexelWeight) -> [f32; 4] {
         lookup(&self.texture, uv, weight)

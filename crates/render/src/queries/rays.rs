@@ -189,7 +189,8 @@ fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, ran
         }
         Kernel::Float32 { coherent } => {
             let mut found = vec![Hit::MISS; rays.len()];
-            world.geometry.two_level().closest(&local_rays(world, rays), &mut found, coherence(coherent));
+            let (geometry, local) = (&world.geometry, local_rays(world, rays));
+            geometry.closest(geometry.two_level(), &local, &mut found, coherence(coherent), |_| true);
             for ((hit, found), ray) in hits.iter_mut().zip(&found).zip(rays) {
                 if found.instance != INVALID_ID {
                     *hit = refine_f64(world, found, ray);
