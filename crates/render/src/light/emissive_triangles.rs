@@ -336,7 +336,7 @@ fn measure_emission(
     Some((LightBounds::planar(&corners, front, intensity, material.double_sided), table))
 }
 
-/// Direction of a ray that sees the triangle's front.
+/// Direction of a ray that hits the triangle's front.
 fn front_direction(world: &Geometry, instance: u32, normal: DVec3) -> Vec3 {
     let mirrored = world.instances[instance as usize].flips_orientation;
     (if mirrored { normal } else { -normal }).as_vec3()
