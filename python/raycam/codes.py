@@ -253,7 +253,7 @@ _OWN_ERRORS = {
         "Read the error that the command printed.",
     ),
     "failed_selftest": Code(
-        "The installed renderer returns other results than the reference renderer.",
+        "The installed renderer returns results that differ from the reference renderer's.",
         "Reinstall raycam, and report the output of raycam doctor if the test fails again.",
     ),
     "photograph_size": Code(
@@ -281,7 +281,7 @@ _OWN_ERRORS = {
         "Name the device to which the file belongs, or use the file of this device.",
     ),
     "unordered_times": Code(
-        "The times of pulses or poses decrease.",
+        "The times of pulses, poses or joint states do not increase.",
         "Sort the rows by time.",
     ),
     "failed_process": Code(

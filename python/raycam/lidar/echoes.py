@@ -35,11 +35,11 @@ class Echoes:
     energy: Floats
     """Sum of the contributions that belong to the maximum."""
     main: npt.NDArray[np.int64]
-    """Of the surface with most of the energy, the contribution with most of it."""
+    """The largest contribution of the surface with most of the energy."""
     purity: npt.NDArray[np.float32]
-    """The share of that surface (an object, over the same number of bounces)."""
+    """That surface's share of the energy; a surface is an object after a certain number of bounces."""
     is_single: bool = False
-    """True if each pulse has one surface only, and so at most one echo."""
+    """True if each pulse has only one surface, so at most one echo."""
 
 
 def find_echoes(found: Contributions, pulse_length: float) -> Echoes:

@@ -59,7 +59,7 @@ class Contributions:
     fields: dict[str, npt.NDArray[Any]]
     """The fields of `World.cast_rays` of the surface, and "incidence" in degrees."""
     deflected: npt.NDArray[np.bool_]
-    """True [pulses] for pulses of which some path left the world by way of a mirror or glass."""
+    """True [pulses] for pulses with a path that left the world after a mirror or glass."""
 
     def sorted(self) -> Contributions:
         """Returns the contributions ordered by pulse, ray, length and bounces."""
@@ -101,7 +101,7 @@ class _Rays:
     ray: npt.NDArray[np.int64]
     weight: Floats
     one_way: Floats
-    """Product of the shares at interfaces; the way back takes the same."""
+    """Product of the shares at interfaces on the way out; the product on the way back is the same."""
     geometric: Floats
     optical: Floats
     index: Floats
@@ -127,9 +127,9 @@ def trace_paths(
 ) -> Contributions:
     """Returns the light from surfaces for beams of rays [n, k, 3] with weights [k], at `times` [n] (None: the world's).
 
-    Each ray's path is a tree: at a smooth interface it continues reflected with the share F and refracted with 1 - F
-    (Fresnel), squared because the light comes back along the same path. Both branches are followed, up to
-    `max_bounces` interfaces; no random numbers are used.
+    Each ray's path is a tree: at a smooth interface, the share F is reflected and 1 - F is refracted (Fresnel). Each
+    share counts twice, because the light returns along the same path. Both branches are followed, up to `max_bounces`
+    interfaces; no random numbers are used.
     """
     count, samples = origins.shape[:2]
     every = np.arange(count * samples)

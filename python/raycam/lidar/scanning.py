@@ -68,29 +68,29 @@ def scan(
 
     ================= ================ ========================================================================
     position          float64 [n, 3]   the measured point, in sensor axes at the pulse's own time
-    distance          float64 [n]      as the device counts it, in metres, with noise, rounded to its step
+    distance          float64 [n]      as the device reports it, in metres, with noise, rounded to its step
     time              float64 [n]      of the pulse, in seconds from the frame's start
     ring, laser, column  int32 [n]     ring as the manufacturer's driver numbers it; laser in firing order
     return, returns   int32 [n]        number of the echo, from 0, in the order of distance; number of echoes kept
     intensity         uint8 [n]        the device's number
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
-    true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without noise,
-                                       pulse and rounding; +inf for no hit
-    true_position     float64 [n, 3]   the point on this surface, in the world; NaN for no hit
+        true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without
+                                       noise and rounding; +inf without a hit
+    true_position     float64 [n, 3]   the point on this surface, in the world; NaN without a hit
     instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
     normal            float64 [n, 3]   its unit normal in the world, towards the ray
     incidence         float32 [n]      its angle of incidence, in degrees
     barycentric, uv   float64          as in `World.cast_rays`
-    purity            float32 [n]      that surface's share of the echo; below 1 the point lies between surfaces
-    bounces           int32 [n]        mirrors and glass faces on the way; 0: seen directly
+    purity            float32 [n]      that surface's share of the echo; below 1, the point is between surfaces
+    bounces           int32 [n]        mirrors and glass faces on the path; 0: directly visible
     first_instance    int32 [n]        the object that the beam meets first
     pulse             int64 [n]        index of the pulse in `lidar.pattern(frame)`
     lost              int8 [n]         0 kept, 1 no hit, 2 too weak, 3 too near, 4 too far, 5 reflected away by a
                                        mirror, 6 missed by chance
     ================= ================ ========================================================================
 
-    Ids are -1, floats NaN, for lost pulses. The same call returns the same bytes on any number of threads. Raises
-    `LidarError` if `lidar` is not a lidar, and `MemoryError` for frames that are too large.
+    For lost pulses, ids are -1 and floats are NaN. The same call returns the same bytes on any number of threads.
+    Raises `LidarError` if `lidar` is not a lidar, and `MemoryError` for frames that are too large.
 
     Energy: laser radar equation for extended targets (Wagner et al. 2006); detection: 5 sigma above the noise.
     """

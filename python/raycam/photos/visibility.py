@@ -18,6 +18,7 @@ from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
 from ..world.face_geometry import face_areas, face_normals
+from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 from .lidar_points import POINTS_PER_SAMPLE, FacePoints, points_on_faces
 from .placement import GRID_SIDE, pixel_grid, placement_notices
 from .sight import Facing, find_sight, footprints, in_morton_order, meets_front
@@ -25,12 +26,8 @@ from .truth import named_viewpoints
 
 __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
 
-MAX_SAMPLES = 256
-"""Maximum number of samples per face."""
 LARGE_FACE_PX = 4.0
 """Area in pixels of a face, in any camera, above which it gets as many samples as pixels."""
-CORNER_INSET = 0.01
-"""Position of the corner samples, as a fraction of the way from the corners to the centroid."""
 CHUNK_SAMPLES = 1 << 17
 """Number of samples processed at a time, about 100 MB."""
 INSIDE_OUT_SHARE = 0.9
@@ -100,17 +97,16 @@ def surface_visibility(
     faces are returned. All objects occlude. A sample on a face is visible if it projects through the lens into the
     image, faces the camera, and no triangle is between it and the camera's centre (with a rolling shutter, the centre
     at the time of the pixel's line). `samples` is the number of samples per face. "faces" uses the centroid and the
-    corners, moved inside by 1 %, and for faces larger than 4 pixels in any camera as many samples as pixels, up to
-    256.
+    corners, moved inwards by 1 %; faces larger than 4 pixels in any camera have as many samples as pixels, up to 256.
 
     `cameras` may also contain lidars (`Rig.sensors`, `World.sensors`). A face is visible to a lidar if a pulse of its
     first frame measures a point on it: exactly the faces of the points of `scan(world, lidar.replace(noise=False))`
-    with `bounces` 0, each with the world and the lidar's pose at the pulse's time, the beam's samples, `returns` and
-    range limits. A sample is visible to a lidar if it is the face's sample nearest to a point; "faces" uses one
-    sample for 16 points on a face, from 4 to 256.
+    with `bounces` 0, which takes into account the world and the lidar's pose at each pulse's time, the beam's samples,
+    `returns` and range limits. A sample is visible to a lidar if it is the face's sample nearest to a point; "faces"
+    uses one sample for 16 points on a face, from 4 to 256.
 
-    `facing="front"` ignores cameras behind a face and points on its back, "both" includes them; "auto" means "front"
-    unless at least 90 % of the rays that hit the world hit back sides first, which a notice reports. `pairs=True` also
+    `facing="front"` ignores cameras behind a face and points on its back, "both" includes them; "auto" means "front",
+    or "both" with a notice if at least 90 % of the rays that hit the world hit back sides first. `pairs=True` also
     returns the visible faces of each camera. A notice is issued if fewer than half of the cameras show the world, and
     for a lidar without points. Memory does not grow with the number of cameras, except with `pairs`; each point of a
     lidar takes 13 bytes.
@@ -155,7 +151,7 @@ def side_of(
     """Returns "both", with a notice, if at least 90 % of the rays that hit the world hit back sides first; else
     "front".
 
-    Lidars take part with as many of their points as cameras have rays.
+    For a lidar, as many of its points are used as a camera has rays.
     """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     hits += [one.front[:: max(1, len(one.front) // GRID_SIDE**2)] for one in lidars]
@@ -195,7 +191,7 @@ def _chunks(
             wanted = largest_areas(corners[faces], cameras)
             for points in lidars:
                 wanted = np.maximum(wanted, points.counts(faces) / POINTS_PER_SAMPLE)
-            numbers = np.clip(np.ceil(wanted), 4, MAX_SAMPLES).astype(int)
+            numbers = np.clip(np.ceil(wanted), MIN_SAMPLES, MAX_SAMPLES).astype(int)
         fit = max(1, int(np.searchsorted(np.cumsum(numbers), CHUNK_SAMPLES, side="right")))
         faces, numbers = faces[:fit], numbers[:fit]
         owner = np.repeat(np.arange(len(faces)), numbers)
@@ -220,22 +216,6 @@ def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
             inside &= (low <= np.array(camera.size) + camera.corner).all(axis=1)
         largest = np.maximum(largest, np.where(inside & np.isfinite(area), area, 0.0))
     return np.where(largest > LARGE_FACE_PX, largest, 0.0)
-
-
-def sample_pattern(count: int, corners: bool = True) -> Floats:
-    """Returns barycentric weights [count, 3]: with `corners`, centroid and inset corners first; then a
-    low-discrepancy set.
-
-    Source: the R2 sequence (Roberts 2018), folded into the triangle.
-    """
-    inset = np.eye(3) * (1 - CORNER_INSET) + CORNER_INSET / 3
-    fixed = np.concatenate([np.full((1, 3), 1 / 3), inset])[: count if corners else 0]
-    number = np.arange(1, count - len(fixed) + 1)
-    plastic = 1.32471795724474602596
-    u, v = (0.5 + number / plastic) % 1, (0.5 + number / plastic**2) % 1
-    folded = u + v > 1
-    u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
-    return np.concatenate([fixed, np.stack([1 - u - v, u, v], axis=1)])
 
 
 class _Totals:
