@@ -205,6 +205,14 @@ def test_leader_who_comes_back_leads_the_same_view(class_server: Server, join: J
     assert other.welcome["camera"]["name"] == "side"
 
 
+def test_follower_who_comes_before_the_leader_shows_the_first_view(class_server: Server, join: Join) -> None:
+    follower = join()
+    assert follower.hear("picture", samples=SAMPLES)[0]["moving"] is False
+    leader = join(leads=True)
+    leader.say("camera", seq=1, name="side")
+    follower.hear("camera", name="side")
+
+
 def test_follower_cannot_resume_the_session_of_the_leader(class_server: Server, join: Join) -> None:
     leader = join(leads=True)
     leader.socket.close()
@@ -271,6 +279,9 @@ def test_browser_follows_looks_around_and_follows_again(class_server: Server, jo
     tab.open(class_server.followers_urls[0])
     tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
     assert text_of(tab, "following-text") == "You follow the leader."
+    assert tab.evaluate(
+        "document.getElementById('message').hidden"
+    )  # the page's own settings cause no notice
     assert tab.evaluate("document.getElementById('edit').hidden")
     leader.say("camera", seq=1, name="side")
     leader.say("channel", name="depth")

@@ -26,8 +26,9 @@ class Robot:
     """A robot in a world, from `World.robots`; `World.set_joints` moves it.
 
     Poses are float64 matrices [4, 4]. Joint values are in radians and metres, as in the robot's file. A vector of
-    values has one number for each revolute, continuous or prismatic joint, three for a planar one (x, y, yaw), and
-    seven for a floating one (x y z, and a quaternion x y z w), in the order of `joints`.
+    values has one number for each revolute, continuous or prismatic joint, three for a planar one (x, y, yaw), seven
+    for a floating one (x y z, and a quaternion x y z w) and four for a ball joint (the quaternion), in the order of
+    `joints`.
     """
 
     name: str
@@ -92,7 +93,7 @@ class Robot:
 
         Rows 0..2 are the velocity of the link's origin in metres, rows 3..5 its angular velocity in radians, per unit
         of each value in the order of `joints`. A floating joint has six columns: translations along its parent's axes
-        and rotations about them. Raises the errors of `pose`.
+        and rotations about them. A ball joint has three, for these rotations. Raises the errors of `pose`.
         """
         self._check_link(link)
         values, single = self._vectors(joints)
@@ -197,10 +198,8 @@ class Robot:
             )
         for name, joint in self._kinematics.joints.items():
             start = self._kinematics.starts[name]
-            if (
-                joint.type == "floating"
-                and not np.linalg.norm(values[:, start + 3 : start + 7], axis=1).all()
-            ):
+            quaternion = values[:, start : start + WIDTHS[joint.type]][:, -4:]
+            if joint.type in ("floating", "ball") and not np.linalg.norm(quaternion, axis=1).all():
                 raise WorldError(
                     f"robot {self.name!r}: joint {name!r}: the quaternion must not be 0 0 0 0",
                     code="not_a_rotation",

@@ -22,9 +22,11 @@ from ..render import render
 from ..render.frame import Frame
 from ..world import World
 from .controls import Control, Controls, Folder
+from .files.browser_folder import browser_folder
 from .files.photographs import Photographs
 from .files.watch import Watcher
 from .joint_sliders import JointSliders
+from .recording import Recording
 from .scene.edits import Edits
 from .scene.look import Look
 from .server import Server
@@ -114,6 +116,7 @@ class Viewer:
             "picked": _weakly(self._pick),
         }
         self._listeners: list[Callable[[dict[str, Any]], object]] = []
+        self._recordings: weakref.WeakSet[Recording] = weakref.WeakSet()
         self._telling = ThreadPoolExecutor(1, "raycam picks")
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
         self._first = Session(self._edits, self._camera, **self._options)  # raises for unknown values
@@ -207,7 +210,7 @@ class Viewer:
             return Path(self.url)
         if self._redirects is None:
             # Its mode is 700, so only this user can read it.
-            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-")
+            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-", dir=browser_folder())
         path = Path(self._redirects.name) / f"view{len(list(Path(self._redirects.name).iterdir()))}.html"
         text = f"<!doctype html><title>raycam</title><script>location.replace({self._server.invitation()!r})</script>"
         path.touch(mode=0o600)
@@ -246,6 +249,20 @@ class Viewer:
         camera = view.still_camera if size is None else view.camera.resized(size_of(size))
         own = {"integrator": view.integrator, "exposure": view.exposure, "view": view.transform}
         return render(view.lit, camera, **{**own, **view.render_options, **view.look.behind, **options})
+
+    def record(self, *, fps: float = 10.0, seconds: float = 60.0) -> Recording:
+        """Records what the client that was used last shows, up to `fps` times per second.
+
+        The recording ends at `Recording.stop` or `Recording.save`, after `seconds` (at most 600), or when the view is
+        closed. Camera, world, time, look, channel and exposure are recorded; `Recording.save` renders the images.
+        Without clients, the initial view is recorded, which `camera` and `world` change. Raises `SettingsError` for
+        values out of range.
+        """
+        made = Recording(
+            lambda: (self._last() or self._first).view, title=self._options["title"], fps=fps, seconds=seconds
+        )
+        self._recordings.add(made)
+        return made
 
     def add_folder(self, name: str) -> Folder:
         """Adds a group of controls to the panel `Script`; the returned `Folder` has the same methods."""
@@ -338,6 +355,8 @@ class Viewer:
 
     def close(self) -> None:
         """Disconnects the clients and stops the server or the widget."""
+        for each in list(self._recordings):
+            each.stop()
         if self._watcher is not None:
             self._watcher.end()
         (self._widget if self._server is None else self._server).close()

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, size_of, whole, word
 from ..camera import Camera, check_camera
-from ..errors import FormatError, Notice, WorldError
+from ..errors import FormatError, Notice, SettingsError, WorldError
 from ..notices import warn
 from ..rig import Rig
 from ..robots import FileResolver, JointValues, Robot, RobotModel, read_robots
@@ -130,7 +130,7 @@ class WorldBuilding(WorldContents):
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a file (.urdf, .xacro, .sdf with one model); returns it, as in `robots`.
+        """Adds a robot from a file (.urdf, .xacro, .sdf with one model, .xml); returns it, as in `robots`.
 
         Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
         name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
@@ -149,6 +149,11 @@ class WorldBuilding(WorldContents):
         xacro file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process
         that can read only these folders.
 
+        An .xml file is MJCF, URDF or SDF. MJCF is compiled by MuJoCo (`raycam[mujoco]`): bodies become links, visible
+        are the geoms of the groups 0 to 2, and `geometry="collision"` shows those that collide. Joints start as in the
+        file (`qpos0`); those that an equality constraint couples linearly mimic each other. A ball joint has four
+        values (a quaternion x y z w).
+
         Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
         `WorldError` for a name that is already used, unknown joints and an invalid placement.
         """
@@ -162,7 +167,8 @@ class WorldBuilding(WorldContents):
                 f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
                 code="unsupported_feature",
             )
-        if models[0].lights:
+        compiled = models[0].mujoco
+        if models[0].lights or (compiled is not None and compiled.model.nlight):
             text = f"{os.fspath(path)}: the file's lights are not added; raycam.load loads them, too"
             warn(Notice(text, "ignored_element"))
         robot = self._add_model(
@@ -353,8 +359,8 @@ class WorldBuilding(WorldContents):
         self,
         direction: str | npt.ArrayLike = "default",
         *,
-        size: Iterable[int] = (640, 480),
-        fov: float = 45.0,
+        size: Iterable[int] | None = None,
+        fov: float | None = None,
         zoom: float = 1.0,
         camera: Camera | None = None,
     ) -> Camera:
@@ -362,12 +368,24 @@ class WorldBuilding(WorldContents):
 
         `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
         or a vector [3] from the world's centre to the camera. The front side faces -y in a z-up world and +z in a y-up
-        world, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` is the scale of the world
-        in the image: at 1 it fills 90 % of the image. A given `camera`, such as a calibration without a pose, keeps its
-        size, K and lens, and is moved until the world fits; `size` and `fov` are then ignored. Raises `CameraError` for
-        an empty world and `SettingsError` for invalid arguments.
+        world, as in Blender and glTF. `size` defaults to (640, 480), and `fov`, the vertical field of view in degrees,
+        to 45. `zoom` is the scale of the world in the image: at 1 it fills 90 % of the image. A given `camera`, such as
+        a calibration without a pose, keeps its size, K and lens, and is moved until the world fits. Raises
+        `CameraError` for an empty world and `SettingsError` for invalid arguments, and for `size` or `fov` together
+        with `camera`.
         """
-        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom, camera=camera)
+        given: dict[str, Any] = {}
+        if size is not None:
+            given["size"] = size_of(tuple(size))
+        if fov is not None:
+            given["fov"] = fov
+        if camera is not None and given:
+            raise SettingsError(
+                f"view_from got camera and {' and '.join(given)}: the camera keeps its own size and lens; pass "
+                "either camera, or size and fov",
+                code="conflicting_values",
+            )
+        return framing_camera(self, direction, zoom=zoom, camera=camera, **given)
 
 
 def _camera_name(name: object) -> str:

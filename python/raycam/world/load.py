@@ -12,7 +12,7 @@ from ..errors import Error, SettingsError, WorldError
 from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
-from ..robots import FileResolver, find_root, read_robots
+from ..robots import CompiledModel, FileResolver, find_root, read_robots
 from .missing_files import check_exists, recipe_named
 from .robot_files import is_robot
 from .robot_tables import robot_lines
@@ -40,7 +40,7 @@ def load(
     packages: Iterable[str | os.PathLike[str]] = (),
     xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file, glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro .sdf).
+    """Loads a world file, glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .sdf .xml).
 
     `source` is a path, the bytes of a file, or a binary file object such as `io.BytesIO` or a download, which is read
     to its end. The content determines the file type of bytes and of files without a known extension; if it is
@@ -73,8 +73,9 @@ def load(
     up.
 
     A robot (.urdf) is placed at the origin with its joints at zero, or at the limit nearest to zero;
-    `World.add_robot` has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
-    `xacro_args` are the arguments of a xacro file.
+    `World.add_robot` has more arguments. An .xml file is MJCF, URDF or SDF, as its root element states; MJCF requires
+    the `raycam[mujoco]` extra, and its lights are loaded, too. `packages` are folders in which `package://NAME` of
+    robots is searched, `xacro_args` are the arguments of a xacro file.
 
     Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of files other than meshes,
     `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or `CameraError` for
@@ -241,7 +242,18 @@ def _load_robot(
         world._add_model(model, files, name=name, **how)
         for light in model.lights:
             world.add_light(light.type, **light.keys)
+        if model.mujoco is not None:
+            _add_mujoco_lights(world, model.mujoco)
     return world
+
+
+def _add_mujoco_lights(world: World, compiled: CompiledModel) -> None:
+    """Adds the lights of an MJCF file, with their notices."""
+    from ..interop.mujoco.parts import add_model_lights
+
+    notices = add_model_lights(world, compiled.model)
+    world._core.set_notices([*world._core.notices, *notices])
+    warn_all(notices)
 
 
 def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:

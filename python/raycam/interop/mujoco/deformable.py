@@ -13,7 +13,7 @@ from .materials import element_look
 from .model import FLEX_OBJECT, SKIN_OBJECT, element_name, element_prefix
 from .tendons import Tendon, is_spatial
 
-__all__ = ["Deformable", "Flex", "Skin", "deformables"]
+__all__ = ["Deformable", "Flex", "Skin", "deformables", "rotation_of"]
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Skin:
             ids = np.asarray(model.skin_bonevertid[start : start + used], np.int64)
             weights = np.asarray(model.skin_bonevertweight[start : start + used], np.float64)
             body = int(model.skin_bonebodyid[each])
-            bind = _rotation(np.asarray(model.skin_bonebindquat[each], np.float64))
+            bind = rotation_of(np.asarray(model.skin_bonebindquat[each], np.float64))
             turn = np.asarray(data.xmat[body]).reshape(3, 3) @ bind.T
             shift = np.asarray(data.xpos[body]) - turn @ np.asarray(model.skin_bonebindpos[each], np.float64)
             np.add.at(moved, ids, weights[:, None] * (rest[ids] @ turn.T + shift))
@@ -131,8 +131,8 @@ def smooth_normals(vertices: Floats, triangles: Any) -> Floats:
     return np.where(lengths > 0, total / np.maximum(lengths, np.finfo(np.float64).tiny), [0.0, 0.0, 1.0])
 
 
-def _rotation(quaternion: Floats) -> Floats:
-    """The rotation matrix [3, 3] of a unit quaternion (w, x, y, z)."""
+def rotation_of(quaternion: Floats) -> Floats:
+    """Returns the rotation matrix [3, 3] of a quaternion (w, x, y, z)."""
     w, x, y, z = quaternion / np.linalg.norm(quaternion)
     return np.array(
         [

@@ -213,7 +213,7 @@ def combine_models(paths: Sequence[Path], folder: Path | None = None) -> World:
     the models may read (default: all). Raises `SettingsError` for world files, and the errors of `World.add_object`.
     """
     for path in paths:
-        if path.suffix.lower() in (".toml", ".urdf", ".xacro", ".sdf"):
+        if path.suffix.lower() in (".toml", ".urdf", ".xacro", ".sdf", ".xml"):
             raise SettingsError(
                 f"{path.name}: only models can be combined; view this file alone", code="conflicting_values"
             )
