@@ -32,10 +32,10 @@ def picture(assets: Path, quality: Quality) -> Picture:
         {"color": "#0c0c10", "roughness": 0.5, "clearcoat": 1, "clearcoat_roughness": 0.03},
     )
     for number, look in enumerate(looks):
-        stand(world, assets / "meshes/boot.obj", 0.62, (-1.0 + 1.0 * number, 0.35 * number, 0), roll=90, yaw=-122,
+        stand(world, assets / "meshes/boot.obj", 0.62, (-0.85 + 0.85 * number, 0.35 * number, 0), roll=90, yaw=-122,
               type="principled", **look)  # fmt: skip
     softbox(world, (-2.2, -1.8, 2.8), (0, 0, 0.2), (1.8, 1.2), [13, 12.6, 12])
     softbox(world, (3.0, 0.2, 1.6), (0, 0.3, 0.3), (0.5, 1.8), [13, 14, 16])
     world.add_light("sky", radiance=[0.42, 0.4, 0.4])
-    camera = raycam.Camera.look_at([-0.3, -4.6, 1.25], [0.0, 0.3, 0.3], size=(1280, 720), fov=22)
-    return quality.shot(world, camera, samples=64)
+    camera = raycam.Camera.look_at([-0.3, -4.6, 1.25], [-0.12, 0.3, 0.26], size=(960, 540), fov=16.5)
+    return quality.shot(world, camera, samples=20)

@@ -21,7 +21,7 @@ def picture(assets: Path, quality: Quality) -> Picture:
     for x in (-3.2, 0.9, 4.6):
         world.add_light("spot", position=[x, 4.2, 4.6], target=[x, 5, 1.2], inner=8, outer=34, radius=0.08,
                         power=[90, 55, 28], visible={"camera": False})  # fmt: skip
-    softbox(world, (-1.8, -1.8, 3.6), (0, 0, 1.5), (0.9, 0.9), [70, 56, 40])
+    softbox(world, (-1.8, -1.8, 3.6), (0, 0, 1.5), (0.9, 0.9), [110, 88, 62])
     softbox(world, (1.9, 1.6, 2.2), (0, 0, 1.5), (0.35, 1.4), [36, 60, 96])
-    camera = raycam.Camera.look_at([-0.35, -3.6, 1.72], [0.42, 0, 1.47], size=(1280, 720), fov=22)
-    return quality.shot(world, camera.with_aperture(0.05, focus=3.4), samples=96)
+    camera = raycam.Camera.look_at([-0.35, -3.3, 1.7], [0.36, 0, 1.5], size=(960, 540), fov=22)
+    return quality.shot(world, camera.with_aperture(0.05, focus=3.15), samples=20)

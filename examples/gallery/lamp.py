@@ -26,6 +26,6 @@ def picture(assets: Path, quality: Quality) -> Picture:
     for x, y in ((0.06, 0.0), (-0.06, 0.05), (0, -0.07)):
         world.add_light("bulb", position=[0.18 + x, 0.1 + y, 0.47], radius=0.018, power=[15, 9.5, 4.8],
                         visible={"camera": False})  # fmt: skip
-    softbox(world, (-2.5, -1.0, 1.6), (0, 0, 0.2), (0.8, 1.4), [0.8, 1.3, 2.2])
-    camera = raycam.Camera.look_at([-0.25, -1.75, 0.5], [0.12, 0.05, 0.27], size=(1280, 720), fov=27)
-    return quality.shot(world, camera.with_aperture(0.01, focus=1.75), samples=128, max_depth=10)
+    softbox(world, (-2.5, -1.0, 1.6), (0, 0, 0.2), (1.2, 1.6), [1.6, 2.4, 3.8])
+    camera = raycam.Camera.look_at([-0.25, -1.75, 0.5], [0.12, 0.05, 0.27], size=(960, 540), fov=27)
+    return quality.shot(world, camera.with_aperture(0.01, focus=1.75), samples=24, max_depth=10)

@@ -1,9 +1,10 @@
-"""Makes the images of the gallery: all, or those that are named.
+"""Renders the images of docs/gallery.md: all, or those that are named.
 
-    python examples/gallery/make.py ASSETS                        all images, in gallery/
-    python examples/gallery/make.py ASSETS toy_car --scale 0.25   a small preview
+    python examples/gallery/make.py ASSETS                        all images, in the folder gallery
+    python examples/gallery/make.py ASSETS toy_car --scale 0.3    a small preview
+    python examples/gallery/make.py ASSETS -o docs/images/models  the images of the page
 
-ASSETS is a folder with the models, which docs/gallery.md lists. Needs `raycam[denoise]` and Pillow.
+ASSETS is the folder of the models; docs/images/CREDITS.md names their sources. Requires `raycam[denoise]` and Pillow.
 """
 
 from __future__ import annotations
@@ -16,9 +17,8 @@ from pathlib import Path
 from common import Quality
 from PIL import Image
 
-FOLDER = Path(__file__).resolve().parent
 TOOLS = {"common", "make"}
-NAMES = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem not in TOOLS)
+NAMES = sorted(path.stem for path in Path(__file__).parent.glob("*.py") if path.stem not in TOOLS)
 
 
 def main() -> None:
@@ -27,18 +27,18 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("assets", type=Path, help="folder with the models")
-    parser.add_argument("names", nargs="*", default=NAMES, help="images (default: all)")
-    parser.add_argument("-o", "--output", type=Path, default=Path("gallery"), help="folder for the images")
-    parser.add_argument("--scale", type=float, default=1, help="factor of the image's sides")
+    parser.add_argument("names", nargs="*", default=NAMES, metavar="NAME", help="images (default: all)")
+    parser.add_argument("-o", "--output", type=Path, default=Path("gallery"), help="folder of the images")
+    parser.add_argument("--scale", type=float, default=1, help="factor of the image's width and height")
     parser.add_argument("--effort", type=float, default=1, help="factor of the samples per pixel")
-    parser.add_argument("--noisy", action="store_true", help="do not denoise")
+    parser.add_argument("--no-denoise", action="store_true", help="do not denoise")
     given = parser.parse_args()
-    quality = Quality(given.scale, given.effort, denoise=not given.noisy)
+    quality = Quality(given.scale, given.effort, denoise=not given.no_denoise)
     given.output.mkdir(parents=True, exist_ok=True)
     for name in given.names:
         start = time.process_time()
         picture = importlib.import_module(name).picture(given.assets.resolve(), quality)
-        Image.fromarray(picture).save(given.output / f"{name}.png")
+        Image.fromarray(picture).save(given.output / f"{name}.jpg", quality=90, optimize=True)
         print(f"{name}: {time.process_time() - start:.0f} s of processor time", flush=True)
 
 

@@ -1,4 +1,4 @@
-"""Ground truth of one frame in slanted strips: boxes in space, colour, depth, normals and object ids."""
+"""Ground truth of one frame in slanted strips: colour with boxes in space, depth, normals and object ids."""
 
 from __future__ import annotations
 
@@ -31,13 +31,14 @@ def draw_boxes(picture: Picture, world: raycam.World, camera: raycam.Camera, wid
 def picture(assets: Path, quality: Quality) -> Picture:
     """Returns the image."""
     world, camera = still_life(assets)
-    frame = quality.frame(world, camera, 64, channels=["color", "depth", "normal", "instance"])
+    frame = quality.frame(world, camera, 20, channels=["color", "depth", "normal", "instance"])
     color = frame.to_srgb8()
     camera = quality.camera(camera)
     depth = np.clip((frame["depth"] - 1.2) / 1.6, 0, 1)[..., None]
+    boxes = draw_boxes(color, world, camera, max(1, round(3 * quality.scale)))
     planes = [
-        draw_boxes(color, world, camera, max(1, round(3 * quality.scale))),
-        color,
+        boxes,
+        boxes,
         (1 - depth) ** 1.2 * [255, 236, 190] + depth * [24, 12, 74],
         (frame["normal"] + 1) * 127.5,
         PALETTE[frame["instance"] % 64],

@@ -14,12 +14,10 @@ def rotor(assets: Path) -> raycam.World:
     world = raycam.World()
     names = [f"sword {number}" for number in range(4)]
     for name in names:
-        world.add_object(mesh=assets / "meshes/sword-quad-dominant.obj", name=name, type="metal", metal="silver",
-                         roughness=0.25)  # fmt: skip
-    world.add_object(
-        cylinder={"radius": 0.09, "height": 0.12}, roll=90, location=[0, 0, 1.2], color="#c23b22"
-    )
-    world.add_object(box=[0.08, 0.08, 1.2], location=[0, 0.12, 0.6], color="#33363b")
+        world.add_object(mesh=assets / "meshes/sword-quad-dominant.obj", name=name, type="principled", color="#2b1d14",
+                         roughness=0.4, clearcoat=0.5)  # fmt: skip
+    world.add_object(cylinder={"radius": 0.09, "height": 0.2}, roll=90, location=[0, 0, 1.5], color="#c23b22")
+    world.add_object(box=[0.1, 0.1, 1.5], location=[0, 0.2, 0.75], color="#33363b")
     world.add_ground(color="#8a9a5b", height=0, size=80)
     world.add_light("daylight", direction=[-0.5, 1, -0.8], turbidity=3, scale=0.02)
 
@@ -28,8 +26,8 @@ def rotor(assets: Path) -> raycam.World:
         c, s = np.cos(angle), np.sin(angle)
         turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
         matrix = np.eye(4)
-        matrix[:3, :3] = 1.5 * turn
-        matrix[:3, 3] = turn @ [0, 0, 0.68] + [0, 0, 1.2]
+        matrix[:3, :3] = turn @ [[0, 4, 0], [-3, 0, 0], [0, 0, 1.6]]
+        matrix[:3, 3] = turn @ [0, 0, 0.72] + [0, 0, 1.5]
         return matrix.tolist()
 
     times = np.linspace(0, 0.1, 41)
@@ -48,6 +46,8 @@ def rotor(assets: Path) -> raycam.World:
 def picture(assets: Path, quality: Quality) -> Picture:
     """Returns the image."""
     world = rotor(assets).at(0.05)
-    camera = raycam.Camera.look_at([0, -5.2, 0.9], [0, 0, 1.25], size=(640, 720), fov=36)
+    camera = raycam.Camera.look_at([0, -5.2, 0.9], [0, 0, 1.4], size=(480, 540), fov=36)
     halves = [camera.exposing(0.0005), camera.exposing(0.0005, readout=0.06)]
-    return np.concatenate([quality.shot(world, half, samples=48) for half in halves], axis=1)
+    images = [quality.shot(world, half, samples=20) for half in halves]
+    images[1][:, : max(1, round(4 * quality.scale))] = 255
+    return np.concatenate(images, axis=1)

@@ -35,11 +35,11 @@ def still_life(assets: Path) -> tuple[raycam.World, raycam.Camera]:
     world.add_object(plane=8, location=[0, 0, -0.75], color="#6b5a4c", name="floor")
     softbox(world, (-2.2, -0.9, 1.9), (0, 0, 0.1), (1.2, 1.2), [17, 16, 14.5])
     world.add_light("sky", radiance=[0.35, 0.38, 0.42])
-    camera = raycam.Camera.look_at([0.25, -1.75, 0.75], [0.05, 0.06, 0.13], size=(1280, 720), fov=31)
+    camera = raycam.Camera.look_at([0.25, -1.75, 0.75], [0.06, 0.06, 0.15], size=(960, 540), fov=25)
     return world, camera
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
     """Returns the image."""
     world, camera = still_life(assets)
-    return quality.shot(world, camera, samples=96)
+    return quality.shot(world, camera, samples=20)

@@ -15,7 +15,7 @@ MATERIALS: list[dict[str, Any]] = [
     {"type": "glass", "ior": 1.5, "attenuation_color": [0.55, 0.93, 0.82], "attenuation_distance": 0.8},
     {"type": "principled", "color": [0.6, 0.6, 0.62], "metallic": 1, "roughness": 0.12, "iridescence": 1,
      "iridescence_ior": 1.8, "iridescence_thickness": 420},
-    {"type": "metal", "metal": "copper", "roughness": 0.45},
+    {"type": "metal", "metal": "copper", "roughness": 0.3},
     {"type": "principled", "color": "#0d3f9a", "roughness": 0.5, "clearcoat": 1, "clearcoat_roughness": 0.02},
 ]  # fmt: skip
 
@@ -39,9 +39,9 @@ def picture(assets: Path, quality: Quality) -> Picture:
         place[:3, 3] = [2.7 * (column - 1) + 1.35 * row, 0, -2.6 * row]
         world.add_object(instance_of=head.name, matrix=(place @ upright).tolist(), **material)
     world.add_object(
-        box=[60, 0.2, 60], location=[0, -1.07, 0], color="#b9b2a8", type="principled", roughness=0.3
+        box=[900, 0.2, 900], location=[0, -1.07, 0], color="#b9b2a8", type="principled", roughness=0.3
     )
     world.add_light("environment", image=assets / "hdri/warehouse.hdr", yaw=60, visible={"camera": False})
     world.add_light("sky", radiance=[0.5, 0.48, 0.46], visible={"light": False, "reflection": False})
-    camera = raycam.Camera.look_at([-0.6, 2.3, 9.5], [0.6, -0.2, -1.2], "y", size=(1280, 720), fov=21)
-    return quality.shot(world, camera.with_aperture(0.05, focus=9.4), samples=64)
+    camera = raycam.Camera.look_at([-0.6, 2.3, 9.5], [0.4, -0.1, -1.2], "y", size=(960, 540), fov=26)
+    return quality.shot(world, camera.with_aperture(0.05, focus=9.4), samples=20)

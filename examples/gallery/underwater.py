@@ -42,8 +42,8 @@ def picture(assets: Path, quality: Quality) -> Picture:
     stand(world, assets / "meshes/sword-quad-dominant.obj", 1.3, (1.25, 0.9, -0.25), pitch=18, yaw=40, type="metal",
           metal="gold", roughness=0.35, name="sword")  # fmt: skip
     sun = raycam.Camera.look_at([2.5, 6.0, 26], [0, 3.2, 0], size=(768, 768), fov=27)
-    world.add_light("projector", image=waves(), camera=sun, irradiance=[9500, 9500, 9000])
-    world.add_light("sky", zenith=[1.6, 2.4, 2.8], horizon=[0.05, 0.25, 0.4])
-    world.set_fog(extinction=[0.24, 0.105, 0.085], albedo=[0.45, 0.8, 0.88], g=0.5, height=4.5)
-    camera = raycam.Camera.look_at([0.2, -2.9, 0.75], [0.2, 2, 1.15], size=(1280, 720), fov=44)
-    return quality.shot(world, camera, samples=96)
+    world.add_light("projector", image=waves(), camera=sun, irradiance=[15000, 15000, 14000])
+    world.add_light("sky", zenith=[0.35, 0.6, 0.75], horizon=[0.01, 0.06, 0.1])
+    world.set_fog(extinction=[0.15, 0.055, 0.045], albedo=[0.45, 0.8, 0.88], g=0.5, height=4.5)
+    camera = raycam.Camera.look_at([0.2, -2.9, 0.75], [0.2, 2, 1.15], size=(960, 540), fov=44)
+    return quality.shot(world, camera, samples=20)
