@@ -45,7 +45,7 @@ def floats(
     *shapes: tuple[int | str, ...],
     error: type[Error] = SettingsError,
 ) -> Floats:
-    """Returns `value` as a C-contiguous float64 array of one of `shapes`, in which a string means any length.
+    """Returns `value` as a C-contiguous float64 array of one of `shapes`, in which a string stands for any length.
 
     Accepts lists and arrays of any width, byte order and strides, and copies only if necessary. Raises `error` with
     the name, the given and the expected shape.
@@ -229,7 +229,8 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
 
 
 def several(name: str, values: object, what: str, *, error: type[Error] = SettingsError) -> list[Any]:
-    """Returns the items of a sequence; raises `error` with the name and `what` the items are for a number or string."""
+    """Returns the items of a sequence; raises `error` with the name and `what`, the items' kind, for a number or
+    string."""
     try:
         if isinstance(values, str | bytes):
             raise TypeError
@@ -311,7 +312,7 @@ def words(
 ) -> list[str]:
     """Returns one word, or several, without duplicates; raises `error` with the nearest of `valid`.
 
-    Words for which `also` is true are valid, too.
+    Words for which `also` returns True are valid, too.
     """
     each = [given] if isinstance(given, str) else several(name, given, "words", error=error)
     known = list(valid)

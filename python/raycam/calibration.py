@@ -185,18 +185,18 @@ def load_cameras(
       sets
     * "nuscenes", "argoverse", "waymo": cameras of vehicles, from JSON tables (for Argoverse 2 also CSV)
     * "replicator": camera_params of NVIDIA Replicator, one or a folder of them
-    * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`, also with
-      the lens of DROID-SLAM (fx fy cx cy k1 k2 p1 p2). If a header names the columns, the names decide the order
+    * "tum", "euroc": trajectories, for "euroc" (`data.csv`) of the body; a header with the columns' names decides their
+      order. "tum-intrinsics": `calibration.txt`, also with the lens of DROID-SLAM (fx fy cx cy k1 k2 p1 p2)
     * "realsense", "coco": intrinsics printed by librealsense; the `images` of data sets that raycam writes
 
-    Without `format`, the format is detected from the file's contents, then from its name; for a folder, from the
-    files in it. Files that contain only poses get size, K and lens from `intrinsics` (a camera or a calibration
-    file), or from a calibration in the same folder. `size` (width, height) is required if neither the file nor an
-    image next to it has a size; cameras of another size are resized, or refused if the aspect ratio differs. `model`
-    is the lens model of coefficients whose model the file does not specify, as in `Camera`: four numbers under `D`,
-    for example, may belong to `cv2.fisheye`. `direction` and `axes` are those of pose matrices whose file specifies
-    neither ("poses"); without them, a notice reports the assumption. Each camera has the `pixel_center` of its
-    format. World coordinates are the file's; `up` is the axis for roll, pitch and yaw.
+    Without `format`, the format is detected from the file's contents, then from its name; for a folder, from the files
+    in it. For files that contain only poses, size, K and lens are taken from `intrinsics` (a camera or a calibration
+    file), or from a calibration in the same folder. `size` (width, height) is required if neither the file nor an image
+    next to it has a size; cameras of another size are resized, or refused if the aspect ratio differs. `model` (as in
+    `Camera`) is the lens model of coefficients for which the file does not specify one: four numbers under `D`, for
+    example, may belong to `cv2.fisheye`. `direction` and `axes` describe pose matrices in files that do not specify
+    them ("poses"); without these arguments, a notice reports what was assumed. Each camera has the `pixel_center` of
+    its format. World coordinates are the file's; `up` is the axis for roll, pitch and yaw.
 
     For the trajectory of a body ("euroc", "kitti-360"), the pose of `intrinsics` (`T_BS`) is the camera's pose on the
     body. Notices report what was assumed or omitted, and values that look wrong, such as a K for another resolution
@@ -246,9 +246,9 @@ def save_cameras(
 ) -> list[Notice]:
     """Writes cameras in one of `WRITTEN_FORMATS`; returns notices about values that the format stores differently.
 
-    `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP's formats store a rig at many poses, each a
-    frame with images named frame/camera. Kalibr and KITTI store one rig, in the axes of its body (KITTI: of its first
-    camera if that is rotated). Other formats store the cameras in world coordinates.
+    `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP's formats store a rig at many poses; each
+    pose is a frame, and its images are named frame/camera. Kalibr and KITTI store one rig, in the axes of its body
+    (KITTI: of its first camera if that is rotated). Other formats store the cameras in world coordinates.
 
     COLMAP's formats create a folder. The format "opencv" is YAML, or JSON or XML if `path` has that ending. `images`
     and `times` (seconds) are mappings by camera name; a TUM trajectory requires `times`, or cameras whose names are

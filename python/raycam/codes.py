@@ -253,7 +253,7 @@ _OWN_ERRORS = {
         "Read the error that the command printed.",
     ),
     "failed_selftest": Code(
-        "The installed renderer returns other results than the reference renderer.",
+        "The installed renderer returns results that differ from the reference renderer's.",
         "Reinstall raycam, and report the output of raycam doctor if the test fails again.",
     ),
     "photograph_size": Code(

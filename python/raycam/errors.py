@@ -60,7 +60,8 @@ class Notice(UserWarning):
         super().__init__(f"{', '.join(self.subjects)}{others}: {message}" if self.subjects else message)
 
     def in_context(self, place: str) -> Notice:
-        """Returns the notice with `place` and a colon before its subjects, or else before its message."""
+        """Returns the notice with `place` and a colon in front of its subjects, or, without subjects, in front of its
+        message."""
         if not self.subjects:
             return Notice(f"{place}: {self.message}", self.code)
         first, *others = self.subjects

@@ -1,4 +1,4 @@
-"""Progress bars with the remaining time, on a terminal and for longer work only."""
+"""Progress bars with the remaining time, shown only on a terminal and only for longer work."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ class ReadOnlyArray(np.ndarray[Any, np.dtype[np.float64]]):
         return np.array(self)
 
     def __reduce__(self) -> Any:
-        """Pickles it as a plain array."""
+        """Pickles the values as a plain array."""
         return np.array(self).__reduce__()
 
     def __repr__(self) -> str:

@@ -13,7 +13,7 @@ import pytest
 import raycam
 import yaml
 from raycam.errors import FormatError
-from support.raises import Fault, fault, raises
+from support.raises import Fault, fault, has_notice, raises
 
 EUROC = """%YAML:1.0
 ---
@@ -53,7 +53,7 @@ def test_single_camera_with_a_mount_is_read_as_a_rig(tmp_path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         seen = raycam.load_cameras(tmp_path / "body.tum", intrinsics=cameras["sensor"])
-    assert any("mount" in str(notice) and "--rig" in str(notice) for notice in seen.notices)
+    assert has_notice(seen.notices, "ignored_key", "T_BS", "--rig")
 
 
 def test_raw_cameras_of_kitti_are_in_the_frame_of_the_rectified_ones(tmp_path: Path) -> None:

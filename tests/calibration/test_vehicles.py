@@ -13,7 +13,7 @@ import raycam
 from raycam.errors import FormatError
 from scipy.spatial.transform import Rotation
 from support.camera_truth import Array, brown, check, four, intrinsics, pose
-from support.raises import raises
+from support.raises import has_notice, raises
 
 K = intrinsics(1266.4, 1265.5, 816.25, 491.5)
 
@@ -154,7 +154,7 @@ def test_waymo_cameras_are_read(tmp_path: Path, shape: str) -> None:
     table: dict[str, Any] = {key: [row]}
     (tmp_path / "a.json").write_text(json.dumps({"context": table} if shape == "context" else table))
     cameras = raycam.load_cameras(tmp_path / "a.json")
-    assert any("rolling shutter of 1" in str(notice) for notice in cameras.notices)
+    assert has_notice(cameras.notices, "ignored_feature", "rolling shutter", 1)
     points = np.random.default_rng(1).uniform([-1, -1, 2], [1, 1, 5], (20, 3))
     expected = cv2.projectPoints(points, np.zeros(3), np.zeros(3), K, np.array(lens))[0][:, 0]
     np.testing.assert_allclose(cameras["FRONT"].project(points @ R + C)[0], expected, atol=1e-8)

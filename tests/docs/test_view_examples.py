@@ -101,6 +101,14 @@ def save(talk: Talk) -> None:
     assert "ball" in (talk.folder / "shot.html").read_text(encoding="utf-8")
 
 
+def record(talk: Talk) -> None:
+    talk.set("record", True)
+    talk.wait("record", lambda each: each["value"] is True)
+    talk.set("record", False)
+    talk.wait("saved", lambda each: each["value"] == "tour.html")
+    assert 'id="image-0"' in (talk.folder / "tour.html").read_text(encoding="utf-8")
+
+
 DEEDS = {
     "01_slider": turn,
     "02_button": count,
@@ -112,6 +120,7 @@ DEEDS = {
     "08_camera_tour": tour,
     "09_asyncio": finish,
     "10_save_a_page": save,
+    "11_recording": record,
 }
 
 

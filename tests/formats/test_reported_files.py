@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
-from support.raises import raises
+from support.raises import has_notice, raises
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
 
@@ -146,7 +146,7 @@ def test_exr_image_with_one_channel_is_grey(tmp_path: Path, name: str, alpha: bo
         texture=str(tmp_path / "a.exr"),
     )
     assert seen_color(world) == pytest.approx([0.25] * 3, abs=1e-4)
-    assert any(f"its only channel, {name}, is read as grey" in str(n) for n in world.notices) == (name != "Y")
+    assert has_notice(world.notices, "assumed_convention", "a.exr", f" {name},") == (name != "Y")
 
 
 def test_exr_image_with_two_unknown_channels_is_refused(tmp_path: Path) -> None:
@@ -308,7 +308,7 @@ def test_mtl_image_without_kd_is_shown_unchanged(tmp_path: Path) -> None:
         world = raycam.load(tmp_path / "a.obj")
         seen = raycam.render(world, camera, samples=1, channels=["albedo"])["albedo"][4, 4]
         np.testing.assert_allclose(seen, factor * shown, rtol=1e-3)
-        assert any("makes it black" in str(notice) for notice in world.notices) == (factor == 0)
+        assert has_notice(world.notices, "implausible", "a.mtl:1", "Kd 0 0 0") == (factor == 0)
 
 
 @pytest.mark.parametrize("value", ["inf 0 0", "nan 0 0", "0 -inf 0"])
@@ -322,7 +322,7 @@ def test_mtl_colors_that_are_not_finite_are_ignored_with_a_notice(
         (tmp_path / "a.mtl").write_text(f"newmtl m\n{line}")
         (tmp_path / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
         worlds.append(raycam.load(tmp_path / "a.obj"))
-    assert any(f"{key} is" in str(notice) and "ignored" in str(notice) for notice in worlds[0].notices)
+    assert has_notice(worlds[0].notices, "replaced_value", "a.mtl:2", key)
     camera = raycam.Camera.look_at([0.3, 0.3, 3], [0.3, 0.3, 0], [0, 1, 0], size=(8, 8), fov=5)
     with_line, without = (raycam.render(world, camera, samples=1, integrator="direct") for world in worlds)
     np.testing.assert_array_equal(with_line["color"], without["color"])
@@ -333,7 +333,7 @@ def test_renamed_material_library_is_found_with_a_notice(tmp_path: Path, name: s
     (tmp_path / name).write_text("newmtl m\nKd 0.1 0.2 0.3\n")
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
     world = raycam.load(tmp_path / "a.obj")
-    assert any("in the same folder is used" in str(notice) for notice in world.notices)
+    assert has_notice(world.notices, "substituted_file", "mtllib", name)
     camera = raycam.Camera.look_at([0.3, 0.3, 3], [0.3, 0.3, 0], [0, 1, 0], size=(8, 8), fov=5)
     seen = raycam.render(world, camera, samples=1, channels=["albedo"])["albedo"][4, 4]
     np.testing.assert_allclose(seen, [0.1, 0.2, 0.3], atol=1e-3)
@@ -343,14 +343,14 @@ def test_color_multiplied_with_mesh_colors_gives_a_notice(tmp_path: Path) -> Non
     (tmp_path / "a.obj").write_text("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n")
     world = raycam.World()
     world.add_object(mesh=tmp_path / "a.obj", color="#00ff00")
-    assert any("color multiplies the colours" in str(notice) for notice in world.notices)
+    assert has_notice(world.notices, "multiplied_colors", "a.obj", "color")
     world = raycam.World()
     world.add_object(mesh=tmp_path / "a.obj")
     assert world.notices == []
     white = [[1.0, 1.0, 1.0]] * 3
     triangle = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     world.add_mesh(triangle, [[0, 1, 2]], vertex_colors=white, face_colors=white[:1])
-    assert any("their product" in str(notice) for notice in world.notices)
+    assert has_notice(world.notices, "multiplied_colors", "face_colors", "vertex_colors")
 
 
 @pytest.mark.parametrize("size", [(1440, 1920), (480, 640)])
@@ -361,4 +361,4 @@ def test_intrinsics_of_a_rotated_image_give_a_notice(tmp_path: Path, size: tuple
     for width, height, told in ((*size, True), (size[1], size[0], False)):
         path.write_text(json.dumps({"K": k, "image_width": width, "image_height": height}))
         notices = raycam.load_cameras(path).notices
-        assert any("rotated by 90 degrees" in str(notice) for notice in notices) == told, notices
+        assert has_notice(notices, "implausible", "90 degrees") == told, notices

@@ -1,4 +1,4 @@
-"""Files that are compressed, have a wrong extension, or use another encoding than UTF-8."""
+"""Files that are compressed, have a wrong extension, or whose encoding is not UTF-8."""
 
 from __future__ import annotations
 

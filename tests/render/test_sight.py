@@ -196,3 +196,19 @@ def test_black_images_from_inside_an_object_name_the_object(channels: Any) -> No
     for integrator in ("direct", "path"):
         assert "'bulb'" in said(world, inside, integrator=integrator, channels=channels)
         assert "bulb" not in said(world, integrator=integrator, channels=channels)
+
+
+@pytest.mark.parametrize("integrator", ["flat", "direct", "path"])
+def test_visible_medium_without_surfaces_gives_no_notice(integrator: str) -> None:
+    world = raycam.World()
+    cloud = world.add_object(sphere=1, type="boundary", medium={"absorption": 1, "scattering": 2})
+    world.add_light("sky", radiance=1)
+    camera = raycam.Camera.look_at([0, -4, 0], [0, 0, 0], size=(24, 24), fov=60)
+    frame = raycam.render(world, camera, integrator=integrator, samples=4)
+    assert "nothing_visible" not in [notice.code for notice in frame.notices]
+    assert float(np.ptp(frame["color"])) > 0.1
+    assert "nothing_visible" in codes_of(world, camera, integrator="ao")
+    away = raycam.Camera.look_at([0, -4, 0], [0, -8, 0], size=(24, 24), fov=60)
+    assert "nothing_visible" in codes_of(world, away, integrator=integrator)
+    world.set_object(cloud, visible=False)
+    assert "nothing_visible" in codes_of(world, camera, integrator=integrator)

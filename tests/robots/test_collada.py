@@ -13,7 +13,7 @@ import pytest
 import raycam
 import trimesh
 from raycam.robots import collada_to_glb
-from support.raises import warns
+from support.raises import has_notice, warns
 
 CUBE = """<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
@@ -146,7 +146,7 @@ def test_faulty_documents_raise_or_give_a_notice(
 
 
 def test_unused_parts_give_notices_with_their_name(load: Callable[..., raycam.World]) -> None:
-    assert any("LineSet" in str(notice) for notice in load(cube()).notices)
+    assert has_notice(load(cube()).notices, "ignored_element", "LineSet")
 
 
 def test_image_outside_of_the_root_is_not_read(load: Callable[..., raycam.World], tmp_path: Path) -> None:
@@ -168,4 +168,4 @@ def test_image_outside_of_the_root_is_not_read(load: Callable[..., raycam.World]
         '<input semantic="VERTEX" source="#v" offset="0"/><p>0 1 4',
         '<input semantic="VERTEX" source="#v" offset="0"/><input semantic="TEXCOORD" source="#t" offset="0"/><p>0 1 4',
     )
-    assert any("secret.png" in str(notice) and "outside" in str(notice) for notice in load(text).notices)
+    assert has_notice(load(text).notices, "missing_file", "secret.png")

@@ -111,6 +111,11 @@ def cut_half(path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
+def change_serialization(path: Path) -> None:
+    with sqlite3.connect(path) as connection:
+        connection.execute("update topics set serialization_format = 'protobuf' where id = 2")
+
+
 def change_message(data: bytes) -> Callable[[Path], None]:
     def change(path: Path) -> None:
         with sqlite3.connect(path) as connection:
@@ -134,6 +139,12 @@ FAULTS: dict[str, tuple[str, Callable[[Path], None], Any]] = {
     ),
     "lengths": ("db3", change_message(state(1, ["a", "b"], [1])), fault("damaged_data", "2 names and 1")),
     "empty": ("db3", change_message(b""), fault("wrong_format", "/joint_states")),
+    "too long": (
+        "db3",
+        change_message(GOOD + bytes(2**20)),
+        fault("budget_exceeded", "/joint_states", str(len(GOOD) + 2**20), str(2**20)),
+    ),
+    "serialization": ("db3", change_serialization, fault("wrong_format", "/joint_states", "'protobuf'")),
 }
 
 
@@ -175,3 +186,11 @@ def test_trajectory_of_a_bag_moves_the_robot(arm: Path, tmp_path: Path) -> None:
     with raises(raycam.WorldError, code="unknown_name", mentions=["knee", "turn, push"]):
         read_trajectory(robot, other)
     shutil.rmtree(other)
+
+
+@pytest.mark.parametrize("plugin", PLUGINS)
+def test_messages_beyond_the_limit_raise_an_error_in_both_kinds_of_bag(tmp_path: Path, plugin: str) -> None:
+    names = [f"joint_{number}" for number in range(60_000)]
+    path = write_bag(tmp_path / "bag", {"/joint_states": [(1, names, [0.0] * 60_000)]}, plugin)
+    with raises(raycam.FormatError, code="budget_exceeded", mentions=["/joint_states", str(2**20)]):
+        read_joint_states(path)

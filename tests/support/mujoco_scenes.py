@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -36,6 +37,43 @@ LIT = """<mujoco><statistic center="0 0 .5" extent="3"/>
     <site type="sphere" size=".1" pos="0 -.8 1.1" rgba="1 0 0 1"/>
     <camera name="main" pos="0 -4 2" xyaxes="1 0 0 0 .4 1" fovy="45" resolution="160 120"/>
   </worldbody></mujoco>"""
+
+
+HAZY = """<mujoco><statistic center="0 0 .5" extent="{extent}"/><visual><rgba haze=".9 .5 .2 1" fog=".2 .8 .4 1"/>
+    <map haze=".4" fogstart="1" fogend="6"/></visual>
+  <asset>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1=".4 .6 .8" rgb2="0 0 0" width="64" height="384"/>
+    <material name="floor" rgba=".3 .4 .5 1" reflectance=".2" specular="0"/></asset>
+  <worldbody><light type="directional" dir="0 .3 -1" diffuse=".5 .5 .5" castshadow="false"/>
+    <geom type="plane" size="0 0 .1" material="floor"/>
+    <geom type="box" size=".3 .3 .6" pos="-1 0 .6" rgba=".8 .2 .2 1"/>
+    <geom type="box" size="1 1 2.5" pos="4 30 2" rgba=".2 .8 .2 1"/>
+    <geom type="sphere" size=".4" pos=".8 0 .7" rgba=".2 .3 .9 .5"/>
+    <camera name="main" pos="0 -4 1.5" xyaxes="1 0 0 0 .1 1" fovy="50" resolution="160 120"/>
+  </worldbody></mujoco>"""
+
+LAYERED = """<mujoco><worldbody><light pos="0 -2 3" dir="0 .5 -1"/>
+    <geom type="plane" size="3 3 .1" pos="0 3 0" euler="90 0 0" rgba=".6 .5 .4 1"/>
+    <geom type="box" size=".6 .6 .6" rgba=".8 .2 .2 .4"/>
+    <geom type="sphere" size=".4" pos=".3 -.1 0" rgba=".2 .8 .2 .5"/>
+    <geom type="capsule" size=".2 .7" pos="-.5 -1 0" euler="0 30 0" rgba=".2 .2 .9 .3"/>
+    <geom type="sphere" size=".3" pos="-.2 1.2 .2" rgba=".9 .9 .1 .6"/>
+    <camera name="main" pos="0 -4 0" xyaxes="1 0 0 0 0 1" fovy="35" resolution="160 120"/></worldbody></mujoco>"""
+
+BEHIND = """<mujoco><asset>
+    <texture name="grid" type="2d" builtin="checker" width="64" height="64" rgb1="1 1 1" rgb2="0 0 0"/>
+    <material name="grid" texture="grid" texrepeat="2 2" rgba=".9 .6 .3 1"/></asset>
+  <worldbody><light pos="0 0 3"/><geom type="plane" size="2 2 .1" material="grid"/>
+    <geom type="plane" size="1 1 .1" pos="1 1 -.2" rgba=".3 .9 .3 .6"/>
+    <geom type="box" size=".4 .4 .4" pos="0 0 .4" rgba=".8 .2 .2 1"/>
+    <camera name="main" pos="0 -3 -2" xyaxes="1 0 0 0 -.6 1" fovy="45" resolution="160 120"/></worldbody></mujoco>"""
+
+COINCIDENT = """<mujoco><worldbody><light pos="0 -2 3" dir="0 .5 -1" castshadow="false"/>
+    <geom type="box" size=".3 .3 .3" pos="-.5 0 0" rgba="1 0 0 1"/>
+    <geom type="box" size=".3 .3 .3" pos="-.5 0 0" rgba="0 1 0 1"/>
+    <geom type="sphere" size=".3" pos=".5 0 0" rgba="1 0 0 1"/>
+    <geom type="sphere" size=".3" pos=".5 0 0" rgba="0 0 1 .5"/>
+    <camera name="main" pos="0 -3 1" xyaxes="1 0 0 0 .3 1" fovy="35" resolution="160 120"/></worldbody></mujoco>"""
 
 
 def mapped(repeat: str, uniform: str) -> str:
@@ -69,7 +107,16 @@ SCENES = {
     "mapped": mapped("1 1", "false"),
     "repeated": mapped("0.6 0.9", "false"),
     "uniform": mapped("1 2", "true"),
+    "hazy": HAZY.format(extent=1),
+    "foggy": HAZY.format(extent=2),
+    "plain": HAZY.format(extent=1),
+    "layered": LAYERED,
+    "unshadowed": LAYERED,
+    "behind": BEHIND,
+    "coincident": COINCIDENT,
 }
+FLAGS = {"foggy": {"FOG": 1}, "plain": {"HAZE": 0, "REFLECTION": 0}, "unshadowed": {"SHADOW": 0}}
+"""Flags of `mjtRndFlag` that differ from their defaults."""
 
 
 def load(name: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -81,11 +128,18 @@ def load(name: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
+def set_flags(renderer: Any, name: str) -> None:
+    """Sets the flags of a scene."""
+    for flag, value in FLAGS.get(name, {}).items():
+        renderer.scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{flag}")] = value
+
+
 def main() -> None:
     """Renders one PNG for each scene with MuJoCo."""
     for name in SCENES:
         model, data = load(name)
         with mujoco.Renderer(model, SIZE[1], SIZE[0]) as renderer:
+            set_flags(renderer, name)
             renderer.update_scene(data, "main")
             Image.fromarray(renderer.render()).save(REFERENCES / f"{name}.png")
 

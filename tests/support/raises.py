@@ -60,3 +60,8 @@ def check_mentions(text: str, facts: Iterable[object]) -> None:
 def notice_codes(notices: Iterable[Any]) -> list[str]:
     """The codes of notices, in order."""
     return [notice.code for notice in notices]
+
+
+def has_notice(notices: Iterable[Any], code: str, *facts: object) -> bool:
+    """True if one of the notices has this code and contains each of `facts`, such as names and values."""
+    return any(notice.code == code and all(str(fact) in str(notice) for fact in facts) for notice in notices)

@@ -16,7 +16,7 @@ import pytest
 import raycam
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade, UsdUtils, Vt
 from raycam import usd
-from support.raises import fault, raises
+from support.raises import fault, has_notice, raises
 
 SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
 
@@ -332,7 +332,7 @@ def test_lights_have_the_radiometric_values_of_usdlux(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.cross(lights["area"]["u"], lights["area"]["v"]), [0, 0, -8])
     np.testing.assert_allclose(lights["disk"]["radiance"], 1 / (math.pi * 0.25), rtol=1e-6)
     np.testing.assert_allclose(lights["sky"]["radiance"], [0.5] * 3)
-    assert any("/lights/dark: ignored" in str(notice) for notice in world.notices)
+    assert has_notice(world.notices, "ignored_element", "/lights/dark")
 
 
 def test_sphere_light_with_radius_zero_keeps_its_power(tmp_path: Path) -> None:
@@ -367,9 +367,7 @@ def test_lights_with_invalid_sizes_are_omitted(tmp_path: Path, value: float) -> 
     world = raycam.load(tmp_path / "a.usda")
     assert [light["type"] for light in world.lights] == ["sky"]
     for name, key in {"bulb": "radius", "panel": "height", "disk": "radius", "sun": "angle"}.items():
-        assert any(
-            f"/lights/{name}: " in str(notice) and f" {key} " in str(notice) for notice in world.notices
-        ), name
+        assert has_notice(world.notices, "ignored_element", f"/lights/{name}:", f" {key} "), name
 
 
 def test_unsupported_prims_give_notices(tmp_path: Path) -> None:
@@ -409,7 +407,7 @@ def test_meters_per_unit_in_single_precision_is_read(tmp_path: Path) -> None:
     with pytest.raises(Tf.ErrorException):
         UsdGeom.GetStageMetersPerUnit(Usd.Stage.Open(str(path)))
     world = raycam.load(path)
-    assert any("its unit of length is 0.5 m" in str(notice) for notice in world.notices)
+    assert has_notice(world.notices, "assumed_convention", "0.5 m")
 
 
 @pytest.mark.parametrize("left", [None, 30], ids=["no image", "cut off"])

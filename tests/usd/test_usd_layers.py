@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import raycam
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
-from support.raises import raises, warns
+from support.raises import has_notice, raises, warns
 from support.usd_stages import bind, image, material, square, stage, uvs, write_image
 
 
@@ -270,16 +270,14 @@ def test_usd_file_is_added_as_objects_of_a_world(tmp_path: Path) -> None:
     assert (thing.name, thing.category) == ("a", "model")
     np.testing.assert_allclose(corners(world), corners(alone), atol=1e-6)
     np.testing.assert_allclose(world.triangle_colors(), alone.triangle_colors(), atol=1e-6)
-    assert any(
-        "lights and cameras are ignored" in str(notice) and "1 " in str(notice) for notice in world.notices
-    )
+    assert has_notice(world.notices, "ignored_element", "1 ", "cameras")
     # In a world with another up axis it is turned upright: y becomes z.
     turned = raycam.World("z", folder=tmp_path)
     turned.add_object(mesh="a.usda", name="x", location=[1, 0, 0])
     points = alone.triangles().reshape(-1, 3)
     expected = np.unique(points[:, [0, 2, 1]] * [1, -1, 1] + [1, 0, 0], axis=0)
     np.testing.assert_allclose(np.unique(turned.triangles().reshape(-1, 3), axis=0), expected, atol=1e-6)
-    assert any("upright=False" in str(notice) for notice in turned.notices)
+    assert has_notice(turned.notices, "converted_up_axis", "upright=False")
     lying = raycam.World("z")
     lying.add_object(mesh=str(tmp_path / "a.usda"), upright=False)
     np.testing.assert_allclose(corners(lying), corners(alone), atol=1e-6)

@@ -5,9 +5,10 @@ Requires Chromium: `make proof`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -147,6 +148,34 @@ def test_keys_dolly_pan_and_frame_the_selected_object(tab: Tab, live: Server) ->
     until(lambda: session.view.camera != before)
     for _ in range(2):
         press(tab, "n")
+
+
+def test_late_message_about_a_camera_does_not_replace_a_newer_choice(
+    tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = opened(tab, live, SAMPLES)
+    late: list[dict[str, Any]] = []
+    send = session.connection.send
+
+    def hold(message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
+        if message["type"] == "camera":
+            late.append(message)
+        else:
+            send(message, buffers)
+
+    monkeypatch.setattr(session.connection, "send", hold)
+    press(tab, "c")
+    until(lambda: session.view.camera_name == "side")
+    press(tab, "v")
+    until(lambda: session.view.camera_name == "")
+    assert {each["name"] for each in late} == {"side", ""}
+    for number, message in enumerate(late):
+        send(message)
+        send({"type": "notice", "text": f"notice {number}"})
+        tab.wait(f"document.getElementById('message').textContent.includes('notice {number}')")
+        assert tab.evaluate("document.getElementById('camera').value") == ""
+    press(tab, "v")
+    until(lambda: session.view.camera_name == "side")
 
 
 def test_object_beyond_the_list_is_selected_by_a_click(tab: Tab) -> None:

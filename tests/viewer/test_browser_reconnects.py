@@ -74,7 +74,7 @@ def test_interrupted_connection_restores_view_and_edits(tab: Tab, server: Server
     tab.wait(LOST)
     assert tab.evaluate(SHOWN) == before, "the last picture stays"
     tab.evaluate("document.getElementById('undo').click()")
-    assert text_of(tab, "message").startswith("The server is not connected: this was not done.")
+    assert text_of(tab, "message").startswith("The server is not connected, so this was not done.")
     choose(tab, "exposure", "2")
 
     relay.cut(server.address)
@@ -120,7 +120,7 @@ def test_page_reconnects_to_a_restarted_server(
     relay.cut(second.address)
     try:
         tab.wait(
-            "document.getElementById('message').textContent.startsWith('The server is back, with a new session')"
+            "document.getElementById('message').textContent.startsWith('The server is back with a new session')"
         )
         tab.wait(DONE)
         (session,) = second.sessions.values()
@@ -160,7 +160,7 @@ def test_page_does_not_reconnect_to_a_closed_server(tab: Tab, small_world: rayca
     before = tab.evaluate(SHOWN)
     server.close()
     tab.wait("document.getElementById('status').textContent === 'disconnected'")
-    assert text_of(tab, "message") == "The server has ended. The last picture and its values stay."
+    assert text_of(tab, "message") == "The server has stopped. The last picture and its values stay."
     tab.evaluate("new Promise((done) => setTimeout(done, 1500))")
     assert text_of(tab, "status") == "disconnected", "nothing is tried again"
     assert tab.evaluate(SHOWN) == before

@@ -166,5 +166,5 @@ def test_cameras_of_another_file_are_listed_and_written_by_the_command(
     assert listed == ["-first; one", "wide", "added"]
     assert len(unposed) == 3
     assert "without a pose" in capsys.readouterr().err
-    receive(sessions[0], {"type": "camera", "name": "added"})
+    receive(sessions[0], {"type": "camera", "seq": 1, "name": "added"})
     assert_gives_what_is_seen(sessions[0], tmp_path)

@@ -103,7 +103,7 @@ def test_unknown_paths_are_not_found(path: str) -> None:
     assert status(path, page()) == 404
 
 
-def test_socket_opens_with_the_token_and_the_own_origin() -> None:
+def test_socket_opens_with_the_token_and_the_pages_own_origin() -> None:
     assert status(gate.SOCKET, upgrade()) == 101
     assert status(gate.SOCKET, upgrade(Origin=f"https://{OWN}")) == 101
     assert status(gate.SOCKET, upgrade("localhost:9000")) == 101

@@ -55,7 +55,7 @@ def test_moves_without_a_pause_are_one_step_of_undo(session: Session, clock: lis
     [
         LENS,
         {"type": "look", **LOOK},
-        {"type": "camera", "name": "side"},
+        {"type": "camera", "seq": 1, "name": "side"},
         {"type": "side", "seq": 1, "name": "top"},
         {"type": "pose", "location": [1, 2, 3], "roll": 0, "pitch": 10, "yaw": 20},
         {"type": "quality", "integrator": "path"},

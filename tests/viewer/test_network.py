@@ -127,6 +127,6 @@ def test_signal_notifies_the_pages_and_removes_uploads(tmp_path: Path, name: str
             client.say("upload", name="dropped.obj", bytes=len(TRIANGLE), offset=0, data=data)
             until(lambda: list(folder.rglob("dropped.obj")), "the file did not arrive")
             process.send_signal(getattr(signal, name))
-            assert client.hear("closing")[0]["text"] == "The server has ended."
+            assert client.hear("closing")[0]["text"] == "The server has stopped."
         process.wait(PATIENCE)
     assert list(folder.iterdir()) == []

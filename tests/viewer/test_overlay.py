@@ -98,7 +98,7 @@ def test_rays_of_an_explained_pixel_are_drawn_for_every_camera(small_world: rayc
     session = Session(small_world, small_world.camera("front"))
     session.show_rays([Line("sun 0", "#e0a800", np.array([[0.5, 0, 0], [0.5, 0, 1.0]]))], session.view.world)
     for name in ("front", "side"):
-        receive(session, {"type": "camera", "name": name})
+        receive(session, {"type": "camera", "seq": 1, "name": name})
         (line,) = session.overlay(session.view)
         ends = (
             session.view.still_camera.project([[0.5, 0, 0], [0.5, 0, 1.0]])[0]

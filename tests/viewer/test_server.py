@@ -246,7 +246,7 @@ def test_client_messages_open_no_files(client: Client, monkeypatch: pytest.Monke
         for module in (builtins, io, os):
             patched.setattr(module, "open", recorded(module.open))
         for name in ("../../etc/passwd", "/etc/passwd", "\0", "front/../../x"):
-            client.say("camera", name=name)
+            client.say("camera", seq=1, name=name)
             assert "unknown camera" in client.hear("error")[0]["text"]
         for format in ("png", "npz", "html"):
             client.say("snapshot", format=format)
@@ -341,18 +341,6 @@ def test_numbers_for_display_are_rounded_and_tiles_are_exact(
     assert unpack(message["plane"], data)[..., 0].tobytes() == exact[10:20, 10:30].tobytes()
 
 
-def test_following_clients_share_one_camera(server: Server, open_socket: Open) -> None:
-    server._follow = True
-    first, second = (Client(open_socket()) for _ in range(2))
-    first.say("camera", name="side")
-    second.hear("camera", name="side")
-    assert [each.view.camera_name for each in server.sessions.values()] == ["side", "side"]
-    second.socket.send(json.dumps(orbited(second.welcome["camera"], 3)))
-    first.hear("camera", name="")
-    cameras = [each.view.camera for each in server.sessions.values()]
-    assert cameras[0] == cameras[1]
-
-
 def test_probes_return_the_values_of_the_image(client: Client, small_world: raycam.World) -> None:
     client.hear("picture", samples=16)
     names = [channel["name"] for channel in client.welcome["channels"] if channel["name"] != "error"]
@@ -390,7 +378,7 @@ def test_at_most_two_images_are_unacknowledged(server: Server, open_socket: Open
 
 def test_each_client_has_its_own_camera(server: Server, client: Client, open_socket: Open) -> None:
     other = Client(open_socket())
-    other.say("camera", name="side")
+    other.say("camera", seq=1, name="side")
     other.hear("picture", samples=16)
     one, two = (server.sessions[each.welcome["session"]].view.camera for each in (client, other))
     assert np.allclose(one.C, [4, -3, 2])

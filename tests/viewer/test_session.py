@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.viewer.answers import SLOW
-from raycam.viewer.client_messages import MESSAGES, Hello, Probe
+from raycam.viewer.client_messages import MESSAGES, Follow, Hello, Hold, Probe
 from raycam.viewer.session import MAX_STILL_SIZE, Session, lens_of
 from raycam.viewer.session.copied import copied
 from support.gltf_document import Document, animated
@@ -90,7 +90,7 @@ def test_home_of_a_free_camera_returns_to_its_pose(small_world: raycam.World) ->
 
 
 def test_home_returns_to_the_initial_camera(session: Session) -> None:
-    receive(session, {"type": "camera", "name": "side"})
+    receive(session, {"type": "camera", "seq": 1, "name": "side"})
     receive(session, {"type": "home", "seq": 1})
     assert session.view.camera_name == "front"
 
@@ -129,12 +129,12 @@ def test_animation_starts_with_its_own_pose(tmp_path: Path) -> None:
 
 
 def test_camera_message_selects_a_camera_of_the_world(session: Session, small_world: raycam.World) -> None:
-    receive(session, {"type": "camera", "name": "side"})
+    receive(session, {"type": "camera", "seq": 1, "name": "side"})
     assert (session.view.camera, session.view.camera_name) == (small_world.camera("side"), "side")
-    receive(session, {"type": "camera", "name": ""})
+    receive(session, {"type": "camera", "seq": 1, "name": ""})
     assert (session.view.camera, session.view.camera_name) == (small_world.camera("side"), "")
     with pytest.raises(raycam.WorldError):
-        receive(session, {"type": "camera", "name": "behind"})
+        receive(session, {"type": "camera", "seq": 1, "name": "behind"})
 
 
 def test_light_channel_and_display_settings_change_the_view(session: Session) -> None:
@@ -170,7 +170,7 @@ def test_acknowledgements_count_images_that_were_sent(session: Session) -> None:
 
 
 def test_every_message_has_one_handler() -> None:
-    handlers = [*Session.ACTIONS, *SLOW, Hello, Probe]
+    handlers = [*Session.ACTIONS, *SLOW, Hello, Probe, Hold, Follow]
     assert len(handlers) == len(set(handlers))
     assert set(handlers) == set(MESSAGES.values())
 

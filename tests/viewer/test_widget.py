@@ -63,7 +63,7 @@ def test_cell_receives_images_and_answers(channel: Channel) -> None:
 def test_two_outputs_of_a_widget_have_their_own_cameras(channel: Channel) -> None:
     for view in ("a", "b"):
         channel.say(view, HELLO)
-    channel.say("a", {"type": "camera", "name": "side"})
+    channel.say("a", {"type": "camera", "seq": 1, "name": "side"})
     assert [channel.views.sessions[view].view.camera_name for view in ("a", "b")] == ["side", "front"]
     channel.say("a", None)
     assert list(channel.views.sessions) == ["b"]

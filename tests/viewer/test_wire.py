@@ -40,7 +40,7 @@ def test_unsupported_dtypes_are_refused() -> None:
         pack("x", np.zeros((1, 1), np.int64))
 
 
-def test_rounded_numbers_keep_their_size_sign_and_gaps() -> None:
+def test_rounding_changes_finite_numbers_little_and_keeps_nan_and_infinities() -> None:
     rng = np.random.default_rng(1)
     values = (rng.normal(size=(50, 60)) * 10.0 ** rng.integers(-30, 30, (50, 60))).astype(np.float32)
     values[0, :4] = [np.nan, np.inf, -np.inf, 0]

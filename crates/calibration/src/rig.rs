@@ -8,7 +8,7 @@ use raycam_scene::{Notice, NoticeCode};
 /// Makes the cameras of a file one rig, whose body is the world of the file; a single camera does not become a rig.
 pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
     let records: Vec<_> = records.into_iter().collect();
-    // A body cannot carry a camera with parallel rays.
+    // A camera with parallel rays cannot be part of a rig.
     if records.len() < 2 || records.iter().any(|record| record.require_pose().is_err()) {
         return;
     }

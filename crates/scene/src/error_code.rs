@@ -1,4 +1,4 @@
-//! Codes of errors, and messages that carry one.
+//! Codes of errors, and messages with a code.
 
 use std::fmt;
 use std::ops::Deref;
@@ -75,7 +75,7 @@ codes! {
             "A file is a pointer of Git LFS or git-annex, an HTML page or a server's error message instead of the data.",
             "Download the file itself, for example with git lfs pull.";
         WrongFormat "wrong_format":
-            "The content of a file belongs to another format than its name or its use requires.",
+            "The content of a file has a different format from the one that its name or its use requires.",
             "Rename the file, or use a file of the expected format.";
         NotText "not_text":
             "A text file contains bytes that are not UTF-8.",

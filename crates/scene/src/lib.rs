@@ -33,6 +33,7 @@ pub mod animation;
 pub mod camera;
 mod codes;
 pub mod color;
+mod displacement;
 mod error;
 mod error_code;
 pub mod foreign_terms;
@@ -55,6 +56,7 @@ mod written;
 
 pub use crate::color::view_transform::ViewTransform;
 pub use crate::material::glass::Glass;
+pub use crate::material::height_map::{HeightMap, HeightUnit};
 pub use crate::material::metal::Metal;
 pub use crate::material::principled::{NormalMap, Principled, Textured};
 pub use crate::world::statistics::WorldStats;

@@ -53,7 +53,7 @@ def flow(
     With a rolling shutter, each line shows the world at its own time, in both images. In the second image, points
     move linearly between the times of two lines.
 
-    Raises `WorldError` if the worlds differ in objects or triangles. With a rolling shutter of the second camera, it
+    Raises `WorldError` if the worlds differ in objects or triangles. If the second camera has a rolling shutter, it
     also raises `WorldError` if the copies of the moving parts for all lines exceed 2 GiB: about 1 KiB per object, and
     128 bytes per vertex and triangle of deforming meshes, for each line.
     """
@@ -120,13 +120,13 @@ def check_rectified(left: Camera, right: Camera) -> None:
     for camera in (left, right):
         if camera.is_parallel:
             raise CameraError(
-                "not a rectified pair, because of parallel rays; raycam.flow follows any two cameras",
+                "not a rectified pair, because of parallel rays; raycam.flow supports any two cameras",
                 code="unsupported_camera",
             )
         if camera.shutter is not None:
             raise CameraError(
                 "not a rectified pair, because of a shutter: the rows of the two images do not correspond; "
-                "raycam.flow follows any two cameras, and camera.still() returns the camera at rest",
+                "raycam.flow supports any two cameras, and camera.still() returns the camera at rest",
                 code="unsupported_camera",
             )
     same = np.ones((3, 3), dtype=bool)
@@ -144,6 +144,6 @@ def check_rectified(left: Camera, right: Camera) -> None:
     found = [reason for reason, there in reasons.items() if there]
     if found:
         raise CameraError(
-            f"not a rectified pair, because of {', '.join(found)}; raycam.flow follows any two cameras",
+            f"not a rectified pair, because of {', '.join(found)}; raycam.flow supports any two cameras",
             code="unsupported_camera",
         )

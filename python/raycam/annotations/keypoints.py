@@ -34,9 +34,10 @@ class Keypoints:
     visible: Bools
     """True [n] for points whose pixel is inside the image and that nothing occludes."""
     occluder: npt.NDArray[np.int32]
-    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the image."""
+    """The object [n] that occludes the point, possibly the point's own; -1 without an occluder, and outside the
+    image."""
     on_surface: Bools
-    """True [n] for visible points that lie on the surface that the camera sees there, not in front of it."""
+    """True [n] for visible points that are on the surface that the pixel shows, not in front of it."""
 
 
 def keypoints(
@@ -58,7 +59,7 @@ def keypoints(
     corners (as in the channels `instance`, `triangle` and `barycentric`), and also follow meshes that deform.
 
     A point is occluded by the first object that the camera's ray to it hits, if the hit is nearer by more than
-    `tolerance` times the distance. With a rolling shutter, each point and its occluder are taken at the middle of the
+    `tolerance` times the distance. With a rolling shutter, the time of each point and its occluder is the middle of the
     exposure of the line that shows the point.
 
     Raises `SettingsError` for unknown object or triangle ids, for weights whose sum is not 1, and for points in the

@@ -70,7 +70,7 @@ class Label:
     category_id: int
     """The category's id in the channel `category`; -1 without a category."""
     region: Region
-    """The rectangle (x, y, width, height) that the masks cover, in pixels; it may reach into the margin."""
+    """The rectangle (x, y, width, height) that the masks cover, in pixels; it may extend into the margin."""
     amodal_mask: Bools
     """True for the pixel centres of `region` [height, width] that would show the object if nothing occluded it."""
     visible_mask: Bools
@@ -111,11 +111,11 @@ class Label:
 
     @cached_property
     def truncated_fraction(self) -> float:
-        """The fraction of the amodal mask that lies outside the image; parts beyond the margin are not counted."""
+        """The fraction of the amodal mask that is outside the image; parts beyond the margin are not counted."""
         return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
 
     def __repr__(self) -> str:
-        """The object, its category, and how much of it is visible where, in one line."""
+        """The object, its category, its visible fraction and its box, in one line."""
         box = "hidden" if self.visible_box is None else f"visible_box={self.visible_box}"
         return (
             f"Label {self.object} {self.name!r}, category {self.category!r}: {self.visible_pixels} of"

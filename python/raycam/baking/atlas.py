@@ -29,8 +29,8 @@ CELL_GAP_TEXELS = 1.0
 def mesh_with_atlas(mesh: ObjectMesh, atlas: Atlas, size: int) -> ObjectMesh:
     """The mesh with the texture coordinates of an atlas of `size` x `size` texels as its only set.
 
-    "xatlas" unwraps charts with the library xatlas, "cells" puts each pair of triangles into a square cell of its own:
-    every mesh has such an atlas, but each edge is a seam. Notices report faces that have no texels.
+    "xatlas" unwraps charts with the library xatlas, "cells" places each pair of triangles in a square cell of its own:
+    this works for every mesh, but each edge is a seam. Notices report faces that have no texels.
 
     Raises `SettingsError` for another kind, if xatlas is not installed, and for more faces than cells of four texels.
     """

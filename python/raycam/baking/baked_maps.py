@@ -46,7 +46,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     bent_normal    float32   the mean free direction, unit; the normal if none is free
     thickness      float32   the mean distance to the next surface inside, cosine-weighted within `cone` degrees around
                              the reversed normal: 180 is the hemisphere, 120 the shape diameter function (Shapira et
-                             al. 2008); rays that leave count as `distance`, or not if that is infinite
+                             al. 2008); rays without a hit count as `distance`, or are ignored if it is infinite
     curvature      float32   the mean curvature, 1/metre, positive where convex (Meyer et al. 2003)
     irradiance     float32   all light that arrives around the shading normal, linear, W/m², path traced with `samples`
                              paths of at most `max_depth` segments
@@ -69,7 +69,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     overlapping: int
     """The number of texels that are inside several faces."""
     missed: Bools = field(repr=False)
-    """True [h, w] or [v] for places without a surface of the source, which have the object's own values."""
+    """True [h, w] or [v] for points without a surface of the source, which have the object's own values."""
     vertices: Floats | None = field(default=None, repr=False)
     """Positions of the vertices [v, 3] in the world, metres; None for textures."""
     faces: npt.NDArray[np.int32] | None = field(default=None, repr=False)
@@ -78,7 +78,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     """The world's upward axis, "z" or "y"."""
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """The map of this name."""
+        """Returns the map with this name."""
         return self.maps[name]
 
     def __iter__(self) -> Any:
@@ -124,9 +124,9 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
 
         Textures of `ao`, `roughness`, `metallic` and `tangent_normal` are PNG files with 16 bits; ids are PNG files
         with 16 bits that contain id + 1, and 0 without a surface, or EXR files with int32 values for ids above 65,534;
-        others are EXR files with float32 values. Light and emission are the channels R, G and B; light has its
-        standard error in the layer `error`. Maps of vertices
-        are glTF files, NAME.glb, in vertex colours: of the map's range, if its values are outside 0..1.
+        others are EXR files with float32 values. Light and emission are the channels R, G and B; light has its standard
+        error in the layer `error`. Maps of vertices are glTF files, NAME.glb, with vertex colours; values outside 0..1
+        are scaled to the map's range.
         """
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)

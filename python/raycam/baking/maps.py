@@ -63,24 +63,25 @@ def bake(
     of occlusion rays in metres, `cone` the opening angle of the rays of `thickness` in degrees, `green` the direction
     of green in `tangent_normal` ("down" for DirectX), and `max_depth` the number of segments of light paths.
 
-    `irradiance`, `direct` and `radiance` have the standard error of their luminance in the maps `irradiance_error`,
-    `direct_error` and `radiance_error` in addition; `denoise` removes their noise with Open Image Denoise (requires
+    The additional maps `irradiance_error`, `direct_error` and `radiance_error` contain the standard error of the
+    luminance of `irradiance`, `direct` and `radiance`; `denoise` removes their noise with Open Image Denoise (requires
     `pip install raycam[denoise]`).
 
-    With `source`, a world or its file, maps show this detailed model: a texel's point is the nearest one of the source
+    With `source`, a world or its file, maps show this detailed model: a texel's point is the source's nearest point
     along the object's shading normal, up to `cage` metres outwards or inwards (default: 2 % of the object's diagonal).
-    Only the source occludes and emits light then. A notice counts texels without one; light, curvature and materials
-    are 0 there. `atlas` "xatlas" or "cells" computes texture coordinates, as in `texture_from_photos`.
+    Only the source occludes and emits light then. A notice reports the number of texels without such a point; light,
+    curvature and materials are 0 there. `atlas` "xatlas" or "cells" computes texture coordinates, as in
+    `texture_from_photos`.
 
     `to="vertices"` bakes to the vertices, which are the different positions of the corners: arrays are [v] and [v, 3],
     and `BakedMaps.to_world` returns a mesh in vertex colours. A value is the mean over the faces at the vertex, by
     their area; rays start 1 % inside of the face. `size` and `uv_set` are ignored, because no texture coordinates are
     needed; ids, `tangent_normal`, `atlas` and `denoise` are not supported.
 
-    Gutters of 8 texels around the islands continue their values, except for ids. Overlapping islands are reported in
-    a notice, and a world without lights if light is baked. The same call returns the same bytes on any number of
-    threads. Raises `SettingsError` for invalid arguments, and `WorldError` for an unknown object and if the object does
-    not have the texture coordinate set `uv_set`.
+    Gutters of 8 texels around the islands continue their values, except for ids. Notices report overlapping islands
+    and, if light is baked, a world without lights. The same call returns the same bytes on any number of threads.
+    Raises `SettingsError` for invalid arguments, and `WorldError` for an unknown object and if the object does not have
+    the texture coordinate set `uv_set`.
     """
     chosen = words("map", maps, MAPS)
     number = object_number(world._core, object)

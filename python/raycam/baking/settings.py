@@ -40,7 +40,7 @@ class BakeSettings:
     maps: list[str]
     samples: int
     reach: float
-    """Length of occlusion rays, metres."""
+    """The length of occlusion rays in metres."""
     cone: float
     """Opening angle of the rays of `thickness`, radians."""
     cage: float
@@ -48,5 +48,5 @@ class BakeSettings:
     green_down: bool
     """True if green of `tangent_normal` points down the image."""
     max_depth: int | None
-    """Segments of light paths; None is no limit."""
+    """Maximum number of segments of a light path; None for no limit."""
     threads: int | None

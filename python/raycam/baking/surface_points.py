@@ -26,9 +26,9 @@ class SurfacePoints:
     """Points [n] of a world's surface."""
 
     world: World
-    """The world of which they are points, and which occludes."""
+    """The world to which the points belong, and whose objects occlude."""
     position: Floats
-    """Points in the world [n, 3]."""
+    """Positions in the world [n, 3], metres."""
     normal: Floats
     """Unit normals of the faces [n, 3], outwards."""
     shading_normal: Floats
@@ -36,11 +36,11 @@ class SurfacePoints:
     instance: npt.NDArray[np.int32]
     """Ids of the objects [n]."""
     triangle: npt.NDArray[np.int32]
-    """Numbers of the faces [n]."""
+    """Indices of the faces in their objects [n]."""
     barycentric: Floats
     """Weights of the faces' corners [n, 3]."""
     missed: Bools
-    """True [n] for points without a source, which are those of the baked object."""
+    """True [n] for points that have no counterpart on the source; their values are those of the baked object."""
     materials: dict[str, npt.NDArray[np.float32]] = field(default_factory=dict)
     """Properties [n, ...] of the materials by name: those of `MATERIAL_MAPS`."""
 

@@ -30,7 +30,7 @@ class FacePoints:
     """Points [n] of a mesh."""
 
     face: npt.NDArray[np.int32]
-    """Faces [n]."""
+    """Index of the face of each point [n]."""
     weights: Floats
     """Weights of the faces' corners [n, 3]."""
     key: npt.NDArray[np.int64]

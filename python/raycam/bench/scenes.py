@@ -26,7 +26,7 @@ class BenchScene(NamedTuple):
     """A triangle mesh, a camera position and a light."""
 
     vertices: Floats
-    """Vertices, float64 [v, 3]."""
+    """The vertices in metres, float64 [v, 3]."""
     faces: Faces
     """Vertex indices of the triangles, int64 [t, 3]."""
     eye: tuple[float, float, float]

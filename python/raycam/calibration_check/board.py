@@ -51,11 +51,11 @@ class Board:
     """
 
     kind: str = "charuco"
-    """One of `BOARDS`."""
+    """The kind of board: one of `BOARDS`."""
     columns: int = 9
-    """Squares from left to right."""
+    """The number of squares from left to right."""
     rows: int = 7
-    """Squares from top to bottom."""
+    """The number of squares from top to bottom."""
 
     def __post_init__(self) -> None:
         """Raises `SettingsError` for an unknown kind."""

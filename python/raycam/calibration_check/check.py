@@ -65,7 +65,7 @@ class SelfCheck:
     detected: Calibration
     """The calibration from the detected corners."""
     exact: Calibration
-    """The calibration from the exact projections of the same corners: the difference of the camera models alone."""
+    """The calibration from the exact projections of the same corners: only the camera models can cause differences."""
     detector_rms: float
     """The root mean square distance of the detected corners from their exact projections."""
     detector_bias: float

@@ -1,4 +1,4 @@
-"""Checks and conversions of the arguments of camera constructors."""
+"""Checks and conversions of camera constructors' arguments."""
 
 from __future__ import annotations
 

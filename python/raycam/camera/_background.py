@@ -38,12 +38,12 @@ class Background:
     camera: CameraGeometry | None = None
     """The camera that took the image; None for the camera whose background it is."""
     fit: Fit = "exact"
-    """"exact" or "cover"."""
+    """How the image is fitted to the frame: "exact" or "cover"."""
     orientation: Orientation = "auto"
-    """Use of the EXIF orientation: "apply", "ignore", or "auto", which turns the picture if it fits only then."""
+    """Use of the EXIF orientation: "apply", "ignore", or "auto", which rotates the image if it fits only then."""
 
     def __post_init__(self) -> None:
-        """Checks the fit."""
+        """Checks that `fit` is one of the two words."""
         if self.fit not in FITS:
             raise CameraError(nearest("fit of a background", str(self.fit), FITS), code="unknown_name")
         if self.orientation not in ORIENTATIONS:

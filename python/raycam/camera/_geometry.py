@@ -81,8 +81,8 @@ class CameraGeometry(DictSerializable):
     def location(self) -> Floats:
         """The centre [3] in the world.
 
-        For an orthographic camera, a point of the plane on which its rays start. For a camera from a matrix with its
-        centre at infinity, the world's origin, from which depth is measured.
+        For an orthographic camera, this is a point of the plane on which its rays start. For a camera from a matrix
+        with its centre at infinity, it is the world's origin, from which depth is measured.
         """
         return _fixed(self._core.c, "camera.replace(C=...)")
 
@@ -122,7 +122,8 @@ class CameraGeometry(DictSerializable):
     def colmap(self) -> tuple[str, Floats]:
         """The name and parameters of the equivalent COLMAP model, with COLMAP's pixel centres.
 
-        Raises `CameraError` if COLMAP has no such model: skew, OpenCV's prism and tilt, "omni", "ds", "cylindrical".
+        Raises `CameraError` if COLMAP has no such model: for skew, OpenCV's prism and tilt coefficients, and the lens
+        models "omni", "ds" and "cylindrical".
         """
         name, params = self._core.colmap()
         return name, _fixed(params, "raycam.Camera.from_colmap(...)")
@@ -139,7 +140,8 @@ class CameraGeometry(DictSerializable):
 
     @property
     def corner(self) -> float:
-        """Both pixel coordinates of the image's top left corner: -0.5 for `pixel_center` "integer", else 0."""
+        """The value of both pixel coordinates at the image's top left corner: -0.5 for `pixel_center` "integer", else
+        0."""
         return -0.5 if self.pixel_center == "integer" else 0.0
 
     @property

@@ -110,9 +110,9 @@ class Optics(CameraGeometry):
         """Returns the camera in motion while its shutter is open: motion blur, and with a `readout` a rolling
         shutter.
 
-        Lines (rows from the top for `direction` "down", from the bottom for "up"; columns for "right" and "left")
-        open one after another within `readout` seconds, each for `exposure` seconds. A line at the fraction f of the
-        image is open from f readout to f readout + exposure. The camera moves from its own pose, when the first line
+        Lines (rows from the top for `direction` "down", from the bottom for "up"; columns for "right" and "left") open
+        one after another within `readout` seconds, each for `exposure` seconds. A line at the fraction f of the image
+        is open from f * readout to f * readout + exposure. The camera moves from its own pose, when the first line
         opens, to the pose of the camera `to`, when the last line closes; or along a list of (seconds, camera). Centres
         are interpolated linearly, rotations along the shortest arc.
 

@@ -39,7 +39,7 @@ class Camera(Constructors, Copies):
 
     ============================ ==================================================================================
     "opencv"                     4, 5, 8, 12 or 14: `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tau_x tau_y]]]]`
-    "fisheye"                    OpenCV's fisheye, Kalibr's equi: `k1 k2 k3 k4` (0: the equidistant fisheye)
+    "fisheye"                    OpenCV's fisheye, Kalibr's equi: `k1 k2 k3 k4` (all 0: equidistant fisheye)
     "thin_prism_fisheye"         COLMAP's: `k1 k2 p1 p2 k3 k4 sx1 sy1`
     "rad_tan_thin_prism_fisheye" COLMAP's, Project Aria's: `k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3`
     "fov"                        COLMAP's FOV, Kalibr's fov: `omega`

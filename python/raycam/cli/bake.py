@@ -54,7 +54,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--cage",
         metavar="METRES",
         type=float,
-        help="distance within which the detailed model is looked for (default: 2 %% of the object's diagonal)",
+        help="distance in metres within which the detailed model is searched (default: 2 %% of the object's diagonal)",
     )
     command.add_argument(
         "--atlas",
@@ -68,7 +68,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--distance",
         metavar="METRES",
         type=float,
-        help="ignore surfaces beyond this distance (default: no limit)",
+        help="ignore surfaces beyond this distance in metres (default: no limit)",
     )
     _add_ray_options(command)
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
@@ -81,7 +81,8 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
         metavar="DEGREES",
         type=float,
         default=180.0,
-        help="opening angle of the rays of thickness (default: 180; 120 is the shape diameter function)",
+        help="opening angle in degrees of the cone of rays that measure thickness "
+        "(default: 180; 120 is the shape diameter function)",
     )
     command.add_argument(
         "--green",

@@ -23,7 +23,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--figure",
         metavar="FILE",
-        help="also draw the explanation: .svg, .html (a page whose figures can be turned), .png or .pdf",
+        help="also draw the explanation: .svg, .html (a page whose figures can be rotated), .png or .pdf",
     )
     command.add_argument(
         "--of",

@@ -33,6 +33,6 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "list the lidars that raycam knows, or describe one",
+    "list raycam's lidars, or describe one of them",
     ["raycam lidars", "raycam lidars vlp16", "raycam lidars os1-128.json"],
 )

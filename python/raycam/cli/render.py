@@ -213,7 +213,7 @@ def _picture(
         return one("rendering", names, dict(settings))
     if "color" not in names:
         raise SettingsError(
-            f"--background needs the channel color; requested channels: {', '.join(names)}",
+            f"--background requires the channel color; requested channels: {', '.join(names)}",
             code="missing_value",
         )
     from ..render.background import picture_behind

@@ -57,14 +57,17 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument("--integrator", metavar="NAME", help="integrator of still images: direct or path")
     command.add_argument("--samples", metavar="N", type=int, help="samples per pixel of still images")
     command.add_argument(
-        "--at", metavar="SECONDS", type=float, help="initial time of the world's video or animation"
+        "--at",
+        metavar="SECONDS",
+        type=float,
+        help="initial time of the world's video or animation, in seconds",
     )
     command.add_argument("--animation", metavar="NAME", help="initial animation of a glTF file")
     command.add_argument(
         "--variant", dest="first_variant", metavar="NAME", help="initial material variant of a glTF file"
     )
     command.add_argument("--channel", metavar="NAME", help="initial channel, for example depth")
-    command.add_argument("--exposure", metavar="STOPS", type=float, help="initial exposure")
+    command.add_argument("--exposure", metavar="STOPS", type=float, help="initial exposure in stops")
     command.add_argument(
         "--view", metavar="NAME", help="initial view transform: standard, agx or pbr_neutral"
     )
@@ -107,7 +110,10 @@ def _add_server(command: argparse.ArgumentParser) -> None:
     command.add_argument("--no-edit", action="store_true", help="disable editing of objects and lights")
     command.add_argument("--allow-open", action="store_true", help="open files that are dropped on the page")
     command.add_argument(
-        "--follow", action="store_true", help="all clients share one camera, for example for teaching"
+        "--follow",
+        action="store_true",
+        help="print a second address for followers, for example a class of up to 40: they show the leader's camera, "
+        "channel, exposure and held pixel",
     )
     command.add_argument(
         "--exit-when-closed", action="store_true", help="stop the server when the page is closed"
@@ -227,6 +233,8 @@ def _view_files(options: argparse.Namespace, unpacked: Path) -> None:
         print(f"raycam view: {viewer.url}        (Ctrl-C stops it)", flush=True)
         for url in viewer.urls[1:]:
             print(f"             {url}", flush=True)
+        for url in viewer.followers_urls if options.follow else []:
+            print(f"for followers: {url}", flush=True)
         if not open_browser(viewer, False if options.no_browser else None) and len(viewer.urls) == 1:
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
             print_notice(

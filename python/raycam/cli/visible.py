@@ -50,7 +50,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="N",
         type=int,
         default=1,
-        help="cameras and lidars that must see a face to keep it (default: 1)",
+        help="minimum number of cameras and lidars to which a kept face is visible (default: 1)",
     )
     command.add_argument(
         "--samples",
@@ -68,7 +68,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--heat",
         metavar="PNG",
-        help="image of the faces from outside, coloured by the number of their cameras and lidars",
+        help="image of the faces from outside, coloured by the number of cameras and lidars to which they are visible",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)
@@ -144,7 +144,7 @@ def _write(world: World, seen: SurfaceVisibility, kept: object, path: str, endin
 
 COMMAND = Command(
     _add,
-    "find the faces of a mesh that cameras and lidars see",
+    "find the faces of a mesh that are visible to cameras and lidars",
     [
         "raycam visible scan.ply --cameras sparse/0                        the share of visible faces",
         "raycam visible scan.ply --cameras sparse/0 --cull -o seen.ply     only the visible faces",

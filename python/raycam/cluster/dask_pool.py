@@ -140,7 +140,8 @@ class DaskPool:
             self.notices.append(Notice(message, "insecure_cluster"))
 
     def threads(self, left: int) -> int | None:
-        """The given threads; otherwise None (all) for a worker that is alone on its machine, or 1."""
+        """Returns the given number of threads; otherwise None (all) for the only worker on a machine, and 1 for
+        others."""
         if self._given is not None:
             return self._given
         if self._cluster is not None:
@@ -186,7 +187,7 @@ class DaskPool:
         return ours
 
     def slots(self) -> int:
-        """Two frames for each thread of the current workers."""
+        """The number of frames that may be queued: two for each thread of the current workers."""
         if time.monotonic() - self._polled_at > REFRESH_INTERVAL:
             self._poll()
         return max(1, 2 * sum(map(_threads_of, self._workers.values())))

@@ -88,7 +88,7 @@ class InProcessPool:
             raise PoolLost("stopped")
 
     def slots(self) -> int:
-        """Three frames: one rendering, one encoding, one waiting."""
+        """The number of frames that may be queued, 3: one is rendered, one encoded, one waits."""
         return 3
 
     def close(self) -> None:
@@ -145,7 +145,7 @@ class ExecutorPool:
             self._unfit[task.frame] += 1
 
     def slots(self) -> int:
-        """The given number of slots."""
+        """The number of frames that may be queued, as given to the constructor."""
         return self._slots
 
     def close(self) -> None:

@@ -89,7 +89,7 @@ class ProcessPool:
         return [Notice(message, "unusable_worker")]
 
     def pids(self) -> list[int]:
-        """The process ids of the workers."""
+        """The process ids of the running workers."""
         return [worker.process.pid for worker in self._workers]
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """Replacement for `mujoco.Renderer` without OpenGL; after `install()`, MuJoCo programs use it.
 
-Depth and ids are exact for the ray through each pixel's centre. Colours are computed in MuJoCo's own light and resemble
-its images; see `MujocoScene.render` for the differences.
+Depth and ids are exact for the ray through each pixel's centre. Colours are computed with MuJoCo's own light model and
+resemble MuJoCo's images; `MujocoScene.render` describes the differences.
 """
 
 from __future__ import annotations
@@ -19,6 +19,11 @@ FREE, TRACKING, FIXED = 0, 1, 2
 """Values of `mjtCamera`."""
 LOOKS = ("mujoco", "direct", "path")
 ORIGINALS: dict[str, Any] = {}
+TENDON_FLAG = 7
+"""The value of `mjtVisFlag.mjVIS_TENDON`."""
+Groups = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]
+"""The visible groups of geoms, sites and tendons."""
+DEFAULT_GROUPS: Groups = ((0, 1, 2), (0, 1, 2), (0, 1, 2))
 
 
 class Renderer:
@@ -47,7 +52,7 @@ class Renderer:
             )
         self._model, self._size = model, (int(width), int(height))
         self._scene: Any = None
-        self._groups: tuple[tuple[int, ...], tuple[int, ...]] = ((0, 1, 2), (0, 1, 2))
+        self._groups = DEFAULT_GROUPS
         self._mode = "color"
         self._view: Camera | None = None
         self.camera: Camera | None = None
@@ -57,13 +62,24 @@ class Renderer:
 
     @property
     def model(self) -> Any:
-        """The model."""
+        """The MuJoCo model that the renderer shows."""
         return self._model
 
     @property
     def scene(self) -> Any:
-        """The `raycam` scene of `from_mujoco`; None before `update_scene`."""
+        """The `raycam` scene of `from_mujoco`; `scene.flags` has the indices of `mjtRndFlag`, as in `mjvScene`."""
+        if self._scene is None:
+            self._build(None, self._groups)
         return self._scene
+
+    def _build(self, data: Any, groups: Groups) -> None:
+        """Creates the scene with the groups' elements; the flags are kept."""
+        flags = None if self._scene is None else self._scene.flags
+        geoms, sites, tendons = groups
+        self._scene = from_mujoco(self._model, data, groups=geoms, sites=sites, tendons=tendons)
+        self._groups = groups
+        if flags is not None:
+            self._scene.flags[:] = flags
 
     @property
     def height(self) -> int:
@@ -78,18 +94,12 @@ class Renderer:
     def update_scene(self, data: Any, camera: Any = -1, scene_option: Any = None) -> None:
         """Updates the poses from `data`; `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`.
 
-        Of `scene_option`, `geomgroup` and `sitegroup` are used; the other options are ignored.
+        Of `scene_option`, `geomgroup`, `sitegroup`, `tendongroup` and the flag `mjVIS_TENDON` are used; the other
+        options are ignored.
         """
-        groups = self._groups
-        if scene_option is not None:
-            geoms, sites = (
-                tuple(number for number, shown in enumerate(option) if shown)
-                for option in (scene_option.geomgroup, scene_option.sitegroup)
-            )
-            groups = (geoms, sites)
+        groups = self._groups if scene_option is None else _shown_groups(scene_option)
         if self._scene is None or groups != self._groups:
-            self._scene = from_mujoco(self._model, data, groups=groups[0], sites=groups[1])
-            self._groups = groups
+            self._build(data, groups)
         else:
             self._scene.update(data)
         self._view = self._find_camera(data, camera)
@@ -202,6 +212,15 @@ class Renderer:
     def __exit__(self, *_: object) -> None:
         """Closes the renderer."""
         self.close()
+
+
+def _shown_groups(option: Any) -> Groups:
+    """The visible groups of an `mjvOption`."""
+    geoms, sites, tendons = (
+        tuple(number for number, shown in enumerate(groups) if shown)
+        for groups in (option.geomgroup, option.sitegroup, option.tendongroup)
+    )
+    return geoms, sites, tendons if option.flags[TENDON_FLAG] else ()
 
 
 def install() -> None:

@@ -252,7 +252,7 @@ def uninstall() -> None:
 
 
 def _world_for(mesh: Any) -> World:
-    """The world of a mesh: that of its `ray` if it is raycam's."""
+    """Returns the world of a mesh: the world of `mesh.ray` if that is an object of raycam."""
     ray = getattr(mesh, "ray", None)
     return (ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)).world
 

@@ -103,8 +103,9 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def box(pixels: Region | None) -> list[int]:
-    """Returns a box of scene_gt_info.json; its size is the distance between the first and last pixel centres; -1 if
-    empty.
+    """Returns a box for scene_gt_info.json: its corner and the distance between its first and last pixel centres.
+
+    An empty box is four times -1.
 
     Source: `calc_2d_bbox` of the BOP toolkit's bop_toolkit_lib/misc.py, and its scripts/calc_gt_info.py.
     """
@@ -148,7 +149,7 @@ def base_of(plan: Plan, world: int) -> str:
 
 
 def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
-    """Makes the JSON files of the scenes, one for each world, and of the models, and the models."""
+    """Makes the JSON files of the scenes, one scene for each world, and the models with their JSON files."""
     catalogue = ModelCatalogue(plan, records())
     warn_all(catalogue.notices)
     views = len(plan.shots) // len(catalogue.ids)
@@ -218,7 +219,7 @@ def coco_rows(
 
 
 def camera_json(camera: Camera) -> Record:
-    """Returns the contents of camera.json, the first camera; scene_camera.json contains the cameras of all images."""
+    """Returns camera.json, which describes the first camera; scene_camera.json contains the cameras of all images."""
     k = k_with_integer_centers(camera)
     width, height = camera.size
     return {

@@ -108,11 +108,11 @@ class Model:
     names: set[str]
     """The names of its objects."""
     world: int
-    """The first world in which it occurs."""
+    """The index of the first world in which it occurs."""
     object: int
-    """Its first object in that world."""
+    """The id of its first object in that world."""
     id: int = 0
-    """The BOP id, from 1."""
+    """The model's id in the data set, from 1."""
 
 
 class ModelCatalogue:

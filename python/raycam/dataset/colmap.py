@@ -54,9 +54,7 @@ def model(camera: Camera) -> str:
 
 
 def image_name(plan: Plan, number: int) -> str:
-    """Returns an image's name: that of the source image, with _ for spaces, which separate fields in COLMAP's text
-    files.
-    """
+    """Returns the source image's name, with _ instead of spaces, which separate fields in COLMAP's text files."""
     return "_".join(plan.picture_name(number).split()) + ".png"
 
 

@@ -1,4 +1,4 @@
-"""Table of the data set formats: one file and one row for each."""
+"""The table of data set formats: each format has one row here and one module."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class BodyMotion:
     """
 
     times: Floats
-    """Ascending, in seconds [n]."""
+    """The times of the poses in seconds, ascending [n]."""
     values: Floats
     """Position and quaternion (x, y, z, w) at these times [n, 7]."""
     curvatures: Floats

@@ -42,7 +42,8 @@ def check(plan: Plan) -> None:
     baseline = plan.options["baseline"]
     if baseline is not None and not (isinstance(baseline, int | float) and baseline > 0):
         raise SettingsError(
-            f"baseline is {baseline!r}, expected metres to the right camera, more than 0", code="out_of_range"
+            f"baseline is {baseline!r}, expected the distance to the right camera in metres, more than 0",
+            code="out_of_range",
         )
     if plan.rigs and len(plan.rigs[0]) * len(plan.rigs) != len(plan.shots):
         raise SettingsError(

@@ -20,7 +20,7 @@ __all__ = ["lidars_of", "other_sensors", "pose_of", "scan_lidar", "world_sensors
 def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | None]) -> dict[str, Sensor]:
     """Returns the sensors of a rig that are not cameras, by name; lidars move to the rig's next pose.
 
-    `rigs` are the poses of one rig at `times`. At the last pose, the last motion continues.
+    `rigs` are the poses of one rig at `times`. After the last pose, the motion before it continues.
     """
     rig = rigs[number]
     assert isinstance(rig, Rig)

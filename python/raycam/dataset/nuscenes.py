@@ -35,7 +35,7 @@ MAP = "maps/map.png"
 
 
 def token(*parts: object) -> str:
-    """Returns the token of a row of a table: 32 hexadecimal digits that depend on the parts only."""
+    """Returns the token of a row of a table: 32 hexadecimal digits that depend only on `parts`."""
     text = "/".join(str(part) for part in parts)
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
@@ -152,7 +152,7 @@ def lidar_mount(lidar: Lidar, R: Floats, C: Floats) -> tuple[Floats, Floats]:
 
 
 def visible_boxes(plan: Plan, view: int, seen: dict[int, float], points: dict[int, int]) -> list[Record]:
-    """Returns the boxes of the labelled objects that a camera or a lidar sees."""
+    """Returns the boxes of the labelled objects that are visible to a camera or a lidar."""
     shot, found = plan.shot(view), []
     labelled = set(plan.labelled_of(shot.objects))
     for item in shot.objects:
@@ -219,7 +219,7 @@ def sensors(mounts: list[list[Any]]) -> dict[str, Iterator[dict[str, Any]]]:
 
 
 def scenes(scene: str, keys: list[int]) -> dict[str, Iterator[dict[str, Any]]]:
-    """Returns the tables of the log, the scene and the map, of one row each."""
+    """Returns the tables of the log, the scene and the map, each with one row."""
     log = token("log", scene)
     about = {"logfile": "", "vehicle": "raycam", "date_captured": "1970-01-01", "location": "raycam"}
     row = {
@@ -297,7 +297,7 @@ def sample_data(
 
 
 def instances(records: Callable[[], Iterator[Record]]) -> Iterator[dict[str, Any]]:
-    """Yields the objects that have a box in some key frame."""
+    """Yields the objects that have a box in at least one key frame."""
     found: dict[int, list[Any]] = {}
     for number, record in enumerate(records()):
         for box in record["boxes"]:

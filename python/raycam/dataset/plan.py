@@ -68,7 +68,8 @@ class Format:
     units: Callable[[Plan], int] = field(default=lambda plan: len(plan.shots))
     """The number of units of work (default: one per view)."""
     many_worlds: bool = False
-    """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
+    """True if one data set may contain all worlds of a recipe; otherwise, each world has its own data set in a
+    folder."""
     posed: bool = False
     """True if the format stores one pose and K for each image."""
     writes_lidars: bool = False

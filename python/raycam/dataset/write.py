@@ -146,27 +146,31 @@ def write(
     `cameras` and `times` are as in `views`; `options` are those of `raycam.render` (`integrator`, `samples`, `seed`,
     `exposure`, `threads`, ...) and those of the format, below. Ground truth belongs to the exact rays through the
     pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
-    all objects are labelled "object". The formats and their options:
+    all objects are labelled "object".
 
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
-    rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the
-    sensor's arrays, "world_from_sensor" and "times". "semantickitti", "nuscenes" and "mcap" write lidars themselves.
+    rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the sensor's
+    arrays, "world_from_sensor" and "times". "semantickitti", "nuscenes" and "mcap" write lidar scans in the format's
+    own form.
+
+    The formats and their options, with default values in parentheses:
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
       with "triangles": [...], which follow meshes that deform, "skeleton": [...]}})
-    * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each image), `model_ids`
-      ({category or object name: obj_id}). Equal meshes are one model. Without `model_ids`, the obj_id is the category
-      if that is a whole number, or else an unused number in the order of the categories' names
-    * "kitti": `baseline` in metres adds the right camera, disparity and image_3, as do the first two cameras of a rig
-      if they are a rectified pair; `flow` (False) adds optical flow to the next view
+    * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: for each image, the finest that can
+      represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model.
+      Without `model_ids`, the obj_id is the category if that is a whole number, or else an unused number in the order
+      of the categories' names
+    * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; so do a rig's first two
+      cameras, which must be a rectified pair; `flow` (False) adds optical flow to the next view
     * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's
       images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the
       categories), `fps` (10) for views without a time. Points are relative to the rig's pose at the start of the frame
     * "nuscenes": the thirteen tables, images and scans of a rig with lidars, with boxes of objects, their visibility
       and numbers of points. `version` ("v1.0-mini"), `scene` ("scene-0001"), `key_every` (1): every Nth pose is a key
-      frame, the others are sweeps; `fps` (20) for views without a time, `start_time` (0 s). nuScenes' tools expect its
-      names of sensors, such as CAM_FRONT and LIDAR_TOP
+      frame, the others are sweeps; `fps` (20) for views without a time, `start_time` (0 s). nuScenes' tools require
+      nuScenes' sensor names, such as CAM_FRONT and LIDAR_TOP
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
     * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; the last two: `fps` (30)
       for the timestamps of views without a time
@@ -208,13 +212,13 @@ def write(
     depends only on the recipe, its seed and the world's number. Every worker reads the recipe's files from their
     original folder.
 
-    `worlds` instead of `world` are worlds from the caller, for example from a simulator: a list, an iterator, or a
-    function that returns world i, and their number `count`. They are written like a recipe's worlds, each with its
-    own cameras, which must have the same names in all worlds, or with `cameras`. `categories` lists the categories of
+    Instead of `world`, the caller may pass `worlds`, for example from a simulator: a list, an iterator, or a function
+    that returns world i, with their number in `count`. They are written like a recipe's worlds: each with its own
+    cameras, which must have the same names in all worlds, or all with `cameras`. `categories` lists the categories of
     all worlds; by default, they are those of a list's worlds, or else of the first world. The worlds are created in
     this process and rendered on all threads; `shard` divides them among several processes. A resumed call does not
-    request the worlds of finished views again, except for index files of "bop" and of formats with a data set for
-    each world, which require a list or a function.
+    request the worlds of finished views again. An exception are the index files of "bop" and of formats with one data
+    set per world; these formats therefore require a list or a function.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted
     one and keeps its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool`

@@ -35,7 +35,7 @@ class Tried:
     shown: Indices
     """The triangles with full details, by t."""
     nearest: int
-    """The closest hit; -1 for a miss."""
+    """The index of the closest hit; -1 for a miss."""
 
 
 def tried(world_corners: Floats, points: Callable[[Floats], Floats], C: Floats, r: Floats) -> Tried:

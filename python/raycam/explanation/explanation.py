@@ -117,7 +117,7 @@ def explain(
     undistortion to the direction in the world. Moving cameras, and moving worlds with a rolling shutter, are explained
     at the middle of the exposure of the pixel's line, like ground truth.
 
-    Raises SettingsError for a pixel outside the image, and CameraError for a pixel that the lens maps to no ray.
+    Raises SettingsError for a pixel outside the image, and CameraError for a pixel for which the lens has no ray.
     """
     if pixel is None:  # called as explain(world, pixel)
         camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
@@ -213,7 +213,7 @@ def check_figure(path: str | os.PathLike[str]) -> None:
     suffix = Path(path).suffix.lower()
     if suffix not in FIGURES:
         raise SettingsError(
-            f"{path}: unknown ending of a figure; expected .svg, .html (a page that can be turned), .png or .pdf",
+            f"{path}: unknown ending of a figure; expected .svg, .html (with rotatable figures), .png or .pdf",
             code="unknown_format",
         )
     if suffix in (".png", ".pdf"):

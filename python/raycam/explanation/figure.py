@@ -286,7 +286,7 @@ def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
 
 
 def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
-    """Draws the inside test in the triangle's plane, seen from the camera's side and in the camera's orientation."""
+    """Draws the inside test in the triangle's plane, viewed from the camera's side and in the camera's orientation."""
     front = c.n / float(reference.length(c.n)) * (1 if c.n @ e.r < 0 else -1)
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, -1.0]])
     rays = reference.lines(reference.points_on_lines(e.P, corners), e.C)

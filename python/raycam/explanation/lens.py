@@ -32,11 +32,11 @@ class LensSteps:
     image_point: Floats
     """K⁻¹ (u, v, 1) without its third coordinate, [2]: the distorted point of the image plane."""
     undistorted: Floats | None
-    """The point of the image plane at z = 1 without the lens, [2]; None for a ray that never meets it."""
+    """The point of the image plane at z = 1 without the lens, [2]; None for a ray that does not meet this plane."""
     in_camera: Floats
     """The direction of the ray in the camera, [3], of unit length."""
     direction: Floats
-    """The same direction in the world, Rᵀ times it, [3]."""
+    """The same direction in the world, [3]: Rᵀ times the direction in camera axes."""
     origin: Floats
     """The start of the ray in the world, [3], metres."""
     forward: Floats
@@ -67,7 +67,7 @@ def world_at_line(world: World, camera: Camera, pixel: Floats) -> World:
 
 
 def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:
-    """The steps of a pixel. Raises `CameraError` if the lens maps the pixel to no ray."""
+    """The steps of a pixel. Raises `CameraError` if the lens has no ray for the pixel."""
     pixel = np.array([column, row]) + camera.corner + 0.5
     origin, direction = camera.rays(pixel)
     if not np.isfinite(direction).all():

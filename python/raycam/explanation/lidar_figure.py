@@ -25,7 +25,7 @@ LEAST_HEIGHT = 1e-6
 
 
 def beam_figure(e: BeamSteps) -> str:
-    """Returns the figure as SVG text. Distances run to the right; heights across the beam are exaggerated."""
+    """Returns the figure as SVG text. Distances run to the right; heights across the beam are enlarged."""
     svg = Svg(WIDTH, HEIGHT)
     svg.rectangle(0, 0, WIDTH, HEIGHT, "#ffffff")
     svg.text((MARGIN, 34), f"Pulse {e.firing} of {e.lidar.title}, ring {e.ring}", 19, INK, bold=True)

@@ -24,14 +24,15 @@ class Bounce:
     """A point of the path."""
 
     point: Floats
-    """[3], world, metres."""
+    """The position in the world, [3], metres."""
     object_name: str
     """The object; "the sky" for the end of a path that leaves the world."""
     weight: Floats
-    """The share [3] of the light leaving here towards the path that reaches the pixel."""
+    """The fraction [3] of the light that leaves this point along the path and reaches the pixel."""
     gathered: Floats
-    """The radiance [3] leaving here towards the path without a further bounce: direct light, and at the first point
-    emission. Later points leave emission out, for the direct light of the point before has it. W/(m² sr)."""
+    """The radiance [3] that leaves this point along the path without another bounce, W/(m² sr): direct light, and at
+    the first point emission. At later points, emission is omitted, because it is part of the previous point's direct
+    light."""
 
 
 @dataclass(frozen=True)

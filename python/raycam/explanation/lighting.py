@@ -27,15 +27,15 @@ class Surface:
 
     object_name: str
     point: Floats
-    """[3], world, metres."""
+    """The position in the world, [3], metres."""
     normal: Floats
-    """The geometric normal, [3], on the viewer's side."""
+    """The geometric normal, [3], facing the viewer."""
     shading_normal: Floats
-    """The normal of the shading, [3], on the viewer's side."""
+    """The shading normal, [3], facing the viewer."""
     to_eye: Floats
     """The direction back to the camera, [3]."""
     color: Floats
-    """The base colour, [3], linear."""
+    """The base colour in linear RGB, [3]."""
     model: str
     """The reflection model: "phong", "unlit", "metal", "glass" or "principled"."""
     diffuse: float
@@ -51,7 +51,7 @@ class LightTerm:
     """The contribution of one light at the point. Radiances are [3], linear RGB, W/(m² sr)."""
 
     name: str
-    """Type and number, as "sun 0"."""
+    """The type and the index of the light, such as "sun 0"."""
     to_light: Floats | None
     """The direction to the light, [3], of unit length; None for lights with an extent."""
     distance: float
@@ -69,7 +69,7 @@ class LightTerm:
     specular: Floats
     """The closed form of the specular term; NaN if the material has none."""
     radiance: Floats
-    """The light's contribution to the pixel: its radiance in a rendering with this light alone."""
+    """The light's contribution to the pixel: its radiance in an image with only this light."""
     error: float
     """The standard error of its luminance; 0 if all samples are equal."""
 

@@ -31,7 +31,7 @@ def page_figure(e: PixelSteps) -> dict[str, Any]:
     """The ray, the image corners and the triangles around the hit, as JSON for `figure/pixel.js`.
 
     Points are in the explanation's units. `rays` are origins and directions at the image corners: top left, top right,
-    bottom right, bottom left. `triangle` is None if the ray hits no plane of a triangle.
+    bottom right, bottom left. `triangle` is None if the ray does not hit the plane of any triangle.
     """
     shown = e.winner or next(iter(e.candidates), None)
     end = shown.f if shown and np.isfinite(shown.f).all() else e.C

@@ -27,7 +27,7 @@ class Estimate:
     """A mean of samples."""
 
     value: Floats
-    """Linear RGB, [3], W/(m² sr)."""
+    """The mean in linear RGB, [3], W/(m² sr)."""
     error: float
     """The standard error of the luminance; 0 if all samples are equal."""
 

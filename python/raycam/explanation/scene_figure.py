@@ -51,11 +51,11 @@ class Line(NamedTuple):
     """A line through the world."""
 
     name: str
-    """The name beside its end; empty for none."""
+    """The name next to the line's end; empty for none."""
     color: str
-    """The colour over a picture."""
+    """The colour of the line where it is drawn over an image."""
     points: Floats
-    """[n, 3], world, metres."""
+    """The points of the line in the world, [n, 3], metres."""
     symbol: str = ""
     """The symbol in the palette that has the line's colour; empty for lines of scripts."""
     width: float = 2.0
@@ -105,7 +105,7 @@ def tree_lines(explanation: PixelSteps, search: TreeSearch) -> list[Line]:
 
 
 def path_marks(path: LightPath) -> list[Mark]:
-    """The numbers of the path's bounces. The way to the sky is drawn shorter."""
+    """Returns the numbers of the path's bounces as marks. The segment towards the sky is shortened."""
     points, far = path.points, FAR * float(np.linalg.norm(path.points[1] - path.points[0]))
     marks = []
     for i, bounce in enumerate(path.bounces):
@@ -116,7 +116,7 @@ def path_marks(path: LightPath) -> list[Mark]:
 
 
 def focus(e: PixelSteps) -> tuple[Floats, Floats]:
-    """Start and end [3] of the ray in the world, metres; a miss ends at the world's size."""
+    """Returns start and end [3] of the ray in the world, metres; a ray that misses is as long as the world's size."""
     start, direction = ray_of(e)
     reach = e.distance if np.isfinite(e.distance) else _size(e.world)
     return start, start + reach * direction

@@ -60,7 +60,7 @@ class Candidate(PlaneHit):
     crossed: Bools
     """True [3] for edges that the segment from f(t) to g crosses."""
     on_edge: Bools
-    """True [3] for edges that f(t) lies on, up to rounding."""
+    """True [3] for edges that contain f(t), up to rounding."""
 
     @property
     def crossings(self) -> int:
@@ -96,16 +96,16 @@ class RaySteps:
     x: Floats
     """The centre of the pixel, homogeneous, [3]."""
     M: Floats
-    """The left 3 x 3 of P."""
+    """The left 3 x 3 part of P."""
     det_M: float
     C: Floats
     """The camera centre, [3]."""
     X: Floats
     """The point P⁺ x on the pixel's line, homogeneous, [4]."""
     X_prime: Floats | None
-    """The same point, [3]; None when it lies at infinity."""
+    """The same point, [3]; None if it is at infinity."""
     line: Floats
-    """The vector X' - C, [3]; the direction of the line when X' lies at infinity."""
+    """The vector X' - C, [3]; the direction of the line if X' is at infinity."""
     forward: Floats
     """The third row of R, [3], of unit length."""
     forward_dot_line: float

@@ -115,7 +115,7 @@ class Svg:
         )
 
     def dot(self, p: Point, radius: float, fill: str, stroke: str = "none", width: float = 1.5) -> None:
-        """A disc."""
+        """Adds a disc."""
         self.parts.append(
             f'<circle cx="{_n(p[0])}" cy="{_n(p[1])}" r="{_n(radius)}" fill="{fill}" stroke="{stroke}" '
             f'stroke-width="{_n(width)}"/>'
@@ -149,7 +149,7 @@ class Svg:
         self.parts.append(f'{letters} fill="{color}">{escape(text)}</text>')
 
     def png(self, x: float, y: float, width: float, height: float, png: bytes, pixelated: bool) -> None:
-        """An embedded PNG file."""
+        """Adds an embedded PNG file."""
         data = base64.b64encode(png).decode("ascii")
         style = ' style="image-rendering:pixelated"' if pixelated else ""
         self.parts.append(

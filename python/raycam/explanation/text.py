@@ -158,7 +158,7 @@ def color_section(e: PixelSteps) -> Iterator[str]:
 
 
 def aside(e: PixelSteps) -> str:
-    """The principal axis of a camera with a lens, which no earlier step contains."""
+    """Returns the principal axis of a camera with a lens, because no earlier step contains it."""
     return "" if e.lens is None else f" v = {vector(e.lens.forward)}"
 
 

@@ -55,7 +55,7 @@ class TreeSearch:
     tested_boxes: int
     """The number of boxes that are tested."""
     skipped_boxes: int
-    """The number of entered boxes that begin behind a hit that is known already."""
+    """The number of entered boxes that begin behind a hit that was found before."""
     tested_triangles: int
     """The number of triangles that are tested."""
     triangles: int

@@ -34,7 +34,7 @@ def unit(vector: Floats) -> Floats:
 
 
 def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up: Floats, box: Box) -> Floats:
-    """The best viewing direction: from the camera's side, with the plane in view, the ray sideways and the box full."""
+    """Returns the viewing direction, on the camera's side, that shows plane and ray well and fills the box best."""
     reach = points - points.mean(axis=0)
     reach /= reference.length(reach).max()
 

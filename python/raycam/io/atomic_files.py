@@ -56,7 +56,7 @@ class _Destination:
     """The file that a path leads to."""
 
     path: str
-    """Links are followed."""
+    """The path after symbolic links are followed."""
     is_stream: bool
     """True for a pipe, a device or an open descriptor, which can only be written to."""
     is_replaceable: bool
@@ -151,7 +151,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
     found = _check_destination(target)
     folder = os.path.dirname(found.path)
     if found.path != target or not found.is_replaceable:
-        scratch = None  # it may be on another disk than the file
+        scratch = None  # it may be on a different disk from the file
     if scratch is None and found.is_replaceable:
         with with_path(target):
             _remove_stale_temp_files(found.path)

@@ -65,8 +65,8 @@ class Job:
     job, finished frames are kept. With `resume=False` the job starts again, and the files of the old job are removed
     first.
 
-    Raises `JobError` if the folder contains another job, with every difference, or no job and no package is given, and
-    `OSError` from the disk.
+    Raises `JobError` if the folder contains another job (the message lists every difference), or if it contains no job
+    and no package is given, and `OSError` from the disk.
     """
 
     def __init__(
@@ -124,8 +124,7 @@ class Job:
     def release_package(self) -> None:
         """Removes a package of more than `MAX_KEPT_PACKAGE_BYTES` from the folder once all frames are finished.
 
-        The same call that created the job still recognises it, and writes the package again if a frame must be
-        repeated.
+        The call that created the job can still resume it, and writes the package again if a frame must be repeated.
         """
         path = self._state / "package"
         with contextlib.suppress(FileNotFoundError):
@@ -217,10 +216,10 @@ class Job:
     ) -> None:
         """Renders the unfinished frames of `frames` (default: all), in any order.
 
-        `shard` (i, n) renders only every n-th frame, from the i-th (counted from 1): n such runs, on any machines that
-        see the folder, render all frames. Frames that failed before are skipped, unless `retry_failed`.
-        `progress(done, total, failed)` counts the selected frames; `finished(result)` is called for each new frame.
-        The notices of the frames are warned at the end, once each.
+        `shard` (i, n) renders only every n-th frame, from the i-th (counted from 1): n such runs, on any machines with
+        access to the folder, render all frames. Frames that failed before are skipped, unless `retry_failed`.
+        `progress(done, total, failed)` counts the selected frames; `finished(result)` is called for each new frame. The
+        frames' notices are issued at the end, each one once.
 
         Raises `JobError` if another process runs the same frames, if the workers are lost, and at the end if any
         selected frame failed; `OSError` from the disk. Finished frames are kept after any error, and if the process is

@@ -47,7 +47,7 @@ class JournalEntry:
     error: str | None = None
     """The error of a failed frame, in one line; None for a finished one."""
     seconds: float | None = None
-    """The time that the worker took."""
+    """The time that the worker took, in seconds."""
 
     def line(self) -> bytes:
         """The entry as a line of the journal."""

@@ -46,7 +46,7 @@ class FrameTask(NamedTuple):
     """One frame to render."""
 
     job: str
-    """The `JobPackage.id`."""
+    """The id of the job, `JobPackage.id`."""
     package: str
     """The path of the package."""
     frame: int
@@ -65,7 +65,7 @@ class FrameResult(NamedTuple):
     notices: list[Notice]
     """Notices for the user."""
     seconds: float
-    """The rendering time."""
+    """The rendering time in seconds."""
 
 
 class WorkerUnfit(Exception):

@@ -1,7 +1,7 @@
 """Checks the exercises of the notebook "A ray tracer by hand", with hints for common mistakes.
 
 Each check takes the student's function, tries it on several cameras, triangles and pixels, compares the results with
-`raycam.reference`, and returns a `Verdict`. Wrong answers raise nothing: the verdict contains a hint.
+`raycam.reference`, and returns a `Verdict`. A wrong answer does not raise an error: the verdict contains a hint.
 """
 
 from __future__ import annotations

@@ -35,9 +35,11 @@ class Echoes:
     energy: Floats
     """Sum of the contributions that belong to the maximum."""
     main: npt.NDArray[np.int64]
-    """Of the surface with most of the energy, the contribution with most of it."""
+    """The largest contribution of the surface with most of the energy."""
     purity: npt.NDArray[np.float32]
-    """The share of that surface (an object, over the same number of bounces)."""
+    """That surface's share of the energy; a surface is an object after a certain number of bounces."""
+    is_single: bool = False
+    """True if each pulse has only one surface, so at most one echo."""
 
 
 def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
@@ -72,7 +74,8 @@ def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
 def _single_echoes(found: Contributions) -> Echoes:
     """Returns the echoes of pulses with one surface each, in their order."""
     count = len(found.pulse)
-    return Echoes(found.pulse, found.length, found.energy, np.arange(count), np.ones(count, np.float32))
+    ones = np.broadcast_to(np.float32(1.0), (count,))
+    return Echoes(found.pulse, found.length, found.energy, np.arange(count), ones, is_single=True)
 
 
 def _grouped(

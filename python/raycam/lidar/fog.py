@@ -23,7 +23,7 @@ REACH = 12.0
 
 
 def attenuation(visibility: float) -> float:
-    """Returns the attenuation coefficient of fog in 1/m: 5 % of the light passes over the visibility."""
+    """Returns the attenuation coefficient of fog in 1/m: 5 % of the light remains after the distance `visibility`."""
     return math.log(20.0) / visibility
 
 
@@ -66,7 +66,8 @@ def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
 def fog_contributions(
     pulses: range, visibility: float, pulse_length: float, sub_rays: int, found: Contributions
 ) -> Contributions:
-    """Returns the fog's echo as one contribution for each pulse, of no object; `found` gives the fields' types."""
+    """Returns the fog's echo as one contribution for each pulse, without an object; `found` provides the fields'
+    types."""
     distance, energy = soft_echo(visibility, pulse_length)
     count = len(pulses)
     fields = {}

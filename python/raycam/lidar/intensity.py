@@ -12,9 +12,10 @@ LARGEST = 1000.0
 
 
 def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """Returns the device's 8-bit number for a reflectivity, of which 1 is white and more is retroreflective.
+    """Returns the device's 8-bit number for a reflectivity: 1 is white, larger values are retroreflective.
 
-    Velodyne and Ouster: 100 for white, in proportion below, logarithmic above up to 255. Others: 255 for white.
+    Velodyne and Ouster: 100 for white, proportional below it, logarithmic above it up to 255. Other devices: 255 for
+    white.
     """
     if family not in ("velodyne", "ouster"):
         linear: npt.NDArray[np.uint8] = np.rint(np.clip(reflectivity, 0.0, 1.0) * 255.0).astype(np.uint8)

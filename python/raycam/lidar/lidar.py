@@ -51,30 +51,30 @@ class Lidar:
         lidar = raycam.Lidar("vlp16", rate=10).placed([0, 0, 1.8], yaw=90)
         scan = raycam.scan(world, lidar)
 
-    Sensor axes are x forward, y left, z up. `rate` is in frames per second. The settings, which default to the
-    device's numbers and are changed by `replace`:
+    Sensor axes are x forward, y left, z up. `rate` is in frames per second. The settings, which default to the device's
+    numbers and can be changed with `replace`:
 
     =============== ============================================================================================
     returns         "first", "last", "strongest", "dual" (strongest and last) or "all"
     mode            Ouster: columns and rate, such as "1024x10"
     beam_samples    rays per pulse: 1 (the beam's axis), 7, 19 or 37
-    beam_width      width of the beam where it leaves the device, at 1/e²: one, or (horizontal, vertical), metres
-    beam_divergence full divergence at 1/e²: one, or (horizontal, vertical), radians
+    beam_width      width of the beam at its origin, at 1/e², in metres: one number, or (horizontal, vertical)
+    beam_divergence full divergence at 1/e², in radians: one number, or (horizontal, vertical)
     range_10        distance at which a target of 10 % reflectance is detected with probability 1/2, in metres
-    min_range, max_range   limits of the counted distance, in metres
+    min_range, max_range   limits of the measured distance, in metres
     range_noise     standard deviation of the distance at high signal, in metres
     azimuth_noise   standard deviation of the azimuth of a column, in degrees
-    step            the device counts distances in steps of this many metres; 0: not rounded
+    step            distances are rounded to multiples of this length in metres; 0: not rounded
     pulse_length    full width at half maximum of the pulse, in seconds
-    rise_time       rise time of the pulse, in seconds: noise of weak echoes
+    rise_time       rise time of the pulse, in seconds; determines the distance noise of weak echoes
     wavelength      in nanometres
-    visibility      of fog, in metres: attenuation is ln(20) / visibility
+    visibility      visibility in fog, in metres: the attenuation is ln(20) / visibility
     max_bounces     interfaces of mirrors and glass that a ray follows (default: 2)
-    noise           False: neither noise nor rounding, and echoes are found if their probability is at least 1/2
+    noise           False: no noise and no rounding; echoes are found if their probability is at least 1/2
     seed            selects the random numbers
     =============== ============================================================================================
 
-    Numbers that could not be confirmed in the manufacturer's documents are not set: without `range_10`, every echo
+    Numbers that were not found in the manufacturer's documents are not set: without `range_10`, every echo
     within `max_range` is detected; without `beam_divergence`, `beam_samples` must be 1.
 
     Raises `LidarError` for an unknown device, an unsupported rate, and impossible settings.
@@ -124,8 +124,8 @@ class Lidar:
         """A lidar with any pattern: `directions` [n, 3] in sensor axes, of any length.
 
         `times` [n] are seconds from the frame's start (default: 0), in ascending order; `rings` [n] are integers
-        (default: 0); `origins` [n, 3] are where the beams start (default: the sensor's origin). Raises `LidarError`
-        for numbers that are not finite, zero directions, and times that decrease, with the row.
+        (default: 0); `origins` [n, 3] are the starting points of the beams (default: the sensor's origin). Raises
+        `LidarError` for numbers that are not finite, zero directions, and times that decrease, with the row.
         """
         ways = floats("directions", directions, ("n", 3), error=LidarError)
         count = len(ways)
@@ -275,7 +275,7 @@ class Lidar:
 
     @property
     def is_generic(self) -> bool:
-        """True if the angles are those of the model, although units of the device differ noticeably."""
+        """True if the angles are the model's nominal angles, although individual units differ noticeably from them."""
         return bool(self._description.get("generic", False))
 
     @property
@@ -296,7 +296,7 @@ class Lidar:
 
     @property
     def beam_samples(self) -> int:
-        """Rays per pulse."""
+        """The number of rays per pulse."""
         return int(self._value("beam_samples", 1))
 
     @property
@@ -394,7 +394,7 @@ class Lidar:
         return make_pattern({**self._description, **self._mode()}, self.rate, frame)
 
     def pixel_shifts(self, columns: int) -> list[int]:
-        """Returns the columns by which the rows of an Ouster's image are shifted; from its azimuths if not listed."""
+        """Returns how many columns each row of an Ouster's image is shifted, from its metadata or else its azimuths."""
         table = self._description["ouster"]
         listed = table.get("pixel_shift_by_row")
         if listed:
@@ -458,7 +458,8 @@ class Lidar:
         return self._copy(track=track)
 
     def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
-        """Returns the lidar moving on from its pose as a body does that is at `first` and `seconds` later at `second`.
+        """Returns the lidar moving from its pose in the same way as a body that moves from `first` to `second` in
+        `seconds`.
 
         `first` and `second` are poses [4, 4]; the lidar's motion in its own axes is theirs.
         """

@@ -21,7 +21,7 @@ __all__ = ["MeasuredFaces", "measured_faces"]
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFaces:
-    """The points of a frame without noise that lie on surfaces seen directly, one row for each point."""
+    """The points of a frame without noise on directly visible surfaces, one row for each point."""
 
     ids: npt.NDArray[np.int32]
     """(instance, triangle) of the face, int32 [n, 2]."""

@@ -22,7 +22,7 @@ class OusterUnit:
     """The calibration of one unit, in degrees and millimetres, with the names of Ouster's metadata."""
 
     beam_altitude_angles: tuple[float, ...]
-    """The elevation of each row."""
+    """The elevation of each row in degrees."""
     beam_azimuth_angles: tuple[float, ...]
     """The azimuth of each row relative to the encoder."""
     beam_to_lidar_transform: tuple[float, ...]
@@ -34,7 +34,7 @@ class OusterUnit:
 
 
 def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
-    """Returns one turn in sensor axes. The device counts the distance from the axis along the beam: n + distance."""
+    """Returns one turn in sensor axes. The device adds its constant n to distances, which count from the axis."""
     rows = len(unit.beam_altitude_angles)
     check_count(rows * columns)
     encoder = [2.0 * math.pi * (1.0 - column / columns) for column in range(columns)]

@@ -39,6 +39,10 @@ CLEARANCE = 1e-7
 """Metres after an interface within which a ray meets nothing: neighbours of the triangle that it leaves."""
 
 
+COLUMNS = ("pulse", "ray", "length", "energy", "bounces", "first_instance")
+"""Arrays of `Contributions` with one value per contribution, apart from `fields`."""
+
+
 @dataclass
 class Contributions:
     """The surfaces that return light, in the order of pulse and ray; [m] each."""
@@ -55,7 +59,7 @@ class Contributions:
     fields: dict[str, npt.NDArray[Any]]
     """The fields of `World.cast_rays` of the surface, and "incidence" in degrees."""
     deflected: npt.NDArray[np.bool_]
-    """True [pulses] for pulses of which some path left the world by way of a mirror or glass."""
+    """True [pulses] for pulses with a path that left the world after a mirror or glass."""
 
     def sorted(self) -> Contributions:
         """Returns the contributions ordered by pulse, ray, length and bounces."""
@@ -63,16 +67,9 @@ class Contributions:
         if ((step > 0) | ((step == 0) & (np.diff(self.ray) > 0))).all():
             return self
         order = np.lexsort((self.bounces, self.length, self.ray, self.pulse))
-        return Contributions(
-            self.pulse[order],
-            self.ray[order],
-            self.length[order],
-            self.energy[order],
-            self.bounces[order],
-            self.first_instance[order],
-            {name: array[order] for name, array in self.fields.items()},
-            self.deflected,
-        )
+        columns: dict[str, Any] = {name: rows(getattr(self, name), order) for name in COLUMNS}
+        fields = {name: rows(array, order) for name, array in self.fields.items()}
+        return Contributions(**columns, fields=fields, deflected=self.deflected)
 
     @staticmethod
     def joined(parts: Sequence[Contributions], deflected: npt.NDArray[np.bool_]) -> Contributions:
@@ -80,21 +77,23 @@ class Contributions:
         filled = [part for part in parts if len(part.pulse)]
         if len(filled) == 1:
             return replace(filled[0], deflected=deflected)
-        return Contributions(
-            np.concatenate([part.pulse for part in parts]),
-            np.concatenate([part.ray for part in parts]),
-            np.concatenate([part.length for part in parts]),
-            np.concatenate([part.energy for part in parts]),
-            np.concatenate([part.bounces for part in parts]),
-            np.concatenate([part.first_instance for part in parts]),
-            {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields},
-            deflected,
-        )
+        columns: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS
+        }
+        fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields}
+        return Contributions(**columns, fields=fields, deflected=deflected)
+
+
+def rows(array: npt.NDArray[Any], chosen: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Returns the rows `chosen` of an array; fast for repeated values and for rows of several numbers."""
+    if len(array) and not array.strides[0]:  # the same value in all rows
+        return np.broadcast_to(array[0], (len(chosen), *array.shape[1:]))
+    return array.take(chosen, axis=0)
 
 
 @dataclass
 class _Rays:
-    """Rays of one generation; `weight` is the share of the pulse's energy, `inside` the index of the medium."""
+    """Rays of one generation; `weight` is the share of the pulse's energy, `index` the medium's refractive index."""
 
     origins: Floats
     directions: Floats
@@ -102,7 +101,7 @@ class _Rays:
     ray: npt.NDArray[np.int64]
     weight: Floats
     one_way: Floats
-    """Product of the shares at interfaces; the way back takes the same."""
+    """Product of the shares at interfaces on the way out; the product on the way back is the same."""
     geometric: Floats
     optical: Floats
     index: Floats
@@ -112,7 +111,7 @@ class _Rays:
     skip_triangle: npt.NDArray[np.int32]
 
     def take(self, chosen: npt.NDArray[Any]) -> _Rays:
-        return _Rays(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+        return _Rays(*(rows(getattr(self, name), chosen) for name in self.__dataclass_fields__))
 
 
 def trace_paths(
@@ -128,38 +127,42 @@ def trace_paths(
 ) -> Contributions:
     """Returns the light from surfaces for beams of rays [n, k, 3] with weights [k], at `times` [n] (None: the world's).
 
-    Each ray's path is a tree: at a smooth interface it continues reflected with the share F and refracted with 1 - F
-    (Fresnel), squared because the light comes back along the same path. Both branches are followed, up to
-    `max_bounces` interfaces; no random numbers are used.
+    Each ray's path is a tree: at a smooth interface, the share F is reflected and 1 - F is refracted (Fresnel). Each
+    share counts twice, because the light returns along the same path. Both branches are followed, up to `max_bounces`
+    interfaces; no random numbers are used.
     """
     count, samples = origins.shape[:2]
     every = np.arange(count * samples)
-    ones = np.ones(len(every))
-    minus = np.full(len(every), NOTHING, np.int32)
+
+    def constant(value: float, kind: type = float) -> npt.NDArray[Any]:
+        return np.broadcast_to(np.asarray(value, kind), every.shape)
+
+    ones, none = constant(1.0), constant(NOTHING, np.int32)
     rays = _Rays(
         origins.reshape(-1, 3),
         directions.reshape(-1, 3),
-        every // samples,
-        every % samples,
-        np.broadcast_to(weights, (count, samples)).reshape(-1),
+        every if samples == 1 else every // samples,
+        constant(0, np.int64) if samples == 1 else every % samples,
+        constant(weights[0]) if samples == 1 else np.broadcast_to(weights, (count, samples)).reshape(-1),
         ones,
-        0.0 * ones,
-        0.0 * ones,
+        constant(0.0),
+        constant(0.0),
         ones,
-        np.zeros(len(every), np.int32),
-        minus,
-        minus,
-        minus,
+        constant(0, np.int32),
+        none,
+        none,
+        none,
     )
     parts: list[Contributions] = []
     deflected = np.zeros(count, bool)
     while len(rays.pulse):
+        at_surface = bool((rays.skip >= 0).any())
         hits = world.cast_rays(
             rays.origins,
             rays.directions,
-            times=None if times is None else times[rays.pulse],
-            t_min=np.where(rays.skip >= 0, CLEARANCE, 0.0),
-            skip=(rays.skip, rays.skip_triangle),
+            times=None if times is None else rows(times, rays.pulse),
+            t_min=np.where(rays.skip >= 0, CLEARANCE, 0.0) if at_surface else 0.0,
+            skip=(rays.skip, rays.skip_triangle) if at_surface else None,
             fields=HIT_FIELDS,
             threads=threads,
         )
@@ -167,11 +170,10 @@ def trace_paths(
         deflected[rays.pulse[missed & (rays.bounces > 0)]] = True
         if missed.any():
             met = np.flatnonzero(~missed)
-            rays, hits = rays.take(met), {name: array[met] for name, array in hits.items()}
+            rays, hits = rays.take(met), {name: rows(array, met) for name, array in hits.items()}
         hits["surface"] = surfaces.read(hits["material"], hits["instance"], hits["triangle"])
         surfaces.note_colors(hits["surface"], hits["albedo"])
-        first = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
-        rays.first_instance = first.astype(np.int32)
+        rays.first_instance = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
         part, cosine = _returned(surfaces, rays, hits, deflected)
         parts.append(part)
         rays = _onward(surfaces, rays, hits, cosine, max_bounces, deflected)
@@ -190,22 +192,22 @@ def _returned(
     geometric = rays.geometric + hits["distance"]
     optical = rays.optical + hits["distance"] * rays.index
     energy = rays.weight * rays.one_way**2 * opacity * share / np.maximum(geometric, LEAST_LENGTH) ** 2
-    chosen = slice(None) if solid.all() else np.flatnonzero(solid)
-    fields = {name: hits[name][chosen] for name in HIT_FIELDS if name not in ("albedo", "distance")}
-    fields["incidence"] = np.degrees(np.arccos(cosine[chosen])).astype(np.float32)
-    return (
-        Contributions(
-            rays.pulse[chosen],
-            rays.ray[chosen],
-            optical[chosen],
-            energy[chosen],
-            rays.bounces[chosen],
-            rays.first_instance[chosen],
-            fields,
-            deflected,
-        ),
-        cosine,
+    fields = {name: hits[name] for name in HIT_FIELDS if name not in ("albedo", "distance")}
+    fields["incidence"] = np.degrees(np.arccos(cosine)).astype(np.float32)
+    columns: tuple[npt.NDArray[Any], ...] = (
+        rays.pulse,
+        rays.ray,
+        optical,
+        energy,
+        rays.bounces,
+        rays.first_instance,
     )
+    if not solid.all():
+        chosen = np.flatnonzero(solid)
+        columns = tuple(rows(column, chosen) for column in columns)
+        fields = {name: rows(array, chosen) for name, array in fields.items()}
+    named: dict[str, Any] = dict(zip(COLUMNS, columns, strict=True))
+    return Contributions(**named, fields=fields, deflected=deflected), cosine
 
 
 def _onward(

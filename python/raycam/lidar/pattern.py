@@ -34,7 +34,7 @@ class Pattern:
     directions: Floats
     """Unit vectors [n, 3]."""
     origins: Floats
-    """Where the beam's axis starts [n, 3], in metres."""
+    """The starting points of the beams' axes [n, 3], in metres."""
     rings: Integers
     """The ring numbers of the manufacturer's driver [n]."""
     lasers: Integers
@@ -42,7 +42,7 @@ class Pattern:
     columns: Integers
     """Firing cycles [n]; the columns of an organised image."""
     range_offset: Floats
-    """The device counts `range_scale` * distance from the origin + `range_offset` [n], in metres."""
+    """The device reports `range_scale` * distance from the origin + `range_offset` [n], in metres."""
     range_scale: Floats
     """See `range_offset` [n]; 1 except for Velodyne's two-point corrections."""
     shape: tuple[int, int]

@@ -20,9 +20,9 @@ class Track:
     times: Floats
     """Seconds from the frame's start [k]."""
     rotations: Floats
-    """[k, 3, 3]."""
+    """The rotations of the poses [k, 3, 3]."""
     positions: Floats
-    """[k, 3]."""
+    """The positions of the poses [k, 3], metres."""
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Returns rotations [n, 3, 3] and positions [n, 3]: lines, and the shortest arcs, between the poses."""

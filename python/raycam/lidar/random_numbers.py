@@ -1,4 +1,4 @@
-"""Random numbers that depend only on seed, frame, use and pulse."""
+"""Random numbers that depend only on the seed, the frame, the purpose and the pulse."""
 
 from __future__ import annotations
 

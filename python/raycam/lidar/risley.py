@@ -25,7 +25,7 @@ class Prism:
     wedge: float
     """The angle between its faces, in degrees."""
     frequency: float
-    """Turns per second; negative: the other way round."""
+    """Turns per second; negative for the opposite direction."""
     index: float
     """The index of refraction."""
     flat_first: bool = True

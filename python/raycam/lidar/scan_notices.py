@@ -21,7 +21,7 @@ LOST = ("kept", "nothing hit", "too weak", "too near", "too far", "reflected awa
 
 
 def warn_of_device(lidar: Lidar) -> None:
-    """Warns if the angles are those of the model, although each unit has its own."""
+    """Warns if the angles are the model's nominal angles, although each unit has its own."""
     if not lidar.is_generic:
         return
     remedy = 'pass the unit\'s file to raycam.load_lidar("FILE")'
@@ -54,7 +54,7 @@ def warn_of_times(world: World, lidar: Lidar) -> None:
 
 
 def warn_of_assumed_reflectance(wavelength: float, colored: bool) -> None:
-    """Warns that colours were used as reflectances, if it matters which channel is used."""
+    """Warns that colours were used as reflectances, if their channels differ."""
     if colored:
         text = f"materials have no reflectance at {wavelength:g} nm; the red channel of their colour is used"
         warn(Notice(text, "assumed_reflectance"))

@@ -91,7 +91,8 @@ class Scan(Mapping[str, Array]):
         return transform(turns, self["position"]) + places
 
     def deskewed(self, time: float | None = None) -> Floats:
-        """Returns the points in the sensor axes at one time, float64 [n, 3], as if all pulses left the sensor there.
+        """Returns the points in the sensor axes at one time, float64 [n, 3], as if all pulses were emitted from the
+        sensor's pose at that time.
 
         `time` is in seconds from the frame's start (default: its middle).
         """
@@ -103,11 +104,11 @@ class Scan(Mapping[str, Array]):
         return transform(np.broadcast_to(turns[0].T, (len(apart), 3, 3)), apart)
 
     def image(self, field: str = "distance", *, staggered: bool = True, echo: int = 0) -> Array:
-        """Returns a field as an image [rings, columns, ...], as sent by the device; rows from the highest elevation.
+        """Returns a field as an image [rings, columns, ...], as sent by the device; row 0 has the highest elevation.
 
-        `echo` chooses among several returns. Pixels without a point are NaN, 0 for unsigned and -1 for other
-        integers. With `staggered=False`, the rows of an Ouster are shifted by `pixel_shift_by_row`, as by Ouster's
-        `destagger`. Raises `LidarError` for patterns without rows and columns.
+        `echo` is the echo's number if the lidar reports several per pulse. Pixels without a point are NaN, 0 for
+        unsigned and -1 for other integers. With `staggered=False`, the rows of an Ouster are shifted by
+        `pixel_shift_by_row`, as by Ouster's `destagger`. Raises `LidarError` for patterns without rows and columns.
         """
         rows, columns = self._pattern.shape
         if not rows:
@@ -127,7 +128,8 @@ class Scan(Mapping[str, Array]):
         return picture
 
     def _firings(self) -> Firings:
-        """Returns what the device's packets need; raises `LidarError` for devices that are not Velodyne's."""
+        """Returns the data that the device's packets require; raises `LidarError` for devices that are not
+        Velodyne's."""
         lidar = self._lidar
         return Firings(
             lidar.name,
@@ -150,11 +152,11 @@ class Scan(Mapping[str, Array]):
 
         `.pcd` (0.7, binary, or text with `text`), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), `.laz`
         (requires `raycam[laz]`), `.feather` of Argoverse 2 (requires `raycam[feather]`; coordinates are float16), and
-        `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written
-        besides the position (default: those that readers of the format expect, and ids); with `in_world`, positions are
-        in world coordinates. Lost pulses are not written, except to .npz. `.pcap` contains the packets that a VLP-16,
-        Puck Hi-Res, VLP-32C, HDL-32E, HDL-64E, VLS-128 or Ouster (profile LEGACY) sends in this frame; the same
-        name with .json contains Ouster's metadata. Raises `LidarError` for an unknown extension or field.
+        `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written in addition to the position
+        (default: the fields that readers of the format expect, and ids); with `in_world`, positions are in world
+        coordinates. Lost pulses are not written, except to .npz. `.pcap` contains the packets that a VLP-16, Puck
+        Hi-Res, VLP-32C, HDL-32E, HDL-64E, VLS-128 or Ouster (profile LEGACY) sends in this frame; the same name with
+        .json contains Ouster's metadata. Raises `LidarError` for an unknown extension or field.
         """
         if Path(path).suffix.lower() == ".pcap":
             if fields is not None or in_world or text:

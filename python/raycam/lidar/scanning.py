@@ -16,7 +16,7 @@ from .echoes import Echoes, find_echoes
 from .fog import attenuation, fog_contributions, soft_echo
 from .intensity import device_intensity
 from .lidar import Lidar
-from .paths import Contributions, trace_paths
+from .paths import Contributions, rows, trace_paths
 from .pattern import Pattern, cosines, sines
 from .pose import transform
 from .random_numbers import standard_normals, uniform_numbers
@@ -68,29 +68,29 @@ def scan(
 
     ================= ================ ========================================================================
     position          float64 [n, 3]   the measured point, in sensor axes at the pulse's own time
-    distance          float64 [n]      as the device counts it, in metres, with noise, rounded to its step
+    distance          float64 [n]      as the device reports it, in metres, with noise, rounded to its step
     time              float64 [n]      of the pulse, in seconds from the frame's start
     ring, laser, column  int32 [n]     ring as the manufacturer's driver numbers it; laser in firing order
     return, returns   int32 [n]        number of the echo, from 0, in the order of distance; number of echoes kept
     intensity         uint8 [n]        the device's number
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
-    true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without noise,
-                                       pulse and rounding; +inf for no hit
-    true_position     float64 [n, 3]   the point on this surface, in the world; NaN for no hit
+        true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without
+                                       noise and rounding; +inf without a hit
+    true_position     float64 [n, 3]   the point on this surface, in the world; NaN without a hit
     instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
     normal            float64 [n, 3]   its unit normal in the world, towards the ray
     incidence         float32 [n]      its angle of incidence, in degrees
     barycentric, uv   float64          as in `World.cast_rays`
-    purity            float32 [n]      that surface's share of the echo; below 1 the point lies between surfaces
-    bounces           int32 [n]        mirrors and glass faces on the way; 0: seen directly
+    purity            float32 [n]      that surface's share of the echo; below 1, the point is between surfaces
+    bounces           int32 [n]        mirrors and glass faces on the path; 0: directly visible
     first_instance    int32 [n]        the object that the beam meets first
     pulse             int64 [n]        index of the pulse in `lidar.pattern(frame)`
     lost              int8 [n]         0 kept, 1 no hit, 2 too weak, 3 too near, 4 too far, 5 reflected away by a
                                        mirror, 6 missed by chance
     ================= ================ ========================================================================
 
-    Ids are -1, floats NaN, for lost pulses. The same call returns the same bytes on any number of threads. Raises
-    `LidarError` if `lidar` is not a lidar, and `MemoryError` for frames that are too large.
+    For lost pulses, ids are -1 and floats are NaN. The same call returns the same bytes on any number of threads.
+    Raises `LidarError` if `lidar` is not a lidar, and `MemoryError` for frames that are too large.
 
     Energy: laser radar equation for extended targets (Wagner et al. 2006); detection: 5 sigma above the noise.
     """
@@ -355,23 +355,28 @@ def _columns(
 ) -> Columns:
     """Returns the fields of the reported echoes."""
     settings = lidar.settings
-    pulse, main = echoes.pulse[chosen], echoes.main[chosen]
-    scale, offset = pattern.range_scale[pulse], pattern.range_offset[pulse]
-    distance = scale * echoes.length[chosen] + offset
+    pulse, main = echoes.pulse.take(chosen), echoes.main.take(chosen)
+    scale, offset = rows(pattern.range_scale, pulse), rows(pattern.range_offset, pulse)
+    distance = scale * echoes.length.take(chosen) + offset
     rank = _rank(pulse)
-    true = _nearest_on_axis(found, pulse, echoes.length[chosen])
+    length = echoes.length.take(chosen)
+    if echoes.is_single and not found.ray.any():
+        true = {"length": length, "position": found.fields["position"].take(main, axis=0)}
+    else:
+        true = _nearest_on_axis(found, pulse, length)
     if settings["noise"]:
         distance = _noisy(distance, signal[chosen], pulse, rank, len(pattern), settings, frame)
     along = (distance - offset) / scale
-    reflectivity = (echoes.energy[chosen] * echoes.length[chosen] ** 2).astype(np.float32)
+    reflectivity = (echoes.energy.take(chosen) * length**2).astype(np.float32)
     returns = np.bincount(pulse, minlength=len(pattern))[pulse] if len(pulse) else np.zeros(0, np.int64)
     columns: Columns = {
-        "position": pattern.origins[pulse] + along[:, None] * pattern.directions[pulse],
+        "position": pattern.origins.take(pulse, axis=0)
+        + along[:, None] * pattern.directions.take(pulse, axis=0),
         "distance": distance,
-        "time": pattern.times[pulse],
-        "ring": pattern.rings[pulse],
-        "laser": pattern.lasers[pulse],
-        "column": pattern.columns[pulse],
+        "time": pattern.times.take(pulse, axis=0),
+        "ring": pattern.rings.take(pulse, axis=0),
+        "laser": pattern.lasers.take(pulse, axis=0),
+        "column": pattern.columns.take(pulse, axis=0),
         "return": rank.astype(np.int32),
         "returns": returns.astype(np.int32),
         "intensity": device_intensity(lidar.family, reflectivity),
@@ -380,10 +385,10 @@ def _columns(
         "true_position": true["position"],
     }
     for name in ("instance", "triangle", "category", "material", "normal", "incidence", "barycentric", "uv"):
-        columns[name] = found.fields[name][main]
-    columns["purity"] = echoes.purity[chosen]
-    columns["bounces"] = found.bounces[main]
-    columns["first_instance"] = found.first_instance[main]
+        columns[name] = found.fields[name].take(main, axis=0)
+    columns["purity"] = echoes.purity.take(chosen, axis=0)
+    columns["bounces"] = found.bounces.take(main)
+    columns["first_instance"] = found.first_instance.take(main)
     columns["pulse"] = pulse
     columns["lost"] = np.zeros(len(pulse), np.int8)
     return columns
@@ -434,12 +439,12 @@ def lost_reasons(
 def _with_lost(pattern: Pattern, columns: Columns, reasons: npt.NDArray[np.int8], axis: Columns) -> Columns:
     """Returns the fields with a row for each lost pulse, in the order of pulses."""
     gone = np.flatnonzero(reasons != KEPT)
-    rows: Columns = {}
+    lost: Columns = {}
     for name, array in columns.items():
         shape = (len(gone), *array.shape[1:])
         missing: Any = np.nan if array.dtype.kind == "f" else 0 if array.dtype.kind == "u" else -1
-        rows[name] = np.full(shape, missing, array.dtype)
-    rows.update(
+        lost[name] = np.full(shape, missing, array.dtype)
+    lost.update(
         time=pattern.times[gone],
         ring=pattern.rings[gone],
         laser=pattern.lasers[gone],
@@ -451,4 +456,4 @@ def _with_lost(pattern: Pattern, columns: Columns, reasons: npt.NDArray[np.int8]
         true_position=axis["position"][gone],
     )
     order = np.argsort(np.concatenate([columns["pulse"], gone]), kind="stable")
-    return {name: np.concatenate([array, rows[name]])[order] for name, array in columns.items()}
+    return {name: np.concatenate([array, lost[name]]).take(order, axis=0) for name, array in columns.items()}

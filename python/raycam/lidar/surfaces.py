@@ -39,17 +39,17 @@ class Surface:
     f0: float = 0.0
     """Reflectance of the rough specular part at normal incidence, plus `metallic` times the base colour."""
     metallic: float = 0.0
-    """See `f0`."""
+    """The share of the base colour that is added to `f0`, from 0 to 1."""
     ior: float = 1.5
     """Index of refraction of glass."""
     extinction: float = 0.0
-    """Imaginary part of the index, of mirrors made of metal."""
+    """Imaginary part of the index of refraction, for metal mirrors."""
     thin: bool = False
     """True for glass without thickness, which does not bend light."""
     tinted: bool = False
     """True if the base colour multiplies a mirror's reflectance."""
     opacity: float = 1.0
-    """The share of the surface that is there."""
+    """The opacity, from 0 to 1."""
     reflectance: float = math.nan
     """Diffuse reflectance at the wavelength, independent of the base colour; NaN: derived from it."""
     retroreflection: float = 0.0
@@ -67,6 +67,8 @@ class SurfaceTable:
         self._world = world
         self._known: list[Surface] = []
         self._columns: dict[str, npt.NDArray[Any]] = {}
+        self._uniform: dict[str, bool] = {}
+        """By property: True if all surfaces that were read have the same value."""
         self._of_material = np.full(0, UNKNOWN, np.int64)
         self._of_own: dict[tuple[int, int], int] = {}
         self._own = {instance: values for instance, *values in _core.world_lidar_surfaces(world._core)}
@@ -75,7 +77,7 @@ class SurfaceTable:
         """True if some hit has a base colour that is not grey."""
 
     def note_colors(self, surface: npt.NDArray[np.int64], albedo: npt.NDArray[Any]) -> None:
-        """Notes whether base colours [n, 3] are not grey, of hits whose reflectance derives from them."""
+        """Records whether the base colours [n, 3] from which reflectances derive are grey."""
         if not self.is_colored:
             colored = (albedo != albedo[:, :1]).any(axis=1)
             self.is_colored = bool(colored.any()) and bool(
@@ -120,20 +122,26 @@ class SurfaceTable:
         return read_surface(json.loads(self._world._core.material(int(instance[at]), int(triangle[at]))))
 
     def _add(self, surface: Surface) -> int:
-        self._columns = {}
+        self._columns, self._uniform = {}, {}
         self._known.append(surface)
         return len(self._known) - 1
 
     def values(self, name: str) -> npt.NDArray[Any]:
-        """Returns a property of all surfaces that were read, and of no surface at the end."""
+        """Returns a property of all surfaces that were read; the last value is that of "no surface"."""
         if name not in self._columns:
             self._columns[name] = np.array([getattr(one, name) for one in (*self._known, Surface("solid"))])
         return self._columns[name]
 
     def column(self, surface: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
         """Returns a property of the surface of each hit; the default of `Surface` for -1."""
-        found: npt.NDArray[Any] = self.values(name)[surface]
-        return found
+        values = self.values(name)
+        if name not in self._uniform:
+            known = values[:-1]
+            both_nan = (known != known) & (known[:1] != known[:1])
+            self._uniform[name] = len(known) > 0 and bool(((known == known[:1]) | both_nan).all())
+        if self._uniform[name] and not (surface < 0).any():
+            return np.broadcast_to(values[0], (*surface.shape, *values.shape[1:]))
+        return values.take(surface, axis=0)
 
 
 def with_own(surface: Surface, reflectance: float | None, retroreflection: float | None) -> Surface:

@@ -27,7 +27,7 @@ class Laser:
     """The calibration of one laser, in radians and metres, with the names of the ROS driver."""
 
     vert_correction: float
-    """The elevation."""
+    """The elevation in radians."""
     rot_correction: float = 0.0
     """The angle by which the beam lags behind the azimuth."""
     dist_correction: float = 0.0

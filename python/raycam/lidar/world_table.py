@@ -38,7 +38,7 @@ def read_lidar_table(
     """Returns the lidar of a table of a world file, in the axes of the world or of its rig's body.
 
     `pose` is the rotation sensor_from_parent and the position; with a trajectory, the parent is the body that moves
-    along it. `time` is when the frame starts, in seconds; None: a static world, with the trajectory's first pose.
+    along it. `time` is the frame's start in seconds; None means a static world with the trajectory's first pose.
     Raises `LidarError`, `FormatError` and `CameraError`, each with the sensor's name.
     """
     settings = dict(table)

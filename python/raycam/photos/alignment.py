@@ -1,4 +1,4 @@
-"""Shifts of photographs against the others, which reveal wrong poses."""
+"""The shift of each photograph relative to the others, which reveals wrong poses."""
 
 from __future__ import annotations
 
@@ -27,13 +27,14 @@ class Alignment:
     """The fit of each photograph to the others; arrays [cameras], NaN for photographs without overlap."""
 
     shift: Floats
-    """Root mean square of the shifts of its parts, in pixels."""
+    """Root mean square of the shifts of a photograph's parts, in pixels."""
     disagreement: Floats
-    """Median of its absolute differences of luminance from the other photographs, relative to theirs."""
+    """Median absolute difference of a photograph's luminance from the other photographs, relative to their
+    luminance."""
 
 
 def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment:
-    """Measures photographs of `sizes` [cameras, 2], in colours divided by `gains` [cameras, 3].
+    """Measures the fit of photographs of `sizes` [cameras, 2], whose colours are divided by `gains` [cameras, 3].
 
     A part's shift d solves I(u) - others = gradient(I) d in the least squares sense, where `others` is the mean of the
     other photographs at the same points. Source: Lucas and Kanade, An iterative image registration technique with an

@@ -25,7 +25,7 @@ class TexelViews:
     """The views with the largest weights of some texels, filled photograph by photograph."""
 
     BYTES = MAX_BLENDED_VIEWS * 16 + 4
-    """Bytes for each texel."""
+    """The memory that each texel needs, in bytes."""
 
     def __init__(self, count: int) -> None:
         self.weights = np.zeros((count, MAX_BLENDED_VIEWS), np.float32)

@@ -39,7 +39,7 @@ class Composite:
     colors: Single
     """Linear colours [n, 3]."""
     view: Ids
-    """The photograph of each texel [n]; -1 for a blended one, and for one that no camera sees."""
+    """The photograph of each texel [n]; -1 for blended texels, and for texels that are not visible to any camera."""
 
 
 class _Lookups:

@@ -29,13 +29,16 @@ class SparseSymmetric:
     column: npt.NDArray[np.int32]
     """The column of each entry [m]."""
     starts: Ints
-    """The first entry of each row [n]."""
+    """The index of the first entry of each row [n]."""
     diagonal: Floats
     """The diagonal [n]."""
 
     @classmethod
     def sum_of(cls, size: int, row: Ints, column: Ints, values: Floats) -> SparseSymmetric:
-        """The matrix of the sums of entries [m] in the same place; each row has an entry on its diagonal."""
+        """The matrix with `values` [m] at `row` and `column` [m], where values at the same place are added.
+
+        Each row must have a value on the diagonal.
+        """
         key = row * size + column
         order = np.argsort(key, kind="stable")
         key = key[order]
@@ -57,7 +60,7 @@ class SparseSymmetric:
         return found
 
     def parts(self) -> Ints:
-        """The number of each row's part [n]: rows that entries connect, directly or through others, have the same."""
+        """The number of each row's connected component [n]: entries connect the rows of a component."""
         label = np.arange(len(self.starts))
         while True:
             lower = np.minimum.reduceat(label.take(self.column), self.starts)

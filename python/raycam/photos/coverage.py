@@ -1,4 +1,4 @@
-"""Coverage: the number of cameras that see each face, as colours on the mesh."""
+"""Coverage: the number of cameras to which each face is visible, as colours on the mesh."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ class DepthEdges:
     """Distances from the nearest jump of depth."""
 
     distance: npt.NDArray[np.float32]
-    """Pixels from the cell's middle to the nearest jump [rows, columns], at most the wanted reach."""
+    """Pixels from the cell's middle to the nearest jump [rows, columns], at most `reach`."""
     stride: Floats
     """A cell's width and height in pixels."""
 

@@ -49,7 +49,8 @@ class FaceTotals:
         )
 
     def candidates(self) -> FaceCandidates:
-        """The photographs between which each face chooses; those with another colour than the others are dropped."""
+        """The photographs between which each face chooses; photographs whose colour differs from the others are
+        dropped."""
         empty = (np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), np.zeros((0, 3)))
         face, camera, weight, color = (np.concatenate(part) for part in zip(empty, *self.rows, strict=True))
         order = np.lexsort((camera, face))
@@ -79,7 +80,7 @@ class FaceCandidates:
     """Faces [n] that have texels, and the photographs [n, k] between which each chooses."""
 
     faces: Ints
-    """The faces' numbers, ascending."""
+    """The indices of the faces, ascending."""
     views: Ids
     """Numbers of photographs, -1 for none."""
     weights: Floats

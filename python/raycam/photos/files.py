@@ -55,7 +55,7 @@ def save_faces(
 
 
 def save_visibility(path: str | os.PathLike[str], seen: SurfaceVisibility) -> None:
-    """Writes the arrays as NPZ."""
+    """Writes the arrays to an NPZ file."""
     import io
 
     stream = io.BytesIO()

@@ -82,7 +82,7 @@ class PhotoSource:
         """The photograph of this name, linear [h, w, 4] with opacity.
 
         Raises `SettingsError` if its size is not the camera's, for values that are not finite and for arrays of another
-        form; `FormatError` and `OSError` for its file.
+        shape; `FormatError` and `OSError` for its file.
         """
         path = self._path(name)
         if path is None:

@@ -29,11 +29,11 @@ class GridLinks:
     """Texels [n] and their links [m] to neighbours in the grid."""
 
     row: Ints
-    """The row of each texel."""
+    """The row of each texel in the image."""
     column: Ints
-    """The column of each texel."""
+    """The column of each texel in the image."""
     first: Ints
-    """A texel of each link [m]."""
+    """The index of the first texel of each link [m]."""
     second: Ints
     """The next texel in the same row or column."""
     fixed: Floats

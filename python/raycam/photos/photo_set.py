@@ -65,7 +65,7 @@ class BlendedTexels:
     """Robust means of texels [n]."""
 
     colors: npt.NDArray[np.float32]
-    """Linear colours [n, 3]; 0 for texels that no camera sees."""
+    """Linear colours [n, 3]; 0 for texels that are not visible to any camera."""
     views: npt.NDArray[np.int32]
     """The number of photographs that show the texel [n]."""
     spread: npt.NDArray[np.float32]

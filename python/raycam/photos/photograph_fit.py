@@ -18,6 +18,8 @@ class PhotographFit:
     gain: tuple[float, float, float]
     """Factors of its linear red, green and blue, by which its colours were divided; 1 with exposure="off"."""
     shift_px: float
-    """Its shift against the other photographs in pixels, the root mean square over its parts; NaN without overlap."""
+    """Its shift relative to the other photographs, the root mean square over its parts in pixels; NaN without
+    overlap."""
     disagreement: float
-    """Median difference of its luminance from the other photographs, relative to theirs; NaN without overlap."""
+    """Median difference of its luminance from the other photographs, relative to their luminance; NaN without
+    overlap."""

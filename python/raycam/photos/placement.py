@@ -27,8 +27,8 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     """Returns a notice if fewer than half of the cameras show the world, with the best scale factor; else an empty
     list.
 
-    The notice is also given if most cameras see backs of faces, as if inside of the mesh, and would see fronts of a
-    scaled mesh.
+    The notice is also given if most cameras show backs of faces, as if they were inside the mesh, but would show fronts
+    if the mesh were scaled.
     """
     given = list(cameras.values())
     seeing, fronts = count_cameras(world, given)
@@ -62,9 +62,9 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
 
 
 def count_cameras(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> tuple[int, int]:
-    """The numbers of cameras that see the world scaled by `factor` around the origin, and that mainly see fronts.
+    """Counts the cameras that show the world scaled by `factor` around the origin, and those that show mainly fronts.
 
-    A camera sees the world if one of a grid of rays hits it. Back sides are the front sides of a mirrored world.
+    A camera shows the world if one of a grid of rays hits it. The back sides are the front sides of a mirrored world.
     """
     seeing = fronts = 0
     for camera in cameras:

@@ -33,7 +33,7 @@ class SeamSamples:
     first: Ints
     """Unknowns [m, 2] of one photograph at the edge's ends."""
     second: Ints
-    """Unknowns [m, 2] of the other."""
+    """Unknowns [m, 2] of the other photograph."""
     place: Floats
     """Place on the edge [m], from 0 to 1."""
     difference: Floats
@@ -91,9 +91,9 @@ class TexelLinks:
     """Pairs [m] of neighbouring texels on the same island."""
 
     first: Ints
-    """The left or upper texel."""
+    """The index of the left or upper texel of each link."""
     second: Ints
-    """The right or lower texel."""
+    """The index of the right or lower texel of each link."""
     row: Ints
     """The row of each texel [n] in the texture."""
     column: Ints

@@ -26,12 +26,12 @@ class Sight:
     index: npt.NDArray[np.int64]
     """The visible points' numbers [k], ascending."""
     pixels: Floats
-    """Their pixels [k, 2]."""
+    """The pixel coordinates of the visible points [k, 2]."""
     cosine: Floats
     """The cosines [k] of their angles of incidence, more than 0."""
     origins: Floats
-    """Origins of the pixels' rays [k, 3]: the camera's centre, with a rolling shutter at the time of the pixel's
-    line.
+    """Origins of the pixels' rays [k, 3]: the camera's centre (with a rolling shutter, at the time of the pixel's
+    line).
     """
 
 
@@ -73,7 +73,8 @@ def find_sight(
 def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats) -> Floats:
     """Returns derivatives [n, 2, 2] of pixels along two surface directions, pixels per metre, by central differences.
 
-    `distance` [n] is the distance to the camera. NaN if the lens cannot project the neighbourhood of a point.
+    `distance` [n] is the distance to the camera. The result is NaN if the lens cannot project the neighbourhood of a
+    point.
     """
     # Orthonormal basis after Duff et al., Building an orthonormal basis, revisited, 2017.
     x, y, z = normals.T

@@ -1,4 +1,4 @@
-"""Random points on surfaces, all of them or those that cameras see."""
+"""Random points on surfaces, or on the parts of surfaces that are visible to cameras."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def sample_surface(
     seed: int = 0,
     threads: int | None = None,
 ) -> SurfaceSamples:
-    """Draws `count` points, uniform by area, on the surface or on its part that cameras see.
+    """Draws `count` points, uniform by area, on the surface or on its part that is visible to cameras.
 
     With `visible_to`, posed cameras as in `surface_visibility`, all points are visible to at least one of them; a
     reconstruction is then compared only with surfaces that the photographs show. Points project through the lens into

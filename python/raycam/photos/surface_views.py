@@ -38,13 +38,13 @@ class SurfacePart:
     """Some points of a surface."""
 
     face: npt.NDArray[np.int32]
-    """Faces [n]."""
+    """The index of the face of each point [n]."""
     points: Floats
-    """Positions in the world [n, 3]."""
+    """The positions of the points in the world [n, 3], metres."""
     normals: Floats
     """The faces' unit normals [n, 3]."""
     spacing: Floats
-    """Metres between texels [n]."""
+    """The distance between neighbouring texels [n], metres."""
 
 
 class TexturedSurface:
@@ -71,7 +71,7 @@ class PartView:
     index: Ints
     """Their numbers in the part, ascending."""
     places: Floats
-    """Pixels from the image's corner [k, 2]."""
+    """The pixel coordinates [k, 2], measured from the image's corner."""
     colors: Single
     """Linear colours [k, 3]."""
     weight: Single
@@ -90,10 +90,10 @@ def view_part(
     edges: Callable[[], DepthEdges] | None,
     threads: int | None,
 ) -> PartView:
-    """The points that the camera sees, with their colours and weights cos² sqrt(det J) border.
+    """Returns the points that are visible to the camera, with their colours and weights cos² sqrt(det J) border.
 
-    J is the derivative of the pixel by the surface; transparent pixels show nothing. Without `edges`, the border is
-    the image's edge only.
+    cos is the cosine of incidence, and J is the derivative of the pixel with respect to the surface. `border` rises
+    from 0 at the image's edge and, if `edges` are given, at jumps of depth. Transparent pixels have no colour.
     """
     sight = find_sight(
         world, camera, part.points, part.normals, facing=facing, min_cosine=MIN_COSINE, threads=threads

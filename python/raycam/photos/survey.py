@@ -71,17 +71,17 @@ class Survey:
     cameras: int
     """The number of photographs."""
     point: npt.NDArray[np.int32]
-    """The point's number."""
+    """The index of the point of each view [m]."""
     camera: npt.NDArray[np.int32]
-    """The photograph's number, ascending."""
+    """The index of the photograph of each view [m], ascending."""
     color: Single
     """Linear colours [m, 3]."""
     weight: Single
-    """The view's weights."""
+    """The weights of the views [m]."""
     footprint: Single
     """Pixels of the photograph for each side of a texel."""
     place: Single
-    """Pixels from the image's corner [m, 2]."""
+    """The pixel coordinates [m, 2], measured from the image's corner."""
     slope: Single
     """Derivatives [m, 2] of the photograph's luminance by its pixels, at the texel's resolution."""
 

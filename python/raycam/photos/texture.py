@@ -1,4 +1,4 @@
-"""Textures from photographs: the colours in which cameras see each texel."""
+"""Textures from photographs: the colours in which cameras show each texel."""
 
 from __future__ import annotations
 
@@ -77,31 +77,33 @@ def texture_from_photos(
     coordinates are kept, unless `atlas` is "xatlas" (requires `pip install raycam[atlas]`) or "cells" (two triangles in
     each cell of a grid), which computes others; all objects of the world occlude.
 
-    With the `method` "blend", a texel's colour is a mean of the up to eight views with the largest weight
-    cos²(angle) sqrt(det J) border, where J is the derivative of the pixel by the surface, and border rises over 32
-    pixels from the image's edge and from jumps of depth. Angles above 80 degrees do not count. Views whose luminance is
-    off the weighted median by more than max(3 MAD, 6 %) are omitted. Vignetting is corrected.
+    With the `method` "blend", a texel's colour is the weighted mean of up to eight views: those with the largest
+    weights cos²(angle) sqrt(det J) border, where J is the derivative of the pixel with respect to the surface, and
+    border rises from 0 to 1 within 32 pixels of the image's edge and of jumps of depth. Views at angles above 80
+    degrees are omitted, as are views whose luminance differs from the weighted median by more than max(3 MAD, 6 %),
+    where MAD is the median absolute deviation. Vignetting is corrected.
 
     "best" shows each face in one photograph, which is sharp even if poses are wrong: the choice balances the views'
     weights and the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's
-    equation within 20 texels. "detail" combines the low frequencies of "blend" with the high ones of "best".
+    equation within 20 texels. "detail" combines the low spatial frequencies of "blend" with the high ones of "best".
 
-    `exposure` "auto" divides each photograph by a gain for each channel, so that overlapping photographs agree.
-    Texels that no camera sees get the colour of the nearest visible texel, or magenta with `show_unseen`. Gutters of 8
-    texels surround the islands. The result is the same for any order of the photographs, any number of threads and any
-    `memory`, the bytes for views in addition to 64 bytes for each texel (400 for "best" and "detail"); photographs are
-    read one at a time, more than once if `memory` cannot contain the views of all texels.
+    `exposure` "auto" divides each photograph by a gain for each channel, so that overlapping photographs agree. Texels
+    that are not visible to any camera get the colour of the nearest visible texel, or magenta with `show_unseen`.
+    Gutters of 8 texels surround the islands. The result is the same for any order of the photographs, any number of
+    threads and any `memory`. `memory` is the number of bytes for views, in addition to 64 bytes for each texel (400 for
+    "best" and "detail"); photographs are read one at a time, and more than once if the views of all texels do not fit
+    into `memory`.
 
-    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, a
-    texture that is too small for the photographs, photographs that are shifted against the others, and that fewer than
-    half of the cameras show the world.
+    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, a texture that is too
+    small for the photographs, photographs that are shifted relative to the others, and a world that fewer than half of
+    the cameras show.
 
     With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
     camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.
 
-    Raises `WorldError` for an object without texture coordinates or one that no camera sees, `SettingsError` for
-    photographs of another size than their camera, `FormatError` and `OSError` for their files, and `MemoryError` if
-    the machine lacks the memory.
+    Raises `WorldError` for an object without texture coordinates or one that is not visible to any camera,
+    `SettingsError` for photographs whose size differs from their camera's, `FormatError` and `OSError` for their files,
+    and `MemoryError` if the machine lacks the memory.
 
     Sources: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008; Lempitsky and Ivanov, Seamless
     mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there be color!, 2014; Allène, Pons

@@ -29,15 +29,17 @@ class PhotoTexture:
     texture: npt.NDArray[np.uint8]
     """The texture, sRGB uint8 [h, w, 3], with gutters."""
     seen: Bools
-    """True for texels that a camera sees; other texels of faces have the colour of the nearest such texel."""
+    """True for texels that are visible to a camera; other texels of faces have the colour of the nearest visible
+    texel."""
     covered: Bools
     """True for texels whose centre is in a face."""
     views: npt.NDArray[np.int32]
-    """The number of cameras that see the texel."""
+    """The number of cameras to which the texel is visible."""
     disagreement: npt.NDArray[np.float32]
     """The weighted standard deviation of luminance between views over its mean; high where poses are wrong."""
     view: npt.NDArray[np.int32]
-    """The texel's photograph, as an index of `photographs`; -1 for blended texels, unseen ones and no face."""
+    """The texel's photograph, as an index of `photographs`; -1 for texels that are blended, not visible or outside
+    faces."""
     photographs: tuple[PhotographFit, ...] = field(repr=False)
     """Each photograph's gain, shift and disagreement, in the order of names."""
     _photos: PhotoSet = field(repr=False)

@@ -40,7 +40,7 @@ def photo_truth(
     ========== ===================================================================================================
     depth      along the principal axis; uint16 PNG in steps of `depth_scale` millimetres (1), 0 without a surface
                and beyond the range; `depth_format` "exr" or "npy": float32 metres, 0 without a surface
-    distance   along the ray; files as of depth
+    distance   along the ray; the files are those of depth
     normal     unit normal in camera axes, PNG of `normal_bits` (8 or 16): 0..max is -1..1, 0 without a surface;
                `normal_axes` "opencv" (x right, y down, z forward) or "opengl" (x right, y up, z backward)
     mask       255 for pixels with a surface
@@ -59,8 +59,8 @@ def photo_truth(
     * "blendedmvs": rendered_depth_maps/00000000.pfm and cams/00000000_cam.txt; pinhole cameras
 
     Numbered layouts have the photographs' names in `photographs.json`. `facing="front"` ignores surfaces seen from
-    behind. `options` are also those of `raycam.dataset.write` (`workers`, `shard`, `resume`, `progress`): the same call
-    resumes an interrupted one. A notice reports if fewer than half of the cameras show the world.
+    behind. `options` also include `workers`, `shard`, `resume` and `progress` of `raycam.dataset.write`; the same call
+    resumes an interrupted one. A notice is issued if fewer than half of the cameras show the world.
 
     Returns a `raycam.dataset.DatasetResult`. Raises `SettingsError`, `CameraError`, `JobError` and `OSError` as
     `raycam.dataset.write`.

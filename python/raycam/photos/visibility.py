@@ -100,17 +100,16 @@ def surface_visibility(
     faces are returned. All objects occlude. A sample on a face is visible if it projects through the lens into the
     image, faces the camera, and no triangle is between it and the camera's centre (with a rolling shutter, the centre
     at the time of the pixel's line). `samples` is the number of samples per face. "faces" uses the centroid and the
-    corners, moved inside by 1 %, and for faces larger than 4 pixels in any camera as many samples as pixels, up to
-    256.
+    corners, moved inwards by 1 %; faces larger than 4 pixels in any camera have as many samples as pixels, up to 256.
 
     `cameras` may also contain lidars (`Rig.sensors`, `World.sensors`). A face is visible to a lidar if a pulse of its
     first frame measures a point on it: exactly the faces of the points of `scan(world, lidar.replace(noise=False))`
-    with `bounces` 0, each with the world and the lidar's pose at the pulse's time, the beam's samples, `returns` and
-    range limits. A sample is visible to a lidar if it is the face's sample nearest to a point; "faces" uses one
-    sample for 16 points on a face, from 4 to 256.
+    with `bounces` 0, which takes into account the world and the lidar's pose at each pulse's time, the beam's samples,
+    `returns` and range limits. A sample is visible to a lidar if it is the face's sample nearest to a point; "faces"
+    uses one sample for 16 points on a face, from 4 to 256.
 
-    `facing="front"` ignores cameras behind a face and points on its back, "both" includes them; "auto" means "front"
-    unless at least 90 % of the rays that hit the world hit back sides first, which a notice reports. `pairs=True` also
+    `facing="front"` ignores cameras behind a face and points on its back, "both" includes them; "auto" means "front",
+    or "both" with a notice if at least 90 % of the rays that hit the world hit back sides first. `pairs=True` also
     returns the visible faces of each camera. A notice is issued if fewer than half of the cameras show the world, and
     for a lidar without points. Memory does not grow with the number of cameras, except with `pairs`; each point of a
     lidar takes 13 bytes.
@@ -155,7 +154,7 @@ def side_of(
     """Returns "both", with a notice, if at least 90 % of the rays that hit the world hit back sides first; else
     "front".
 
-    Lidars take part with as many of their points as cameras have rays.
+    For a lidar, as many of its points are used as a camera has rays.
     """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     hits += [one.front[:: max(1, len(one.front) // GRID_SIDE**2)] for one in lidars]

@@ -31,8 +31,8 @@ def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[s
     """Returns a [[camera]] table in which `calibration` is replaced by the keys of that file's camera.
 
     A pose in the table replaces the file's. For a file with several cameras, the table's `name` selects one. `lens`
-    is the lens model of coefficients whose model the file does not specify. Raises `WorldError` for keys that the
-    file already contains, and for files that cannot be read.
+    specifies the lens model if the file does not. Raises `WorldError` for keys that the file already contains, and for
+    files that cannot be read.
     """
     more = {key: value for key, value in row.items() if key not in ("calibration", "lens")}
     for key in INTRINSICS:

@@ -49,7 +49,7 @@ def settle_drops(
     fixed: Mapping[str, Mapping[str, Any]],
     draw: RandomStream,
 ) -> None:
-    """Lets objects fall, by name: objects with the same target together, targets in order of appearance.
+    """Lets objects fall: all objects with the same target together, one target after another in order of appearance.
 
     `fixed` are the properties of objects that do not move. Raises `RejectedSample` if they do not settle, and the other
     errors of `raycam.settle`.

@@ -191,9 +191,9 @@ class PlacementSampler:
         )
 
     def check_total_area(self, shapes: list[ConvexPrism], surface: str | None, what: str) -> None:
-        """Raises `RejectedSample` if objects together are larger than the level surface that they are placed on.
+        """Raises `RejectedSample` if the objects' total area exceeds the level surface that they are placed on.
 
-        `what` names the first of them. Without this check, the objects that fit are placed first, with many tries each.
+        `what` names the first of them. Without this check, many attempts would be spent on the objects that still fit.
         """
         ground, areas, _ = self._ground(surface)
         if not 0 < len(ground) <= MAX_HULL_TRIANGLES:

@@ -57,6 +57,8 @@ GEOMETRY = (
     ),
     *("roll", "pitch", "yaw", "scale", "matrix"),
 )
+RELIEF = ("displace", "textures", "height_scale", "uvs", "normals", "wrap", "type")
+"""Keys that, with `displace`, also change the shape."""
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 MIN_GAP = 0.001
 MAX_ATTEMPTS = 10
@@ -81,15 +83,15 @@ class Recipe:
       of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
       object has the properties that `raycam.settle` accepts.
     * `calibration = "calib.yaml"` in a [[camera]] provides size, K and lens from that file (from its camera with the
-      same `name`, if it contains several), and the pose, if neither `see` nor a pose is given. `lens` is the lens model
-      of coefficients whose model the file does not specify.
+      same `name`, if it contains several), and the pose, if neither `see` nor a pose is given. `lens` specifies the
+      lens model if the file does not.
     * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
       `raycam.randomize.views.place_camera`.
     * `background = { folder = "photos" }`, or the folder's name, gives each camera of each world a random background
       from the folder, cropped to the frame (`fit = "cover"`); with `fit = "exact"`, the images must have the cameras'
       size.
     * `world` is another world file, glTF or mesh in the same folder, to which the recipe's contents are added.
-    * `seed` (0) of the random numbers.
+    * `seed` (0) selects the random numbers.
 
     Raises `FormatError` if the file is not TOML, `WorldError` for unknown keys, and `OSError`.
     """
@@ -397,7 +399,7 @@ class Recipe:
         if (
             key in first
             and "category" in row
-            and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
+            and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals", "displace"}
         ):
             row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
         number = self._add(world, {**row, **_select_keys(item, POSE)})
@@ -407,7 +409,7 @@ class Recipe:
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
         """The bound of an object at the origin, and its world_from_mesh."""
-        alone = _select_keys(item, GEOMETRY)
+        alone = _select_keys(item, (*GEOMETRY, *RELIEF) if item.get("displace") else GEOMETRY)
         key = json.dumps([world.up, alone], sort_keys=True, default=str)
         if key not in self._shapes:
             thing = World(world.up)

@@ -130,7 +130,7 @@ class Crossings:
     crossed: Bools
     """True [..., 3] for the edges that the segment from f to g crosses."""
     on_edge: Bools
-    """True [..., 3] for the edges that f lies on, up to rounding."""
+    """True [..., 3] for the edges that contain f, up to rounding."""
 
     @property
     def count(self) -> npt.NDArray[np.int64]:

@@ -44,17 +44,17 @@ LIGHT_PREFIX = "light:"
 
 
 def is_pass(name: str) -> bool:
-    """True for a part of the colour."""
+    """Returns True for a channel that is a part of the colour, such as `direct`."""
     return name in PASSES or _is_light(name)
 
 
 def is_channel(name: str) -> bool:
-    """True for a channel, with or without the light of one source."""
+    """Returns True for the name of a channel, including `light:NAME`."""
     return name in CHANNELS or _is_light(name)
 
 
 def channel_form(name: str) -> tuple[np.dtype[Any], int]:
-    """The dtype and the number of components of a channel."""
+    """Returns the dtype and the number of components of a channel."""
     return CHANNELS["color"] if _is_light(name) else CHANNELS[name]
 
 
@@ -90,24 +90,24 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
     shadow                float32 [h, w, 3] light that shadow catchers leave to the background          1
     transmittance         float32 [h, w, 3] light that fog and media let pass to the camera             1, fog: 0
-    emission              float32 [h, w, 3] light that nothing scatters: lamps, shining surfaces, sky       sky, or 0
-    direct                float32 [h, w, 3] light that is scattered once                                0, or fog
-    indirect              float32 [h, w, 3] light that is scattered several times                       0, or fog
-    diffuse               float32 [h, w, 3] light that the first surface scatters by diffuse lobes      0
-    specular              float32 [h, w, 3] light that the first surface scatters by all other lobes    0
-    volume                float32 [h, w, 3] light that fog or media in front of surfaces scatter        0, or fog
+    emission              float32 [h, w, 3] unscattered light: from lamps, emitting surfaces and the sky    sky, or 0
+    direct                float32 [h, w, 3] light that was scattered once                                   0, or fog
+    indirect              float32 [h, w, 3] light that was scattered more than once                         0, or fog
+    diffuse               float32 [h, w, 3] light that the first surface reflects diffusely                 0
+    specular              float32 [h, w, 3] light that the first surface scatters in any other way          0
+    volume                float32 [h, w, 3] light scattered by fog or media in front of the first surface   0, or fog
     light:NAME            float32 [h, w, 3] light of one source: a light's name, or `surfaces`          its sky, or 0
     roughness             float32 [h, w]    perceptual roughness, 0 to 1                                0
     metallic              float32 [h, w]    metalness, 0 to 1                                           0
-    nocs                  float32 [h, w, 3] place in the object's box, whose diagonal has length 1      NaN
-    projector_uv          float32 [h, w, 2] pixel of the first projector that shines there; NaN if none does    NaN
+    nocs                  float32 [h, w, 3] position in the object's box, scaled to a diagonal of 1         NaN
+    projector_uv          float32 [h, w, 2] pixel of the first projector that lights the point, or NaN      NaN
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 
-    All channels but `color` and its parts, `coverage`, `alpha`, `shadow` and `error` describe the exact ray through the
-    pixel's centre and are never filtered. The colour is the sum of `emission`, `direct` and `indirect`; of
-    `emission`, `diffuse`, `specular` and `volume`; and of all `light:NAME`, within float32 rounding. `denoise`
-    changes only `color`.
+    All channels except `color` and its parts, `coverage`, `alpha`, `shadow` and `error` describe the exact ray through
+    the pixel's centre and are never filtered. The colour is the sum of `emission`, `direct` and `indirect`; of
+    `emission`, `diffuse`, `specular` and `volume`; and of all `light:NAME`, within float32 rounding. `denoise` changes
+    only `color`.
     """
 
     def __init__(
@@ -147,7 +147,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return tuple(self._channels)
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """The array of a channel; raises `KeyError`."""
+        """The array of a channel; raises `KeyError` if the frame does not have it."""
         try:
             return self._channels[name]
         except KeyError:
@@ -184,8 +184,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def to_srgb8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
         """Returns the colour as 8-bit sRGB [h, w, 3], as in PNG and video, clamped to 0..255.
 
-        `exposure` in stops and `view` replace the frame's own values. "standard" shows radiance unchanged, with 1 as
-        white (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress brighter values.
+        `exposure` (in stops) and `view` replace the frame's own values. The view "standard" shows radiance unchanged,
+        with 1 as white (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) also show brighter values,
+        which they compress.
         """
         return self._srgb(8, exposure, view)
 
@@ -261,7 +262,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
         Options, also of `save` to an .html file: `world` provides the names of objects and categories; `explain` is a
         list of pixels (column, row) whose explanations are included; `compare` is a second frame; `arrays` are
-        further planes by name, [h, w] or [h, w, 1 to 4], such as {"flow": flow}; `half=True` rounds colours to
+        additional images by name, [h, w] or [h, w, 1 to 4], such as {"flow": flow}; `half=True` rounds colours to
         float16; `exposure`, `view` and `channel` are the initial settings; `title` is the page's title. With
         `live=True`, the page contains the `world` and raycam itself, and renders new views, channels and
         explanations.
@@ -376,7 +377,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         0 for an empty image, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
         may show a point twice; the first image counts.
 
-        Raises `SettingsError` without these channels or a camera.
+        Raises `SettingsError` if the frame has neither of these channels, or no camera.
         """
         if self.camera is None:
             raise SettingsError(

@@ -68,9 +68,9 @@ class Frames(Sequence[Frame]):
         return len(next(iter(self._channels.values())))
 
     def __getitem__(self, key: Any) -> Any:
-        """The array of a channel by its name, a `Frame` by its number, or a list of them by a slice.
+        """The array of a channel by its name, a `Frame` by its index, or a list of frames by a slice.
 
-        Raises `KeyError` for another channel and `IndexError` for another number.
+        Raises `KeyError` for a channel that was not rendered, and `IndexError` for an index out of range.
         """
         if isinstance(key, str):
             if key not in self._channels:
@@ -125,15 +125,15 @@ def render_many(
 ) -> Frames:
     """Renders many images of a world with different object poses and cameras; the world is not changed.
 
-    `poses` maps objects, by name or number, to a matrix world_from_mesh [4, 4] for all images, or to one for each
-    image, [n, 4, 4]: `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for
-    all images, or a list with one for each image; all have the same size. `joints` maps robots, by name, to joint
-    values as in `World.set_joints`, or to one row for each image: `joints={"panda": q}` with q [n, k]. Cameras
+    `poses` maps objects, by name or number, to a matrix world_from_mesh: one for all images, [4, 4], or one for each
+    image, [n, 4, 4]: `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for all
+    images, or a list with one camera for each image; all must have the same size. `joints` maps robots, by name, to
+    joint values as in `World.set_joints`, or to one row for each image: `joints={"panda": q}` with q [n, k]. Cameras
     mounted on these robots (`Camera.mounted`) move with them.
 
-    Image i has the same bytes as `render` with the poses i, the camera i and `frame` + i, for any number of threads,
-    including background photos (`Camera.background`) and shadows on shadow catchers. The other arguments are those of
-    `render`, except `denoise` and `time_limit`.
+    Image i has the same bytes as an image by `render` with the poses i, the camera i and `frame` + i, for any number of
+    threads, including background photos (`Camera.background`) and shadows on shadow catchers. The other arguments are
+    those of `render`, except `denoise` and `time_limit`.
 
     Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` maps channels to arrays that are
     filled instead of new ones: C-contiguous, of the channel's dtype, [n, h, w] or [n, h, w, c].

@@ -108,7 +108,9 @@ def _unknown_option(name: str, names: list[str]) -> str:
 
 
 def complete_options(world: World | None, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns all options: `options`, else those in `[render]` of the world file, else the defaults; None for off.
+    """Returns the values of all options: from `options`, or else from the world file, or else the defaults.
+
+    The world file's values are in its section `[render]`. An option that is off has the value None.
 
     Raises `SettingsError` for invalid values.
     """

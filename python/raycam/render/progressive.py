@@ -41,7 +41,7 @@ class Progressive:
         transparent_background: bool = False,
         **options: Unpack[RenderOptions],
     ) -> None:
-        """Creates an image of `world` as `camera` shows it, without any samples yet.
+        """Creates an image of `world`, seen by `camera`, without any samples yet.
 
         `world` and `camera` are as in `render`. `channels` may be "color", "alpha", "coverage" and "error"; ground
         truth does not depend on the number of samples. `samples` (16384) is the number per pixel at which `add_for`
@@ -49,9 +49,9 @@ class Progressive:
         shown as ordinary surfaces; the studio and backgrounds are not supported.
 
         Each tile of 32 x 32 pixels or fewer has its own number of samples n. Its pixels are identical to
-        `render(samples=n)`, independent of the calls that added the samples and of the number of threads. Some
-        changes of n change how the image is computed: from 1 to 2, up to 16 in textured worlds, and once when a
-        larger n makes another acceleration structure faster. The tile is then sampled from scratch.
+        `render(samples=n)`, independent of the calls that added the samples and of the number of threads. When n
+        increases from 1 to 2, reaches 16 in a textured world, or becomes so large that another acceleration structure
+        is faster, the image is computed differently, and the tile is sampled from scratch.
 
         Raises `SettingsError` for other channels and options, and the errors of `render`.
         """
@@ -124,7 +124,7 @@ class Progressive:
         """Adds samples for about `seconds`, from the centre outwards; returns the smallest number of samples of any
         pixel.
 
-        It finishes a started tile, and stops when all pixels have the image's `samples`. Raises
+        A tile that was started is finished. The call returns early when all pixels have the image's `samples`. Raises
         `Cancelled` as `add` does.
         """
         slice_s = real("seconds", seconds, 0, MAX_SLICE_S, what="a number of seconds")
@@ -158,7 +158,7 @@ class Progressive:
         return self
 
     def __repr__(self) -> str:
-        """The size and the samples."""
+        """The size and the number of samples as text."""
         width, height = self._camera.size
         return f"Progressive({width} x {height}, {self.samples} samples)"
 

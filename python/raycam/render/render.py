@@ -72,7 +72,7 @@ def render(
     cancel: Cancel | None = None,
     **options: Unpack[RenderOptions],
 ) -> Frame:
-    """Renders `world`, seen by `camera` (a `Camera`, a camera's name in the world, or the path of a calibration).
+    """Renders `world`, seen by `camera`: a `Camera`, a camera's name in the world, or a calibration file's path.
 
     Without `camera`, the world's first camera is used, or one that shows the whole world. A world without lights and
     cameras is then shown in the studio of `World.add_studio`, whose floor is background in ground truth.
@@ -92,18 +92,20 @@ def render(
     Options that are not given have the value in `[render]` of the world file, or the default:
 
     * `integrator`: "direct" (default) adds direct light and shadows, "path" is path tracing with any number of bounces,
-      "ao" is ambient occlusion, "flat" the base colour, "reference" the same by a slow NumPy program.
-    * `samples` (16) per pixel. `noise_threshold` chooses the number for each pixel so that the standard error of its
-      luminance (channel `error`) is about this value or less, without bias (Kirk and Arvo 1991). `time_limit` finishes
-      the image after as many seconds; a notice reports the number of samples that reproduces it. With either option,
-      `samples` is the maximum (16384).
-    * `max_depth`: maximum number of path segments; 1 shows only emission, 2 adds direct light. `clamp`: maximum
-      radiance of a sample; removes fireflies and darkens the image. `filter`: "box" (default) or "blackman-harris".
+      "ao" is ambient occlusion, "flat" shows the base colour, and "reference" is a slow NumPy program for comparison.
+    * `samples` (16) is the number per pixel. `noise_threshold` chooses the number for each pixel so that the standard
+      error of its luminance (channel `error`) is about this value or less, without bias (Kirk and Arvo 1991).
+      `time_limit` ends the render after about this many seconds; a notice reports the number of samples that reproduces
+      the image. With either option, `samples` is the maximum (16384).
+    * `max_depth` is the maximum number of path segments: 1 shows only emission, 2 adds direct light. `clamp` is the
+      maximum radiance of a sample; it removes fireflies and darkens the image. `filter` is "box" (default) or
+      "blackman-harris".
     * `ambient_occlusion`: True, or the distance in metres up to which surfaces occlude the sky.
-    * `seed` (0) of the random numbers. The number of `threads` (all) does not change the image.
+    * `seed` (0) selects the random numbers. The number of `threads` (default: all) does not change the image.
     * `exposure` (0 stops) and `view` ("standard", "agx", "pbr_neutral") of sRGB images: see `Frame.to_srgb8`.
 
-    Raises `SettingsError` for invalid arguments, `WorldError`, and `CameraError` if there is nothing to show.
+    Raises `SettingsError` for invalid arguments, `WorldError` for an invalid world, and `CameraError` if the world is
+    empty.
     """
     world, names = world_of(world), channel_names(channels)
     image = _Image(world, camera_of(world, camera), given_options(options, ARGUMENTS), surface, frame, region)
@@ -147,7 +149,7 @@ class _Image:
             )
         if background is not None and "color" not in names:
             raise SettingsError(
-                f"background needs the channel color; requested channels: {', '.join(names)}",
+                f"background requires the channel color; requested channels: {', '.join(names)}",
                 code="missing_value",
             )
         behind = self.camera.background if background is None else background
@@ -286,7 +288,8 @@ def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[
     denoise.load()
     if "color" not in names:
         raise SettingsError(
-            f"denoise needs the channel color; requested channels: {', '.join(names)}", code="missing_value"
+            f"denoise requires the channel color; requested channels: {', '.join(names)}",
+            code="missing_value",
         )
     guided = list(dict.fromkeys([*names, *denoise.GUIDES, *(["alpha"] if transparent else [])]))
     noisy = image.frame(guided, transparent)

@@ -71,7 +71,7 @@ def unlit(request: Mapping[str, Any], names: list[str], samples: int = 1) -> dic
 def channel_names(channels: Sequence[str] | str) -> list[str]:
     """Returns the names of channels without duplicates. Raises `SettingsError`.
 
-    "all" means every channel except those of single lights.
+    "all" means every channel except `light:NAME`.
     """
     is_all = isinstance(channels, str) and channels == "all"
     names = words("channel", list(CHANNELS) if is_all else channels, CHANNELS, also=is_channel)
@@ -86,7 +86,7 @@ def is_shaded(name: str) -> bool:
 
 
 def check_region(value: Region) -> list[int]:
-    """Returns a region as four whole numbers; raises `SettingsError`."""
+    """Returns a region as four ints; raises `SettingsError` for anything else."""
     try:
         sides = [whole("region", side, 0, MAX_UINT32) for side in value]
     except TypeError:

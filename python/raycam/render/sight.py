@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -30,6 +31,8 @@ PROBES_PER_SIDE = 24
 """Number of rays along each side that probe an image without ground truth."""
 LIT_INTEGRATORS = ("direct", "path")
 """The integrators whose images show light."""
+MEDIA_INTEGRATORS = ("flat", *LIT_INTEGRATORS)
+"""The integrators whose images show media."""
 
 Planes = Mapping[str, npt.NDArray[Any]]
 Bools = npt.NDArray[np.bool_]
@@ -48,6 +51,8 @@ def blank_notices(
     """
     seen = _seen(world, camera, planes, truth)
     if not seen.any():
+        if integrator in MEDIA_INTEGRATORS and _shows_media(world, camera):
+            return
         message = (
             "nothing is visible: no object covers the centre of a pixel; the camera is at "
             f"{_place(camera)} and looks along {_numbers(camera.R[2])}, the world's bounds are {_bounds(world)}"
@@ -122,6 +127,22 @@ def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
     # A few pixels may show an object between the probes, and a probe may be in shadow.
     color = planes.get("color")
     return found if found.any() and (color is None or color[found].any()) else truth() >= 0
+
+
+def _shows_media(world: World, camera: Camera) -> bool:
+    """True if the centre of a pixel shows the border of a medium, which is not in the ground truth."""
+    copy = world.copy()
+    for number in range(copy._core.object_count):
+        material = json.loads(copy._core.material(number, 0)) or {}
+        if material.get("model") == "Boundary" and material.get("medium"):
+            copy.set_object(number, type="matte")
+        else:
+            copy.set_object(number, visible=False)
+    width, height = camera.size
+    v, u = (axis.ravel() for axis in np.mgrid[0:height, 0:width])
+    origins, directions = camera.rays(np.column_stack([u, v]) + camera.corner + 0.5)
+    valid = np.isfinite(directions).all(axis=-1) & np.isfinite(origins).all(axis=-1)
+    return bool((copy.cast_rays(origins[valid], directions[valid])["instance"] >= 0).any())
 
 
 def _enclosing_object(world: World, camera: Camera, instances: npt.NDArray[Any]) -> str | None:

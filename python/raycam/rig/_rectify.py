@@ -18,7 +18,7 @@ __all__ = ["rectified"]
 def rectified(
     left: Camera, right: Camera, K: npt.ArrayLike | None, size: Sequence[int] | None
 ) -> dict[str, Camera]:
-    """Returns two pinholes at the centres of two cameras, with the same rotation and K, and x along the baseline."""
+    """Returns two pinholes at the two cameras' centres, with the same rotation and K, and with x along the baseline."""
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
             raise CameraError(

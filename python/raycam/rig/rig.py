@@ -40,8 +40,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     `cameras` are given in body coordinates: their `R` is camera_from_body, their `C` the centre on the body. The body's
     pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The rotation of a camera
-    in the world is camera_from_body · body_from_world. Where angles give the pose (`placed`, world files, videos), the
-    body axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
+    in the world is camera_from_body · body_from_world. If angles specify the pose (`placed`, world files, videos), the
+    body axes are those of ROS REP-103: x forward, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
     COLMAP's and KITTI's is the first camera.
 
     `cameras` may also contain other sensors (`raycam.Sensor`), whose pose is then body_from_sensor; `sensors` lists
@@ -128,7 +128,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         length = number("baseline", baseline)
         if not 0.0 < length < np.inf:
             raise CameraError(
-                f"baseline is {baseline}; expected metres to the right camera, more than 0",
+                f"baseline is {baseline}; expected the distance to the right camera in metres, more than 0",
                 code="out_of_range",
             )
         right = camera.at_pose(camera.R, camera.location + length * camera.R[0])
@@ -230,7 +230,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @property
     def roll_pitch_yaw(self) -> Floats:
-        """Roll, pitch and yaw [3] in degrees of a body with the axes x ahead, y left, z up, as in `placed`."""
+        """Roll, pitch and yaw [3] in degrees of a body with the axes x forward, y left, z up, as in `placed`."""
         ahead = Camera(np.eye(3), product(CAMERA_FROM_BODY, self.R), self.C, (1, 1), up=self._up)
         return ahead.roll_pitch_yaw
 
@@ -318,8 +318,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> dict[str, Frame]:
         """Renders a frame with each camera; returns the frames by camera name. `options` are those of `raycam.render`.
 
-        Each camera has its own random numbers, so that the noise of two images is independent; the first camera has
-        those of `raycam.render`.
+        Each camera has its own random numbers, so that the noise of two images is independent; the first camera has the
+        same random numbers as in `raycam.render`.
 
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
         default: the first two cameras). Both frames then have this channel, as in `raycam.disparity`.
@@ -340,10 +340,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> Rig:
         """Returns the rectified pair of two cameras: pinholes "left" and "right" whose image rows correspond.
 
-        Both have the same rotation, halfway between the two cameras and turned by the smallest angle that makes x
-        parallel to the baseline, and the same `K`. By default, `K` has the mean of their focal lengths along y, and a
-        principal point that keeps both image centres in the centre on average. The default `size` is the left
-        camera's. The body is the left camera.
+        Both have the same `K` and the same rotation: halfway between the two cameras, and turned by the smallest angle
+        that makes x parallel to the baseline. By default, `K` has the mean of their focal lengths along y, and a
+        principal point that keeps both image centres in the centre on average. The default `size` is the left camera's.
+        The body is the left camera.
 
         Raises `CameraError` if the second camera is above, below or to the left of the first, and for parallel rays.
 

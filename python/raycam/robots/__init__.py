@@ -1,17 +1,20 @@
-"""Robots: descriptions (URDF, xacro, SDF), kinematics, and the cameras on their links."""
+"""Robots: descriptions (URDF, xacro, SDF, MJCF), kinematics, and the cameras on their links."""
 
 from .collada import collada_to_glb
 from .description import Geometry, Link, Material, RobotDescription, Visual
 from .joint_bags import is_bag, read_joint_states
 from .kinematics import WIDTHS
+from .mjcf import CompiledModel
 from .mounted import MountedCamera, place_camera
 from .read import SUFFIXES, RobotModel, read_robots
 from .resolve import FileResolver, Missing, find_root
 from .robot import JointValues, Robot
+from .sdf_cameras import SdfCamera
 
 __all__ = [
     "SUFFIXES",
     "WIDTHS",
+    "CompiledModel",
     "FileResolver",
     "Geometry",
     "JointValues",
@@ -22,6 +25,7 @@ __all__ = [
     "Robot",
     "RobotDescription",
     "RobotModel",
+    "SdfCamera",
     "Visual",
     "collada_to_glb",
     "find_root",

@@ -12,8 +12,9 @@ from ..errors import Notice
 
 __all__ = ["JOINT_TYPES", "Geometry", "Joint", "JointType", "Link", "Material", "RobotDescription", "Visual"]
 
-JointType = Literal["revolute", "continuous", "prismatic", "planar", "floating", "fixed"]
+JointType = Literal["revolute", "continuous", "prismatic", "planar", "floating", "ball", "fixed"]
 JOINT_TYPES: tuple[JointType, ...] = ("revolute", "continuous", "prismatic", "planar", "floating", "fixed")
+"""The types of URDF; ball joints occur in MJCF."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Visual:
     """A shape of a link."""
 
     link_from_visual: Floats
-    """Transform [4, 4]."""
+    """The transform from the axes of the visual to those of the link, [4, 4]."""
     geometry: Geometry
     material: Material
     line: int
@@ -86,6 +87,8 @@ class Joint:
     """The followed joint, multiplier and offset."""
     joint_from_child: Floats | None = None
     """Transform [4, 4] of the child link in the joint's frame after its motion; None for the identity, as in URDF."""
+    initial: tuple[float, ...] | None = None
+    """The values at the start; None for zero, or the limit nearest to it."""
 
 
 @dataclass

@@ -37,7 +37,7 @@ class JointTrack(NamedTuple):
     times: Floats
     """Increasing times [n] in seconds, 0 at the bag's first joint state."""
     positions: Floats
-    """Radians or metres [n]."""
+    """The positions of the joint [n], in radians or metres."""
 
 
 class _State(NamedTuple):
@@ -144,7 +144,8 @@ def _mcap_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
             reader = SeekingReader(stream, record_size_limit=MAX_RECORD_BYTES)
             topics = _mcap_topics(path, reader.get_summary())
             for schema, channel, message in reader.iter_messages(topics, log_time_order=False):
-                if schema is not None and schema.name == JOINT_STATE and channel.message_encoding == "cdr":
+                if schema is not None and schema.name == JOINT_STATE:
+                    _check_encoding(path, channel.topic, channel.message_encoding)
                     yield channel.topic, message.data, message.log_time
         except (McapError, struct.error, ValueError, EOFError, KeyError) as error:
             raise FormatError(
@@ -168,15 +169,19 @@ def _mcap_topics(path: Path, summary: Any) -> list[str] | None:
 
 def _sqlite_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
     address = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
+    # Data beyond the limit is not read; its length raises the error.
     query = (
-        "select topics.name, messages.data, messages.timestamp from messages join topics on topics.id ="
-        " messages.topic_id where topics.type = ? and topics.serialization_format = 'cdr' and"
-        " length(messages.data) <= ? order by messages.id"
+        "select topics.name, topics.serialization_format, length(messages.data),"
+        " iif(length(messages.data) <= ?, messages.data, null), messages.timestamp"
+        " from messages join topics on topics.id = messages.topic_id where topics.type = ? order by messages.id"
     )
     try:
         connection = sqlite3.connect(address, uri=True)
         try:
-            for topic, data, time in connection.execute(query, (JOINT_STATE, MAX_MESSAGE_BYTES)):
+            rows = connection.execute(query, (MAX_MESSAGE_BYTES, JOINT_STATE))
+            for topic, encoding, size, data, time in rows:
+                _check_encoding(path, topic, encoding)
+                _check_size(f"{path}: topic {topic}", size)
                 if not isinstance(topic, str) or not isinstance(data, bytes) or not isinstance(time, int):
                     raise FormatError(
                         f"{path}: the table of messages has values of wrong types", code="damaged_data"
@@ -186,6 +191,23 @@ def _sqlite_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
             connection.close()
     except sqlite3.Error as error:
         raise FormatError(f"{path}: not a readable bag: {error}", code="damaged_data") from None
+
+
+def _check_encoding(path: Path, topic: object, encoding: object) -> None:
+    """Raises `FormatError` unless messages are encoded in CDR."""
+    if encoding != "cdr":
+        raise FormatError(
+            f"{path}: topic {topic}: joint states are encoded as {encoding!r}, expected 'cdr'",
+            code="wrong_format",
+        )
+
+
+def _check_size(where: str, size: object) -> None:
+    """Raises `FormatError` for a message beyond the limit."""
+    if isinstance(size, int) and size > MAX_MESSAGE_BYTES:
+        raise FormatError(
+            f"{where}: a message of {size} bytes; the limit is {MAX_MESSAGE_BYTES}", code="budget_exceeded"
+        )
 
 
 class _Reader:
@@ -225,11 +247,7 @@ class _Reader:
 
 def _decode(data: bytes, logged: int, where: str) -> _State:
     """A `JointState`; its time is that of the recorder if the header has none."""
-    if len(data) > MAX_MESSAGE_BYTES:
-        raise FormatError(
-            f"{where}: a message of {len(data)} bytes; the limit is {MAX_MESSAGE_BYTES}",
-            code="budget_exceeded",
-        )
+    _check_size(where, len(data))
     reader = _Reader(data, where)
     seconds, nanoseconds = int(reader.numbers("i", 1)[0]), reader.count()
     reader.text()

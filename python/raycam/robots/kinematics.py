@@ -19,11 +19,12 @@ WIDTHS: dict[JointType, int] = {
     "prismatic": 1,
     "planar": 3,
     "floating": 7,
+    "ball": 4,
     "fixed": 0,
 }
-"""Number of values per joint: planar x, y, yaw; floating x y z and a quaternion x y z w."""
+"""Number of values per joint: planar x, y, yaw; floating x y z and a quaternion x y z w, ball the quaternion."""
 
-VELOCITIES: dict[JointType, int] = {**WIDTHS, "floating": 6}
+VELOCITIES: dict[JointType, int] = {**WIDTHS, "floating": 6, "ball": 3}
 """Number of columns of the Jacobian per joint."""
 
 
@@ -72,11 +73,16 @@ class Kinematics:
         return Source(self.starts.get(joint.name, 0), multiplier, offset)
 
     def zero(self) -> Floats:
-        """Returns the vector of zeros, clamped to the joints' limits; floating joints have the identity as rotation."""
+        """Returns the vector of initial values: of the file, or zeros that are clamped to the joints' limits.
+
+        The rotation of floating joints is the identity.
+        """
         values = np.zeros(self.size)
         for name, joint in self.joints.items():
             start = self.starts[name]
-            if joint.type == "floating":
+            if joint.initial is not None:
+                values[start : start + len(joint.initial)] = joint.initial
+            elif joint.type == "floating":
                 values[start + 6] = 1.0
             elif joint.type != "planar":
                 values[start] = np.clip(0.0, joint.lower, joint.upper)
@@ -113,6 +119,8 @@ class Kinematics:
             across, along = plane_axes(joint.axis)
             motion[:, :3, :3] = rotations_about(joint.axis, given[:, 2])
             motion[:, :3, 3] = given[:, :1] * across + given[:, 1:2] * along
+        elif joint.type == "ball":
+            motion[:, :3, :3] = quaternion_matrices(given)
         else:
             motion[:, :3, :3] = quaternion_matrices(given[:, 3:])
             motion[:, :3, 3] = given[:, :3]
@@ -121,8 +129,9 @@ class Kinematics:
     def jacobian(self, values: Floats, link: str) -> Floats:
         """Returns the Jacobian [6, n] of a link for one joint vector [size], in the root's axes.
 
-        Rows 0..2 are the velocity of the link's origin, rows 3..5 the angular velocity. A column is the derivative
-        by one value; of a floating joint, by three translations and three rotations about its parent's axes.
+        Rows 0..2 are the velocity of the link's origin, rows 3..5 the angular velocity. Each column is the derivative
+        with respect to one value; a floating joint has six columns, for three translations along and three rotations
+        about its parent's axes, and a ball joint three for these rotations.
         """
         poses = {name: found[0] for name, found in self.poses(values[None]).items()}
         columns, count = {}, 0
@@ -160,6 +169,8 @@ def _joint_columns(joint: Joint, before: Floats, after: Floats, origin: Floats) 
         columns = [sliding(before[:3, :3] @ one) for one in plane_axes(joint.axis)] + [turning(axis)]
     elif joint.type == "floating":
         columns = [move(one) for move in (sliding, turning) for one in before[:3, :3].T]
+    elif joint.type == "ball":
+        columns = [turning(one) for one in before[:3, :3].T]
     else:
         columns = [turning(axis)]
     return np.stack(columns, axis=1)

@@ -12,23 +12,24 @@ import numpy as np
 from ..arguments import Floats
 from ..errors import FormatError, SettingsError
 from .description import RobotDescription
+from .mjcf import CompiledModel, is_mjcf, read_mjcf
 from .resolve import FileResolver, read_bytes
 from .sdf import read_sdf
 from .sdf_cameras import SdfCamera
 from .sdf_lights import SdfLight
 from .urdf import read_urdf
 from .xacro import expand_xacro
-from .xml_tree import XmlLimits
+from .xml_tree import XmlLimits, parse_xml
 
 __all__ = ["SUFFIXES", "RobotModel", "read_robots"]
 
-SUFFIXES = (".urdf", ".xacro", ".sdf")
+SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml")
 """Endings of robot files."""
 
 
 @dataclass
 class RobotModel:
-    """A robot of a file, with its pose there and its cameras."""
+    """A robot in a file, with its pose and its cameras."""
 
     description: RobotDescription
     world_from_root: Floats
@@ -36,12 +37,15 @@ class RobotModel:
     cameras: list[SdfCamera]
     lights: list[SdfLight] = field(default_factory=list)
     """The lights of the file, with the first robot."""
+    mujoco: CompiledModel | None = None
+    """The compiled model of an MJCF file, which contains its shapes, cameras and lights; None for other formats."""
 
 
 def read_robots(
     path: str | os.PathLike[str], files: FileResolver, xacro_args: Mapping[str, str] | None = None
 ) -> list[RobotModel]:
-    """Reads the robots of a file: one, or each model of an SDF file; `xacro_args` are arguments of a xacro file.
+    """Reads the robots of a file: one, or each model of an SDF file. The root element of an .xml file
+    determines whether it is MJCF, URDF or SDF. `xacro_args` are arguments of a xacro file.
 
     Raises `OSError`, `FormatError` with file and line for a malformed file and for other endings, `SettingsError` for
     `xacro_args` of another file, and the errors of `expand_xacro`.
@@ -59,6 +63,17 @@ def read_robots(
     if xacro_args:
         raise SettingsError(f"{name}: xacro_args are for .xacro files", code="conflicting_values")
     data = read_bytes(Path(path), XmlLimits().bytes)
+    if suffix == ".xml":
+        root = parse_xml(data, name)
+        if is_mjcf(root):
+            description, compiled = read_mjcf(Path(path), root, files)
+            return [RobotModel(description, np.eye(4), [], mujoco=compiled)]
+        if root.tag not in ("robot", "sdf"):
+            raise FormatError(
+                f"{name}: the root element is <{root.tag}>; expected <mujoco>, <robot> (URDF) or <sdf>",
+                code="unknown_format",
+            )
+        suffix = ".sdf" if root.tag == "sdf" else ".urdf"
     if suffix == ".sdf":
         models = read_sdf(data, name, files)
         return [RobotModel(one.description, one.world_from_model, one.cameras, one.lights) for one in models]

@@ -13,7 +13,7 @@ __all__ = ["FileResolver", "Missing"]
 
 MAX_LEVELS = 8
 """Number of parent folders in which package.xml is searched."""
-DESCRIPTION_FOLDERS = ("urdf", "robots", "robot", "xacro", "sdf")
+DESCRIPTION_FOLDERS = ("urdf", "robots", "robot", "xacro", "sdf", "mjcf")
 """Names of folders that contain only descriptions; the package is then the parent folder."""
 
 
@@ -26,7 +26,7 @@ class FileResolver:
 
     Files are read only from `root`, from packages next to it, and from the folders `packages`. Without `folder`, the
     root is the nearest parent folder that contains package.xml, or else the description's folder (its parent, if the
-    folder is called urdf, robots, robot, xacro or sdf). If `folder` is given, no file outside `folder` is read.
+    folder is called urdf, robots, robot, xacro, sdf or mjcf). If `folder` is given, no file outside `folder` is read.
     """
 
     def __init__(

@@ -26,8 +26,9 @@ class Robot:
     """A robot in a world, from `World.robots`; `World.set_joints` moves it.
 
     Poses are float64 matrices [4, 4]. Joint values are in radians and metres, as in the robot's file. A vector of
-    values has one number for each revolute, continuous or prismatic joint, three for a planar one (x, y, yaw), and
-    seven for a floating one (x y z, and a quaternion x y z w), in the order of `joints`.
+    values has one number for each revolute, continuous or prismatic joint, three for a planar one (x, y, yaw), seven
+    for a floating one (x y z, and a quaternion x y z w) and four for a ball joint (the quaternion), in the order of
+    `joints`.
     """
 
     name: str
@@ -88,11 +89,11 @@ class Robot:
         return poses[0] if single else poses
 
     def jacobian(self, link: str, joints: JointValues | None = None) -> Floats:
-        """Returns the Jacobian [6, n] of a link's pose by the joint values, in world axes (closed form).
+        """Returns the Jacobian [6, n] of a link's pose with respect to the joint values, in world axes (closed form).
 
         Rows 0..2 are the velocity of the link's origin in metres, rows 3..5 its angular velocity in radians, per unit
         of each value in the order of `joints`. A floating joint has six columns: translations along its parent's axes
-        and rotations about them. Raises the errors of `pose`.
+        and rotations about them. A ball joint has three, for these rotations. Raises the errors of `pose`.
         """
         self._check_link(link)
         values, single = self._vectors(joints)
@@ -102,7 +103,7 @@ class Robot:
         return np.kron(np.eye(2), rotation) @ self._kinematics.jacobian(values[0], link)
 
     def __repr__(self) -> str:
-        """Name and counts as text."""
+        """Returns the name, the number of links and the joints as text."""
         return f"Robot {self.name!r}: {len(self.links)} links, joints {', '.join(self.joints) or 'none'}"
 
     # For the world ------------------------------------------------------------------------------------------
@@ -197,10 +198,8 @@ class Robot:
             )
         for name, joint in self._kinematics.joints.items():
             start = self._kinematics.starts[name]
-            if (
-                joint.type == "floating"
-                and not np.linalg.norm(values[:, start + 3 : start + 7], axis=1).all()
-            ):
+            quaternion = values[:, start : start + WIDTHS[joint.type]][:, -4:]
+            if joint.type in ("floating", "ball") and not np.linalg.norm(quaternion, axis=1).all():
                 raise WorldError(
                     f"robot {self.name!r}: joint {name!r}: the quaternion must not be 0 0 0 0",
                     code="not_a_rotation",

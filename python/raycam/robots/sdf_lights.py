@@ -39,10 +39,10 @@ def read_light(
 ) -> SdfLight | None:
     """Returns a `<light>`; None if it is turned off or black.
 
-    A white surface that faces a directional light shows its `diffuse` colour times its `intensity`. Lamps get weaker
-    with the square of the distance; if the file states another attenuation, the strength is right at the world's
-    origin, with a notice. `world_from_light` replaces the element's own pose. Raises `FormatError` for unknown types,
-    negative numbers, and cones that are no cones.
+    A white surface that faces a directional light shows its `diffuse` colour times its `intensity`. The light of lamps
+    decreases with the square of the distance; if the file specifies another attenuation, the strength is correct at the
+    world's origin only, with a notice. `world_from_light` replaces the element's own pose. Raises `FormatError` for
+    unknown types, negative numbers, and invalid cone angles.
     """
     kind = light.attributes.get("type", "point").strip()
     if kind not in TYPES:
@@ -114,7 +114,7 @@ def read_light(
 
 
 def ambient_light(world: Element, fail: Fail) -> SdfLight | None:
-    """Returns the ambient light of a `<world>` as an even sky; None if it is black."""
+    """Returns the ambient light of a `<world>` as a uniform sky; None if it is black."""
     scene = world.find("scene")
     ambient = None if scene is None else scene.find("ambient")
     color = (

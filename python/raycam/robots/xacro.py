@@ -24,11 +24,11 @@ class XacroLimits:
     """Limits for expanding one file."""
 
     seconds: float = 60.0
-    """Time."""
+    """Maximum time in seconds."""
     memory: int = 2 << 30
-    """Address space in bytes."""
+    """Maximum address space of the process in bytes."""
     bytes: int = 64 << 20
-    """Size of the document."""
+    """Maximum size of the document in bytes."""
 
 
 def expand_xacro(
@@ -36,9 +36,9 @@ def expand_xacro(
 ) -> tuple[bytes, list[Notice]]:
     """Returns the URDF document of a xacro file, and notices.
 
-    xacro evaluates Python expressions. It therefore runs in a process of its own under `limits`, which reads only the
-    folders of `files`, writes only its answer, starts no process and has no environment variables. `arguments` are
-    values of `<xacro:arg>` by name. Raises `OSError`, `FormatError` for a file that cannot be expanded within the
+    xacro evaluates Python expressions. It therefore runs under `limits` in a separate process, which can read only the
+    folders of `files`, can write only its answer, cannot start processes and has no environment variables. `arguments`
+    are values of `<xacro:arg>` by name. Raises `OSError`, `FormatError` for a file that cannot be expanded within the
     limits, and `SettingsError` without the extra or for arguments that are not strings.
     """
     limits = limits or XacroLimits()

@@ -17,7 +17,7 @@ class XmlLimits:
     """Limits for one XML document."""
 
     bytes: int = 64 << 20
-    """Maximum size of the document."""
+    """Maximum size of the document in bytes."""
     elements: int = 300_000
     """Maximum number of elements."""
     depth: int = 100

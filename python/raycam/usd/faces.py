@@ -13,7 +13,7 @@ class Faces(NamedTuple):
     """The arrays of a polygon mesh."""
 
     points: Any
-    """Points [n, 3]."""
+    """The points of the mesh [n, 3]."""
     counts: Any
     """The number of corners of each face."""
     indices: Any

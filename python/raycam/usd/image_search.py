@@ -1,4 +1,4 @@
-"""Search for an image under other names than the given one, in the order of raycam's other readers.
+"""Search for an image under names that differ from the given one, in the order of raycam's other readers.
 
 A path is searched with other upper and lower case, then by its last parts (`textures/wood.png`, `wood.png` for
 `C:/me/textures/wood.png`) from the folder of the stage, then in the folders that exporters use.

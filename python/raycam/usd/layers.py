@@ -18,7 +18,7 @@ MAX_LINE = 300
 
 
 def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
-    """Notices about composition errors and about layers with another unit or up axis than the stage."""
+    """Notices about composition errors and about layers whose unit or up axis differs from the stage's."""
     return [*_composition_errors(stage, folder), *_missing_classes(stage), *_other_metrics(stage, folder)]
 
 
@@ -71,7 +71,7 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         if own is not None and own > 0 and unit > 0 and abs(own / unit - 1) > 1e-6:
             yield StageNotice(
                 "assumed_convention",
-                f"its unit is {own:g} m, that of the stage is {unit:g} m; its coordinates are not converted:"
+                f"its unit is {own:g} m, but the stage's unit is {unit:g} m; its coordinates are not converted:"
                 f" multiply them by {own / unit:g}",
                 f"layer {name}",
             )
@@ -79,6 +79,6 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         if str(other) != axis:
             yield StageNotice(
                 "assumed_convention",
-                f"its up axis is {other}, that of the stage is {axis}; its coordinates are not converted",
+                f"its up axis is {other}, but the stage's up axis is {axis}; its coordinates are not converted",
                 f"layer {name}",
             )

@@ -59,9 +59,9 @@ class Coordinates:
     """The texture coordinates of a material: a primvar, and the matrix [2, 3] applied to it."""
 
     primvar: str | None = None
-    """None for the usual "st"."""
+    """The name of the primvar with the coordinates; None for the usual "st"."""
     matrix: Any = None
-    """None for the identity."""
+    """The matrix that transforms the coordinates; None for the identity."""
     constant: Any = None
     """The coordinates [2] where a mesh has none, or where no primvar is read; None for a material without images."""
     low: Any = (0.0, 0.0)

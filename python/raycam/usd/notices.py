@@ -1,4 +1,4 @@
-"""Notices about a stage, each with a code, grouped if many prims have the same notice."""
+"""Notices about a stage, each with a code; equal notices about many prims are merged."""
 
 from __future__ import annotations
 

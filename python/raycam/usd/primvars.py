@@ -18,9 +18,9 @@ class InstanceValues:
     """The constant primvars at the root of an instance of a point instancer."""
 
     root: Sdf.Path
-    """The prototype."""
+    """The path of the instance's prototype."""
     tables: dict[str, Any]
-    """The row of each primvar, by name."""
+    """The instance's values of each primvar, by the primvar's name."""
     outer: InstanceValues | None = None
     """The instance that contains the point instancer."""
 

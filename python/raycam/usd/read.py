@@ -31,13 +31,13 @@ class UsdLimits:
     """Limits for reading one USD file."""
 
     seconds: float = 300.0
-    """Time."""
+    """Maximum time in seconds."""
     memory: int = 8 << 30
-    """Address space in bytes."""
+    """Maximum address space of the process in bytes."""
     bytes: int = 4 << 30
-    """Size in bytes of all files read, and of every file written."""
+    """Maximum size in bytes of all files read together, and of each file written."""
     corners: int = 1 << 28
-    """Face corners of all meshes; if all become one object, those of every instance."""
+    """Maximum number of face corners of all meshes; if all become one object, of all instances."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Codecs of video files by ending, with and without loss and opacity, and encoding.
+"""The codecs of video files, chosen by the file's ending, by loss and by opacity; and the encoding of videos.
 
 Equal images give equal bytes, because encoders use a fixed number of threads and write no dates or versions.
 """

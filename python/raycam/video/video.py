@@ -114,7 +114,7 @@ class VideoPlan:
 
     @property
     def transparent(self) -> bool:
-        """True if frames have an opacity."""
+        """True if the frames have an alpha channel."""
         return bool(self._settings.get("transparent_background"))
 
     def __repr__(self) -> str:
@@ -174,9 +174,9 @@ class VideoPlan:
     ) -> dict[str, dict[str, npt.NDArray[Any]]]:
         """Samples sensors at the time of frame `number`, from 0; returns their arrays by sensor and by name.
 
-        `sensors` are in world coordinates (default: `World.sensors` at that time). The video moves a rig, whose
-        `Rig.sensors` are sampled. The arrays include
-        "world_from_sensor" and "times", as in `raycam.sensors.sample_sensor`.
+        `sensors` are in world coordinates (default: `World.sensors` at that time). They may also be a rig: the video
+        moves it, and its `Rig.sensors` are sampled. The arrays include "world_from_sensor" and "times", as in
+        `raycam.sensors.sample_sensor`.
         """
         number = whole("frame", number, 0, len(self) - 1)
         time = self.time(number)
@@ -261,15 +261,15 @@ def write_video(
     """Renders the video of a world to a file (.mp4 .mov .mkv .webm .gif), or to a folder as frame_0000.png and so on.
 
     `lossless` keeps every bit of the images. `audio` is a file whose first audio track is added, cut or padded with
-    silence to the length of the video. With `transparent_background=True`, frames have an opacity, which .mov, .mkv,
-    .webm and PNG images keep.
+    silence to the length of the video. With `transparent_background=True`, frames have an opacity, which is stored in
+    .mov, .mkv, .webm and PNG files.
 
     `frames` (start, stop) renders a part, as in a slice: `stop` is excluded, and either may be None, or negative to
     count from the end. `progress(done, total)` is called after every frame. Other arguments are as in `VideoPlan`,
     which is returned.
 
-    The file appears when it is complete: an error or Ctrl-C leaves no file, while a folder keeps its images. The same
-    call gives the same bytes.
+    The file appears only when it is complete: after an error or Ctrl-C, there is no file, but a folder keeps its
+    images. The same call gives the same bytes.
 
     Raises, before anything is rendered, `SettingsError` for unknown endings and unsupported options, an MP4 of odd
     width or height, a GIF of more than 50 frames per second and an empty range, `FormatError` for `audio` without

@@ -46,7 +46,7 @@ GRACE = 2.0
 class Answers:
     """Computes the answers of all clients: in order for each client, concurrently for different clients.
 
-    Its daemon threads exist only while messages wait; `close` waits for them for at most `GRACE`.
+    Its daemon threads exist only while messages wait; `close` waits for the threads for at most `GRACE`.
     """
 
     def __init__(self) -> None:
@@ -73,7 +73,7 @@ class Answers:
             self._waiting = [each for each in self._waiting if each[0] is not session]
 
     def close(self) -> None:
-        """Stops all answers: videos are cancelled and their files removed; for the others, it waits up to `GRACE`."""
+        """Stops all answers: cancels videos and removes their files, and waits up to `GRACE` for other answers."""
         with self._changed:
             self._ends, self._waiting = True, []
             for session in self._busy:
@@ -145,7 +145,7 @@ def send_tile(session: Session, message: Tile) -> None:
 
 
 def send_thumbnails(session: Session, world: World, number: int) -> None:
-    """Sends small images of an object's textures; of an unknown object, none."""
+    """Sends small images of an object's textures, or none if the object is unknown."""
     slots = texture_slots(world, number) if number < world._core.object_count else []
     images = {}
     for slot in (each["slot"] for each in slots if each["used"]):

@@ -80,5 +80,5 @@ def bundle(entry: str = "main.js") -> str:
         parts.append(f"// {name}\n{body}")
     script = '"use strict";\n{\n' + "\n".join(parts) + "}\n"
     if "</script" in script.lower() or "<!--" in script:
-        raise ValueError("the client's text would end the script that holds it")
+        raise ValueError("the client's text contains the end of a script element, </script")
     return script

@@ -102,11 +102,14 @@ class Message:
     """A message of a client."""
 
     KIND: ClassVar[str]
-    """Its `type` in JSON."""
+    """The message's `type` in JSON."""
     UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
     """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
-    IS_FOLLOWED: ClassVar[bool] = False
-    """True if all clients of a view with `follow=True` receive it."""
+    CHANGES: ClassVar[Literal["nothing", "view", "world"]] = "nothing"
+    """What it changes: nothing that others see, the client's view, or the world and what all clients share.
+
+    With `follow=True`, followers cannot change the world, nor the view while it is the leader's.
+    """
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,7 @@ class Move(Message):
 
     KIND = "move"
     UNDO = "group"
-    IS_FOLLOWED = True
+    CHANGES = "view"
     seq: Number
     R: Rotation
     C: Point
@@ -150,7 +153,7 @@ class Home(Message):
 
     KIND = "home"
     UNDO = "step"
-    IS_FOLLOWED = True
+    CHANGES = "view"
     seq: Number
 
 
@@ -181,7 +184,8 @@ class LookThrough(Message):
 
     KIND = "camera"
     UNDO = "step"
-    IS_FOLLOWED = True
+    CHANGES = "view"
+    seq: Number
     name: Name
 
 
@@ -198,7 +202,7 @@ class Time(Message):
     """Sets the world's time in seconds, and the animation (empty for the first one)."""
 
     KIND = "time"
-    IS_FOLLOWED = True
+    CHANGES = "view"
     t: Annotated[float, Range(0, 1e6)]
     animation: Name
 
@@ -209,7 +213,7 @@ class Variant(Message):
 
     KIND = "variant"
     UNDO = "step"
-    IS_FOLLOWED = True
+    CHANGES = "view"
     name: Name
 
 
@@ -219,16 +223,19 @@ class FromSide(Message):
 
     KIND = "side"
     UNDO = "step"
+    CHANGES = "view"
     seq: Number
     name: Annotated[str, OneOf(tuple(DIRECTIONS))]
 
 
 @dataclass(frozen=True)
 class Look(Message):
-    """Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own."""
+    """Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
+    shows."""
 
     KIND = "look"
     UNDO = "group"
+    CHANGES = "view"
     light: Annotated[str, OneOf(LIGHTS)]
     rotation: Annotated[float, Range(-360, 360)]
     azimuth: Annotated[float, Range(-360, 360)]
@@ -243,7 +250,7 @@ class Lens(Message):
 
     KIND = "lens"
     UNDO = "group"
-    IS_FOLLOWED = True
+    CHANGES = "view"
     fx: Annotated[float, Range(1e-3, 1e7)]
     fy: Annotated[float, Range(1e-3, 1e7)]
     cx: Annotated[float, Range(-1e7, 1e7)]
@@ -257,7 +264,7 @@ class Pose(Message):
 
     KIND = "pose"
     UNDO = "group"
-    IS_FOLLOWED = True
+    CHANGES = "view"
     location: Point
     roll: Annotated[float, Range(-1e4, 1e4)]
     pitch: Annotated[float, Range(-1e4, 1e4)]
@@ -269,6 +276,7 @@ class Overlay(Message):
     """Chooses the lines that are drawn over the image."""
 
     KIND = "overlay"
+    CHANGES = "view"
     cameras: bool
     explained: bool
     grid: bool
@@ -279,6 +287,7 @@ class Scan(Message):
     """Draws the points of one of the world's lidars over the image; an empty name hides them."""
 
     KIND = "scan"
+    CHANGES = "view"
     lidar: Name
 
 
@@ -287,6 +296,7 @@ class Edit(Message):
     """Changes one property of an object or a light."""
 
     KIND = "edit"
+    CHANGES = "world"
     kind: Annotated[str, OneOf(("object", "light"))]
     number: Annotated[int, Range(0, 10**6)]
     key: Annotated[
@@ -325,6 +335,7 @@ class Select(Message):
     """Selects an object, and shows nothing, its outline, or its outline and the handles of a tool."""
 
     KIND = "select"
+    CHANGES = "view"
     number: Annotated[int, Range(0, 10**6)]
     tool: Annotated[str, OneOf(("none", "outline", *TOOLS))]
 
@@ -334,6 +345,7 @@ class SelectLight(Message):
     """Selects a light, and shows handles that move it."""
 
     KIND = "select_light"
+    CHANGES = "view"
     number: Annotated[int, Range(0, 10**6)]
 
 
@@ -342,6 +354,7 @@ class Texture(Message):
     """Replaces a texture of an object by an uploaded image, or removes it if `file` is empty."""
 
     KIND = "texture"
+    CHANGES = "world"
     number: Annotated[int, Range(0, 10**6)]
     slot: Annotated[str, OneOf(SLOTS)]
     file: Name
@@ -360,6 +373,7 @@ class KeepCamera(Message):
     """Adds the present camera to the world, under a name (empty: "view")."""
 
     KIND = "keep_camera"
+    CHANGES = "world"
     name: Name
 
 
@@ -368,6 +382,7 @@ class RemoveCamera(Message):
     """Removes a camera of the world."""
 
     KIND = "remove_camera"
+    CHANGES = "world"
     name: FileName
 
 
@@ -376,6 +391,7 @@ class Gizmo(Message):
     """A drag of a handle between two image positions; the messages of one drag are one undo step."""
 
     KIND = "gizmo"
+    CHANGES = "world"
     handle: Annotated[str, OneOf(HANDLES)]
     stroke: Number
     begin: Annotated[list[float], Length(2, 2), Range(-1e4, 1e4)]
@@ -387,6 +403,7 @@ class Undo(Message):
     """Undoes the last edit."""
 
     KIND = "undo"
+    CHANGES = "world"
 
 
 @dataclass(frozen=True)
@@ -394,6 +411,7 @@ class Redo(Message):
     """Repeats the last undone edit."""
 
     KIND = "redo"
+    CHANGES = "world"
 
 
 @dataclass(frozen=True)
@@ -401,6 +419,7 @@ class Channel(Message):
     """Chooses the channel that is shown."""
 
     KIND = "channel"
+    CHANGES = "view"
     name: Annotated[str, OneOf(tuple(CHANNELS))]
 
 
@@ -409,6 +428,7 @@ class Display(Message):
     """Sets exposure (stops) and view transform of the saved and the moving images."""
 
     KIND = "display"
+    CHANGES = "view"
     exposure: Annotated[float, Range(-100, 100)]
     view: Annotated[str, OneOf(tuple(VIEWS))]
 
@@ -419,6 +439,7 @@ class Quality(Message):
 
     KIND = "quality"
     UNDO = "step"
+    CHANGES = "view"
     integrator: Literal["direct", "path"]
 
 
@@ -449,8 +470,25 @@ class Pick(Message):
     """Reports a clicked pixel to the callbacks of `Viewer.on_pick`."""
 
     KIND = "pick"
+    CHANGES = "world"
     u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
     v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
+
+
+@dataclass(frozen=True)
+class Hold(Message):
+    """Reports the held pixel, which followers show; an empty list if none is held."""
+
+    KIND = "hold"
+    pixel: Annotated[list[int], Length(2), Range(0, max(MAX_IMAGE_SIZE) - 1)]
+
+
+@dataclass(frozen=True)
+class Follow(Message):
+    """Shows the leader's view, looks around independently, or takes the lead."""
+
+    KIND = "follow"
+    mode: Literal["attach", "detach", "lead"]
 
 
 @dataclass(frozen=True)
@@ -468,6 +506,7 @@ class Forget(Message):
     """Removes the rays of the explained pixel from the image."""
 
     KIND = "forget"
+    CHANGES = "view"
 
 
 @dataclass(frozen=True)
@@ -483,6 +522,7 @@ class Film(Message):
     """Requests a video: a turn around the pivot, or the world's own movement for 0 degrees."""
 
     KIND = "film"
+    CHANGES = "world"
     seconds: Annotated[float, Range(0.1, 60)]
     degrees: Annotated[float, Range(-720, 720)]
 
@@ -492,6 +532,7 @@ class Stop(Message):
     """Stops the video that is being rendered."""
 
     KIND = "stop"
+    CHANGES = "world"
 
 
 @dataclass(frozen=True)
@@ -499,6 +540,7 @@ class Upload(Message):
     """A piece of a dropped file; the pieces of a file come in order."""
 
     KIND = "upload"
+    CHANGES = "world"
     name: FileName
     bytes: Annotated[int, Range(1, 2**28)]
     offset: Annotated[int, Range(0, 2**28)]
@@ -510,6 +552,7 @@ class Open(Message):
     """Opens an uploaded file as the world; `others` are models that are shown in the same world."""
 
     KIND = "open"
+    CHANGES = "world"
     name: FileName
     others: Annotated[list[FileName], Length(MAX_MODELS)]
 
@@ -535,6 +578,7 @@ class Control(Message):
     """Reports a new value of a control that the script added; the value of a button is ignored."""
 
     KIND = "control"
+    CHANGES = "world"
     id: Number
     value: bool | Annotated[float, Range(-1e12, 1e12)] | Annotated[str, Length(1000)]
 
@@ -544,6 +588,7 @@ class Planes(Message):
     """Chooses whether still images are sent as exact numbers, for comparisons and ranges, or only for display."""
 
     KIND = "planes"
+    CHANGES = "view"
     wanted: bool
 
 

@@ -51,7 +51,7 @@ class Listener(Protocol):
 
 
 class Control:
-    """A control or drawing of a script. Reading and setting its properties works from any thread."""
+    """A control or drawing of a script, whose properties can be read and set from any thread."""
 
     def __init__(
         self, controls: Controls, number: int, kind: str, label: str, folder: str, **properties: Any
@@ -248,7 +248,7 @@ class Controls(Folder):
             listener.show_controls()
 
     def message(self) -> dict[str, Any]:
-        """The message `controls`."""
+        """The message `controls` of the server, which describes all controls."""
         listed = [each.describe() for each in list(self._all.values()) if each.kind not in DRAWN_KINDS]
         return {"type": "controls", "controls": listed}
 

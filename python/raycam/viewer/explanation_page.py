@@ -19,7 +19,7 @@ __all__ = ["explanation_page"]
 
 
 def explanation_page(explanation: Explanation, of: Subject = "ray") -> str:
-    """The HTML text of a page with a subject's rotatable figures and its steps."""
+    """Returns the HTML text of a page with a pixel's rotatable figures and its steps."""
     text, figure = _part(explanation, of)
     column, row = explanation.pixel
     frame = render(explanation.world, explanation.camera, integrator="flat", samples=1, channels="color")

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 from .bundle import bundle, style_sheet
 from .web.document import filled
 
-__all__ = ["HEADERS", "PROTOCOL", "SOCKET", "Answer", "Headers", "answer_to"]
+__all__ = ["HEADERS", "PROTOCOL", "SOCKET", "Answer", "Headers", "answer_to", "token_of"]
 
 PROTOCOL = "raycam.view.1"
 """The subprotocol of the WebSocket; another number is another set of messages."""
@@ -99,13 +99,23 @@ def _refusal_of_socket(
             f"The page's origin {', '.join(origins) or '(none)'} does not match the host {host}. A proxy must pass the "
             "Host header on, or name the public host in X-Forwarded-Host (raycam view --proxy ADDRESS).",
         )
-    offered = [word.strip() for line in headers.get_all("Sec-WebSocket-Protocol") for word in line.split(",")]
-    tokens = [word.removeprefix("token.") for word in offered if word.startswith("token.")]
-    if len(tokens) != 1 or not accepts(tokens[0]):
+    offered = _protocols(headers)
+    token = token_of(headers)
+    if not token or not accepts(token):
         return _refused(401, "The token is missing or wrong: open the address that raycam printed.")
     if PROTOCOL not in offered:
         return _refused(400, f"This server requires the protocol {PROTOCOL}: reload the page.")
     return None
+
+
+def token_of(headers: Headers) -> str:
+    """The token of a request that opens a WebSocket; empty unless it has exactly one."""
+    tokens = [word.removeprefix("token.") for word in _protocols(headers) if word.startswith("token.")]
+    return tokens[0] if len(tokens) == 1 else ""
+
+
+def _protocols(headers: Headers) -> list[str]:
+    return [word.strip() for line in headers.get_all("Sec-WebSocket-Protocol") for word in line.split(",")]
 
 
 def _refused(status: int, text: str) -> Answer:

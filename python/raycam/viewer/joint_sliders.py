@@ -23,9 +23,9 @@ UNLIMITED_RANGE = 1.0
 class JointSliders:
     """One slider for each joint with one value; moving it moves the robot, and undo restores it.
 
-    Sliders are in the folder `Joints of ROBOT`. They extend from the lower to the upper limit, those of continuous
-    joints from -π to π. They follow the world: undo, a script's changes, and a file that is loaded again. In a
-    read-only view there are no sliders.
+    Sliders are in the folder `Joints of ROBOT`. They range from the lower to the upper limit, and from -π to π for
+    continuous joints. They are updated after undo, after a script's changes, and when the file is loaded again. A
+    read-only view has no sliders.
     """
 
     def __init__(self, controls: Controls, edits: Edits) -> None:

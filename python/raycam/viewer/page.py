@@ -41,7 +41,7 @@ class Page(str):
     """The text of a page, which notebooks show in a separate frame."""
 
     picture: bytes = b""
-    """The image that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
+    """The page's first image as JPEG, for notebooks that are not trusted, which do not show embedded pages."""
 
     def _repr_html_(self) -> str:
         """The page in a sandbox: it can run its script and save files, but cannot access the notebook."""
@@ -58,7 +58,7 @@ class Page(str):
         )
 
     def __repr__(self) -> str:
-        """The size as text."""
+        """Returns the size of the page as text."""
         return f"Page of {len(self):,} bytes"
 
 
@@ -285,7 +285,7 @@ def _explanations(
         return []
     if world is None or frame.camera is None:
         raise SettingsError(
-            "explain requires the world and a camera: save(path, world=world, explain=[(320, 240)]), and a camera",
+            "explain requires a frame with a camera, and the world: save(path, world=world, explain=[(320, 240)])",
             code="missing_value",
         )
     from ..explanation import explain

@@ -64,7 +64,8 @@ def _json(number: float) -> float | str:
 def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
     """Returns the ray at a position in the image, in pixels from its top left corner, and its hit.
 
-    `origin` and `direction` of the ray, the surface `point` and the `bounds` of its object; None for what is missing.
+    The dict contains `origin` and `direction` of the ray, the surface `point` and the `bounds` of its object; None
+    without a ray or a hit.
     """
     pixel = np.array([u, v]) + camera.corner
     origin, direction = camera.rays(pixel)
@@ -84,7 +85,7 @@ def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
 def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> float | None:
     """The height of `place` [3] above the highest ground within `foot` metres; None if there is no ground below.
 
-    Several rays at distances of `foot` bridge narrower cracks.
+    Several rays at distances of `foot` are used, so that narrower gaps in the ground do not count.
     """
     up = 2 if camera.up == "z" else 1
     across = np.delete(np.eye(3), up, axis=0)

@@ -1,7 +1,8 @@
 """The render thread: images during motion first, then still images; outdated images are cancelled.
 
-The next work is a moving image of the session with the oldest change; else the shown channel of a session at rest; else
-a slice of more samples. A change of the session that is being rendered cancels its image.
+The first available task is done next: a moving image of the session with the oldest change; the shown channel of a
+session without changes; a slice of additional samples. A session with followers comes first; attached followers share
+its images. A change of the session that is being rendered cancels its image.
 """
 
 from __future__ import annotations
@@ -95,13 +96,14 @@ class Scheduler(threading.Thread):
 
     def _next(self) -> tuple[Session, Work] | None:
         """The next session and its work."""
-        ready = [each for each in self._sessions() if each.connection.is_ready and each.images.version]
+        own = [each for each in self._sessions() if not each.role.is_attached]
+        ready = [each for each in own if each.connection.is_ready and each.images.version]
         moving = [each for each in ready if each.images.is_moving and each.connection.may_move]
         if moving:
-            session = min(moving, key=lambda each: each.images.touched)
+            session = min(moving, key=lambda each: (not each.connection.followers, each.images.touched))
             return session, lambda: self._move(session)
         now = time.monotonic()
-        for session in sorted(ready, key=lambda each: -each.images.touched):
+        for session in sorted(ready, key=lambda each: (not each.connection.followers, -each.images.touched)):
             images = session.images
             if images.is_moving or now - images.touched < REST_S:
                 continue
@@ -173,15 +175,15 @@ class Scheduler(threading.Thread):
         frame = refinement.step(cancel)
         if frame is None or not images.keep_still(version, frame):
             if view.channel in SAMPLED and version == images.version:
-                session.connection.send(_progress(session, view, refinement))
+                session.connection.broadcast(_progress(session, view, refinement))
             return
-        session.connection.send({"type": "about", **session.about()})
+        session.connection.broadcast({"type": "about", **session.about()})
         if view.channel in SAMPLED:
             images.mark_shown(version, view.channel)
             seconds = time.perf_counter() - started
             self._send_plane(session, view, version, frame, refinement.samples, seconds, refinement)
         else:
-            session.connection.send(_progress(session, view, refinement))
+            session.connection.broadcast(_progress(session, view, refinement))
 
     def _show_still(self, session: Session) -> None:
         """Sends the chosen channel of the existing samples."""
@@ -240,12 +242,13 @@ class Scheduler(threading.Thread):
         buffers: list[bytes],
         seconds: float,
     ) -> None:
-        """Sends an image, numbered for its acknowledgement."""
+        """Sends an image to a client and its followers."""
+        if session.role.is_attached:  # since the image was started
+            return
         width, height = view.size
         message = {
             "type": "picture",
             "overlay": session.overlay(view),
-            "picture": session.connection.number_image(),
             "version": version,
             "channel": view.channel,
             "width": width,
@@ -254,7 +257,7 @@ class Scheduler(threading.Thread):
             "ms": round(1000 * seconds, 1),
             **fields,
         }
-        session.connection.send(message, buffers)
+        session.connection.send_image(message, buffers)
 
 
 def _progress(session: Session, view: View, refinement: Refinement) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import errno
 import socket
 import threading
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
 
@@ -19,18 +19,20 @@ from ..arguments import whole
 from ..errors import Error, NetworkError
 from . import gate
 from .answers import SLOW, Answers, probe
-from .client_messages import Hello, Probe, Size
+from .client_messages import Follow, Hello, Hold, Probe, Size
 from .messages import MAX_MESSAGE_BYTES, BadMessage, packed, parse_message
 from .scheduler import Scheduler
-from .session import Session
+from .session import MOST_FOLLOWERS, MOST_FREE, Following, Session
 from .tokens import Tokens
 
 __all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "Server"]
 
 PORTS = range(7421, 7431)
 """The ports that are tried where none is given."""
-MOST_SESSIONS = 8
+MOST_SESSIONS = MOST_FREE
 MOST_CONNECTIONS = 32
+CONNECTIONS_OF_FOLLOWERS = 96
+"""Further connections if clients can follow: pages of `MOST_FOLLOWERS` clients that are opened together."""
 HANDSHAKE_TIME = 5.0  # seconds for the handshake
 KEPT = 600.0  # seconds for which a session waits for its client to reconnect
 QUEUED_IN = 8
@@ -55,14 +57,19 @@ class Server:
         follow: bool = False,
     ) -> None:
         """Listens on `host`. Requests from the addresses `proxies` may name their host in X-Forwarded-Host."""
-        self._follow = follow
         self._proxies = frozenset(proxies)
-        self._tokens = Tokens()
+        self._tokens = Tokens(allows_followers=follow)
+        self._most_connections = MOST_CONNECTIONS + (CONNECTIONS_OF_FOLLOWERS if follow else 0)
         self._make_session = make_session
         self._allowed = [*allow_hosts, f"[{host}]" if ":" in host else host]
         self._socket = _listening(host, port)
         self.address: tuple[str, int] = self._socket.getsockname()[:2]
         self.sessions: dict[str, Session] = {}
+        self.following = Following(make_session(), self._tokens.follower) if follow else None
+        """The leader and the followers, if clients can follow."""
+        if self.following is not None:
+            leader = self.following.leader
+            self.sessions[leader.connection.id] = leader
         self._left: dict[str, float] = {}
         self.emptied: float | None = None
         """The monotonic time when the last client left; None while there is one, or none has come yet."""
@@ -98,6 +105,12 @@ class Server:
         host, port = self.address
         hosts = machine_addresses(host) if host in WILDCARDS else [host]
         return [f"http://{f'[{each}]' if ':' in each else each}:{port}/#t={self.token}" for each in hosts]
+
+    @property
+    def followers_urls(self) -> list[str]:
+        """The addresses for followers; none if clients cannot follow."""
+        urls = self.urls if self.following is not None else []
+        return [f"{each.split('#')[0]}#t={self._tokens.follower}" for each in urls]
 
     def invitation(self) -> str:
         """An address on this machine with a token that is valid once, so browser histories do not matter."""
@@ -143,7 +156,7 @@ class Server:
             counted = False
 
             def connection_made(self, transport: Any) -> None:
-                if server._connections >= MOST_CONNECTIONS:
+                if server._connections >= server._most_connections:
                     transport.abort()
                 self.counted = True
                 server._connections += 1
@@ -171,7 +184,7 @@ class Server:
             self._started.set()
             await self._ending.wait()
             for session in self.sessions.values():
-                session.connection.send({"type": "closing", "text": "The server has ended."})
+                session.connection.send({"type": "closing", "text": "The server has stopped."})
             await asyncio.sleep(0.05)
         for session in self.sessions.values():
             session.uploads.close()
@@ -220,6 +233,8 @@ class Server:
             sending.cancel()
             if session is not None:
                 session.connection.close()
+                if self.following is not None:
+                    self.following.disconnect(session)
                 self._left[session.connection.id] = time.monotonic()
                 if not any(each.connection.is_open for each in self.sessions.values()):
                     self.emptied = time.monotonic()
@@ -236,11 +251,14 @@ class Server:
         except BadMessage as error:
             await connection.close(POLICY_VIOLATION, str(error))
             return None
-        session = self._session(hello.session)
+        may_lead = not self._tokens.is_follower(gate.token_of(connection.request.headers))
+        session = self._session(hello.session, may_lead)
         if session is None:
-            await connection.close(TRY_AGAIN_LATER, f"too many clients: the limit is {MOST_SESSIONS}")
+            limit = MOST_SESSIONS if self.following is None else MOST_FOLLOWERS
+            await connection.close(TRY_AGAIN_LATER, f"too many clients: the limit is {limit}")
             return None
-        session.images.show_again()
+        if not session.role.is_attached:
+            session.images.show_again()
         loop = asyncio.get_running_loop()
 
         def send(message: dict[str, Any], buffers: Sequence[bytes]) -> None:
@@ -252,29 +270,70 @@ class Server:
         session.receive(Size(hello.width, hello.height, hello.ratio))
         session.connection.open(send)
         self.emptied = None
-        session.connection.send({"type": "token", "token": self.token})
-        session.greet()
+        token = self.token if may_lead else self._tokens.follower
+        session.connection.send({"type": "token", "token": token})
+        if self.following is None:
+            session.greet()
+        else:
+            self.following.connect(session)
         self.scheduler.wake()
         return session
 
-    def _session(self, resumed: str) -> Session | None:
-        """The resumed session, or a new one; None if there are too many sessions."""
-        now = time.monotonic()
+    def _session(self, resumed: str, may_lead: bool) -> Session | None:
+        """The resumed session, or a new one; None if there are too many sessions.
+
+        With followers, a client that may lead takes the leader's session if nobody leads; others follow.
+        """
+        following = self.following
         waiting = {id: left for id, left in self._left.items() if not self.sessions[id].connection.is_open}
-        if resumed in waiting:
+        if resumed in waiting and (
+            following is None or following.may_lead(self.sessions[resumed]) == may_lead
+        ):
             self._left.pop(resumed)
             return self.sessions[resumed]
-        full = len(self.sessions) >= MOST_SESSIONS
-        for id, left in sorted(waiting.items(), key=lambda item: item[1]):
-            if full or now - left > KEPT:
-                self.sessions.pop(id).uploads.close()
-                self._left.pop(id)
-                full = False
-        if full:
+        if following is not None and may_lead and not following.leader.connection.is_open:
+            self._left.pop(following.leader.connection.id, None)
+            return following.leader
+        if not self._make_room(waiting):
             return None
         session = self._make_session()
         self.sessions[session.connection.id] = session
+        if following is not None:
+            following.join(session, may_lead=may_lead)
         return session
+
+    def _make_room(self, waiting: Mapping[str, float]) -> bool:
+        """Ends sessions that waited too long, and one more if there are too many; returns whether one can start."""
+        following = self.following
+        kind, most = (False, MOST_SESSIONS) if following is None else (True, MOST_FOLLOWERS)
+        full = sum(each.role.is_attached == kind for each in self.sessions.values()) >= most
+        for id, left in sorted(waiting.items(), key=lambda item: item[1]):
+            session = self.sessions[id]
+            if following is not None and session is following.leader:
+                continue
+            if (full and session.role.is_attached == kind) or time.monotonic() - left > KEPT:
+                full = full and session.role.is_attached != kind
+                self._end(session)
+        return not full
+
+    def _end(self, session: Session) -> None:
+        """Forgets a session whose client has left."""
+        session.uploads.close()
+        self.sessions.pop(session.connection.id)
+        self._left.pop(session.connection.id)
+        if self.following is not None:
+            self.following.remove(session)
+
+    def _follow(self, session: Session, message: Follow | Hold) -> None:
+        """Changes whom a client follows, or the pixel that its followers show. Raises `SettingsError`."""
+        if self.following is None:
+            if isinstance(message, Follow):
+                raise BadMessage("this view has no leader")
+            return
+        if isinstance(message, Hold):
+            self.following.hold(session, message.pixel)
+        else:
+            self.following.choose(session, message.mode)
 
     async def _listen(self, connection: Any, session: Session) -> None:
         """Carries out a client's messages until too many of them were invalid."""
@@ -285,7 +344,13 @@ class Server:
                     message = parse_message(data)
                     if isinstance(message, Hello):
                         raise BadMessage("hello must be sent only once")
-                    if isinstance(message, Probe):
+                    refused = self.following.refusal(session, message) if self.following else ""
+                    if refused:
+                        session.notify(refused)
+                    elif isinstance(message, Follow | Hold):
+                        self._follow(session, message)
+                        self.scheduler.wake()
+                    elif isinstance(message, Probe):
                         now = time.monotonic()
                         if now - probes[0] > 1.0:
                             probes = [*probes[1:], now]
@@ -294,10 +359,6 @@ class Server:
                         self.answers.queue_message(session, message)
                     else:
                         session.receive(message)
-                        if self._follow and message.IS_FOLLOWED:
-                            for other in self.sessions.values():
-                                if other is not session:
-                                    other.follow(session)
                         self.scheduler.wake()
                 except BadMessage as error:
                     strikes += 1
@@ -338,7 +399,7 @@ def _listening(host: str, port: int | None) -> socket.socket:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             made.bind((host, tried))
-            made.listen(MOST_CONNECTIONS)
+            made.listen(MOST_CONNECTIONS + CONNECTIONS_OF_FOLLOWERS)
             return made
         except OSError as error:
             made.close()

@@ -61,14 +61,14 @@ class Refinement:
     options: dict[str, Any] = field(default_factory=dict)
     """More options of `render`."""
     first: int = 1
-    """Samples per pixel of the first image."""
+    """The samples per pixel of the first image."""
     samples: int = field(default=0, init=False)
-    """The samples of all pixels."""
+    """The samples per pixel so far."""
     seconds: float = field(default=0.0, init=False)
-    """The time that all steps took."""
+    """The time that all steps took, in seconds."""
     change: tuple[float, int] | None = field(default=None, init=False)
-    """The mean change of the luminance, as a share of its mean, since the newest image of at most half as many
-    samples; and the samples of that one."""
+    """The mean change of the luminance, relative to its mean, since the newest image with at most half as many samples,
+    and the number of samples of that image."""
     _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
 
     def step(self, cancel: Cancel) -> Frame | None:
@@ -122,9 +122,9 @@ class Slices(Refinement):
     _told: int = field(default=0, init=False)
     """The samples of the last frame."""
     _given: float | None = field(default=None, init=False)
-    """The time when the last step ended in a frame; None where it did not."""
+    """The time at which the last step returned a frame; None if it did not."""
     _showing: float = field(default=0.0, init=False)
-    """Seconds that the last frame took to be shown, as far as the next step knows."""
+    """Seconds that it took to show the last frame, measured at the next step."""
     _shown: int = field(default=0, init=False)
     """Frames since the samples doubled; the time until the next one grows with them."""
     _spent: float = field(default=0.0, init=False)
@@ -188,7 +188,7 @@ def refinement(
 
 
 def shares(world: World, camera: Camera, **settings: Any) -> Frame:
-    """Alpha and coverage of a world, which do not depend on its light."""
+    """Returns alpha and coverage of a world, which do not depend on its light."""
     return render(
         world,
         camera,

@@ -1,4 +1,4 @@
-"""Tokens, with which clients prove that they may connect."""
+"""Tokens by which the server recognises clients that may connect."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ __all__ = ["Tokens"]
 
 
 class Tokens:
-    """A server's own token, and tokens that are valid once."""
+    """A server's own token, the followers' token, and tokens that are valid once."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, allows_followers: bool = False) -> None:
         self.own = _create_token()
+        self.follower = _create_token()
+        """The token of clients that follow the leader."""
+        self._allows_followers = allows_followers
         self._invitations: set[str] = set()
 
     def invite(self) -> str:
@@ -22,12 +25,16 @@ class Tokens:
         return token
 
     def accept(self, token: str) -> bool:
-        """True for the server's token, and for an unused invitation, which is used up."""
-        if _are_equal(token, self.own):
+        """True for the server's and the followers' token, and for an unused invitation, which is used up."""
+        if _are_equal(token, self.own) or self.is_follower(token):
             return True
         used = [each for each in self._invitations if _are_equal(token, each)]
         self._invitations.difference_update(used)
         return bool(used)
+
+    def is_follower(self, token: str) -> bool:
+        """True for the followers' token, if clients can follow."""
+        return self._allows_followers and _are_equal(token, self.follower)
 
 
 def _create_token() -> str:

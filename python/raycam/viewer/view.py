@@ -40,31 +40,32 @@ def view(
 ) -> Any:
     """Shows a world in the browser or in a notebook cell, where it can be moved with the mouse; returns a `Viewer`.
 
-    `what` is a world or a frame, or the path of one; also a folder or a .zip archive with a world, or a list of
-    models, which are shown in one world, each at its own coordinates. A frame (.npz, .exr) is shown as by
-    `Frame.show`, with its options. `camera` is the initial camera (default: the world's first), `size` (width, height)
-    the size of the images (default: that of the client's window). `integrator` ("direct" or "path") and `samples`
-    apply to the still image. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next free one) and
-    `allow_hosts` are the server's addresses; `threads` is the number of threads. With `edit=False`, the world cannot be
-    changed; with `follow=True`, all clients share one camera, for example in teaching. With `allow_open=True`, worlds
-    that are dropped on the page are opened, from a private folder. `source` is the world's file, next to which a
-    changed world file can be saved. `start` contains initial values, for example {"time": 1.5, "animation": "Run",
-    "variant": "red", "channel": "depth", "exposure": 1, "view": "agx"}.
+    `what` is a world or a frame, or the path of one; also a folder or a .zip archive with a world, or a list of models,
+    which are shown in one world, each at its own coordinates. A frame (.npz, .exr) is shown as by `Frame.show`, with
+    its options. `camera` is the initial camera (default: the world's first), `size` (width, height) the size of the
+    images (default: that of the client's window). `integrator` ("direct" or "path") and `samples` apply to the image at
+    rest. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next free one) and `allow_hosts` are
+    the server's addresses; `threads` is the number of threads. With `edit=False`, the world cannot be changed; with
+    `follow=True`, up to 40 followers show the leader's view, for example in teaching: `Viewer.url` is the leader's
+    address, `Viewer.followers_urls` those of the followers. With `allow_open=True`, worlds that are
+    dropped on the page are copied to a private folder and opened. `source` is the world's file, next to which a changed
+    world file can be saved. `start` contains initial values, for example {"time": 1.5, "animation": "Run", "variant":
+    "red", "channel": "depth", "exposure": 1, "view": "agx"}.
 
     `cameras`, such as those of `raycam.load_cameras`, are listed in addition to the world's. `photos` are their
     photographs: a folder, or a mapping from the photographs' names to paths or arrays [h, w, 3]. The view begins with
     the first of them, and a slider shows the photograph over the image of the model.
 
     With `watch=True`, the world is loaded again after each change of its file and of the files that it uses; the camera
-    stays. If the changed file has an error, the error is shown and the world stays as it was.
+    does not change. If the changed file is invalid, the error is shown and the previous world is kept.
 
     In a notebook, the view is a widget of `height` (560) pixels if anywidget is installed
     (`pip install raycam[notebook]`); `cell` selects or suppresses the widget. It uses the kernel's own connection and
     opens no port.
 
-    A model without lights and cameras is shown in the studio, as in `raycam.render`. `hdri` (with `hdri_rotation`),
-    `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` select another look, and `view_from`, `zoom`
-    and `fov` another initial camera, as the options of `raycam render`.
+    A model without lights and cameras is shown in the studio, as in `raycam.render`. As in `raycam render`, `hdri`
+    (with `hdri_rotation`), `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` select another look,
+    and `view_from`, `zoom` and `fov` select another initial camera.
 
     `browser` opens a browser (default: if one is available and this is not an SSH session). `block` waits until the
     view is closed (default: only in a script). Raises `SettingsError` for invalid arguments and `NetworkError` if the
@@ -100,6 +101,8 @@ def view(
         return Viewer(world, camera, cell=True, **options)
     viewer = Viewer(world, camera, **options)
     print(f"raycam view: {viewer.url}", file=sys.stderr, flush=True)
+    if options.get("follow"):
+        print(f"for followers: {viewer.followers_urls[0]}", file=sys.stderr, flush=True)
     open_browser(viewer, browser)
     if not _is_interactive() if block is None else block:
         with viewer:
@@ -165,7 +168,7 @@ def open_browser(viewer: Viewer, wanted: bool | None = None) -> bool:
     opened.
 
     The browser opens a private file that redirects to the view with a token that is valid once. The list of processes
-    therefore contains only the file's name, and the browser's history no valid token.
+    therefore contains only the file's name, and the browser's history does not contain a valid token.
     """
     if not (_has_browser() if wanted is None else wanted):
         return False

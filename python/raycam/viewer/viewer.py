@@ -25,6 +25,7 @@ from .controls import Control, Controls, Folder
 from .files.photographs import Photographs
 from .files.watch import Watcher
 from .joint_sliders import JointSliders
+from .recording import Recording
 from .scene.edits import Edits
 from .scene.look import Look
 from .server import Server
@@ -114,6 +115,7 @@ class Viewer:
             "picked": _weakly(self._pick),
         }
         self._listeners: list[Callable[[dict[str, Any]], object]] = []
+        self._recordings: weakref.WeakSet[Recording] = weakref.WeakSet()
         self._telling = ThreadPoolExecutor(1, "raycam picks")
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
         self._first = Session(self._edits, self._camera, **self._options)  # raises for unknown values
@@ -188,6 +190,19 @@ class Viewer:
         """
         return [self.url] if self._server is None else self._server.urls
 
+    @property
+    def followers_urls(self) -> list[str]:
+        """The addresses for followers, who show the leader's view and cannot change the world; `urls` are the leader's.
+
+        Raises `SettingsError` without `follow=True`.
+        """
+        urls = [] if self._server is None else self._server.followers_urls
+        if not urls:
+            raise SettingsError(
+                "the view has no followers: start it with follow=True", code="conflicting_values"
+            )
+        return urls
+
     def redirect_file(self) -> Path:
         """Writes a page that redirects to the view once and that only this user can read; `close` removes it."""
         if self._server is None:
@@ -233,6 +248,20 @@ class Viewer:
         camera = view.still_camera if size is None else view.camera.resized(size_of(size))
         own = {"integrator": view.integrator, "exposure": view.exposure, "view": view.transform}
         return render(view.lit, camera, **{**own, **view.render_options, **view.look.behind, **options})
+
+    def record(self, *, fps: float = 10.0, seconds: float = 60.0) -> Recording:
+        """Records what the client that was used last shows, up to `fps` times per second.
+
+        The recording ends at `Recording.stop` or `Recording.save`, after `seconds` (at most 600), or when the view is
+        closed. Camera, world, time, look, channel and exposure are recorded; `Recording.save` renders the images.
+        Without clients, the initial view is recorded, which `camera` and `world` change. Raises `SettingsError` for
+        values out of range.
+        """
+        made = Recording(
+            lambda: (self._last() or self._first).view, title=self._options["title"], fps=fps, seconds=seconds
+        )
+        self._recordings.add(made)
+        return made
 
     def add_folder(self, name: str) -> Folder:
         """Adds a group of controls to the panel `Script`; the returned `Folder` has the same methods."""
@@ -325,6 +354,8 @@ class Viewer:
 
     def close(self) -> None:
         """Disconnects the clients and stops the server or the widget."""
+        for each in list(self._recordings):
+            each.stop()
         if self._watcher is not None:
             self._watcher.end()
         (self._widget if self._server is None else self._server).close()

@@ -2,7 +2,8 @@
 
 A packed plane is filtered as integers, then compressed with raw deflate. Filters store component after component, and
 of each component the lowest bytes of all values, then the next bytes. "left" stores differences from the value on the
-left, "left_up" differences of those from the row above; both wrap around, so every bit of every value is restored.
+left; "left_up" stores the differences of these differences from the row above. Both wrap around, so every bit of every
+value is restored.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def pack(
 def reduced(array: Array) -> Array:
     """Floats rounded to `MANTISSA_BITS` bits of their mantissa, which deflate better; other arrays as they are.
 
-    The relative error is at most 2^-(MANTISSA_BITS + 1); infinities and NaN stay.
+    The relative error is at most 2^-(MANTISSA_BITS + 1); infinities and NaN do not change.
     """
     if array.dtype != np.float32:
         return array

@@ -58,7 +58,7 @@ class WorldBuilding(WorldContents):
         and sRGB if they are uint8. `uvs` [n, 2] have v = 0 at the top row of the texture. `normals` [n, 3] are used
         for shading. `material` has the keys of a material in a world file: `color`, `diffuse`, `specular`,
         `shininess`, `texture`, `textures`, `type`, ... `placement` has the keys `location`, `roll`, `pitch`, `yaw`,
-        `scale` or `matrix`, `category` and `refine`.
+        `scale` or `matrix`, `category`, `refine` and `displace`.
 
         Raises `WorldError` for an empty mesh, numbers that are not finite, indices out of range, arrays of the wrong
         shape, colours outside 0..1 and unknown keys.
@@ -95,8 +95,8 @@ class WorldBuilding(WorldContents):
         Accepts a dict, keywords, or both; or the path of a mesh file, or the name of a shape, followed by keywords:
         `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", radius=2)`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`. The keys of a
-        shape may also be given next to it, as `radius` above. A number or list instead of the shape's table is the
-        size of a box or plane, or the radius of a sphere: `add_object(sphere=2)`.
+        shape may also be given next to it, as `radius` above. A number or list instead of the shape's table is the size
+        of a box or plane, or the radius of a sphere: `add_object(sphere=2)` adds a sphere with a radius of 2 m.
 
         An object with `shadow_catcher=True` represents the ground in a photograph: in images with a transparent
         background or a background photo, only the shadows on it are visible. In all other images it is an ordinary
@@ -130,7 +130,7 @@ class WorldBuilding(WorldContents):
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a file (.urdf, .xacro, .sdf with one model); returns it, as in `robots`.
+        """Adds a robot from a file (.urdf, .xacro, .sdf with one model, .xml); returns it, as in `robots`.
 
         Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
         name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
@@ -145,9 +145,14 @@ class WorldBuilding(WorldContents):
 
         `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
         be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. The up axis of .dae
-        files is ignored, as in RViz; if parts of a robot are turned, its author expects `up_axis="apply"`. A xacro
-        file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process that
-        can read only these folders.
+        files is ignored, as in RViz; if parts of a robot appear rotated, pass `up_axis="apply"`, which applies it. A
+        xacro file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process
+        that can read only these folders.
+
+        An .xml file is MJCF, URDF or SDF. MJCF is compiled by MuJoCo (`raycam[mujoco]`): bodies become links, visible
+        are the geoms of the groups 0 to 2, and `geometry="collision"` shows those that collide. Joints start as in the
+        file (`qpos0`); those that an equality constraint couples linearly mimic each other. A ball joint has four
+        values (a quaternion x y z w).
 
         Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
         `WorldError` for a name that is already used, unknown joints and an invalid placement.
@@ -162,7 +167,8 @@ class WorldBuilding(WorldContents):
                 f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
                 code="unsupported_feature",
             )
-        if models[0].lights:
+        compiled = models[0].mujoco
+        if models[0].lights or (compiled is not None and compiled.model.nlight):
             text = f"{os.fspath(path)}: the file's lights are not added; raycam.load loads them, too"
             warn(Notice(text, "ignored_element"))
         robot = self._add_model(
@@ -206,14 +212,13 @@ class WorldBuilding(WorldContents):
     ) -> int:
         """Adds a light, described as in `[[light]]` of a world file; returns its index.
 
-        Accepts a dict, keywords, or both; or the type followed by keywords. A single number as strength is grey
-        light: `add_light("sun", direction=[-1, -1, -2], irradiance=3)`,
-        `{"type": "point", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
-        `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may be an array [h, w, 3] (linear floats, or
-        sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`. `target` aims a light at a point [3] in the world,
-        or at the centre of an object by name. It replaces `direction` of a sun, spot, disk or ies light, which then
-        points from `position` to the target (for a sun, `position` has no other effect), and the edges `u` and `v` of
-        an area light of `size` (width, height).
+        Accepts a dict, keywords, or both; or the type followed by keywords. A strength that is a single number means
+        grey light: `add_light("sun", direction=[-1, -1, -2], irradiance=3)`, `{"type": "point", "position": [0, 0, 3],
+        "power": [60, 60, 60], "radius": 0.05}`, `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may
+        be an array [h, w, 3] (linear floats, or sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`. `target` aims
+        a light at a point [3] in the world, or at the centre of an object by name. It replaces `direction` of a sun,
+        spot, disk or ies light, which then points from `position` to the target (for a sun, `position` has no other
+        effect), and the edges `u` and `v` of an area light of `size` (width, height).
 
         Raises `WorldError` for an invalid light, and `FormatError` or `OSError` for its files.
         """
@@ -224,12 +229,12 @@ class WorldBuilding(WorldContents):
     def set_fog(self, description: Mapping[str, Any] | None = None, /, **keys: Unpack[FogKeys]) -> None:
         """Fills the world outside of objects with fog, described as in `[fog]` of a world file; replaces earlier fog.
 
-        Accepts a dict, keywords, or both; without any, the fog is removed. `visibility` is the distance in metres
-        after which 5 % of the contrast remains: `set_fog(visibility=80)`. `extinction` is the fraction of light that
-        is absorbed or scattered, per metre (ln 20 / `visibility`), `albedo` (default: 1) the fraction of that light
-        which is scattered; both are a number or linear red, green and blue. `g` (default: 0) is the mean cosine of
-        the scattering angle, between -1 and 1. `height` is the coordinate along the up axis below which the fog is
-        (default: everywhere).
+        Accepts a dict, keywords, or both; without any, the fog is removed. `visibility` is the distance in metres after
+        which 5 % of the contrast remains: `set_fog(visibility=80)`. `extinction` is the fraction of light that is
+        absorbed or scattered, per metre (ln 20 / `visibility`), `albedo` (default: 1) is the fraction of that light
+        that is scattered; both are a number or linear red, green and blue. `g` (default: 0) is the mean cosine of the
+        scattering angle, between -1 and 1. `height` is the coordinate along the up axis at which the fog ends; the fog
+        is below it (default: everywhere).
 
         Raises `WorldError` for an invalid value; the fog is then unchanged.
         """
@@ -238,7 +243,7 @@ class WorldBuilding(WorldContents):
             _core.world_set_fog(self._core, plain(given) if given else None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
-        """Adds a camera. A number is appended to a name that already exists. The first camera is the default camera."""
+        """Adds a camera; the first one is the default camera. A number is appended to a name that already exists."""
         hint = ": add_camera(camera, name)" if isinstance(camera, str) else ""
         camera = check_camera(camera, hint)
         self._core.add_camera(_camera_name(name), camera._core)
@@ -267,7 +272,7 @@ class WorldBuilding(WorldContents):
         Accepts a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
         `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. A keyframe with `robot` and
         `joints`, a table of joint values, moves a robot: `{"time": 2, "robot": "arm", "joints": {"elbow": 0.5}}`. Its
-        joints are interpolated linearly. Raises `WorldError`.
+        joints are interpolated linearly. Raises `WorldError` for an invalid description.
         """
         given = expand_joint_keyframes(self, {**(description or {}), **keys})
         with self._warning():
@@ -361,12 +366,12 @@ class WorldBuilding(WorldContents):
     ) -> Camera:
         """Returns a camera from which the whole world just fits into an image of `size` (width, height).
 
-        `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right
-        above), or a vector [3] from the world's centre to the camera. The front side faces -y in a z-up world and +z
-        in a y-up world, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` is the scale
-        of the world in the image: at 1 it fills 90 % of the image. A given `camera`, such as a calibration without a
-        pose, keeps its size, K and lens and is moved until the world fits; `size` and `fov` are then the camera's
-        own. Raises `CameraError` for an empty world and `SettingsError` for invalid arguments.
+        `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
+        or a vector [3] from the world's centre to the camera. The front side faces -y in a z-up world and +z in a y-up
+        world, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` is the scale of the world
+        in the image: at 1 it fills 90 % of the image. A given `camera`, such as a calibration without a pose, keeps its
+        size, K and lens, and is moved until the world fits; `size` and `fov` are then ignored. Raises `CameraError` for
+        an empty world and `SettingsError` for invalid arguments.
         """
         return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom, camera=camera)
 

@@ -50,7 +50,7 @@ class WorldContents:
 
     @property
     def up(self) -> Literal["z", "y"]:
-        """The up axis."""
+        """The up axis: "z" or "y"."""
         return self._core.up
 
     @property
@@ -118,9 +118,9 @@ class WorldContents:
 
     @property
     def sensors(self) -> dict[str, Sensor]:
-        """The sensors that are not cameras, in world coordinates, by name; those of rigs are called rig/name.
+        """The sensors that are not cameras, in world coordinates, by name; a rig's sensors are called rig/name.
 
-        In a world at a time (`world.at(t)`), they are where the video and their trajectories place them, and lidars
+        In a world at a time (`world.at(t)`), the video and the sensors' trajectories determine their poses, and lidars
         move during their frame. A sensor whose class has not been imported is omitted with a notice. Raises
         `LidarError` for invalid settings of a lidar.
         """
@@ -168,7 +168,7 @@ class WorldContents:
 
     @property
     def textures(self) -> list[str]:
-        """The names of the image files."""
+        """The names of the textures' image files."""
         return self._core.textures
 
     @property
@@ -187,7 +187,7 @@ class WorldContents:
     def notices(self) -> list[Notice]:
         """Notices about what was omitted, repaired or assumed when the world was read and built.
 
-        Each is also warned as a `raycam.Notice` when it arises.
+        Each is also issued as a warning, a `raycam.Notice`, when it arises.
         """
         return self._core.notices
 

@@ -116,11 +116,11 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
     """Reads joint values over time from a CSV or NPY file, or a ROS 2 bag; returns times [n] in seconds and vectors [n,
     k].
 
-    The first row of a CSV file contains `time` and the joints' names. An NPY array [n, 1 + k] has the time in its
-    first column, followed by the joints in the order of `Robot.joints`. Of a bag, the `sensor_msgs/JointState` messages
-    are read (see `read_joint_states`); the times are those of all messages with joints of the robot, and begin with 0
-    at the bag's first joint state. A joint that a message omits is interpolated linearly. Joints without a column keep
-    their values. A notice reports joints of a bag that the robot does not have or that cannot be set.
+    The first row of a CSV file contains `time` and the joints' names. An NPY array [n, 1 + k] has the time in its first
+    column, followed by the joints in the order of `Robot.joints`. Of a bag, the `sensor_msgs/JointState` messages are
+    read (see `read_joint_states`); the times are those of all messages with joints of the robot, relative to the bag's
+    first joint state. A joint that a message omits is interpolated linearly. Joints without a column keep their values.
+    A notice reports joints of a bag that the robot does not have or that cannot be set.
 
     Raises `OSError` if the file cannot be read, `WorldError` if its contents are invalid, and the errors of
     `read_joint_states`.

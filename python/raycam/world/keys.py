@@ -46,6 +46,7 @@ class ObjectKeys(TypedDict, total=False):
     triangles: npt.ArrayLike
     instance_of: str
     refine: int | Mapping[str, Any]
+    displace: bool | Mapping[str, Any]
     face_colors: npt.ArrayLike
     vertex_colors: npt.ArrayLike
     uvs: npt.ArrayLike
@@ -61,6 +62,7 @@ class ObjectKeys(TypedDict, total=False):
     texture: Image
     textures: Mapping[str, Image]
     wrap: Wrap | Sequence[Wrap]
+    height_scale: float
     diffuse: float
     specular: float | npt.ArrayLike
     shininess: float

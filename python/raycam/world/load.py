@@ -12,7 +12,7 @@ from ..errors import Error, SettingsError, WorldError
 from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
-from ..robots import FileResolver, find_root, read_robots
+from ..robots import CompiledModel, FileResolver, find_root, read_robots
 from .missing_files import check_exists, recipe_named
 from .robot_files import is_robot
 from .robot_tables import robot_lines
@@ -40,42 +40,44 @@ def load(
     packages: Iterable[str | os.PathLike[str]] = (),
     xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file, glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro .sdf).
+    """Loads a world file, glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .sdf .xml).
 
     `source` is a path, the bytes of a file, or a binary file object such as `io.BytesIO` or a download, which is read
     to its end. The content determines the file type of bytes and of files without a known extension; if it is
     ambiguous, `kind`, an extension such as "glb", determines it. Bytes open no other files: textures must be in the
     file.
 
-    `scale` multiplies the coordinates of a mesh file, whose unit is unknown; `units` does the same with the unit's
-    length in metres, such as 0.001 for "mm".
+    Mesh files do not specify their unit: `scale` multiplies their coordinates, or `units` names the unit, for example
+    "mm", which multiplies them by 0.001.
 
     USD (.usd .usda .usdc .usdz) requires the `raycam[usd]` extra; it is read in a separate process.
 
     Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects.
-    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`. `variant` is
-    the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several
-    separated by commas; "NAME" applies to all prims with that variant. `World.variants` lists the names.
+    `World.notices` lists parts that were skipped or repaired; each is also issued as a warning, a `raycam.Notice`.
+    `variant` is the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}",
+    several separated by commas; "NAME" applies to all prims with that variant. `World.variants` lists the names.
 
     `texture_memory` limits the memory of material images, in bytes or as "512 MiB" (see `World`). Without it, images
     may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
 
     `folder` restricts which files are read: images, materials, buffers, layers and meshes must be in it (default: the
-    file's folder). Symbolic links are followed within it. A part whose file is outside is omitted with a notice; an
-    essential part raises an error. `path` itself may be a link to anywhere; files that it refers to are then searched
-    next to the link and next to its target.
+    file's folder). Symbolic links are followed within it. A part whose file is outside is omitted with a notice; if the
+    part is essential, an error is raised. The path `source` itself may be a link to anywhere; files that it refers to
+    are then searched next to the link and next to its target.
 
     `time` is the time in seconds at which a USD file is read (default: the first time of each value); for other
     formats, use `World.at`.
 
-    `up` is the model's up axis, if the file does not specify it or is wrong. It rotates the view, the sky and the
-    ground, not the vertices. By default, OBJ, PLY, STL and OFF files are z up, although most OBJ files are y up.
+    `up` is the model's up axis, for files that do not specify it or specify a wrong one. It rotates the view, the sky
+    and the ground, not the vertices. By default, OBJ, PLY, STL and OFF files are z up, although most OBJ files are y
+    up.
 
     A robot (.urdf) is placed at the origin with its joints at zero, or at the limit nearest to zero;
-    `World.add_robot` has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
-    `xacro_args` are the arguments of a xacro file.
+    `World.add_robot` has more arguments. An .xml file is MJCF, URDF or SDF, as its root element states; MJCF requires
+    the `raycam[mujoco]` extra, and its lights are loaded, too. `packages` are folders in which `package://NAME` of
+    robots is searched, `xacro_args` are the arguments of a xacro file.
 
-    Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of other files than meshes,
+    Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of files other than meshes,
     `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or `CameraError` for
     an invalid description, each with file, line and key.
     """
@@ -240,7 +242,18 @@ def _load_robot(
         world._add_model(model, files, name=name, **how)
         for light in model.lights:
             world.add_light(light.type, **light.keys)
+        if model.mujoco is not None:
+            _add_mujoco_lights(world, model.mujoco)
     return world
+
+
+def _add_mujoco_lights(world: World, compiled: CompiledModel) -> None:
+    """Adds the lights of an MJCF file, with their notices."""
+    from ..interop.mujoco.parts import add_model_lights
+
+    notices = add_model_lights(world, compiled.model)
+    world._core.set_notices([*world._core.notices, *notices])
+    warn_all(notices)
 
 
 def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:

@@ -1,4 +1,4 @@
-"""The mesh of one object as arrays per corner, read from the object's glTF form."""
+"""The mesh of one object as arrays per triangle corner, read from the object's glTF export."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _alone(world: WorldContents, number: int) -> _core.World:
 def attributes_of(
     document: dict[str, Any], binary: memoryview, primitive: dict[str, Any]
 ) -> dict[str, Single]:
-    """The attributes of a primitive by corner, [f, 3, k]."""
+    """Returns the attributes of a glTF primitive per triangle corner, [f, 3, k]."""
     arrays = {name: _accessor(document, binary, i) for name, i in primitive["attributes"].items()}
     count = len(arrays["POSITION"])
     indices = np.arange(count)

@@ -27,7 +27,7 @@ class Object:
     visible: bool = True
     """False for an object that is excluded from images, shadows, light and queries."""
     shadow_catcher: bool = False
-    """True for an object of which images with a transparent background or a background photo show only the shadows."""
+    """True for a shadow catcher: images with a transparent background or a background photo show only its shadows."""
 
     def __repr__(self) -> str:
         """Number, name, category, triangles and position as text."""

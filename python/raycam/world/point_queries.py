@@ -30,9 +30,9 @@ class Topology:
     Vertices with equal positions count as one vertex; triangles with two equal corners are ignored. `closed`: every
     edge belongs to an even number of triangles. `oriented`: neighbouring triangles traverse their common edge in
     opposite directions. `boundary_edges` int32 [k, 2] are the edges of an odd number of triangles, as vertex indices;
-    of equal vertices, the first. `volume` is the placed object's volume in cubic metres, positive if triangles are
-    counter-clockwise seen from outside; it is only meaningful for closed, oriented meshes. `components` is the number
-    of parts that edges connect.
+    equal vertices have the first one's index. `volume` is the placed object's volume in cubic metres, positive if
+    triangles are counter-clockwise seen from outside; it is only meaningful for closed, oriented meshes. `components`
+    is the number of parts that edges connect.
     """
 
     closed: bool
@@ -99,8 +99,8 @@ class PointQueries:
         =========== ================ =================================================================  =====
         distance    float64 [...]    to the closest point                                               +inf
         position    float64 [..., 3] the closest point in the world                                     NaN
-        instance    int32 [...]      number of its object                                               -1
-        triangle    int32 [...]      index of its triangle in the mesh                                  -1
+        instance    int32 [...]      number of the point's object                                       -1
+        triangle    int32 [...]      index of the point's triangle in the mesh                          -1
         barycentric float64 [..., 3] weights of the triangle's corners, at least 0 and of sum 1         0
         normal      float64 [..., 3] the triangle's unit normal, outwards; 0 without an area            0
         =========== ================ =================================================================  =====
@@ -161,12 +161,12 @@ class PointQueries:
     ) -> Bools:
         """Returns True [...] for points `a` and `b` [..., 3] with no triangle between them; symmetric in `a` and `b`.
 
-        The points broadcast as in NumPy: `visible(a[:, None], b)` returns the visibility matrix, without further
-        memory. Triangles within `margin` of either point are ignored, because the point may lie on them. The default
-        margin is eight units in the last place of the points' dtype (float32 or float64) at the largest coordinate,
-        the rounding error of a point on a surface. As in `cast_rays`, triangles include their edges; `objects` and
-        `surface` are as there. The result is False for points that are not finite. Raises `SettingsError` for a wrong
-        shape and a negative margin.
+        The points broadcast as in NumPy: `visible(a[:, None], b)` returns the visibility matrix, without copying the
+        points. Triangles within `margin` of either point are ignored, because the point may lie on them. The default
+        margin is eight units in the last place of the points' dtype (float32 or float64) at the largest coordinate, the
+        rounding error of a point on a surface. As in `cast_rays`, triangles include their edges, and `objects` and
+        `surface` select what blocks the view. The result is False for points that are not finite. Raises
+        `SettingsError` for a wrong shape and a negative margin.
         """
         left, right = triples("a", a), triples("b", b)
         pair = paired(("a", left), ("b", right))

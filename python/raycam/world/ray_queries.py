@@ -101,8 +101,8 @@ class RayQueries:
         barycentric    float64 [..., 3] weights of the corners, at least 0 and of sum 1                  0
         normal         float64 [..., 3] the triangle's unit normal, on the side that the ray comes from  0
         position       float64 [..., 3] the hit point in the world                                       NaN
-        front          bool [...]       the ray enters by the front: corners counter-clockwise as the    False
-                                        mesh has them; mirrored objects keep their outside
+        front          bool [...]       the ray hits the front, where the corners are counter-           False
+                                        clockwise; mirrored objects keep their outside
         distance       float64 [...]    t times the length of the direction                              +inf
         shading_normal float64 [..., 3] unit normal interpolated from the corners, on the same side      0
         uv             float64 [..., 2] texture coordinates, v down; NaN without any                     NaN

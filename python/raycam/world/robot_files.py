@@ -53,7 +53,7 @@ def place_robot(
     """Adds a robot's shapes to a world, with all joints at zero; returns the robot and notices.
 
     `placement` moves the origin of the file. All files are located before objects are added, so the world is unchanged
-    if one is missing.
+    if a file is missing.
     """
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])
@@ -70,9 +70,13 @@ def place_robot(
             f"robot {robot.name!r}: the name already exists; pass another name=", code="duplicate_name"
         )
     builder = _Builder(world, robot, files, geometry, category, up_axis)
-    builder.find_meshes(missing)
-    builder.add_objects()
-    for one in model.cameras:
+    if model.mujoco is None:
+        builder.find_meshes(missing)
+        builder.add_objects()
+        cameras = model.cameras
+    else:
+        cameras = builder.add_geoms(model.mujoco)
+    for one in cameras:
         full = f"{robot.name}/{one.name}"
         if full in {camera for camera, _ in world._core.cameras}:
             raise WorldError(f"camera {full!r}: the name is taken", code="duplicate_name")
@@ -180,6 +184,30 @@ class _Builder:
             raise
         names = [item[0] for item in self._world._core.objects]
         self._robot._parts.extend((names[number], link, matrix) for number, link, matrix in placed)
+
+    def add_geoms(self, compiled: robots.CompiledModel) -> list[robots.SdfCamera]:
+        """Adds one object for each geom of a MuJoCo model; returns the model's cameras on their links."""
+        from ..interop.mujoco.parts import link_cameras, link_geoms
+
+        geoms, notices = link_geoms(compiled.model, self._geometry)
+        cameras, more = link_cameras(compiled.model)
+        self.notices += [*notices, *more]
+        links = compiled.links
+        poses = self._robot._kinematics.poses(self._robot._values[None])
+        numbers: dict[str, int] = {}
+        for body, shape, link_from_mesh in geoms:
+            link = links[body]
+            number = numbers[link] = numbers.get(link, 0) + 1
+            stem = f"{self._robot.name}/{link}"
+            keys = {
+                "name": stem if number == 1 else f"{stem}/{number}",
+                "matrix": self._robot.world_from_root @ poses[link][0] @ link_from_mesh,
+                "category": self._robot.name if self._category == "robot" else link,
+            }
+            added = _core.world_add_object(self._world._core, plain(keys | shape), None)
+            name = self._world._core.objects[added][0]
+            self._robot._parts.append((name, link, link_from_mesh))
+        return [robots.SdfCamera(one.name, links[one.body], one.camera) for one in cameras]
 
     def _replaced(self, link: str, shape: robots.Visual) -> list[tuple[robots.Visual, Floats]]:
         """The shape with its scale [4, 4], or the replacement of a missing mesh."""

@@ -25,18 +25,18 @@ STEP_S = 1 / 240
 
 @dataclass(frozen=True)
 class Settled:
-    """Figures of `settle`."""
+    """The result of `settle`: how the objects came to rest."""
 
     objects: tuple[str, ...]
     """The names of the objects that fell."""
     attempts: int
-    """Random draws that were needed, 1 to 20: one of all objects, and further ones of objects that failed a check."""
+    """The number of random draws, 1 to 20: first of all objects, then again of objects that failed a check."""
     seconds: float
     """Simulated time since the poses of all objects were drawn."""
     penetration: float
-    """Greatest depth in metres to which two of the meshes overlap."""
+    """The greatest penetration depth of two meshes, in metres."""
     motion: float
-    """Greatest motion of a point of the objects in a further second, in metres."""
+    """The greatest motion of a point of the objects during another second, in metres."""
 
 
 def settle(
@@ -66,9 +66,9 @@ def settle(
     it is lowered by 0.5 mm (2 % of the size for objects of several parts), none moves by more than 0.1 mm in another
     second, and each is within its target: completely for `into`, with its centre for `on`. Penetrating objects are
     lifted and fall again. Objects that fail another check, for example because they fell next to the bin, are thrown
-    again while the others stay; after 10 draws, all objects are thrown again, and after 20, settling fails. The poses
-    become matrices of the objects. The same arguments return the same bytes on any number of threads. A notice reports
-    robots that overlap other objects.
+    again while the others stay; after 10 attempts, all objects are thrown again, and after 20 attempts, settling fails.
+    The poses become matrices of the objects. The same arguments return the same bytes on any number of threads. A
+    notice reports robots that overlap other objects.
 
     Raises `WorldError` with the code "not_settled" and the check that failed if no attempt succeeds (the world is then
     unchanged), "no_volume" for a flat object, "unknown_name", and "conflicting_values" for links of robots.
@@ -119,7 +119,7 @@ def settle(
 def find_overlaps(world: World) -> list[tuple[str, str, float]]:
     """Returns the names of objects that overlap the links of a robot, with the depth in metres.
 
-    Links of one robot may overlap each other. Overlaps of 0.2 mm and less are ignored.
+    Overlaps between links of the same robot are ignored. Overlaps of 0.2 mm and less are ignored.
     """
     names = [item.name for item in world.objects]
     owners = [next((name for name in world.robots if one.startswith(f"{name}/")), None) for one in names]

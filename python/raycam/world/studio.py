@@ -117,8 +117,8 @@ def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bo
 def add_studio_preview(world: WorldBuilding, camera: Camera) -> None:
     """Adds lights that resemble the studio's, but require only one sample per pixel with the integrator "direct".
 
-    The sky's radiance is `FLOOR`. The sun has no size, and the irradiance at which the floor's radiance is `FLOOR` too:
-    `FLOOR = FLOOR / pi * (pi * FLOOR + irradiance * sin(KEY_ELEVATION))`.
+    The sky's radiance is `FLOOR`. The sun has no size; its irradiance is such that the floor's radiance is also
+    `FLOOR`: `FLOOR = FLOOR / pi * (pi * FLOOR + irradiance * sin(KEY_ELEVATION))`.
     """
     world.add_light(type="sky", radiance=FLOOR)
     world.add_light(

@@ -22,12 +22,13 @@ Wrap = Literal["repeat", "clamp", "mirror"]
 class Texture:
     """An image with its lookup parameters, for the keys `texture` and `textures` of an object.
 
-    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4] whose first row is at v = 0: uint8, uint16
-    or bool (sRGB for colours, otherwise linear), or linear floats. Floats outside 0 to 1 (for emission: below 0) are
-    clamped, with a notice. `wrap` is the addressing mode outside 0..1 (one for both axes or one each), `filter` the
-    interpolation between texels. Texture coordinates (u, v) are multiplied by `repeat`, rotated by `rotation` degrees
-    and shifted by `offset`, as in glTF's `KHR_texture_transform`. `uv_set` selects one of the mesh's coordinate sets.
-    `channel` uses one channel of the image for all values. `strength` scales normal and occlusion textures.
+    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4] whose first row is at v = 0: uint8,
+    uint16 or bool (sRGB for colours, otherwise linear), or linear floats. Floats outside 0 to 1 (for emission:
+    below 0) are clamped, with a notice; heights may have any sign. `wrap` is the addressing mode outside 0..1
+    (one for both axes or one each), `filter` the interpolation between texels. Texture coordinates (u, v) are
+    multiplied by `repeat`, rotated by `rotation` degrees and shifted by `offset`, as in glTF's
+    `KHR_texture_transform`. `uv_set` selects one of the mesh's coordinate sets. `channel` uses one channel of the
+    image for all values. `strength` scales normal and occlusion textures.
 
         box = world.add_object(box={}, type="principled", textures={"roughness": raycam.Texture(array, repeat=4)})
 

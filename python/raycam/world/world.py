@@ -182,7 +182,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         add_studio(self, camera, ground=ground)
 
     def in_studio(self, camera: Camera, *, ground: bool = True) -> World:
-        """Returns a copy in the studio (see `add_studio`) whose `without_studio` is this world."""
+        """Returns a copy with the studio added (see `add_studio`); the copy's `without_studio` is this world."""
         copy = self.copy()
         add_studio(copy, camera, ground=ground)
         copy._bare = self

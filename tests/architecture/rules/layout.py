@@ -14,7 +14,7 @@ ORDER = {
     """,
     "scene": """
         codes notice error_code error written named_enum up foreign_terms math color medium mesh texture material
-        camera light
+        displacement camera light
         animation render_options video model world schema
         triangles lib
     """,
@@ -57,9 +57,11 @@ DELEGATIONS = {
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},
     "explanation/explanation.py": {"viewer/explanation_page.py"},
+    "world/load.py": {"interop/mujoco/parts.py"},
+    "world/robot_files.py": {"interop/mujoco/parts.py"},
 }
 """Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`,
-`Explanation.save_figure`.
+`Explanation.save_figure`, and reading robots from MJCF files.
 
 Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
 """

@@ -8,7 +8,8 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.compat.mujoco import Renderer
-from support.mujoco_scenes import REFERENCES, SCENES, load
+from support.mujoco_scenes import REFERENCES, SCENES, load, set_flags
+from support.raises import raises, warns
 
 pytestmark = pytest.mark.filterwarnings("ignore::raycam.Notice")
 
@@ -17,6 +18,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::raycam.Notice")
 def test_images_resemble_those_of_mujocos_renderer(name: str) -> None:
     model, data = load(name)
     renderer = Renderer(model, 120, 160)
+    set_flags(renderer, name)
     renderer.update_scene(data, "main")
     expected = np.array(Image.open(REFERENCES / f"{name}.png")).astype(int)
     difference = abs(renderer.render().astype(int) - expected)
@@ -61,3 +63,36 @@ def test_more_samples_smooth_edges() -> None:
     plain, smooth = (scene.render(camera, samples=samples).astype(int) for samples in (1, 4))
     changed = (plain != smooth).any(axis=2).mean()
     assert 0.01 < changed < 0.4
+
+
+def test_geoms_covered_by_identical_later_ones_are_omitted_with_a_notice() -> None:
+    box = '<geom name="{}" type="box" size=".3 .2 .1" rgba="{} 1"/>'
+    shapes = (
+        box.format("lower", "1 0 0")
+        + box.format("upper", "0 1 0")
+        + '<geom name="other" size=".4" pos="2 0 0"/>'
+    )
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{shapes}</worldbody></mujoco>")
+    with warns(raycam.Notice, code="ignored_element", mentions=["'lower'"]):
+        scene = raycam.from_mujoco(model)
+    assert [item.name for item in scene.world.objects] == ["upper", "other"]
+    renderer = Renderer(model, 60, 80)
+    renderer.enable_segmentation_rendering()
+    renderer.update_scene(forward(model))
+    assert set(np.unique(renderer.render()[..., 0])) == {-1, 1, 2}
+
+
+def forward(model: mujoco.MjModel) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return data
+
+
+@pytest.mark.parametrize("flag", ["mjRND_WIREFRAME", "mjRND_ADDITIVE"])
+def test_flags_without_support_raise(flag: str) -> None:
+    model, data = load("layered")
+    renderer = Renderer(model, 30, 40)
+    renderer.scene.flags[getattr(mujoco.mjtRndFlag, flag)] = 1
+    renderer.update_scene(data, "main")
+    with raises(raycam.SettingsError, code="unsupported_feature", mentions=[flag]):
+        renderer.render()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import raycam
 from lidar.files.test_packets import packets_of
-from raycam.lidar.files.ouster_packets import ouster_packets
+from raycam.lidar.files.ouster_packets import crc64, ouster_dual_packets, ouster_packets
 from support.raises import raises
 
 SDK_PACKETS = "c807fa7da12a44b92177c5950e351041a94e65e9b71151860e40adf323eb9ebf"
@@ -19,6 +19,9 @@ SDK_PACKETS = "c807fa7da12a44b92177c5950e351041a94e65e9b71151860e40adf323eb9ebf"
 `SensorInfo.from_default`, RANGE 1000 + 37 row + 11 column, REFLECTIVITY (row + 3 column) mod 256, the other fields 0,
 and the time stamps of the columns at 10 Hz. The frame's number and the encoder, which the SDK does not write into each
 column, are set to 0."""
+SDK_DUAL_PACKETS = "d867b60470d74cd8f1f1e21d83b0fc6f9dcb3a3d4d13980ea601b52dee95f72a"
+"""The same of the profile RNG19_RFL8_SIG16_NIR16_DUAL, with their headers and check sums, for frame 1 and two thirds of
+the pixels with RANGE2 2000 + 37 row + 11 column and REFLECTIVITY2 (2 row + column) mod 256."""
 
 
 def test_packets_equal_those_of_ouster_sdk() -> None:
@@ -37,6 +40,57 @@ def test_packets_equal_those_of_ouster_sdk() -> None:
     np.testing.assert_array_equal(encoder, np.arange(512) * 176)
     table[:, 10:16] = 0
     assert hashlib.sha256(table.tobytes()).hexdigest() == SDK_PACKETS
+
+
+def test_packets_with_two_returns_equal_those_of_ouster_sdk() -> None:
+    row, column = (each.ravel() for each in np.mgrid[:64, :512])
+    both = np.flatnonzero((row + column) % 3 != 0)
+    distance = (1000 + 37 * row + 11 * column) / 1000.0
+    columns = {
+        "lost": np.zeros(len(row) + len(both), np.int8),
+        "distance": np.concatenate([1.0 + distance[both], distance]),
+        "reflectivity": np.concatenate([np.full(len(both), 0.1), np.ones(len(row))]),
+        "intensity": np.concatenate([(2 * row + column)[both] % 256, (row + 3 * column) % 256]).astype(
+            np.uint8
+        ),
+        "laser": np.concatenate([row[both], row]),
+        "column": np.concatenate([column[both], column]),
+    }
+    packets = ouster_dual_packets(columns, (64, 512), 10.0)
+    np.testing.assert_allclose([time for time, _ in packets], np.arange(32) / 320)
+    assert hashlib.sha256(b"".join(data for _, data in packets)).hexdigest() == SDK_DUAL_PACKETS
+
+
+def test_check_sum_is_that_of_the_catalogue() -> None:
+    """The check value of CRC-64/XZ in the catalogue of parametrised CRC algorithms (G. Cook)."""
+    text = np.frombuffer(b"123456789", np.uint8)
+    assert crc64(np.stack([text, text])).tolist() == [0x995DC9BBDF1939FA] * 2
+
+
+def test_saved_packets_with_two_returns_have_the_strongest_first(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [60, 60, 30]}, name="hall", color=[0.5] * 3)
+    screen = {"opacity": 0.2, "alpha": "blend"}
+    world.add_object(box={"size": [50, 50, 20]}, name="screen", color=[0.5] * 3, **screen)
+    scan = raycam.scan(world, raycam.Lidar("os1-16", mode="512x10", returns="dual", noise=False))
+    scan.save(tmp_path / "dual.pcap")
+    ranges = np.zeros((2, 16, 512))
+    for packet in packets_of(tmp_path / "dual.pcap"):
+        columns = np.frombuffer(packet, np.uint8)[32:-32].reshape(16, 12 + 16 * 16)
+        number = columns[:, 8:10].copy().view("<u2").ravel()
+        pixels = columns[:, 12:].copy().view("<u4").reshape(16, 16, 4)
+        for echo in range(2):
+            ranges[echo][:, number] = (pixels[..., echo] & 0x7FFFF).T / 1000
+    energy = scan["reflectivity"] / scan["distance"] ** 2
+    near, far = ((scan["returns"] == 2) & (scan["return"] == at) for at in (0, 1))
+    assert near.sum() > 5000
+    assert (energy[near] < energy[far]).all()
+    for at, echo in enumerate((near, far)):
+        found = ranges[1 - at, scan["laser"][echo], scan["column"][echo]]
+        np.testing.assert_allclose(found, scan["distance"][echo], atol=0.00051)
+    unit = json.loads((tmp_path / "dual.json").read_text(encoding="utf-8"))
+    assert unit["lidar_data_format"]["udp_profile_lidar"] == "RNG19_RFL8_SIG16_NIR16_DUAL"
+    assert raycam.load_lidar(tmp_path / "dual.json").settings["mode"] == "512x10"
 
 
 @pytest.mark.parametrize(("name", "mode"), [("os1-16", "512x10"), ("os1-128", "1024x20")])
@@ -80,12 +134,17 @@ def test_metadata_of_other_programs_is_not_replaced(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other.json", "other.pcap", "scan.json"]
 
 
-def test_packets_of_two_returns_or_large_distances_are_refused(tmp_path: Path) -> None:
+def test_packets_of_all_returns_or_large_distances_are_refused(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": [4000, 60, 20]}, name="hall", color=[0.5] * 3)
     lidar = raycam.Lidar("os1-16", mode="512x10")
     far = lidar.replace(range_10=1e6, max_range=1e6)
-    for one, code in ((lidar.replace(returns="dual"), "cannot_write"), (far, "cannot_write")):
+    large = far.replace(returns="dual")
+    for one, code in (
+        (lidar.replace(returns="all"), "cannot_write"),
+        (far, "cannot_write"),
+        (large, "cannot_write"),
+    ):
         with raises(raycam.LidarError, code=code):
             raycam.scan(world, one).save(tmp_path / "scan.pcap")
     assert not list(tmp_path.iterdir())

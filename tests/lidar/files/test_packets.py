@@ -199,6 +199,55 @@ def test_two_returns_are_decoded_as_the_strongest_and_the_last(tmp_path: Path) -
     np.testing.assert_allclose(measured, expected, atol=0.003)
 
 
+@pytest.fixture
+def screened() -> raycam.World:
+    """A hall around a box whose surface returns half of the light."""
+    world = raycam.World()
+    world.add_object(box={"size": [60, 60, 30]}, name="hall", color=[0.5] * 3)
+    screen = {"opacity": 0.5, "alpha": "blend"}
+    world.add_object(box={"size": [20, 20, 20]}, name="screen", location=[2, 0, 0], color=[0.5] * 3, **screen)
+    return world
+
+
+def compare_two_returns(found: np.ndarray, scan: raycam.Scan) -> None:
+    """Compares both returns of every pulse: columns, rings and distances."""
+    assert (scan["returns"] == 2).sum() > 50_000
+    assert len(np.unique(found[:, 7])) > 1
+    measured = np.linalg.norm(found[:, :3], axis=1)
+    expected = np.linalg.norm(scan["position"], axis=1)
+    assert len(measured) == len(expected)
+    order = np.lexsort((measured, found[:, 6], found[:, 5]))
+    own = np.lexsort((expected, scan["ring"], scan["column"]))
+    np.testing.assert_array_equal(found[order, 5], scan["column"][own])
+    np.testing.assert_array_equal(found[order, 6], scan["ring"][own])
+    np.testing.assert_allclose(measured[order], expected[own], atol=0.004)
+
+
+def test_two_returns_of_a_vls128_are_decoded(screened: raycam.World, tmp_path: Path) -> None:
+    scan = raycam.scan(screened, raycam.Lidar("vls128", returns="dual", noise=False))
+    scan.save(tmp_path / "dual.pcap")
+    for packet in packets_of(tmp_path / "dual.pcap")[::100]:
+        flags = [struct.unpack_from("<H", packet, 100 * block)[0] for block in range(12)]
+        assert flags == [0xEEFF] * 2 + [0xDDFF] * 2 + [0xCCFF] * 2 + [0xBBFF] * 2 + [0] * 4
+        assert packet[1204] == 0x39
+    compare_two_returns(decode(tmp_path / "dual.pcap", "VLS128"), scan)
+
+
+def test_two_returns_of_an_hdl64e_are_decoded(screened: raycam.World, tmp_path: Path) -> None:
+    path = calibration_file("HDL-64E_S2.1-sztaki", tmp_path, flat=True)
+    lidar = raycam.load_lidar(path, "hdl64e", min_range=0, returns="dual", noise=False)
+    scan = raycam.scan(screened, lidar)
+    scan.save(tmp_path / "dual.pcap")
+    config = decoder.Config(
+        model=decoder.Model.HDL64E_S2,
+        calibration=decoder.Calibration.read(str(path)),
+        min_range=0,
+        max_range=300,
+    )
+    found = np.concatenate([points for _, points in decoder.read_pcap(tmp_path / "dual.pcap", config)])
+    compare_two_returns(found, scan)
+
+
 def test_packet_has_the_layout_of_the_manual(hall: raycam.World, tmp_path: Path) -> None:
     """The fields of one packet, read by hand: 12 blocks of 100 bytes, a time stamp and two factory bytes."""
     lidar = raycam.Lidar("vlp16", noise=False).placed([3, 2, 1])
@@ -223,8 +272,8 @@ def test_packet_has_the_layout_of_the_manual(hall: raycam.World, tmp_path: Path)
     ("name", "settings", "code"),
     [
         ("pandar64", {}, "wrong_device"),
-        ("vls128", {"returns": "dual"}, "cannot_write"),
-        ("hdl64e", {"returns": "dual"}, "cannot_write"),
+        ("vls128", {"returns": "all"}, "cannot_write"),
+        ("hdl64e", {"returns": "all"}, "cannot_write"),
         ("vlp16", {"returns": "all"}, "cannot_write"),
         ("vlp16", {"step": 1e-4}, "cannot_write"),
     ],

@@ -30,7 +30,7 @@ SHOWN = (
 TRANSITIONS_ENDED = (
     "Promise.all(document.getAnimations().map(({ finished }) => finished.catch(() => null))).then(() => null)"
 )
-"""Colours in transition have other contrasts than before and after."""
+"""The contrasts of colours in transition differ from those before and after."""
 
 
 @pytest.fixture(scope="module")

@@ -78,7 +78,9 @@ def test_webassembly_images_equal_native_images(
                 assert differs.mean() < OTHERWISE[PICTURES[number][1]], text
             else:
                 assert not differs.any(), text
-                assert digest(there) == hashes[label(number)][name], f"{text}, other bytes than kept"
+                assert digest(there) == hashes[label(number)][name], (
+                    f"{text}, the bytes differ from the stored hash"
+                )
 
 
 def test_files_are_read_from_memory_with_their_references() -> None:

@@ -27,7 +27,7 @@ def test_images_have_the_recorded_hashes(tmp_path: Path) -> None:
     assert len(COMPLETE) >= 20
     expected = kept()
     for name, channels in found(tmp_path).items():
-        assert channels == expected[name], f"{name}: other bytes than on other machines"
+        assert channels == expected[name], f"{name}: the bytes differ from those of other machines"
     assert all(len(channels) >= 17 for channels in expected.values())
 
 

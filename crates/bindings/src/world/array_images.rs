@@ -19,7 +19,7 @@ const MARK: &str = "\0array ";
 /// Name that replaces the image of a light.
 pub(crate) const NAME: &str = "array";
 
-/// Images of a description by number.
+/// The images of a description that were given as arrays, in the order of their numbers.
 #[derive(Default)]
 pub(crate) struct ArrayImages(Vec<Arc<Image>>);
 

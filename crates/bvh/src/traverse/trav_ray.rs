@@ -16,8 +16,8 @@ use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 /// This requires only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
 /// triangle enclose the ray exactly. Each is x - s z, but for u |s z| of the product and a relative error of the
 /// difference: so the hit point lies in the slab of z, and off those of x and y by at most 3 u T, where T is the
-/// greatest t of anything in the tree along the main axis. All other errors are relative to the t at hand, 7 u at most,
-/// except 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed them all.
+/// greatest t of anything in the tree along the main axis. All other errors are relative to the computed t,
+/// 7 u at most, except 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed them all.
 ///
 /// The pads are small and not a fraction of the largest coordinate: a ray that starts very close to a wall does not
 /// enter the wall's boxes.

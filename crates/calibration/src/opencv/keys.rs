@@ -245,7 +245,7 @@ pub(super) fn is_camera_matrix(key: &str) -> bool {
         .any(|end| [key.strip_suffix(end), key.strip_prefix(end)].into_iter().flatten().any(|base| K.contains(&base)))
 }
 
-/// True if the reader knows a key without a marker.
+/// True if the reader recognises a key without a marker.
 fn is_base(base: &str) -> bool {
     let groups: [&[&str]; 24] = [
         &K,
@@ -470,7 +470,7 @@ impl<'a> KeyView<'a> {
         self.base(key).iter().any(|base| RECTIFIED.contains(&base.as_str()))
     }
 
-    /// True if the reader knows the key.
+    /// True if the reader recognises the key.
     pub(super) fn knows(&self, key: &str) -> bool {
         self.base(key).iter().any(|base| is_base(base))
     }

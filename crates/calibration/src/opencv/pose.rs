@@ -90,7 +90,7 @@ fn is_named_pose(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
         && (at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9 | 12 | 16)) || keys::is_keyed(at))
 }
 
-/// True for a key whose name the reader does not know and whose value is a pose, judged by its numbers or its name.
+/// True for a key that the reader does not recognise and whose value is a pose, judging by its numbers or its name.
 pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
     if view.is_rectified(key) || view.has_name(key, &["p", "projectionmatrix"]) {
         return false;

@@ -86,7 +86,9 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
     calibration.note(
         NoticeCode::PlacedCameras,
         match perspective {
-            Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones",
+            Some(_) => {
+                "the cameras are in the axes of the body; the cameras of perspective.txt are the rectified cameras"
+            }
             None => {
                 "the cameras are in the axes of the body and have no K, because perspective.txt and image_02.yaml are \
                  not in the same folder"

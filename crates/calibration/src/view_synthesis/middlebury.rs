@@ -47,8 +47,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         return Err(FormatError::line(
             path,
             line,
-            "cam1 has another focal length than cam0, so the pair is not \
-            rectified",
+            "the focal lengths of cam0 and cam1 differ, so the pair is not rectified",
         ));
     }
     let doffs = second.z_axis.x - first.z_axis.x;

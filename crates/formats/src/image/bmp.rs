@@ -64,7 +64,7 @@ impl BmpHeader {
     fn runs_fit(&self, bytes: &[u8]) -> Option<()> {
         let mut bytes = bytes.iter();
         let mut next = || bytes.next().map(|&byte| usize::from(byte));
-        // `told` is the column according to the run lengths, `at` the number of pixels in the row.
+        // `told` is the column according to the sum of the run lengths, `at` the number of pixels in the row.
         let (mut row, mut at, mut told) = (0, 0, 0);
         while row < self.rows {
             match (next()?, next()?) {

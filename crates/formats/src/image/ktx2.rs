@@ -211,8 +211,8 @@ fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> R
     }
 }
 
-/// Rejects textures whose orientation or channels would have to be changed, because keys have other values than glTF
-/// allows.
+/// Rejects textures whose orientation or channels would have to be changed, because keys have values that glTF does not
+/// allow.
 fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<()> {
     while let Some((length, rest)) = keys.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;

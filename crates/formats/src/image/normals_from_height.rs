@@ -1,22 +1,18 @@
 //! Normal maps from height maps.
 
-use std::path::Path;
-
 use raycam_scene::{Image, Texels, Texture, Wrap};
 
-use crate::budget::Budget;
 use crate::error::Result;
 
 /// Returns the normals of a surface whose height is the brightness of `heights`: white is above black by the width of a
 /// texel. Red is to the right, green upwards.
 ///
 /// Source: Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978. The normal is tilted against the slopes, which are
-/// differences between the neighbours on both sides. MTL specifies no unit for heights; a texel is used as in other
-/// tools that convert heights to normals (DirectXTex, `ComputeNormalMap`, with an amplitude of 1).
-pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Result<Image> {
+/// differences between the neighbours on both sides, as in other tools that convert heights to normals (DirectXTex,
+/// `ComputeNormalMap`, with an amplitude of 1).
+pub(crate) fn normals_from_height(heights: &Texture) -> Result<Image> {
     let Image { name, size, .. } = &*heights.image;
     let [columns, rows] = size.map(|side| side as usize);
-    budget.take_pixels(Path::new(name), (columns * rows) as u64)?;
     let texels = heights.image.texels.in_memory()?;
     let beside = |at: usize, length: usize, wrap| match wrap {
         Wrap::Repeat => [(at + length - 1) % length, (at + 1) % length],
@@ -37,14 +33,4 @@ pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Res
         }
     }
     Ok(Image::new(name.clone(), *size, Texels::Linear16(normals)))
-}
-
-/// True for a height map: all channels of every texel are equal, which is never the case in a normal map.
-pub(crate) fn is_height_map(texels: &Texels) -> Result<bool> {
-    Ok(match &*texels.in_memory()? {
-        Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-        Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-        Texels::Float(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-        Texels::Paged(_) => false, // is in memory here
-    })
 }

@@ -53,7 +53,7 @@ enum Fault {
 const PARALLEL_READ_THRESHOLD: u64 = 4 << 20;
 /// Number of bytes that one thread reads at a time.
 const READ_CHUNK: usize = 1 << 20;
-/// Maximum number of files per world that are searched for under other names than the written one.
+/// Maximum number of files per world that are searched for under names that differ from the written one.
 const MAX_SEARCHES: usize = 1000;
 /// Maximum number of names in a folder that a search examines.
 const MAX_LISTED: usize = 10_000;

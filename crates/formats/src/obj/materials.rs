@@ -4,11 +4,10 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use raycam_scene::{Material, Mesh, MeshFile, Notice, NoticeCode, Texture, TextureSlot};
+use raycam_scene::{Material, Mesh, MeshFile, Notice, NoticeCode, Texels, Texture, TextureSlot};
 
 use crate::error::Result;
 use crate::image::merge_alpha;
-use crate::image::normals_from_height;
 use crate::io::{AssetRoot, lexer, reference};
 use crate::obj::chunk::RunRange;
 use crate::obj::library::Library;
@@ -86,6 +85,16 @@ impl Materials {
     }
 }
 
+/// True for a height map: all channels of every texel are equal, which is never the case in a normal map.
+fn is_height_map(texels: &Texels) -> Result<bool> {
+    Ok(match &*texels.in_memory()? {
+        Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
+        Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
+        Texels::Float(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
+        Texels::Paged(_) => false, // is in memory here
+    })
+}
+
 /// Textures that have been created, by colour file, opacity file, clamping and use.
 type TexturesByKey = HashMap<(Vec<u8>, Option<Vec<u8>>, bool, ImageUse), Option<usize>>;
 
@@ -94,7 +103,7 @@ type TexturesByKey = HashMap<(Vec<u8>, Option<Vec<u8>>, bool, ImageUse), Option<
 enum ImageUse {
     Color,
     Data,
-    /// Normals, or heights that are converted to normals.
+    /// Normals or heights.
     Normals,
 }
 
@@ -138,7 +147,8 @@ fn slots(
         };
         let Some(texture) = texture else { continue };
         let slot = TextureSlot { image_from_mesh: map.image_from_mesh, ..TextureSlot::plain(texture) };
-        slots.push((map.role, slot, map.strength));
+        let is_height = map.role == MapRole::Normal && is_height_map(&model.textures[texture].image.texels)?;
+        slots.push((if is_height { MapRole::Height } else { map.role }, slot, map.strength));
         if cut.is_some() {
             slots.extend([MapRole::Color, MapRole::Opacity].map(|role| (role, slot, 1.0)));
         }
@@ -167,23 +177,21 @@ fn image(
         ImageUse::Color => ColorUse::Color,
         _ => ColorUse::Data,
     };
-    let mut texture = map.texture(library, color_use, assets, &mut model.notices)?;
-    if let Some(heights) = &mut texture
+    let texture = map.texture(library, color_use, assets, &mut model.notices)?;
+    if let Some(heights) = &texture
         && used == ImageUse::Normals
-        && normals_from_height::is_height_map(&heights.image.texels)?
+        && is_height_map(&heights.image.texels)?
     {
         model.notices.push(Notice::new(
             NoticeCode::AssumedConvention,
             format!(
-                "{}:{}: {:?} is a height map and is converted to normals; white is above black by the width of a \
-                 texel",
+                "{}:{}: {:?} is a height map without a unit; white is above black by the width of a texel; \
+                 height_scale sets the height in metres",
                 library.display(),
                 map.line,
                 reference::shown(&map.file)
             ),
         ));
-        let normals = normals_from_height::normals_from_height(heights, &mut assets.budget)?;
-        heights.image = assets.store_texture(Arc::new(normals))?;
     }
     let index = texture.map(|texture| {
         model.textures.push(texture);

@@ -9,7 +9,10 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Alpha, ErrorCode, Material, MaterialModel, NormalMap, Notice, NoticeCode, Principled, TextureSlot};
+use raycam_scene::{
+    Alpha, ErrorCode, HeightMap, HeightUnit, Material, MaterialModel, NormalMap, Notice, NoticeCode, Principled,
+    TextureSlot,
+};
 
 use crate::error::{FormatError, Location, Result};
 use crate::io::Diagnostics;
@@ -99,6 +102,8 @@ impl MtlMaterial {
             material.emission.value = [1.0; 3];
         }
         material.normal_map = slot(MapRole::Normal).map(|&(_, texture, scale)| NormalMap { texture, scale });
+        let unit = HeightUnit::Texel;
+        material.height_map = slot(MapRole::Height).map(|&(_, texture, scale)| HeightMap { texture, scale, unit });
         if !refracts && (self.opacity < 1.0 || texture(MapRole::Opacity).is_some()) {
             material.opacity = self.opacity;
             material.alpha = Alpha::Blend;

@@ -19,6 +19,8 @@ pub(crate) enum MapRole {
     Metallic,
     Sheen,
     Normal,
+    /// A [`MapRole::Normal`] whose image turns out to contain heights.
+    Height,
 }
 
 impl MapRole {

@@ -155,7 +155,7 @@ impl<'a> SecondView<'a> {
         Ok(Self { view, row_worlds: lines })
     }
 
-    /// World-space position, in the world that the second camera sees, of a point on a triangle; its image; and true if
+    /// World-space position of a point on a triangle, in the second camera's world; its image; and true if
     /// it has an image.
     fn project(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
         let camera = self.view.camera;
@@ -175,7 +175,7 @@ impl<'a> SecondView<'a> {
         (at(camera.line_fraction(pixel)), pixel, sees)
     }
 
-    /// World that a pixel of the second camera sees.
+    /// The world at the time at which a pixel of the second camera is exposed.
     fn world(&self, pixel: DVec2) -> &PreparedWorld {
         let line = self.view.camera.line_fraction(pixel) * self.row_worlds.len() as f64;
         let last = self.row_worlds.len().saturating_sub(1);

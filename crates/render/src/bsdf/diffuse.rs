@@ -24,7 +24,7 @@ pub(crate) struct Diffuse<'a> {
     pub guiding: Option<(&'a ConeMixture<LANES>, usize)>,
 }
 
-/// Albedo of a hit whose material is diffuse except for emission and has no normal map.
+/// Albedo of a hit whose material is diffuse except for emission and has no normal or height map.
 #[inline]
 pub(crate) fn diffuse_albedo(
     geometry: &Geometry,
@@ -35,7 +35,7 @@ pub(crate) fn diffuse_albedo(
     let MaterialModel::Phong { diffuse, .. } = prepared.material.model else {
         return None;
     };
-    (prepared.phong_lobe.is_none() && prepared.material.normal_map.is_none())
+    (prepared.phong_lobe.is_none() && !prepared.material.bends_normals())
         .then(|| geometry.base_color_with(prepared, hit, footprint) * diffuse)
 }
 

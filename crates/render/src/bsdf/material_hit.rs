@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::{TextureSlot, Textured};
+use raycam_scene::{NormalMap, TextureSlot, Textured};
 
 use crate::interaction::SurfaceInteraction;
 use crate::interaction::batch::SurfaceInteractions;
@@ -24,7 +24,7 @@ pub(crate) struct MaterialHit<'a> {
     /// The shading frame without any normal map.
     pub unmapped_frame: ShadingFrame,
     pub is_front: bool,
-    /// Colour channel that the path carries; `None` for all channels.
+    /// The only colour channel of the path; `None` if it transports all channels.
     pub channel: Option<usize>,
     /// Index of refraction outside of the material's own interior.
     pub outside_ior: f32,
@@ -82,12 +82,21 @@ impl<'a> MaterialHit<'a> {
         self.geometry.base_color_with(self.material, self.hit, self.footprint)
     }
 
-    /// Normal of the material's normal map, if it has one.
+    /// Normal of the material's normal map and height map, if it has one of them.
     #[inline]
     pub fn mapped_normal(&self) -> Option<Vec3> {
-        let map = self.material.material.normal_map?;
+        let material = &self.material.material;
+        if material.bends_normals() { self.bent_normal(material.normal_map.as_ref()) } else { None }
+    }
+
+    /// Shading normal bent by a normal map and by the material's height map; `None` without either.
+    pub fn bent_normal(&self, normal_map: Option<&NormalMap>) -> Option<Vec3> {
         let normal = self.unmapped_frame.normal;
-        self.geometry.mapped_normal(&map, self.hit, self.footprint, normal, self.is_front)
+        let mapped = normal_map
+            .and_then(|map| self.geometry.mapped_normal(map, self.hit, self.footprint, normal, self.is_front));
+        let Some(heights) = &self.material.material.height_map else { return mapped };
+        let normals = [normal, mapped.unwrap_or(normal)];
+        self.geometry.bumped_normal(heights, self.hit, self.footprint, normals, self.is_front).or(mapped)
     }
 
     /// Mapped normal for layers that mirror: it keeps the mirror direction above the surface.

@@ -93,11 +93,7 @@ fn thin_film(p: &Principled, hit: &MaterialHit) -> ThinFilm {
 fn clearcoat(p: &Principled, hit: &MaterialHit) -> Option<Clearcoat> {
     let weight = hit.value(&p.clearcoat, 0);
     let frame = &hit.unmapped_frame;
-    let mapped = || {
-        let map = p.clearcoat_normal?;
-        let normal = hit.geometry.mapped_normal(&map, hit.hit, hit.footprint, frame.normal, hit.is_front);
-        normal.map(|normal| frame.keep_mirror_above(normal))
-    };
+    let mapped = || hit.bent_normal(p.clearcoat_normal.as_ref()).map(|normal| frame.keep_mirror_above(normal));
     (weight > 0.0).then(|| Clearcoat {
         weight,
         ggx: Ggx::isotropic(hit.value(&p.clearcoat_roughness, 1)),

@@ -23,7 +23,7 @@ pub(crate) enum Bsdf<'a> {
 }
 
 impl<'a> Bsdf<'a> {
-    /// The BSDF at a hit, and the shading frame with the material's normal map.
+    /// The BSDF at a hit, and the shading frame with the material's normal and height map.
     pub fn new(hit: &MaterialHit<'a>) -> (Self, ShadingFrame) {
         let material = &hit.material.material;
         let mut frame = hit.unmapped_frame;

@@ -97,7 +97,7 @@ impl SpecularSample {
 }
 
 impl SpecularBsdf {
-    /// BSDF of a smooth metal or of clear glass without a normal map, and its frame.
+    /// BSDF of a smooth metal or of clear glass without a normal or height map, and its frame.
     #[inline]
     pub fn at_hit(hit: &MaterialHit) -> Option<(Self, ShadingFrame)> {
         let material = &hit.material.material;
@@ -109,7 +109,7 @@ impl SpecularBsdf {
             | MaterialModel::Principled(_)
             | MaterialModel::Boundary => return None,
         };
-        if material.normal_map.is_some() || !is_smooth(roughness) {
+        if material.bends_normals() || !is_smooth(roughness) {
             return None;
         }
         let stack = hit.layer_stack()?;

@@ -65,7 +65,7 @@ pub enum Channel {
     /// Fraction of light of each colour that fog and other media let pass between the camera and the surface.
     /// Background: the fraction along a ray without end, 1 without fog.
     Transmittance,
-    /// Light that the camera sees without any scattering: emissive and unlit surfaces, lamps and the environment. With
+    /// Light that reaches the camera without any scattering: emissive and unlit surfaces, lamps and the environment. With
     /// `direct` and `indirect`, and with `diffuse`, `specular` and `volume`, the sum is the colour. In the integrators
     /// `flat` and `ao`, all of the colour. Background: radiance of the environment.
     Emission,

@@ -1,7 +1,7 @@
-//! Caustic casters: mirrors, clear glass and glossy objects, which throw light on diffuse surfaces.
+//! Caustic casters: mirrors, clear glass and glossy objects, which cast light on diffuse surfaces.
 //!
 //! [`find_caustic_candidates`] selects candidates by their materials. The photon pass measures how much light each
-//! candidate throws, and [`choose_casters`] selects those that throw most.
+//! candidate casts, and [`choose_casters`] selects those that cast most.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -18,9 +18,9 @@ pub(crate) struct CausticCaster {
     /// Scene-local centre.
     pub center: DVec3,
     pub radius: f64,
-    /// True if some of its surfaces are rough. Samples are guided to a rough caster only if it throws much light.
+    /// True if some of its surfaces are rough. Samples are guided to a rough caster only if it casts much light.
     pub is_rough: bool,
-    /// Its share of guided samples, relative to the caster that throws most light.
+    /// Its share of guided samples, relative to the caster that casts most light.
     pub weight: f32,
 }
 
@@ -28,10 +28,10 @@ pub(crate) struct CausticCaster {
 pub(crate) const MAX_CASTERS: usize = 32;
 /// Number of casters that are always used. Lab note: "up to four caustic casters", 11-22.
 const FIRST_CASTERS: usize = 4;
-/// Minimum light that each further caster throws, relative to the first caster. Lab note: "a quarter of the most",
+/// Minimum light that each further caster casts, relative to the first caster. Lab note: "a quarter of the most",
 /// 11-26.
 const MIN_FURTHER_FRACTION: f64 = 0.25;
-/// Number of the largest objects whose thrown light is measured. Not tuned: twice [`MAX_CASTERS`].
+/// Number of the largest objects whose cast light is measured. Not tuned: twice [`MAX_CASTERS`].
 pub(crate) const MAX_CANDIDATES: usize = 64;
 /// Roughness above which metal counts as rough. Lab note: "roughness 0.45 (metal) and 0.35 (glass)", 11-23.
 const MAX_SMOOTH_CONDUCTOR: f32 = 0.45;
@@ -39,7 +39,7 @@ const MAX_SMOOTH_CONDUCTOR: f32 = 0.45;
 const MAX_SMOOTH_DIELECTRIC: f32 = 0.35;
 /// Roughness above which an object is not a caster. Lab note: "Rougher casters, up to 0.8", 11-26.
 const MAX_ROUGHNESS: f32 = 0.8;
-/// Minimum fraction of all light that a rough caster throws. Lab note: "a fifth of all light", 11-26.
+/// Minimum fraction of all light that a rough caster casts. Lab note: "a fifth of all light", 11-26.
 const MIN_ROUGH_FRACTION: f64 = 0.2;
 /// Minimum weight of a caster. Lab note: "with shares in proportion", 11-26; the floor was not tuned.
 const MIN_WEIGHT: f64 = 0.1;
@@ -62,13 +62,13 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
     all
 }
 
-/// Casters among the candidates, with their indices, sorted by thrown light. `thrown` is the fraction of all light that
-/// each candidate throws, as far as it was measured. Smooth candidates count even if they throw no measured light,
-/// because light may reach them on other paths.
+/// Casters among the candidates, with their indices, sorted by the light that they cast. `thrown` is the fraction of all
+/// light that each candidate casts, as far as it was measured. Smooth candidates count even if they cast no measured
+/// light, because light may reach them on other paths.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
     let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);
-    // The sort is stable: among candidates that throw no light, the largest comes first.
+    // The sort is stable: among candidates that cast no light, the largest comes first.
     all.sort_by(|&(a, _), &(b, _)| thrown[b].total_cmp(&thrown[a]));
     let most = all.first().map_or(0.0, |&(index, _)| thrown[index]);
     let is_enough = |&(index, _): &(usize, CausticCaster)| most > 0.0 && thrown[index] >= MIN_FURTHER_FRACTION * most;
@@ -214,12 +214,12 @@ mod tests {
         let chosen = |thrown: &[f64]| {
             choose_casters(&all, thrown).into_iter().map(|(index, caster)| (index, caster.weight)).collect::<Vec<_>>()
         };
-        // The first four are always chosen, except rough casters that throw too little light.
+        // The first four are always chosen, except rough casters that cast too little light.
         assert_eq!(chosen(&[0.0; 64]), [(0, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)]);
         let mut thrown = [0.01; 64];
         (thrown[60], thrown[50]) = (0.08, 0.02);
         assert_eq!(chosen(&thrown), [(60, 1.0), (50, 0.25), (0, 0.125), (2, 0.125)]);
-        // All objects that throw a quarter of the largest amount, up to the maximum number.
+        // All objects that cast a quarter of the largest amount, up to the maximum number.
         thrown[60] = 0.04;
         assert_eq!(chosen(&thrown).len(), MAX_CASTERS);
         assert_eq!(chosen(&thrown[..9]).len(), 8);

@@ -166,7 +166,7 @@ fn gather<const N: usize>(all: &CellTargets, cells: &[u32; N]) -> GuideTargets<N
     targets
 }
 
-/// Point that a receiver sees in the direction of a photon: where the photon left the caster or, if the receiver
+/// Point from which a photon arrives at a receiver: where the photon left the caster or, if the receiver
 /// touches the caster (a floor under water, for example), a point one caster radius away.
 fn visible_exit(exit: DVec3, landing: DVec3) -> DVec3 {
     let way = exit - landing;

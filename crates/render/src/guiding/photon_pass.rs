@@ -33,7 +33,7 @@ use crate::settings::{Integrator, Settings};
 const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
 /// Maximum number of photons emitted to all casters together. Lab note: "2^18 photons at most", 11-26.
 const MAX_PHOTONS: u32 = 1 << 18;
-/// Maximum number of photons emitted to each candidate to measure the light that it throws. Lab note: "2,048 photons",
+/// Maximum number of photons emitted to each candidate to measure the light that it casts. Lab note: "2,048 photons",
 /// 11-26.
 const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
 /// Maximum number of photons emitted to all candidates together. Lab note: "to each of 32 candidates", 11-26.
@@ -98,7 +98,7 @@ impl<'a> PhotonPass<'a> {
         Self { geometry, lights, candidates, candidate_of: by_instance.collect() }
     }
 
-    /// Fraction of all light that each of the largest candidates throws, estimated from photons emitted to it.
+    /// Fraction of all light that each of the largest candidates casts, estimated from photons emitted to it.
     fn thrown_fractions(&self) -> Vec<f64> {
         let phi = self.lights.phi();
         let count = self.candidates.len().min(MAX_CANDIDATES);

@@ -15,14 +15,14 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::medium::Medium;
 use crate::settings::Catchers;
 
-/// The distances at which the rays of paths begin, from the points that scattered the paths last: surfaces that let a path
-/// through leave its ray to go on.
+/// For each path, the point that scattered it last, and the distance from there at which its present ray begins. The
+/// distance is greater than 0 after surfaces that let the path through without scattering it.
 #[derive(Debug, Default)]
 pub(super) struct RayBegins(Vec<(DVec3, f64)>);
 
 impl RayBegins {
-    /// The distance at which the ray of a path begins, which ends at `hit`: there the next one begins, unless something
-    /// scatters the path. `start_depth` is that of [`CameraRayBatch`].
+    /// Returns the distance at which the present ray of a path begins. The ray ends at `hit`, where the next one begins
+    /// unless something scatters the path. `start_depth` is that of [`CameraRayBatch`].
     pub fn advance(&mut self, geometry: &Geometry, index: usize, path: &PathState, hit: &Hit, start_depth: f64) -> f64 {
         let scattered = path.prev_context.position;
         if self.0.len() <= index {
@@ -36,7 +36,7 @@ impl RayBegins {
         begin
     }
 
-    /// Forgets the paths of the batch before.
+    /// Forgets the paths of the previous batch.
     pub fn clear(&mut self) {
         self.0.clear();
     }

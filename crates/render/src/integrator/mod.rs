@@ -114,7 +114,7 @@ pub(crate) fn radiance(
     Ok(())
 }
 
-/// Adds the radiance along every camera ray, which a white Lambertian surface reflects in place of what it hits.
+/// Adds the radiance along every camera ray, with a white Lambertian surface in place of each object that the ray hits.
 pub(crate) fn irradiance(
     world: &PreparedWorld,
     settings: &Settings,

@@ -45,7 +45,7 @@ enum Scatterings {
     Several,
 }
 
-/// What a path meets first, as seen from the camera.
+/// The first surface or medium that scatters a path, counted from the camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FirstScattering {
     /// A surface, with the fraction of each colour that its diffuse lobes scatter.

@@ -107,7 +107,7 @@ impl PathScratch {
         self.active.extend(0..self.paths.len() as u32);
     }
 
-    /// Moves the paths through fog and other media; paths that they scatter go on, or end, before their hits.
+    /// Moves the paths through fog and other media; paths that they scatter continue or end before their hits.
     pub(super) fn cross_media(
         &mut self,
         tracer: &PathTracer,

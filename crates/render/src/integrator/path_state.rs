@@ -54,7 +54,7 @@ pub(crate) struct PathState {
     pub depth: u32,
     /// Media that the path is in.
     pub interior_list: InteriorList,
-    /// Single colour channel that a path carries after dispersion.
+    /// The only colour channel that a path transports after dispersion.
     pub wavelength_channel: Option<u8>,
     /// Product of squared relative indices that refraction has divided the throughput by.
     pub eta_scale: f32,

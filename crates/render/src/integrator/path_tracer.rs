@@ -46,7 +46,7 @@ pub(crate) struct PathSettings<'a> {
     /// Number of light samples per point.
     pub light_samples: usize,
     pub light_sampling: LightSampling,
-    /// True if points that the camera sees sample each of several kinds of lights.
+    /// True if lights of several kinds are sampled separately at points that the camera sees.
     pub split_lights: bool,
     /// Replaces constant environments by an ambient term. The value is the distance within which surfaces occlude it,
     /// if any.
@@ -84,7 +84,7 @@ pub(crate) struct PathModes<'a> {
     pub mis_with_bsdf: bool,
     /// True if direct lighting is evaluated for a batch of points at once.
     pub batch_direct_lighting: bool,
-    /// True if points that the camera sees sample each of several kinds of lights.
+    /// True if lights of several kinds are sampled separately at points that the camera sees.
     pub split_lights: bool,
     /// True if the last segment of a path needs only an occlusion test: its hit cannot emit or absorb.
     pub last_segment_is_occlusion_only: bool,
@@ -101,7 +101,7 @@ impl<'a> PathModes<'a> {
         let lights = settings.lights;
         let sampling = settings.light_sampling;
         let has_light_samples = lights.has_light_samples(sampling);
-        // A batch has the same values, but does not tell lights and lobes apart.
+        // A batch computes the same values, but does not separate them by light and lobe, as passes require.
         let batch_direct_lighting = has_light_samples
             && settings.ambient_term.is_none()
             && settings.light_samples <= MAX_SPLIT_SAMPLES
@@ -207,7 +207,7 @@ impl PathTracer<'_> {
         !self.is_free_bounce(path) && path.depth >= self.settings.max_depth
     }
 
-    /// True if a camera ray sees the back of a one-sided surface (glTF 2.0, 3.9.6).
+    /// True if a camera ray hits the back of a one-sided surface (glTF 2.0, 3.9.6).
     pub fn is_culled_back_face(&self, path: &PathState, material: &Material, front: bool) -> bool {
         path.depth == 1 && path.specular_bounce && !front && !material.double_sided
     }

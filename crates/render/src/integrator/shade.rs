@@ -52,7 +52,7 @@ impl PathTracer<'_> {
         self.shade_point(path, &point, transition, view, queues, radiance)
     }
 
-    /// Selects the colour channel that a path carries after its first dispersive surface.
+    /// Selects the only colour channel that a path transports after its first dispersive surface.
     fn choose_wavelength(&self, path: &mut PathState, material: &Material) {
         if path.wavelength_channel.is_none() && is_dispersive(material) {
             let [random, _] = self.samplers[path.ray_index()].get_2d(Dimension::Wavelength);

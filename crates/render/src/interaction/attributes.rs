@@ -174,18 +174,37 @@ impl Geometry {
         footprint: &Footprint,
         weight: TexelWeight,
     ) -> Option<[f32; 4]> {
-        if footprint.is_point() {
-            let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, [hit.u, hit.v].map(f64::from))?;
-            return Some(self.textures[slot.texture].lookup(slot.coordinates(uv), weight));
-        }
+        let texture = &self.textures[slot.texture];
+        Some(match self.texture_footprint(slot, hit, footprint)? {
+            (uv, None) => texture.lookup(uv, weight),
+            (uv, Some(axes)) => texture.mean(uv, axes, weight),
+        })
+    }
+
+    /// Mean gradient of a texture's red channel over a ray's footprint, by the coordinates in the image.
+    pub(crate) fn texel_gradient(&self, slot: &TextureSlot, hit: &Hit, footprint: &Footprint) -> Option<[f32; 2]> {
+        let (uv, axes) = self.texture_footprint(slot, hit, footprint)?;
+        Some(self.textures[slot.texture].mean_gradient(uv, axes.unwrap_or_default()))
+    }
+
+    /// Coordinates of a hit in a texture, and the axes of the ray's footprint there; no axes if it is a point.
+    #[inline]
+    fn texture_footprint(
+        &self,
+        slot: &TextureSlot,
+        hit: &Hit,
+        footprint: &Footprint,
+    ) -> Option<([f32; 2], Option<[Vec2; 2]>)> {
         let corner = |weights| {
             let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
             Some(Vec2::from(slot.coordinates(uv)))
         };
+        let uv = corner([hit.u, hit.v].map(f64::from))?.to_array();
+        if footprint.is_point() {
+            return Some((uv, None));
+        }
         let corners = [corner([0.0, 0.0])?, corner([1.0, 0.0])?, corner([0.0, 1.0])?];
-        let uv = corner([hit.u, hit.v].map(f64::from))?;
-        let axes = footprint.in_texture(corners);
-        Some(self.textures[slot.texture].mean(uv.to_array(), axes, weight))
+        Some((uv, Some(footprint.in_texture(corners))))
     }
 
     /// Texture coordinates of a set, interpolated with the weights of a triangle's second and third vertex; `None` if

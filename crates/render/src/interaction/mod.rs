@@ -4,6 +4,7 @@
 
 pub(crate) mod attributes;
 pub(crate) mod batch;
+pub(crate) mod height_map;
 pub(crate) mod normal_map;
 pub(crate) mod ray_cone;
 pub(crate) mod vector;
@@ -25,7 +26,7 @@ pub(crate) struct SurfaceInteraction {
     pub side_normal: Vec3,
     /// Interpolated unit normal, on the viewer's side.
     shading_normal: Vec3,
-    /// True if the viewer sees the vertices in counter-clockwise order.
+    /// True if the vertices are in counter-clockwise order as seen by the viewer.
     pub is_front: bool,
     /// Offsets of ray origins from the point, on the viewer's side and behind: beyond all float32 errors.
     offset_front: Vec3,

@@ -1,4 +1,4 @@
-//! Air light: what a fog that is seen against nothing sends to the camera, in closed form.
+//! Air light: the light that fog sends to the camera where no surface is behind it, in closed form.
 //!
 //! Single scattering of the light from infinity: H. Koschmieder, "Theorie der horizontalen Sichtweite", 1924. Light
 //! that the fog takes from suns and skies on its way, and light that is scattered twice, are taken as equal.

@@ -210,7 +210,7 @@ fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<Li
     Some(LightBounds::planar(&[a, a + e1, a + e2], front, intensity, material.double_sided))
 }
 
-/// Direction of a ray that sees the triangle's front.
+/// Direction of a ray that hits the triangle's front.
 fn front_direction(world: &Geometry, instance: u32, normal: DVec3) -> Vec3 {
     let mirrored = world.instances[instance as usize].flips_orientation;
     (if mirrored { normal } else { -normal }).as_vec3()

@@ -23,7 +23,7 @@ pub(crate) enum BatchKind {
 
 impl BatchKind {
     pub fn from_material(material: &Material) -> Self {
-        let is_bare = material.normal_map.is_none() && material.emission.value == [0.0; 3];
+        let is_bare = !material.bends_normals() && material.emission.value == [0.0; 3];
         match &material.model {
             MaterialModel::Phong { diffuse, specular, .. } if *specular == [0.0; 3] && is_bare => {
                 Self::Diffuse(*diffuse)

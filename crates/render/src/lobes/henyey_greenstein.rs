@@ -20,7 +20,7 @@ pub(crate) fn henyey_greenstein(cosine: f32, g: f32) -> f32 {
     (1.0 - g) * (1.0 + g) / (4.0 * PI * base * base.sqrt())
 }
 
-/// A direction in which light goes on that came along `direction`, with the density of [`henyey_greenstein`].
+/// A direction into which light along `direction` is scattered, with the density of [`henyey_greenstein`].
 pub(crate) fn sample_henyey_greenstein(direction: Vec3, g: f32, [x, y]: [f32; 2]) -> Vec3 {
     let cosine = if g.abs() < MIN_G {
         // To first order in g: the division below loses all digits.

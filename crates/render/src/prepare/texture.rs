@@ -31,6 +31,16 @@ pub(crate) struct PreparedTexture {
     levels_by_alpha: OnceLock<Option<Vec<Texture>>>,
 }
 
+/// Lookups that cover a footprint.
+struct Lookups {
+    /// Long axis of the footprint, along which the lookups are spread.
+    long: Vec2,
+    /// Number of lookups.
+    count: f32,
+    /// Mip level.
+    level: f32,
+}
+
 /// Weight of a texel's colour in lookups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TexelWeight {
@@ -63,6 +73,11 @@ impl PreparedTexture {
         Self { texture, levels: OnceLock::new(), levels_by_alpha: OnceLock::new() }
     }
 
+    /// Columns and rows.
+    pub fn size(&self) -> [u32; 2] {
+        self.texture.image.size
+    }
+
     /// Value at a point.
     pub fn lookup(&self, uv: [f32; 2], weight: TexelWeight) -> [f32; 4] {
         lookup(&self.texture, uv, weight)
@@ -70,15 +85,9 @@ impl PreparedTexture {
 
     /// Mean over a footprint around a point, given by its axes.
     pub fn mean(&self, uv: [f32; 2], axes: [Vec2; 2], weight: TexelWeight) -> [f32; 4] {
-        let size = Vec2::from(self.texture.image.size.map(|n| n as f32));
-        let (long, minor) = principal_axes(axes.map(|axis| axis * size));
-        let (major, long) = (long.length(), long / size);
-        // Non-finite coordinates are passed to the texture's sampler.
-        if self.texture.sampler.mip.is_none() || !(major > 1.0 + ROUNDING && major.is_finite()) {
+        let Some(Lookups { long, count, level }) = self.lookups_over(axes) else {
             return self.lookup(uv, weight);
-        }
-        let count = (major / minor.max(1.0) - ROUNDING).ceil().clamp(1.0, MAX_ANISOTROPY);
-        let level = minor.max(major / count).max(1.0).log2();
+        };
         let (mut sum, mut by_alpha) = ([0.0; 4], AlphaMean::default());
         for i in 0..count as u32 {
             let at = Vec2::from(uv) + long * ((i as f32 + 0.5) / count - 0.5);
@@ -89,6 +98,42 @@ impl PreparedTexture {
             }
         }
         if weight == TexelWeight::Alpha { by_alpha.texel() } else { sum }
+    }
+
+    /// Mean of [`Texture::gradient`] over a footprint around a point, given by its axes.
+    pub fn mean_gradient(&self, uv: [f32; 2], axes: [Vec2; 2]) -> [f32; 2] {
+        let Some(Lookups { long, count, level }) = self.lookups_over(axes) else {
+            return self.texture.gradient(uv);
+        };
+        let levels = self.levels(TexelWeight::Uniform);
+        let last = levels.len() - 1;
+        let first = (level as usize).min(last);
+        let between = if first == last { 0.0 } else { level - first as f32 };
+        let mut sum = Vec2::ZERO;
+        for i in 0..count as u32 {
+            let at = (Vec2::from(uv) + long * ((i as f32 + 0.5) / count - 0.5)).to_array();
+            let fine = Vec2::from(levels[first].gradient(at));
+            sum += match between > 0.0 {
+                true => fine.lerp(levels[first + 1].gradient(at).into(), between),
+                false => fine,
+            };
+        }
+        (sum / count).to_array()
+    }
+
+    /// The lookups whose mean covers a footprint; `None` for a footprint within a texel, and without a mip map.
+    #[inline]
+    fn lookups_over(&self, axes: [Vec2; 2]) -> Option<Lookups> {
+        let size = Vec2::from(self.texture.image.size.map(|n| n as f32));
+        let (long, minor) = principal_axes(axes.map(|axis| axis * size));
+        let (major, long) = (long.length(), long / size);
+        // Non-finite coordinates are passed to the texture's sampler.
+        if self.texture.sampler.mip.is_none() || !(major > 1.0 + ROUNDING && major.is_finite()) {
+            return None;
+        }
+        let count = (major / minor.max(1.0) - ROUNDING).ceil().clamp(1.0, MAX_ANISOTROPY);
+        let level = minor.max(major / count).max(1.0).log2();
+        Some(Lookups { long, count, level })
     }
 
     /// Trilinear lookup between mip levels.

@@ -7,7 +7,7 @@ pub(crate) enum Dimension {
     PixelFilter,
     /// Direction of the ambient occlusion ray.
     AmbientOcclusion,
-    /// Colour channel that a path carries after dispersion.
+    /// Choice of the colour channel that a path transports after dispersion.
     Wavelength,
     /// Position on the aperture.
     Lens,

@@ -181,7 +181,7 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
         let Self { samplers, mut which, key, pairs, mut out } = self;
         out.iter_mut().for_each(|out| out.clear());
         loop {
-            // Structure of arrays.
+            // One array for each field of the lanes (structure of arrays).
             let mut fields = [[0; LANES]; 5];
             let mut count = 0;
             while count < LANES

@@ -124,7 +124,7 @@ fn both_sides_of_a_surface_are_lit_without_leaks() {
     world.add_light(sun(-DVec3::Z, 3.0)).unwrap();
     assert_eq!(radiance(&world, EYE, DVec3::ZERO, &settings(4)), 0.0, "lit from behind");
     close(radiance(&world, -EYE, DVec3::ZERO, &settings(4)), 0.6 * 3.0 / std::f64::consts::PI, 1e-5);
-    // Tilted smooth normals do not carry light through the triangle.
+    // Tilted smooth normals let no light through the triangle.
     let mut leaning = primitive::plane([4.0, 4.0]).unwrap();
     leaning.normals = Some(vec![[0.8, 0.0, 0.6]; leaning.vertices.len()]);
     let mut world = World::default();

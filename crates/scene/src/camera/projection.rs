@@ -65,7 +65,7 @@ impl Camera {
     /// A pinhole sees points in front of it (depth > 0). For a point behind it, the pixel is where the line through the
     /// point and the centre meets the image; at depth 0 the pixel is not finite. Parallel rays from a plane see points
     /// in front of the plane; parallel rays from infinity see everything. Any other [`Lens`] sees the points that it
-    /// images, possibly including points behind it, up to the angle at which its model folds over; all other points
+    /// images, possibly including points behind it, up to the angle beyond which its model is not one-to-one; all others
     /// have the pixel NaN.
     ///
     /// A camera with a rolling shutter sees a point on the line that shows it in the middle of that line's exposure: on
@@ -173,8 +173,8 @@ impl Camera {
     /// of [`Camera::project`], through the middle of the aperture in the middle of the exposure.
     ///
     /// The ray starts at the camera's centre or, for parallel rays, on the plane through the centre. If no point
-    /// projects to the pixel, the direction is NaN and the ray hits nothing: this happens outside the valid region of a
-    /// lens that folds over, never with a pinhole camera.
+    /// projects to the pixel, the direction is NaN and the ray hits nothing: this happens outside the region in which the
+    /// lens model is one-to-one, never with a pinhole camera.
     #[inline]
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         self.ray_from(&self.pose_at(pixel, 0.5), pixel)

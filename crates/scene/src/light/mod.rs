@@ -150,7 +150,7 @@ pub enum Light {
     /// `irradiance`.
     Projector {
         /// The image file, in the world file's folder or below. Its values are factors, 1 for white; linear light between
-        /// the centres of texels. An image of another size than the camera's is stretched over the camera's image.
+        /// the centres of texels. An image whose size differs from the camera's is stretched over the camera's image.
         #[schemars(with = "String")]
         image: FileRef<Image>,
         /// The camera that is run backwards; descriptions contain it as [`CameraSpec`](crate::schema::CameraSpec).

@@ -16,7 +16,7 @@ pub struct LightTraits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LightVisibility {
-    /// True if the camera sees the light: its shape, or as the background.
+    /// True if the camera shows the light: its shape, or the background that it forms.
     pub camera: bool,
     /// True if mirrors and glass show the light.
     pub reflection: bool,

@@ -82,7 +82,7 @@ impl Light {
                  axis, and outer > 0"
             ));
         }
-        check_strength("a spot", *power, *intensity, "power is all emitted light, intensity is that on the axis")
+        check_strength("a spot", *power, *intensity, "power is all emitted light, intensity is its value on the axis")
     }
 
     /// Validates a rectangle or a disk.
@@ -133,7 +133,7 @@ impl Light {
         check_loaded("a projector", image)?;
         let Some(camera) = camera else {
             return invalid(
-                "a projector without camera; give its size, intrinsics and pose as those of a camera".into(),
+                "a projector without camera; specify its size, intrinsics and pose with the keys of a camera".into(),
             );
         };
         if camera.center() != Center::Point || camera.aperture().is_some() || camera.motion().is_some() {

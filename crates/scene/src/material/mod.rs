@@ -1,12 +1,14 @@
 //! Materials: a base colour, and how the surface reflects it.
 
 pub mod glass;
+pub mod height_map;
 pub mod metal;
 pub mod principled;
 
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};
 use crate::material::glass::Glass;
+use crate::material::height_map::HeightMap;
 use crate::material::metal::Metal;
 use crate::material::principled::{NormalMap, Principled, Textured};
 use crate::medium::Medium;
@@ -34,6 +36,9 @@ pub struct Material {
     pub emission: Textured<Rgb>,
     /// Normals with finer detail than the mesh.
     pub normal_map: Option<NormalMap>,
+    /// Heights whose slopes bend the shading normals, in addition to a normal map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height_map: Option<HeightMap>,
     /// Strength of the ambient occlusion texture, for renderers that do not compute occlusion; texture channel: red.
     pub occlusion: Option<Textured<f32>>,
     /// Priority among overlapping dielectrics: the highest wins; among equals, the inner body wins.
@@ -139,6 +144,7 @@ impl Default for Material {
             double_sided: true,
             emission: [0.0; 3].into(),
             normal_map: None,
+            height_map: None,
             occlusion: None,
             priority: 0,
             medium: None,
@@ -155,6 +161,12 @@ impl Material {
         Self { color, ..Self::default() }
     }
 
+    /// True if a texture bends its shading normals.
+    #[inline]
+    pub fn bends_normals(&self) -> bool {
+        self.normal_map.is_some() || self.height_map.is_some()
+    }
+
     /// Returns every texture that it uses.
     pub fn texture_slots(&self) -> Vec<TextureSlot> {
         self.clone().texture_slots_mut().map(|slot| *slot).collect()
@@ -167,6 +179,7 @@ impl Material {
             self.texture.as_mut(),
             self.emission.texture.as_mut(),
             self.normal_map.as_mut().map(|normal| &mut normal.texture),
+            self.height_map.as_mut().map(|heights| &mut heights.texture),
             self.occlusion.as_mut().and_then(|occlusion| occlusion.texture.as_mut()),
         ];
         own.into_iter().flatten().chain(principled.into_iter().flatten())
@@ -202,6 +215,9 @@ impl Material {
         }
         if let Some(medium) = &self.medium {
             medium.validate().map_err(|error| error.in_context("medium"))?;
+        }
+        if let Some(heights) = &self.height_map {
+            heights.validate()?;
         }
         self.model.validate()
     }

@@ -32,7 +32,7 @@ impl Fog {
         check_mean_cosine(self.g)?;
         match self.height {
             Some(height) if !height.is_finite() => {
-                let message = format!("{height}: expected a finite coordinate; leave it out for fog everywhere");
+                let message = format!("{height}: expected a finite coordinate; omit it for fog everywhere");
                 Err(SceneError::schema(ErrorCode::OutOfRange, "height", message))
             }
             _ => Ok(()),

@@ -1,5 +1,6 @@
 //! Meshes: indexed triangles in float64, with attributes of corners and faces.
 
+pub(crate) mod edge_refinement;
 pub mod oriented_box;
 pub mod primitive;
 pub mod subdivide;

@@ -2,13 +2,14 @@
 //!
 //! Each level replaces each triangle by four: triangle `i` becomes `4 i` to `4 i + 3`, first its three corners in order
 //! and then its middle. They inherit its colour and material slot. Vertices with equal coordinates are one point of the
-//! surface and move together, so that texture seams and hard corners do not tear. Texture coordinates and vertex
-//! colours are interpolated linearly along the edges.
+//! surface and move together, so that texture seams and hard corners do not tear. Texture coordinates, vertex colours
+//! and opacities are interpolated linearly along the edges.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
+use crate::mesh::edge_refinement::append_midpoints;
 use crate::mesh::topology::{Edges, has_three_corners, weld_vertices};
 
 /// Maximum number of triangles after subdivision.
@@ -92,13 +93,10 @@ impl SubdividedMesh {
         }
         self.point_of_vertex.extend(edge_points);
         self.points = points;
+        append_midpoints(mesh, &edges.ends);
+        // Tangents are derived from the texture coordinates again.
+        mesh.tangents = None;
         mesh.vertices = self.point_of_vertex.iter().map(|&point| self.points[point as usize]).collect();
-
-        interpolate_on_edges(&mut mesh.uvs, &edges, |a, b| [0, 1].map(|i| f32::midpoint(a[i], b[i])));
-        interpolate_on_edges(&mut mesh.vertex_colors, &edges, |a, b| [0, 1, 2].map(|i| f32::midpoint(a[i], b[i])));
-        interpolate_on_edges(&mut mesh.normals, &edges, |a, b| {
-            (Vec3::from_array(a) + Vec3::from_array(b)).normalize_or(Vec3::from_array(a)).to_array()
-        });
         let four = |[a, b, c]: [u32; 3], sides: &[u32; 3]| {
             let [ab, bc, ca] = sides.map(|edge| old + edge);
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
@@ -180,14 +178,6 @@ fn loop_weight(n: u32) -> f64 {
     let n = f64::from(n);
     let c = 0.375 + 0.25 * (std::f64::consts::TAU / n).cos();
     (0.625 - c * c) / n
-}
-
-/// Appends one value per edge to an array with one value per vertex.
-fn interpolate_on_edges<T: Copy>(values: &mut Option<Vec<T>>, edges: &Edges, between: impl Fn(T, T) -> T) {
-    if let Some(values) = values {
-        let added: Vec<T> = edges.ends.iter().map(|&[a, b]| between(values[a as usize], values[b as usize])).collect();
-        values.extend(added);
-    }
 }
 
 /// Copies the value of each triangle to its four parts.

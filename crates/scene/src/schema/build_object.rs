@@ -9,10 +9,12 @@ use crate::material::Material;
 use crate::math::rotation;
 use crate::model::AssetLoader;
 use crate::schema::build_failure::BuildFailure;
+use crate::schema::displace_object::ObjectParts;
 use crate::schema::geometry::{Additions, LoadedMeshes};
 use crate::schema::keys::Keys;
 use crate::schema::material_keys::has_material_keys;
 use crate::schema::shorthand::{Category, Splat};
+use crate::schema::spec::displace::DisplaceSpec;
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 use crate::up::Up;
@@ -22,7 +24,8 @@ use crate::world::{Object, World};
 pub(super) const SHAPES: [&str; 9] =
     ["box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "instance_of"];
 /// Keys that belong to the mesh, not to its placement or material.
-pub(super) const GEOMETRY: [&str; 6] = ["triangles", "refine", "face_colors", "vertex_colors", "uvs", "normals"];
+pub(super) const GEOMETRY: [&str; 7] =
+    ["triangles", "refine", "displace", "face_colors", "vertex_colors", "uvs", "normals"];
 
 /// Keys that define the placement.
 pub(super) const PLACEMENT: [&str; 6] = ["location", "roll", "pitch", "yaw", "scale", "matrix"];
@@ -45,6 +48,7 @@ impl ObjectSpec {
         files: &mut F,
         known: &mut LoadedMeshes,
     ) -> Result<usize, BuildFailure<F::Error>> {
+        self.displace = self.displace.filter(DisplaceSpec::is_on);
         let keys = self.keys();
         let kind = keys.exactly_one("shape", &SHAPES)?;
         if kind != "vertices" {
@@ -68,7 +72,14 @@ impl ObjectSpec {
                 let next = world.textures.len();
                 let axes = self.file_axes(world.up);
                 let (additions, read) = self.additions(&keys, axes, next, files, known, plain)?;
-                let Additions { mesh, index, materials, textures, notices } = additions;
+                let Additions { mut mesh, index, mut materials, mut textures, notices } = additions;
+                let parts = ObjectParts {
+                    mesh: &mut mesh,
+                    materials: &mut materials,
+                    known_textures: &world.textures,
+                    new_textures: &mut textures,
+                };
+                self.displace_parts(parts, world_from_mesh.matrix3)?;
                 let materials = add_materials(materials, textures, &name, world)?;
                 world.notices.extend(notices);
                 let index = index.unwrap_or_else(|| world.add_shared_mesh(mesh));

@@ -12,7 +12,7 @@ use crate::schema::shorthand::{Splat, Wraps};
 use crate::schema::spec::object::ObjectSpec;
 use crate::schema::spec::texture::{ImageSpec, TextureSpec, TextureTable};
 use crate::schema::texture_binding::TextureBinding;
-use crate::texture::{ColorUse, Image, Texels, Texture, TextureSampler, TextureSlot};
+use crate::texture::{ColorUse, Image, TexelFilter, Texels, Texture, TextureSampler, TextureSlot};
 
 /// Textures that contain colours; 8-bit values are in sRGB.
 const COLORS: [&str; 5] = ["texture", "emission", "specular_color", "sheen_color", "diffuse_transmission_color"];
@@ -65,6 +65,10 @@ impl TextureSpec {
                 value instead";
             return Err(SceneError::schema(ErrorCode::ConflictingValues, "strength", message).into());
         }
+        if key == "height" && table.filter == TexelFilter::Nearest {
+            let message = "\"nearest\" has no slopes; heights require \"linear\"";
+            return Err(SceneError::schema(ErrorCode::ConflictingValues, "filter", message).into());
+        }
         if !strength.is_finite() || (key == "occlusion" && !(0.0..=1.0).contains(&strength)) {
             let message = format!("{strength}; expected a finite number, 0 to 1 for occlusion");
             return Err(SceneError::schema(ErrorCode::OutOfRange, "strength", message).into());
@@ -109,9 +113,13 @@ impl TextureTable {
     }
 }
 
-/// The image with values clamped to a key's range: emission has no upper limit, all others are 0 to 1.
+/// The image with values clamped to a key's range: heights have no limits, emission has no upper limit, all others are 0
+/// to 1.
 fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<Notice>) -> Arc<Image> {
     let Texels::Float(texels) = &image.texels else { return image };
+    if key == "height" {
+        return image;
+    }
     let largest = if key == "emission" { f32::MAX } else { 1.0 };
     let is_outside = |value: &&f32| !(0.0..=largest).contains(*value);
     let mut outside = texels.as_flattened().iter().filter(is_outside);

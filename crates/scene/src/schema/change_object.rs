@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::camera::sensor::LidarSurface;
 use crate::error::{Result, SceneError};
@@ -14,10 +14,12 @@ use crate::model::AssetLoader;
 use crate::notice::{Notice, NoticeCode};
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::build_object::{GEOMETRY, PLACEMENT, SHAPES};
+use crate::schema::displace_object::ObjectParts;
 use crate::schema::geometry::{Additions, LoadedMeshes};
 use crate::schema::keys::Keys;
 use crate::schema::material_keys::has_material_keys;
 use crate::schema::shorthand::Category;
+use crate::schema::spec::displace::DisplaceSpec;
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 use crate::world::{Names, World};
@@ -88,6 +90,7 @@ impl ObjectSpec {
         id: usize,
         files: &mut F,
     ) -> Result<(), BuildFailure<F::Error>> {
+        self.displace = self.displace.filter(DisplaceSpec::is_on);
         let keys = self.keys();
         if self.name.as_ref().is_some_and(String::is_empty) {
             return Err(SceneError::schema(ErrorCode::MissingValue, "name", "\"\"; expected a non-empty name").into());
@@ -98,7 +101,11 @@ impl ObjectSpec {
             true => None,
             false => Some(self.object_transform(world.up, &keys)?),
         };
-        let (mesh, materials) = self.changed_parts(world, id, &keys, files)?;
+        let (mut mesh, mut materials) = self.changed_parts(world, id, &keys, files)?;
+        if self.displace.is_some() {
+            let world_from_mesh = place.map_or(world.objects[id].world_from_mesh, |(transform, _)| transform);
+            self.displace_changed(world, id, &mut mesh, &mut materials, world_from_mesh.matrix3)?;
+        }
         // Nothing fails after this point.
         let before = world.parts_in_use();
         let changes_medium = self.medium.is_some() || !matches!(mesh, ChangedMesh::Same);
@@ -146,6 +153,36 @@ impl ObjectSpec {
             world.note_open_medium(id);
         }
         world.remove_unused(&before);
+        Ok(())
+    }
+
+    /// Displaces the new mesh of an object by its new materials.
+    fn displace_changed(
+        &self,
+        world: &World,
+        id: usize,
+        mesh: &mut ChangedMesh,
+        materials: &mut Option<ChangedMaterials>,
+        world_from_mesh: DMat3,
+    ) -> Result<()> {
+        let object = &world.objects[id];
+        let mut shown = match mesh {
+            ChangedMesh::Same => world.meshes[object.mesh].clone(),
+            ChangedMesh::Shared(index) => world.meshes[*index].clone(),
+            ChangedMesh::New(mesh) => mesh.clone(),
+        };
+        let changed = materials.get_or_insert_with(|| {
+            let materials = object.materials.iter().map(|&i| world.materials[i].clone()).collect();
+            ChangedMaterials { is_of_new_mesh: false, ..ChangedMaterials::of_new_mesh(materials) }
+        });
+        let parts = ObjectParts {
+            mesh: &mut shown,
+            materials: &mut changed.materials,
+            known_textures: &world.textures,
+            new_textures: &mut changed.textures,
+        };
+        self.displace_parts(parts, world_from_mesh)?;
+        *mesh = ChangedMesh::New(shown);
         Ok(())
     }
 

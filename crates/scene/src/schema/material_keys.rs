@@ -4,6 +4,7 @@ use crate::color::Rgb;
 use crate::error::{Result, SceneError, suggestion};
 use crate::error_code::ErrorCode;
 use crate::material::glass::Glass;
+use crate::material::height_map::HeightUnit;
 use crate::material::metal::Metal;
 use crate::material::principled::Principled;
 use crate::material::{Alpha, Material, MaterialModel};
@@ -13,8 +14,19 @@ use crate::schema::spec::object::{AlphaMode, KEYS, MaterialType, ObjectSpec};
 use crate::schema::texture_binding::TextureBinding;
 
 /// Keys that several material types have.
-const COMMON_KEYS: [&str; 10] =
-    ["type", "color", "texture", "textures", "wrap", "specular", "emission", "opacity", "alpha", "roughness"];
+const COMMON_KEYS: [&str; 11] = [
+    "type",
+    "color",
+    "texture",
+    "textures",
+    "wrap",
+    "height_scale",
+    "specular",
+    "emission",
+    "opacity",
+    "alpha",
+    "roughness",
+];
 /// Keys that only the lecture's material has, and those of metal, glass and principled.
 const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
 const METAL_KEYS: [&str; 1] = ["metal"];
@@ -156,6 +168,10 @@ impl ObjectSpec {
                 format!("{given}; expected a finite number >= 0, the Phong exponent"),
             ));
         }
+        if let Some(scale) = self.height_scale.filter(|scale| !scale.is_finite()) {
+            let message = format!("{scale}; expected a finite number of metres");
+            return Err(SceneError::schema(ErrorCode::OutOfRange, "height_scale", message));
+        }
         if let Some(medium) = &self.medium {
             medium.build().map_err(|error| error.in_context("medium"))?;
         }
@@ -183,6 +199,10 @@ impl ObjectSpec {
         if let Some((put, _)) = textures.iter().zip(unused).find(|(_, unused)| *unused) {
             let path = format!("textures.{}", put.key);
             return Err(SceneError::schema(ErrorCode::ConflictingValues, path, "requires type = \"principled\""));
+        }
+        if self.height_scale.is_some() && !materials.iter().any(|material| material.height_map.is_some()) {
+            let message = "requires textures.height, which this object does not have";
+            return Err(SceneError::schema(ErrorCode::MissingValue, "height_scale", message));
         }
         // If there is a type, `check_material` has already checked this.
         let takes = |material: &Material, key: &str| match &material.model {
@@ -242,7 +262,11 @@ impl ObjectSpec {
         }
         let reflectance = std::mem::replace(&mut material.model, MaterialModel::Unlit);
         material.model = self.material_model(reflectance);
-        textures.iter().map(|put| put.bind(material, !self.has_value(put.key))).collect()
+        let used = textures.iter().map(|put| put.bind(material, !self.has_value(put.key))).collect();
+        if let (Some(scale), Some(heights)) = (self.height_scale, &mut material.height_map) {
+            (heights.scale, heights.unit) = (scale, HeightUnit::Metre);
+        }
+        used
     }
 
     /// The material's previous reflection model.

@@ -1,5 +1,6 @@
 //! Assignment of a description's textures to the slots of a material.
 
+use crate::material::height_map::{HeightMap, HeightUnit};
 use crate::material::principled::{NormalMap, Textured};
 use crate::material::{Material, MaterialModel};
 use crate::texture::TextureSlot;
@@ -22,6 +23,9 @@ impl TextureBinding {
         match self.key {
             "texture" => material.texture = slot,
             "normal" => material.normal_map = normal,
+            "height" => {
+                material.height_map = Some(HeightMap { texture: self.slot, scale: 1.0, unit: HeightUnit::Metre })
+            }
             "occlusion" => {
                 let mut occlusion = Textured::from(self.strength);
                 occlusion.texture = slot;

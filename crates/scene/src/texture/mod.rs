@@ -2,6 +2,7 @@
 
 pub(crate) mod cache;
 mod encoded;
+mod gradient;
 mod image;
 mod mip;
 mod paging;
@@ -187,6 +188,22 @@ struct Axis {
 
 impl Axis {
     fn new(coordinate: f32, size: u32, wrap: Wrap) -> Self {
+        let (first, fraction) = Self::locate(coordinate, size);
+        Self { texels: [first, first + 1].map(|i| wrap.index(i, i64::from(size))), fraction: fraction as f32 }
+    }
+
+    /// The texels on both sides of a coordinate, and 1 / their distance in texels: at a texel's centre, its two
+    /// neighbours.
+    fn around(coordinate: f32, size: u32, wrap: Wrap) -> ([usize; 2], f32) {
+        let (first, fraction) = Self::locate(coordinate, size);
+        let (sides, per_texel) =
+            if fraction == 0.0 { ([first - 1, first + 1], 0.5) } else { ([first, first + 1], 1.0) };
+        (sides.map(|i| wrap.index(i, i64::from(size))), per_texel)
+    }
+
+    /// The texel whose centre is at or before a coordinate, and the fraction of the way to the next one.
+    #[inline(always)]
+    fn locate(coordinate: f32, size: u32) -> (i64, f64) {
         let length = f64::from(size);
         let position = f64::from(coordinate) * length - 0.5;
         // Float32 coordinates of a texel's centre have rounding errors, which a large image magnifies to a visible
@@ -203,7 +220,7 @@ impl Axis {
         } else if fraction <= rounding || fraction.is_nan() {
             fraction = 0.0;
         }
-        Self { texels: [first, first + 1].map(|i| wrap.index(i, i64::from(size))), fraction: fraction as f32 }
+        (first, fraction)
     }
 
     fn nearest(&self) -> usize {

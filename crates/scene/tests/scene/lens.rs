@@ -1,4 +1,4 @@
-//! Lenses: project and ray as inverses, and no projection beyond the angle at which a model folds over.
+//! Lenses: project and ray as inverses, and no projection beyond the angle up to which a model is one-to-one.
 
 use crate::common::Random;
 use glam::{DMat3, DVec2, DVec3};
@@ -88,7 +88,7 @@ fn projected_points_lie_on_the_ray_of_their_pixel() {
             if seen {
                 let direction = camera.r() * camera.ray(pixel).1;
                 let off = (direction - local.normalize()).length();
-                // Near the fold, a pixel hardly determines the angle to the axis.
+                // Near the angle at which the radius stops growing, a pixel hardly determines the angle to the axis.
                 assert!(off < 1e-6, "{coefficients:?} {local} {off}");
             }
         }

@@ -197,3 +197,23 @@ fn subdivision_beyond_the_limit_is_refused_before_it_starts() {
     }
     assert_eq!(midpoint(&mesh, 0).unwrap(), mesh);
 }
+
+#[test]
+fn subdivided_meshes_interpolate_every_attribute_of_their_vertices() {
+    let square = primitive::plane([2.0, 2.0]).unwrap();
+    let count = square.vertices.len();
+    let mesh = Mesh {
+        more_uvs: vec![square.uvs.clone().unwrap()],
+        tangents: Some(vec![[1.0, 0.0, 0.0, 1.0]; count]),
+        vertex_opacities: Some((0..count).map(|i| i as f32 / 4.0).collect()),
+        vertex_colors: Some(vec![[0.5; 3]; count]),
+        ..square
+    };
+    for refined in [loop_subdivide(&mesh, 2).unwrap(), midpoint(&mesh, 2).unwrap()] {
+        refined.validate().unwrap();
+        assert_eq!(refined.more_uvs[0], refined.uvs.unwrap());
+        let opacities = refined.vertex_opacities.unwrap();
+        // The first new vertex is the middle of the edge between the first two corners.
+        assert_eq!(opacities[count], f32::midpoint(opacities[0], opacities[1]));
+    }
+}

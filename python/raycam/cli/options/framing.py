@@ -32,7 +32,9 @@ def add_framing(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--zoom", metavar="N", type=float, help="scale of the subject in the image; 1 fills 90 %% of it"
     )
-    group.add_argument("--fov", metavar="DEGREES", type=float, help="vertical field of view (default: 45)")
+    group.add_argument(
+        "--fov", metavar="DEGREES", type=float, help="vertical field of view in degrees (default: 45)"
+    )
     group.add_argument(
         "--up",
         choices=("y", "z"),

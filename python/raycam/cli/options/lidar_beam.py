@@ -25,7 +25,9 @@ def add_lidar_beam(command: argparse.ArgumentParser) -> None:
     lidar.add_argument(
         "--beam-samples", metavar="N", type=int, help="rays per pulse: 1, 7, 19 or 37 (default: the lidar's)"
     )
-    lidar.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
+    lidar.add_argument(
+        "--at", metavar="SECONDS", type=float, help="time of the world's video or animation, in seconds"
+    )
     add_lidar_pose(command)
 
 

@@ -87,7 +87,7 @@ def _placed_lidar(text: str, up: Literal["z", "y"] = "z") -> tuple[str, Lidar]:
 
 
 def world_lidars(world: World, texts: Sequence[str]) -> dict[str, Lidar]:
-    """Returns lidars by name: those of the world that are named, and those of NAME=DEVICE@X,Y,Z in the world.
+    """Returns lidars by name: lidars of the world (NAME), and devices placed in the world (NAME=DEVICE@X,Y,Z).
 
     Raises `SettingsError` for malformed texts and names used twice, and `LidarError` for unknown names.
     """

@@ -35,14 +35,14 @@ def add_look(command: argparse.ArgumentParser) -> None:
         "--hdri-rotation",
         metavar="DEGREES",
         type=float,
-        help="rotate the environment counterclockwise, seen from above",
+        help="rotate the environment counterclockwise, seen from above (degrees)",
     )
     group.add_argument(
         "--sun",
         metavar=("AZIMUTH", "ELEVATION"),
         nargs=2,
         type=float,
-        help="light from a sun and a pale sky; degrees to the right of the front, and above the horizon",
+        help="light from a sun and a pale sky: azimuth, to the right of the front, and elevation of the sun in degrees",
     )
     group.add_argument(
         "--studio", action="store_true", help="use the studio, even if the world has lights or cameras"
@@ -63,7 +63,7 @@ def add_look(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--background-camera",
         metavar="FILE[:NAME]",
-        help="camera that took the photo of --background, if it is another one; the photo is warped",
+        help="camera that took the photo of --background, if it differs from --camera; the photo is warped",
     )
 
 
@@ -78,9 +78,9 @@ def apply_look(
 ) -> tuple[World, dict[str, Any]]:
     """Returns the world with the lights and the ground of the options, and the render options.
 
-    Without such options, a world without lights that is seen by a framing camera is placed in the studio if the image
-    is `shaded`: depth and ids need no light. If not `truth_of_world`, the studio has no floor, which would appear in
-    the ground truth.
+    Without such options, a world without lights is placed in the studio if a framing camera shows it and the image is
+    `shaded`, because depth and ids require no light. If not `truth_of_world`, the studio has no floor, which would
+    appear in the ground truth.
     """
     from ...render import STUDIO_NOTICE, is_unlit, studio_options
 

@@ -29,7 +29,7 @@ def array_of(name: str, values: Any) -> Array:
 
 
 def last(name: str, values: Any, width: int) -> Array:
-    """Returns numbers [..., width]."""
+    """Returns numbers as an array [..., width]."""
     array = array_of(name, values)
     if array.ndim == 0 or array.shape[-1] != width or array.dtype.kind not in "fiu":
         raise RaycastingError(

@@ -206,7 +206,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
         return self
 
     def num_elements(self) -> int:
-        """The number of numbers."""
+        """The number of elements."""
         return int(self.size)
 
     def append(self, values: Any, axis: int | None = None) -> Tensor:

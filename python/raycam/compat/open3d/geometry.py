@@ -105,7 +105,7 @@ class TriangleMesh(Hints):
         return float(np.linalg.norm(math.face_vectors(self.vertices, self.triangles), axis=1).sum() / 2)
 
     def is_empty(self) -> bool:
-        """Returns True without vertices."""
+        """True if the mesh has no vertices."""
         return not self.has_vertices()
 
     def has_vertices(self) -> bool:

@@ -1,4 +1,4 @@
-"""Stand-in for pyrender: scenes, nodes, cameras, lights and `OffscreenRenderer`, on the CPU, without a display.
+"""Replacement for pyrender: scenes, nodes, cameras, lights and `OffscreenRenderer`, on the CPU, without a display.
 
     from raycam.compat import pyrender
 

@@ -35,7 +35,7 @@ class DirectionalLight(Light):
 
 
 class PointLight(Light):
-    """A point light that falls off with the square of the distance; `range` has no effect, as in pyrender."""
+    """A point light, weaker with the square of the distance; `range` has no effect, as in pyrender."""
 
     range = Converted(number("range", 0, above=True, optional=True))
 

@@ -52,7 +52,7 @@ class Material:
 
     @property
     def textures(self) -> set[Texture]:
-        """All textures."""
+        """The textures of all slots."""
         return {each for each in self._each_texture() if each is not None}
 
     @property

@@ -43,7 +43,7 @@ class Mesh(Bounded):
 
     @property
     def is_transparent(self) -> bool:
-        """True if any primitive is."""
+        """True if any primitive is transparent."""
         return any(primitive.is_transparent for primitive in self.primitives)
 
     @staticmethod

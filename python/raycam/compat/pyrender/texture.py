@@ -81,7 +81,7 @@ class Texture:
         )
 
     def delete(self) -> None:
-        """Does nothing: there is no memory of a graphics card to free."""
+        """Does nothing, because no graphics memory is used."""
 
     def texels(self) -> Floats:
         """The texels [h, w, 4] in 0..1, as stored in the image; missing channels are 0, missing alpha is 1."""

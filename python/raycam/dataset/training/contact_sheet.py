@@ -85,7 +85,7 @@ def _top_view(place: Path) -> str:
 
 
 def _plan_of(cameras: list[Camera]) -> str:
-    """The cameras from above, each with its field of view; overlapping fields are areas seen by many cameras."""
+    """The cameras from above, each with its field of view; overlapping fields are areas visible to several cameras."""
     places = np.array([camera.C[:2] for camera in cameras])
     low, high = places.min(axis=0), places.max(axis=0)
     reach = max(float((high - low).max()), 1e-9)

@@ -40,7 +40,7 @@ class Mark(NamedTuple):
     points: list[tuple[float, float, int]]
     """Keypoints with their visibility, 1 or 2."""
     axes: tuple[tuple[str, Pair, Pair], ...] = ()
-    """Axes of an object: colour, from, to."""
+    """Axes of an object: colour, start, end."""
 
 
 class LabelledPicture(NamedTuple):

@@ -27,7 +27,7 @@ BLOCK = 4096
 
 
 def check_imu(plan: Plan) -> None:
-    """Raises `SettingsError` for an invalid rate, and for poses through which no motion can be drawn."""
+    """Raises `SettingsError` for an invalid rate, and for poses that do not determine a motion."""
     rate = plan.options["imu"]
     if isinstance(rate, bool) or not (isinstance(rate, int | float) and 0 <= rate <= MAX_RATE):
         raise SettingsError(

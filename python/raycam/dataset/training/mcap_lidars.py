@@ -56,8 +56,8 @@ TRUTH: list[Field] = [
 def lidar_messages(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, bytes]]:
     """Returns topics, types and messages of the lidars that are sampled with a view.
 
-    The points are on /NAME/points in the frame NAME, as sent by the driver: each at its own time. The frame NAME is
-    fixed on base_link, or moves in world if the lidar is on no rig.
+    The points are on /NAME/points in the frame NAME, as sent by the driver: each in the sensor axes at its own time.
+    The frame NAME is fixed on base_link, or moves in world if the lidar does not belong to a rig.
     """
     found = []
     for name, lidar in lidars_of(plan.shots[number]).items():

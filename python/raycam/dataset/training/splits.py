@@ -38,8 +38,8 @@ def split_names(plan: Plan) -> list[str]:
     """Returns the split of each view, which depends on the seed and the number of its world, of its rig's pose, or
     its own.
 
-    For the worlds of a recipe, each world's split is drawn independently, so further worlds do not change it. For the
-    views of a single world, the splits have exactly the requested fractions.
+    For the worlds of a recipe, each world's split is drawn independently, so additional worlds do not change it. For
+    the views of a single world, the splits have exactly the requested fractions.
     """
     whole = plan.whole or plan
     groups = [_group(view.world, view.rig, number) for number, view in enumerate(whole.shots)]

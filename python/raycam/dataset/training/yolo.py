@@ -96,7 +96,7 @@ def outlines(item: Label) -> list[Points]:
 
 
 def joined(pieces: list[Points]) -> Points:
-    """Joins several polygons into one by double edges without width between their nearest corners."""
+    """Joins several polygons into one: a double edge without width connects their nearest corners."""
     whole = pieces[0]
     for piece in pieces[1:]:
         apart = ((whole[:, None] - piece[None]) ** 2).sum(axis=2)

@@ -1,4 +1,4 @@
-"""Skins and flexes of a MuJoCo model: meshes whose vertices move with the state."""
+"""Skins, flexes and tendons of a MuJoCo model: meshes whose vertices move with the state."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from ...arguments import Floats
 from ...errors import Notice
 from .materials import element_look
 from .model import FLEX_OBJECT, SKIN_OBJECT, element_name, element_prefix
+from .tendons import Tendon, is_spatial
 
-__all__ = ["Deformable", "Flex", "Skin", "deformables"]
+__all__ = ["Deformable", "Flex", "Skin", "deformables", "rotation_of"]
 
 
 @dataclass(frozen=True)
@@ -21,15 +22,19 @@ class Skin:
 
     number: int
     kind = SKIN_OBJECT
-    """The value of `mjtObj`."""
+    """The type of the object, a value of MuJoCo's `mjtObj`."""
 
     def triangles(self, model: Any) -> Any:
-        """Returns the triangles [t, 3]."""
+        """Returns the triangles [t, 3] as vertex indices."""
         first, count = int(model.skin_faceadr[self.number]), int(model.skin_facenum[self.number])
         return np.asarray(model.skin_face[first : first + count], np.int64)
 
-    def vertices(self, model: Any, data: Any) -> Floats:
-        """Returns the vertices [v, 3] in the world, in metres, inflated as the model states."""
+    def shape(self, model: Any, data: Any) -> tuple[Floats, Floats | None]:
+        """Returns vertices and smooth normals [v, 3] in the world, in metres, inflated as the model states."""
+        vertices = self._vertices(model, data)
+        return vertices, smooth_normals(vertices, self.triangles(model))
+
+    def _vertices(self, model: Any, data: Any) -> Floats:
         first, count = int(model.skin_vertadr[self.number]), int(model.skin_vertnum[self.number])
         rest = np.asarray(model.skin_vert[first : first + count], np.float64)
         moved = np.zeros_like(rest)
@@ -39,7 +44,7 @@ class Skin:
             ids = np.asarray(model.skin_bonevertid[start : start + used], np.int64)
             weights = np.asarray(model.skin_bonevertweight[start : start + used], np.float64)
             body = int(model.skin_bonebodyid[each])
-            bind = _rotation(np.asarray(model.skin_bonebindquat[each], np.float64))
+            bind = rotation_of(np.asarray(model.skin_bonebindquat[each], np.float64))
             turn = np.asarray(data.xmat[body]).reshape(3, 3) @ bind.T
             shift = np.asarray(data.xpos[body]) - turn @ np.asarray(model.skin_bonebindpos[each], np.float64)
             np.add.at(moved, ids, weights[:, None] * (rest[ids] @ turn.T + shift))
@@ -54,10 +59,6 @@ class Skin:
             return None
         return np.asarray(model.skin_texcoord[start : start + count], np.float64)
 
-    def smooth(self, model: Any) -> bool:
-        """Returns True: skins are shaded smoothly."""
-        return True
-
 
 @dataclass(frozen=True)
 class Flex:
@@ -65,35 +66,40 @@ class Flex:
 
     number: int
     kind = FLEX_OBJECT
-    """The value of `mjtObj`."""
+    """The type of the object, a value of MuJoCo's `mjtObj`."""
 
     def triangles(self, model: Any) -> Any:
-        """Returns the triangles [t, 3]."""
+        """Returns the triangles [t, 3] as vertex indices."""
         if int(model.flex_dim[self.number]) == 2:
             first, count = int(model.flex_elemdataadr[self.number]), int(model.flex_elemnum[self.number])
             return np.asarray(model.flex_elem[first : first + 3 * count], np.int64).reshape(-1, 3)
         first, count = int(model.flex_shelldataadr[self.number]), int(model.flex_shellnum[self.number])
         return np.asarray(model.flex_shell[first : first + 3 * count], np.int64).reshape(-1, 3)
 
-    def vertices(self, model: Any, data: Any) -> Floats:
-        """Returns the vertices [v, 3] in the world, in metres."""
+    def shape(self, model: Any, data: Any) -> tuple[Floats, Floats | None]:
+        """Returns vertices and normals [v, 3] in the world, in metres; no normals for flat shading."""
         first, count = int(model.flex_vertadr[self.number]), int(model.flex_vertnum[self.number])
-        return np.asarray(data.flexvert_xpos[first : first + count], np.float64)
+        vertices = np.asarray(data.flexvert_xpos[first : first + count], np.float64)
+        flat = bool(model.flex_flatskin[self.number])
+        return vertices, None if flat else smooth_normals(vertices, self.triangles(model))
 
     def coordinates(self, model: Any) -> Floats | None:
         """Returns None: textures of flexes are not used."""
         return None
 
-    def smooth(self, model: Any) -> bool:
-        """Returns False if the model asks for flat shading."""
-        return not bool(model.flex_flatskin[self.number])
+
+Deformable = Skin | Flex | Tendon
 
 
-Deformable = Skin | Flex
+def deformables(
+    model: Any, groups: tuple[int, ...], tendons: tuple[int, ...], notices: list[Notice]
+) -> list[Deformable]:
+    """Returns the skins and flexes of `groups`, and the spatial tendons of the groups `tendons`.
 
-
-def deformables(model: Any, groups: tuple[int, ...], notices: list[Notice]) -> list[Deformable]:
-    """Returns the skins and flexes of `groups`; flexes of one dimension are left out with a notice."""
+    Flexes of one dimension are omitted with a notice.
+    """
+    ropes = [Tendon(number) for number in range(model.ntendon) if is_spatial(model, number)]
+    shown: list[Deformable] = [each for each in ropes if _is_shown(model, each, tendons)]
     found: list[Deformable] = [Skin(number) for number in range(model.nskin)]
     for number in range(model.nflex):
         name = element_name(model, "flex", number)
@@ -106,7 +112,7 @@ def deformables(model: Any, groups: tuple[int, ...], notices: list[Notice]) -> l
             )
             notices.append(Notice(text, "approximated_value"))
         found.append(Flex(number))
-    return [each for each in found if _is_shown(model, each, groups)]
+    return [*(each for each in found if _is_shown(model, each, groups)), *shown]
 
 
 def _is_shown(model: Any, deformable: Deformable, groups: tuple[int, ...]) -> bool:
@@ -125,8 +131,8 @@ def smooth_normals(vertices: Floats, triangles: Any) -> Floats:
     return np.where(lengths > 0, total / np.maximum(lengths, np.finfo(np.float64).tiny), [0.0, 0.0, 1.0])
 
 
-def _rotation(quaternion: Floats) -> Floats:
-    """The rotation matrix [3, 3] of a unit quaternion (w, x, y, z)."""
+def rotation_of(quaternion: Floats) -> Floats:
+    """Returns the rotation matrix [3, 3] of a quaternion (w, x, y, z)."""
     w, x, y, z = quaternion / np.linalg.norm(quaternion)
     return np.array(
         [

@@ -18,10 +18,10 @@ class LightSources:
     """The lights that were added to a world, with the numbers of MuJoCo's lights."""
 
     def __init__(self, world: World, model: Any, data: Any, notices: list[Notice]) -> None:
-        """Adds the active lights, and all ambient light as an even sky.
+        """Adds the active lights, and all ambient light as a uniform sky.
 
-        A surface of albedo 1 that faces a light shows its `diffuse`. MuJoCo's spot and point lights usually do not
-        get weaker with distance, so theirs is right at the centre of the model.
+        A surface of albedo 1 that faces a light has the radiance `diffuse`. MuJoCo's spot and point lights usually do
+        not become weaker with distance; these lights do, and their strength is correct at the centre of the model.
         """
         self._world, self._model = world, model
         self._numbers: dict[int, int] = {}

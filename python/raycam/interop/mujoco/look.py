@@ -2,29 +2,38 @@
 
 Sources: OpenGL 2.1 specification, sections 2.14.1 (lighting) and 3.8.13 (texture environments); MuJoCo's
 documentation, chapter Visualization. Sums are formed and clamped in sRGB, as MuJoCo does. Differences: light is
-computed at every pixel instead of every vertex, shadows are exact instead of from a shadow map, and haze is not drawn.
+computed at every pixel instead of every vertex, and shadows are exact instead of from a shadow map.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ...arguments import Floats
 from ...camera import Camera
+from ...errors import SettingsError
 from ...world import World
+from .atmosphere import Atmosphere
 from .cube_map import sample_cube_map
+from .layers import BEHIND, blend_layers, blending_order, find_layers, planes_behind
 from .model import DIRECTIONAL, SPOT
 from .surfaces import Surfaces
 from .textures import skybox_faces
 
-__all__ = ["Light", "MujocoLook", "model_lights"]
+__all__ = ["DEFAULT_FLAGS", "Light", "MujocoLook", "model_lights"]
 
 Single = npt.NDArray[np.float32]
-FIELDS = ("position", "shading_normal", "normal", "instance", "triangle", "uv", "distance")
+FIELDS = ("t", "position", "shading_normal", "normal", "instance", "triangle", "uv", "distance")
+DEFAULT_FLAGS = (1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 1)
+"""The initial values of `mjvScene.flags`, by `mjtRndFlag`."""
+SHADOW, WIREFRAME, REFLECTION, ADDITIVE, SKYBOX, FOG, HAZE = range(7)
+"""Values of `mjtRndFlag`."""
+UNSUPPORTED_FLAGS = {WIREFRAME: "mjRND_WIREFRAME", ADDITIVE: "mjRND_ADDITIVE"}
 SHADOW_FIELDS = ("position", "normal", "instance", "triangle")
 NO_LIGHT = 0.3
 """The ambient light of models without any light (`mjr_render`)."""
@@ -85,21 +94,38 @@ class _View:
     """The model's lights and the headlight."""
     pixel: float
     """The angle between neighbouring pixels in the middle of the image, in radians."""
+    flags: list[bool]
+    """The flags of the scene, indexed by MuJoCo's `mjtRndFlag`."""
+    order: list[int]
+    """The transparent objects and the planes seen from behind, in the order of blending."""
+    behind: list[int]
+    """The planes that are seen from behind."""
 
 
 class MujocoLook:
     """Computes images of a model's world in MuJoCo's own light."""
 
-    def __init__(self, model: Any, world: World, surfaces: Surfaces) -> None:
-        self._model, self._world, self._surfaces = model, world, surfaces
+    def __init__(self, model: Any, world: World, surfaces: Surfaces, elements: list[tuple[int, int]]) -> None:
+        self._model, self._world, self._surfaces, self._elements = model, world, surfaces, elements
         self._skybox = skybox_faces(model)
+        self._atmosphere = Atmosphere(model, elements)
 
-    def image(self, camera: Camera, lights: list[Light], *, samples: int = 4) -> npt.NDArray[np.uint8]:
-        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples a pixel."""
+    def image(
+        self,
+        camera: Camera,
+        lights: list[Light],
+        *,
+        samples: int = 4,
+        flags: npt.NDArray[np.uint8] | None = None,
+    ) -> npt.NDArray[np.uint8]:
+        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples per pixel.
+
+        `flags` are those of `mjvScene` (default: `DEFAULT_FLAGS`). Raises `SettingsError` for flags without support.
+        """
         width, height = camera.size
         v, u = np.mgrid[:height, :width] + 0.5 + camera.corner
         pixels = np.stack([u.ravel(), v.ravel()], axis=1)
-        view = _View(camera, [*lights, *self._headlight(camera)], _pixel_angle(camera))
+        view = self._view(camera, lights, DEFAULT_FLAGS if flags is None else flags)
         colors = self._colors(view, pixels)
         if samples > 1:
             edges = _edges(colors.reshape(height, width, 3))
@@ -108,52 +134,110 @@ class MujocoLook:
                 colors[edges] = self._colors(view, places).reshape(-1, len(CORNERS), 3).mean(axis=1)
         return np.round(255 * colors).astype(np.uint8).reshape(height, width, 3)
 
+    def _view(self, camera: Camera, lights: list[Light], flags: Any) -> _View:
+        chosen = [bool(flag) for flag in flags]
+        for flag, name in UNSUPPORTED_FLAGS.items():
+            if chosen[flag]:
+                raise SettingsError(f"scene.flags: {name} is not supported", code="unsupported_feature")
+        behind = planes_behind(self._model, self._world, self._elements, camera.C)
+        blended = [*(each for each in self._surfaces.transparent if each not in behind), *behind]
+        order = blending_order(self._model, self._world, self._elements, blended, camera.C)
+        all_lights = [*lights, *self._headlight(camera)]
+        return _View(camera, all_lights, _pixel_angle(camera), chosen, order, behind)
+
     def _colors(self, view: _View, pixels: Floats) -> Single:
         """The colours [n, 3] seen at points of the image [n, 2]."""
         origins, directions = view.camera.rays(pixels)
         colors = np.zeros((len(directions), 3), np.float32)
+        sky_shown = self._skybox is not None and view.flags[SKYBOX]
+        limits = self._atmosphere.limits(directions, view.camera.R[2], sky_shown)
         hit = np.zeros(len(directions), bool)
+        distances = limits.copy()
         if self._surfaces.opaque:
-            hits = self._cast(origins, directions, self._surfaces.opaque)
+            hits = self._cast(origins, directions, self._surfaces.opaque, 0.0, limits)
             hit = hits["instance"] >= 0
+            distances[hit] = hits["t"][hit]
             chosen = hits if hit.all() else {name: value[hit] for name, value in hits.items()}
-            colors[hit] = self._light(chosen, directions[hit], view, shadows=True)
-            if self._surfaces.mirror is not None:
+            chosen["depth"] = chosen["distance"] * (directions[hit] @ view.camera.R[2])
+            shadows = view.flags[SHADOW]
+            colors[hit] = self._light(chosen, directions[hit], view, shadows=shadows)
+            if self._surfaces.mirror is not None and view.flags[REFLECTION]:
                 colors[hit] += self._reflection(chosen, directions[hit], view)
                 np.minimum(colors, 1, out=colors)
-        if self._skybox is not None:
-            sky = ~hit & np.isfinite(directions).all(axis=1)
-            x, y, z = directions[sky].T
-            colors[sky] = sample_cube_map(self._skybox, np.stack([x, z, -y], axis=1))
-        self._blend(colors, origins, directions, view)
+        if sky_shown:
+            self._add_sky(colors, directions, limits, ~hit & np.isfinite(directions).all(axis=1), view)
+            if view.flags[HAZE] and self._atmosphere.ground is not None:
+                matrix = self._world.objects[self._atmosphere.ground].matrix
+                up = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+                height = (view.camera.C - matrix[:3, 3]) @ up
+                along = directions @ view.camera.R[2] if view.flags[FOG] else None
+                self._atmosphere.blend_haze(colors, directions, distances, height, up, along)
+        self._blend(colors, origins, directions, distances, view)
         return colors
 
-    def _cast(self, origins: Floats, directions: Floats, objects: list[int] | None) -> dict[str, Any]:
-        """The nearest hits on front faces, which are the only ones that MuJoCo draws."""
-        return self._world.cast_rays(origins, directions, facing="front", fields=FIELDS, objects=objects)
+    def _add_sky(
+        self, colors: Single, directions: Floats, limits: Floats, sky: npt.NDArray[np.bool_], view: _View
+    ) -> None:
+        """Sets the colours of rays [n] that meet the skybox."""
+        assert self._skybox is not None
+        x, y, z = directions[sky].T
+        found = sample_cube_map(self._skybox, np.stack([x, z, -y], axis=1))
+        if view.flags[FOG]:
+            found = self._atmosphere.fogged(found, limits[sky] * (directions[sky] @ view.camera.R[2]))
+        colors[sky] = found
+
+    def _cast(
+        self,
+        origins: Floats,
+        directions: Floats,
+        objects: list[int],
+        t_min: Floats | float = 0.0,
+        t_max: Floats | float = np.inf,
+        facing: Literal["front", "back"] = "front",
+    ) -> dict[str, Any]:
+        """The nearest hits on front faces, which are the only ones that MuJoCo draws, except for planes."""
+        return self._world.cast_rays(
+            origins, directions, t_min=t_min, t_max=t_max, facing=facing, fields=FIELDS, objects=objects
+        )
 
     def _blend(
         self,
         colors: Single,
         origins: Floats,
         directions: Floats,
+        limits: Floats,
         view: _View,
         *,
         strength: float = 1.0,
         travelled: Floats | None = None,
+        along: Floats | None = None,
     ) -> None:
-        """Blends the nearest transparent surface over the colours [n, 3] where no opaque one hides it."""
-        if not self._surfaces.transparent:
+        """Blends the transparent surfaces nearer than `limits` [n] over the colours [n, 3].
+
+        For reflected rays, `travelled` [n] is the distance from the camera to their start, and `along` [n] the depth
+        per distance.
+        """
+        transparent = [each for each in self._surfaces.transparent if each in view.order]
+        found = find_layers(self._cast, origins, directions, limits, transparent)
+        if view.behind and travelled is None:
+            back = partial(self._cast, facing="back")
+            found += find_layers(back, origins, directions, limits, view.behind)
+        if not found:
             return
-        hits = self._cast(origins, directions, None)
-        blended = np.isin(hits["instance"], self._surfaces.transparent)
-        chosen = {name: value[blended] for name, value in hits.items()}
-        if travelled is not None:
-            chosen["distance"] = chosen["distance"] + travelled[blended]
-        front = self._light(chosen, directions[blended], view, shadows=False, strength=strength)
-        # MuJoCo blends transparent geoms twice: front to back, then back to front.
-        alpha = 1 - (1 - self._surfaces.alpha[chosen["instance"]][:, None]) ** 2
-        colors[blended] = alpha * front + (1 - alpha) * colors[blended]
+        along = directions @ view.camera.R[2] if along is None else along
+        layers = []
+        for hits in found:
+            rays, instance = hits["ray"], hits["instance"]
+            if travelled is not None:
+                hits["distance"] = hits["distance"] + travelled[rays]
+            hits["depth"] = hits["distance"] * along[rays]
+            behind = np.isin(instance, view.behind)
+            # The normal of a plane seen from behind points away, so that only light from its front is visible.
+            hits["shading_normal"] = np.where(behind[:, None], -1, 1) * hits["shading_normal"]
+            front = self._light(hits, directions[rays], view, shadows=False, strength=strength)
+            alpha = self._surfaces.alpha[instance] * np.where(behind, np.float32(BEHIND), np.float32(1))
+            layers.append((hits, front, np.asarray(alpha, np.float32)))
+        blend_layers(colors, layers, view.order)
 
     def _reflection(self, hits: dict[str, Any], directions: Floats, view: _View) -> Single:
         """What the reflecting plane or box top shows at hits [n, 3]; without shadows, as in MuJoCo."""
@@ -171,13 +255,18 @@ class MujocoLook:
         )
         reflected = incoming - 2 * (incoming @ up)[:, None] * up
         light = np.zeros((len(incoming), 3), np.float32)
+        limits, along = np.full(len(incoming), np.inf), incoming @ view.camera.R[2]
         if others:
             seen = self._cast(start, reflected, others)
             met = seen["instance"] >= 0
+            limits[met] = seen["t"][met]
             chosen = {name: value[met] for name, value in seen.items()}
             chosen["distance"] = chosen["distance"] + travelled[met]
+            chosen["depth"] = chosen["distance"] * along[met]
             light[met] = self._light(chosen, reflected[met], view, shadows=False, strength=strength)
-        self._blend(light, start, reflected, view, strength=strength, travelled=travelled)
+        self._blend(
+            light, start, reflected, limits, view, strength=strength, travelled=travelled, along=along
+        )
         colors[shown] = light
         return colors
 
@@ -209,7 +298,8 @@ class MujocoLook:
         facing = np.maximum(abs(np.einsum("nc,nc->n", hits["normal"], directions)), 0.05)
         footprint = (view.pixel * hits["distance"] / facing).astype(np.float32)
         factors = self._surfaces.texture_factors(hits, footprint)
-        return np.asarray(np.minimum(total if factors is None else total * factors, 1), np.float32)
+        found = np.asarray(np.minimum(total if factors is None else total * factors, 1), np.float32)
+        return self._atmosphere.fogged(found, hits["depth"]) if view.flags[FOG] else found
 
     def _one_light(
         self, light: Light, hits: dict[str, Any], normal: Single, to_camera: Single, color: Single

@@ -24,6 +24,7 @@ __all__ = [
     "SKIN_OBJECT",
     "SPHERE",
     "SPOT",
+    "TENDON_OBJECT",
     "check_model",
     "element_name",
     "element_prefix",
@@ -33,8 +34,16 @@ PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 """Values of `mjtGeom`."""
 SPOT, DIRECTIONAL, POINT = 0, 1, 2
 """Values of `mjtLightType`."""
-GEOM_OBJECT, SITE_OBJECT, FLEX_OBJECT, SKIN_OBJECT = 5, 6, 9, 11
+GEOM_OBJECT, SITE_OBJECT, FLEX_OBJECT, SKIN_OBJECT, TENDON_OBJECT = 5, 6, 9, 11, 18
 """Values of `mjtObj`, as in the second channel of MuJoCo's segmentation images."""
+
+PREFIXES = {
+    GEOM_OBJECT: "geom",
+    SITE_OBJECT: "site",
+    FLEX_OBJECT: "flex",
+    SKIN_OBJECT: "skin",
+    TENDON_OBJECT: "tendon",
+}
 
 FIRST_VERSION = "3.3.3"
 """The first version of MuJoCo whose models have all arrays that are read."""
@@ -67,5 +76,5 @@ def element_name(model: Any, kind: str, number: int) -> str:
 
 
 def element_prefix(kind: int) -> str:
-    """Returns the prefix of the arrays of a kind of element: "geom", "site", "flex" or "skin"."""
-    return {GEOM_OBJECT: "geom", SITE_OBJECT: "site", FLEX_OBJECT: "flex", SKIN_OBJECT: "skin"}[kind]
+    """Returns the prefix of the arrays of a kind of element: "geom", "site", "flex", "skin" or "tendon"."""
+    return PREFIXES[kind]

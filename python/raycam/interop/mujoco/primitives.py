@@ -19,8 +19,9 @@ TexturedMesh = tuple[Floats, Floats | None, Floats]
 def textured_primitive(kind: int, size: Floats) -> TexturedMesh:
     """Returns the mesh of a primitive geom with `mjModel.geom_size` [3]; v = 0 is the texture's first row.
 
-    Boxes and planes show the texture once on each face, spheres and ellipsoids by longitude and latitude. The sides
-    of cylinders and capsules and the half spheres of capsules show it once each, the ends of cylinders in the plane.
+    Boxes and planes show the texture once on each face; spheres and ellipsoids show it by longitude and latitude. The
+    side of a cylinder shows it once, as do the side and each half sphere of a capsule. The ends of a cylinder show it
+    projected along the axis.
     """
     if kind == PLANE:
         return _quad(np.array([size[0], size[1], 0.0]), 0, 1, 1.0)

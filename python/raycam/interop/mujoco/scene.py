@@ -13,12 +13,12 @@ from ...errors import Notice, WorldError
 from ...notices import warn_all
 from ...world import World
 from .cameras import model_camera
-from .deformable import Deformable, deformables, smooth_normals
+from .deformable import Deformable, deformables
 from .lights import LightSources
-from .look import MujocoLook, model_lights
+from .look import DEFAULT_FLAGS, MujocoLook, model_lights
 from .materials import element_look, material_keys
 from .model import GEOM_OBJECT, SDF, SITE_OBJECT, check_model, element_name, element_prefix
-from .shapes import element_shape, with_texture
+from .shapes import covered_geoms, element_shape, with_texture
 from .surfaces import Surfaces, texel_density
 from .textures import color_texture, skybox_faces
 
@@ -31,33 +31,44 @@ SHOWN_GROUPS = (0, 1, 2)
 class MujocoScene:
     """A MuJoCo model as a world, from `from_mujoco`; `update` moves its objects, lights and cameras."""
 
-    def __init__(self, model: Any, data: Any, groups: tuple[int, ...], sites: tuple[int, ...]) -> None:
+    def __init__(
+        self, model: Any, data: Any, groups: tuple[int, ...], sites: tuple[int, ...], tendons: tuple[int, ...]
+    ) -> None:
         self.model = model
         self.world = World()
-        """The world, with one object per visible geom, site, skin and flex, and the model's lights and cameras."""
+        """The world: one object per visible geom, site, skin, flex and tendon, and the model's lights and cameras."""
         self.elements: list[tuple[int, int]] = []
-        """For each object of the world, its type (`mjtObj`: geom, site, flex or skin) and its id in the model."""
+        """For each object of the world, its type (`mjtObj`, such as geom or tendon) and its id in the model."""
         self._scales: list[Floats] = []
         self._deformables: dict[int, Deformable] = {}
         self._densities: dict[int, tuple[int, Floats]] = {}
         self._check(data)
         notices: list[Notice] = []
+        covered = covered_geoms(model, groups)
+        if covered:
+            names = ", ".join(repr(element_name(model, "geom", geom)) for geom in covered[:5])
+            more = f" and {len(covered) - 5} more" if len(covered) > 5 else ""
+            text = f"geoms {names}{more} are omitted: later geoms of the same shape and place cover them"
+            notices.append(Notice(text, "ignored_element"))
         for kind, count, shown in ((GEOM_OBJECT, model.ngeom, groups), (SITE_OBJECT, model.nsite, sites)):
             group = getattr(model, f"{element_prefix(kind)}_group")
             for number in range(count):
+                if kind == GEOM_OBJECT and number in covered:
+                    continue
                 if group[number] in shown and element_look(model, kind, number)[0][3] > 0:
                     self._add_rigid(kind, number, notices)
-        for deformable in deformables(model, groups, notices):
+        for deformable in deformables(model, groups, tendons, notices):
             self._add_deformable(deformable, data)
         self._lights = LightSources(self.world, model, data, notices)
         for camera in range(model.ncam):
             self.world.add_camera(model_camera(model, camera, data), element_name(model, "cam", camera))
-        if model.ntendon:
-            notices.append(Notice(f"{model.ntendon} tendons are not shown", "ignored_element"))
         if skybox_faces(model) is not None:
             text = "the skybox is not part of the world; only MujocoScene.render shows it"
             notices.append(Notice(text, "ignored_element"))
-        self._look = MujocoLook(model, self.world, Surfaces(model, self.elements, self._densities))
+        surfaces = Surfaces(model, self.elements, self._densities)
+        self._look = MujocoLook(model, self.world, surfaces, self.elements)
+        self.flags = np.array(DEFAULT_FLAGS, np.uint8)
+        """Parts of the image of `render` by `mjtRndFlag`: shadows, reflections, the skybox, fog and haze."""
         self.update(data)
         warn_all(notices)
         self.notices = notices
@@ -66,8 +77,8 @@ class MujocoScene:
     def update(self, data: Any) -> None:
         """Moves objects, lights and cameras to the state in `data` (`geom_xpos`, `cam_xpos`, ...).
 
-        No mesh is rebuilt, except skins and flexes, whose vertices move. `mujoco.mj_forward` or `mj_step` must have
-        computed the state. Raises `WorldError` for data of another model or without poses.
+        No mesh is rebuilt, except that the vertices of skins, flexes and tendons move. `mujoco.mj_forward` or `mj_step`
+        must have computed the state. Raises `WorldError` for data of another model or without poses.
         """
         self._check(data)
         for number, (kind, element) in enumerate(self.elements):
@@ -101,19 +112,17 @@ class MujocoScene:
         """Returns the image in MuJoCo's own light (OpenGL's): sRGB, uint8 [h, w, 3].
 
         It resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting plane or
-        box, blended transparent geoms and the skybox. Shadows are exact, light is computed at every pixel instead of
-        every vertex, and haze is not drawn. With `samples=4` (default), edges are antialiased; 1 takes the centre of
-        each pixel only. `raycam.render(scene.world, camera)` computes physically based light instead.
+        box, blended transparent geoms, the skybox and haze; `flags` switch these parts on and off, and fog. Shadows are
+        exact, and light is computed at every pixel instead of every vertex. With `samples=4` (default), edges are
+        antialiased; with 1, only the centre of each pixel is sampled. `raycam.render(scene.world, camera)` computes
+        physically based light instead. Raises `SettingsError` for the flags of wireframes and additive blending.
         """
-        return self._look.image(camera, self._light_states, samples=samples)
+        return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
 
     def _moved(self, deformable: Deformable, data: Any) -> Any:
-        """The keys of an object with the vertices of a skin or flex in the state `data`."""
-        vertices = deformable.vertices(self.model, data)
-        keys: dict[str, Any] = {"vertices": vertices}
-        if deformable.smooth(self.model):
-            keys["normals"] = smooth_normals(vertices, deformable.triangles(self.model))
-        return keys
+        """The keys of an object with the vertices of a skin, flex or tendon in the state `data`."""
+        vertices, normals = deformable.shape(self.model, data)
+        return {"vertices": vertices} | ({} if normals is None else {"normals": normals})
 
     def _add_rigid(self, kind: int, number: int, notices: list[Notice]) -> None:
         """Adds a geom or site."""
@@ -173,25 +182,32 @@ class MujocoScene:
             self._densities[len(self.elements)] = texture, texel_density(corners, uvs, size)
 
     def __repr__(self) -> str:
-        """Counts as text."""
+        """Returns the number of shown geoms and the world as text."""
         geoms = sum(kind == GEOM_OBJECT for kind, _ in self.elements)
         return f"MujocoScene: {geoms} of {self.model.ngeom} geoms; {self.world!r}"
 
 
 def from_mujoco(
-    model: Any, data: Any = None, *, groups: tuple[int, ...] = SHOWN_GROUPS, sites: tuple[int, ...] = ()
+    model: Any,
+    data: Any = None,
+    *,
+    groups: tuple[int, ...] = SHOWN_GROUPS,
+    sites: tuple[int, ...] = (),
+    tendons: tuple[int, ...] = SHOWN_GROUPS,
 ) -> MujocoScene:
     """Creates a world from a `mujoco.MjModel`; returns a scene with `world` and `update(data)`.
 
     `data` is the `mujoco.MjData` whose state is shown (default: the initial state). Geoms, skins and flexes of
     `groups` (default: 0, 1 and 2, as in MuJoCo's viewer) that are not fully transparent become objects, named as in
-    the model, and so do the sites of the groups `sites` (default: none). The category of a geom or site is its body's
-    name. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them; colour textures (2D and cube maps)
-    are mapped as in MuJoCo 4.
+    the model, and so do the sites of the groups `sites` (default: none) and the spatial tendons of the groups
+    `tendons`, as capsules along their paths; a slack tendon hangs as in MuJoCo's viewer. The category of a geom or site
+    is its body's name. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them; colour textures (2D
+    and cube maps) are mapped as in MuJoCo 4.
 
-    Directional lights become suns; spot and point lights get weaker with the square of the distance, with a notice;
-    ambient light and the headlight become an even sky. Cables, tendons, image lights and the thickness of flexes are
-    omitted, with notices. `MujocoScene.render` shows such a world in MuJoCo's own light.
+    Directional lights become suns; spot and point lights become weaker with the square of the distance, with a notice;
+    ambient light and the headlight become a uniform sky. Cables, image lights and the thickness of flexes are
+    omitted, with notices, and so are opaque geoms that a later one of the same shape and place covers, as in MuJoCo's
+    images. `MujocoScene.render` shows such a world in MuJoCo's own light.
 
     Raises `WorldError` for objects that are not a model, for models of a MuJoCo version that lacks the arrays read
     here (with both versions), and for `data` without poses, and `ImportError` without MuJoCo if `data` is not given.
@@ -202,4 +218,4 @@ def from_mujoco(
 
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-    return MujocoScene(model, data, tuple(groups), tuple(sites))
+    return MujocoScene(model, data, tuple(groups), tuple(sites), tuple(tendons))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...arguments import Floats
 from ...world.capsule import capsule_mesh
+from .materials import element_look, is_opaque
 from .model import (
     BOX,
     CAPSULE,
@@ -25,7 +26,7 @@ from .model import (
 from .primitives import textured_primitive
 from .textures import color_texture, is_cube, map_cube, planar_coordinates
 
-__all__ = ["Shape", "element_shape", "with_texture"]
+__all__ = ["Shape", "covered_geoms", "element_shape", "with_texture"]
 
 INFINITE_PLANE = 100.0
 """Half the side length, in metres, of planes of size 0, which MuJoCo extends to the horizon."""
@@ -41,7 +42,7 @@ class Shape:
 
     keys: dict[str, Any]
     scale: Floats = field(default_factory=lambda: np.eye(3))
-    """Applied to the keys' shape, which is a unit sphere for spheres and ellipsoids [3, 3]."""
+    """The scale [3, 3] of the keys' shape, which is a unit sphere for spheres and ellipsoids."""
     uvs: Floats | None = None
     """The mesh's own texture coordinates [t, 3, 2], if the model has some."""
 
@@ -68,6 +69,26 @@ def element_shape(model: Any, element: int, number: int) -> Shape | None:
     if kind in (MESH, SDF) and data >= 0:
         return _mesh(model, data)
     return None
+
+
+def covered_geoms(model: Any, groups: tuple[int, ...]) -> list[int]:
+    """Returns the opaque geoms of `groups` that a later opaque one of the same body, shape and place covers exactly."""
+    last: dict[tuple[Any, ...], int] = {}
+    covered = []
+    for geom in range(model.ngeom):
+        if model.geom_group[geom] not in groups or not is_opaque(element_look(model, GEOM_OBJECT, geom)[0]):
+            continue
+        arrays = (model.geom_size[geom], model.geom_pos[geom], model.geom_quat[geom])
+        key = (
+            int(model.geom_bodyid[geom]),
+            int(model.geom_type[geom]),
+            int(model.geom_dataid[geom]),
+            *(np.asarray(array).tobytes() for array in arrays),
+        )
+        if key in last:
+            covered.append(last[key])
+        last[key] = geom
+    return covered
 
 
 def with_texture(model: Any, element: int, number: int, shape: Shape, material: int) -> Shape:

@@ -1,4 +1,4 @@
-"""The surfaces of a MuJoCo model as MuJoCo's renderer colours them: one colour each, and filtered textures."""
+"""The surfaces of a MuJoCo model as in MuJoCo's renderer: one colour for each, multiplied by filtered textures."""
 
 from __future__ import annotations
 

@@ -38,7 +38,8 @@ def is_cube(model: Any, texture: int) -> bool:
 def texture_pixels(model: Any, texture: int) -> npt.NDArray[np.uint8]:
     """Returns the pixels [h, w, 3 or 4] of a texture, sRGB, the first row at t = 0.
 
-    Grey textures have equal channels. A cube map of a single image, which MuJoCo stores once, has it on all six faces.
+    Grey textures have equal channels. A cube map of a single image, which MuJoCo stores once, shows the image on all
+    six faces.
     """
     height, width = int(model.tex_height[texture]), int(model.tex_width[texture])
     channels, start = int(model.tex_nchannel[texture]), int(model.tex_adr[texture])
@@ -52,7 +53,7 @@ def texture_pixels(model: Any, texture: int) -> npt.NDArray[np.uint8]:
 def planar_coordinates(corners: Floats, repeat: Floats, scale: Floats, uniform: bool) -> Floats:
     """Returns the texture coordinates [..., 2] of a 2D texture on a geom without texture coordinates of its own.
 
-    These are infinite planes, height fields, and meshes. `corners` [..., 3] are in the geom's frame, in metres.
+    Such geoms are infinite planes, height fields and meshes. `corners` [..., 3] are in the geom's frame, in metres.
     `scale` [2] is half the geom's size along x and y, 0 for infinite planes. With `uniform`, `repeat` counts per two
     metres, otherwise per size of the geom.
     """

@@ -1,6 +1,7 @@
-"""Ouster's lidar packets of the profile LEGACY, as a capture file (PCAP) of UDP, and the unit's metadata.
+"""Ouster's lidar packets as a capture file (PCAP) of UDP, and the unit's metadata.
 
-Sources: Ouster Firmware User Manual, "Lidar Data Packet Format" and "LEGACY"; ouster-sdk 1.0.1 decodes the packets.
+Packets with one return have the profile LEGACY, packets with two returns RNG19_RFL8_SIG16_NIR16_DUAL. Sources: Ouster
+Firmware User Manual, "Lidar Data Packet Format"; ouster-sdk 1.0.1 decodes the packets.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ...errors import LidarError
 from ...io.atomic_files import write
 from .pcap import pcap_file
 
-__all__ = ["ouster_packets", "save_ouster_packets"]
+__all__ = ["crc64", "ouster_dual_packets", "ouster_packets", "save_ouster_packets"]
 
 COLUMNS = 16
 """Columns in a packet."""
@@ -26,6 +27,13 @@ ENCODER_COUNTS = 90112
 VALID = 0xFFFFFFFF
 """Status of a column with measurements."""
 LARGEST_RANGE_MM = (1 << 20) - 1
+LARGEST_DUAL_RANGE_MM = (1 << 19) - 1
+"""The largest distance in packets with two returns, in millimetres."""
+DUAL_PROFILE = "RNG19_RFL8_SIG16_NIR16_DUAL"
+LIDAR_PACKET = 1
+"""The type of lidar packets, given in the headers of packets with two returns."""
+CRC64_POLYNOMIAL = 0xC96C5795D7870F42
+"""The polynomial of ECMA-182 with reflected bits."""
 PORT = 7502
 FRAME = 1
 """Number of the frame in the packets."""
@@ -34,6 +42,17 @@ MARK = "written by raycam"
 PIXEL = np.dtype(
     [("range", "<u4"), ("reflectivity", "<u2"), ("signal", "<u2"), ("near_ir", "<u2"), ("unused", "<u2")]
 )
+DUAL_PIXEL = np.dtype(
+    [
+        ("range", "<u4"),
+        ("range2", "<u4"),
+        ("signal", "<u2"),
+        ("signal2", "<u2"),
+        ("near_ir", "<u2"),
+        ("unused", "<u2"),
+    ]
+)
+"""The ranges have 19 bits; their highest 8 bits are the reflectivities."""
 
 
 def ouster_packets(
@@ -46,13 +65,7 @@ def ouster_packets(
     """
     rows, count = shape
     kept = columns["lost"] == 0
-    millimetres = np.rint(columns["distance"][kept] * 1000.0)
-    if len(millimetres) and (millimetres.max() > LARGEST_RANGE_MM or millimetres.min() < 1):
-        raise LidarError(
-            f"distances are {millimetres.min() / 1000:g} to {millimetres.max() / 1000:g} m; Ouster's packets support "
-            f"0.001 to {LARGEST_RANGE_MM / 1000:g} m",
-            code="cannot_write",
-        )
+    millimetres = _millimetres(columns["distance"][kept], LARGEST_RANGE_MM)
     column = np.dtype(
         [
             ("time", "<u8"),
@@ -69,7 +82,7 @@ def ouster_packets(
     table["number"], table["frame"], table["status"] = number, FRAME, VALID
     table["encoder"] = number * ENCODER_COUNTS // count
     at = (columns["column"][kept], columns["laser"][kept])
-    table["pixels"]["range"][at] = millimetres.astype(np.uint32)
+    table["pixels"]["range"][at] = millimetres
     table["pixels"]["reflectivity"][at] = columns["intensity"][kept]
     packets = []
     for first in range(0, count, COLUMNS):
@@ -77,16 +90,86 @@ def ouster_packets(
     return packets
 
 
+def ouster_dual_packets(
+    columns: Mapping[str, npt.NDArray[Any]], shape: tuple[int, int], rate: float, start: float = 0.0
+) -> list[tuple[float, bytes]]:
+    """Returns the times in seconds and the bytes of the packets of a frame with up to two returns per pulse.
+
+    The first range of a pixel is the strongest return. Other values and errors are those of `ouster_packets`; ranges
+    have 19 bits.
+    """
+    rows, count = shape
+    kept = np.flatnonzero(columns["lost"] == 0)
+    words = _millimetres(columns["distance"][kept], LARGEST_DUAL_RANGE_MM)
+    words |= columns["intensity"][kept].astype(np.uint32) << 24
+    energy = np.asarray(columns["reflectivity"][kept], float) / np.square(columns["distance"][kept])
+    pulse = columns["column"][kept].astype(np.int64) * rows + columns["laser"][kept]
+    order = np.lexsort((-energy, pulse))
+    pulse, words = pulse[order], words[order]
+    is_first = np.append(True, np.diff(pulse) != 0)[: len(pulse)]
+    pixels = np.zeros(rows * count, DUAL_PIXEL)
+    pixels["range"][pulse[is_first]] = words[is_first]
+    pixels["range2"][pulse[~is_first]] = words[~is_first]
+    column = np.dtype([("time", "<u8"), ("number", "<u2"), ("status", "<u2"), ("pixels", DUAL_PIXEL, rows)])
+    packet = np.dtype(
+        [
+            ("type", "<u2"),
+            ("frame", "<u2"),
+            ("header", "u1", 28),
+            ("columns", column, COLUMNS),
+            ("footer", "u1", 24),
+            ("check", "<u8"),
+        ]
+    )
+    table = np.zeros(count // COLUMNS, packet)
+    number = np.arange(count).reshape(-1, COLUMNS)
+    table["type"], table["frame"] = LIDAR_PACKET, FRAME
+    table["columns"]["time"] = np.rint((start + number / (count * rate)) * 1e9).astype(np.uint64)
+    table["columns"]["number"], table["columns"]["status"] = number, 1
+    table["columns"]["pixels"] = pixels.reshape(-1, COLUMNS, rows)
+    table["check"] = crc64(table.view(np.uint8).reshape(len(table), -1)[:, :-8])
+    return [
+        (start + first / (count * rate), row.tobytes())
+        for first, row in zip(number[:, 0], table, strict=True)
+    ]
+
+
+def crc64(data: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint64]:
+    """Returns the CRC-64/XZ of each row of bytes [n, m] (ECMA-182), uint64 [n]."""
+    table = np.arange(256, dtype=np.uint64)
+    for _ in range(8):
+        table = (table >> np.uint64(1)) ^ np.where(
+            table & np.uint64(1), np.uint64(CRC64_POLYNOMIAL), np.uint64(0)
+        )
+    register = np.full(len(data), ~np.uint64(0))
+    for byte in np.ascontiguousarray(data.T):
+        register = table[(register & np.uint64(0xFF)) ^ byte] ^ (register >> np.uint64(8))
+    return ~register
+
+
+def _millimetres(distances: npt.NDArray[np.float64], largest: int) -> npt.NDArray[np.uint32]:
+    """Returns the distances in millimetres; raises `LidarError` for distances below 1 or above `largest`."""
+    counts = np.rint(distances * 1000.0)
+    if len(counts) and (counts.max() > largest or counts.min() < 1):
+        raise LidarError(
+            f"distances are {counts.min() / 1000:g} to {counts.max() / 1000:g} m; Ouster's packets support "
+            f"0.001 to {largest / 1000:g} m",
+            code="cannot_write",
+        )
+    return counts.astype(np.uint32)
+
+
 def save_ouster_packets(
     path: Path, columns: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, Any], returns: str
 ) -> None:
     """Writes the packets to `path`, and the metadata without which they cannot be decoded to the same name with .json.
 
-    Raises `LidarError` for more than one return per pulse, and if the .json file exists and was not written by raycam.
+    Raises `LidarError` for returns other than "strongest", "last" and "dual", and if the .json file exists and was not
+    written by raycam.
     """
-    if returns not in ("strongest", "last"):
+    if returns not in ("strongest", "last", "dual"):
         raise LidarError(
-            f"Ouster's legacy packets do not support returns={returns!r}; supported: strongest, last",
+            f"Ouster's packets do not support returns={returns!r}; supported: strongest, last, dual",
             code="cannot_write",
         )
     beside = path.with_suffix(".json")
@@ -96,10 +179,14 @@ def save_ouster_packets(
             "raycam; save the packets under another name",
             code="cannot_write",
         )
-    layout = metadata["lidar_data_format"]
+    layout = dict(metadata["lidar_data_format"])
     shape = (layout["pixels_per_column"], layout["columns_per_frame"])
-    packets = ouster_packets(columns, shape, float(layout["fps"]))
-    write(beside, json.dumps({**metadata, "user_data": MARK}, indent=1).encode())
+    encode = ouster_packets
+    if returns == "dual":
+        encode, layout["udp_profile_lidar"] = ouster_dual_packets, DUAL_PROFILE
+    packets = encode(columns, shape, float(layout["fps"]))
+    own = {**metadata, "lidar_data_format": layout, "user_data": MARK}
+    write(beside, json.dumps(own, indent=1).encode())
     write(path, pcap_file(packets, PORT))
 
 

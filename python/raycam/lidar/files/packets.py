@@ -1,7 +1,7 @@
 """Velodyne's data packets, as a capture file (PCAP) of UDP.
 
 Sources: VLP-16 User Manual 63-9243, section 9.3; VLP-32C User Manual 63-9325, section 9.3; HDL-64E S2 User's Manual,
-appendix E.
+appendix E. The order of blocks with two returns is that which velodyne-decoder 3.1 expects.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class Firings:
     cycle: float
     """Seconds from one firing cycle to the next."""
     step: float
-    """Metres per unit of distance."""
+    """The unit of distances in the packets, in metres."""
     shape: tuple[int, int]
-    """Lasers and cycles of a frame."""
+    """The numbers of lasers and of firing cycles in a frame."""
 
 
 def pcap_bytes(columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float = 0.0) -> bytes:
@@ -93,21 +93,33 @@ def velodyne_packets(
 def _packets_of_banks(
     columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float
 ) -> list[tuple[float, bytes]]:
-    """Returns the packets of a device with more than 32 lasers, whose cycles have a block for each 32 of them."""
+    """Returns the packets of a device with more than 32 lasers, whose cycles have a block for each 32 of them.
+
+    With two returns, the blocks of an HDL-64E are those of the strongest return, then those of the last; those of a
+    VLS-128 alternate, beginning with the last return, and the last four blocks of its packets are empty.
+    """
     lasers, cycles = firings.shape
     banks = lasers // CHANNELS
-    group = BLOCKS // banks
+    layers = _layers(columns, firings)
+    group = BLOCKS // (banks * len(layers))
     total = -(-cycles // group) * group
-    ((distance, intensity),) = _layers(columns, firings)
-    blocks = np.zeros((total, banks), BLOCK)
-    blocks["flag"] = FLAGS[:banks]
+    blocks = np.zeros((total, banks, len(layers)), BLOCK)
+    blocks["flag"] = np.array(FLAGS[:banks])[:, None]
     turn = 36000.0 * firings.rate * firings.cycle  # hundredths of a degree per cycle
-    blocks["azimuth"] = (np.rint(np.arange(total) * turn) % 36000).astype(np.uint16)[:, None]
-    for name, values in (("distance", distance), ("intensity", intensity)):
-        blocks["channels"][name][:cycles] = values.reshape(cycles, banks, CHANNELS)
+    azimuths = (np.rint(np.arange(total) * turn) % 36000).astype(np.uint16)
+    blocks["azimuth"] = azimuths[:, None, None]
+    for layer, (distance, intensity) in enumerate(layers):
+        for name, values in (("distance", distance), ("intensity", intensity)):
+            blocks["channels"][name][:cycles, :, layer] = values.reshape(cycles, banks, CHANNELS)
+    if firings.device == "hdl64e":
+        blocks = blocks[:, :, ::-1].swapaxes(1, 2)
+    filled = np.zeros((total // group, BLOCKS), BLOCK)
+    filled["azimuth"] = azimuths[::group, None]
+    own = blocks.reshape(total // group, -1)
+    filled[:, : own.shape[1]] = own
     tail = _tail(firings)
     packets = []
-    for number, part in enumerate(blocks.reshape(-1, BLOCKS)):
+    for number, part in enumerate(filled):
         time = start + number * group * firings.cycle
         stamp = round(time * 1e6) % MICROSECONDS_PER_HOUR
         packets.append((time, part.tobytes() + struct.pack("<I", stamp) + tail))
@@ -131,11 +143,6 @@ def _check(firings: Firings) -> None:
         raise LidarError(
             f"{firings.device}: packets do not support returns={firings.returns!r}; supported: "
             f"{', '.join(RETURN_MODES)}",
-            code="cannot_write",
-        )
-    if firings.returns == "dual" and firings.shape[0] > CHANNELS:
-        raise LidarError(
-            f'{firings.device}: packets with two returns are not supported; use returns="strongest" or "last"',
             code="cannot_write",
         )
 

@@ -1,4 +1,4 @@
-// The client: what is shown, and which command changes what. It talks to a transport, which is a page or a server.
+// The client: holds what is shown and carries out the commands that change it. It exchanges messages with a transport, which stands for a page or a server.
 
 import { styleOf } from "./image/channels.js";
 import { inkOn } from "./image/colormap.js";
@@ -69,6 +69,8 @@ export class Client {
     this.probeTimer = 0;
     /** Called with every message, after the client. @type {(message: Message) => void} */
     this.onMessage = () => {};
+    /** Called with the pixel that is held. @type {(pixel: Pixel | null) => void} */
+    this.onHold = () => {};
     this.controls.onWrong = (text) => this.say(text, "error");
     this.controls.onExact = () => this.wantPlanes();
     this.picture.onZoom = () => this.showZoom();
@@ -170,7 +172,7 @@ export class Client {
     if (!moving) this.showZoom();
   }
 
-  /** Paints the image again: after another display, channel or mode. */
+  /** Paints the image again, after the display settings, the channel or the mode changed. */
   repaint() {
     const { plane, controls } = this;
     if (!plane) return this.showCompare(null, []);
@@ -236,7 +238,7 @@ export class Client {
     this.repaint();
   }
 
-  /** Makes an image B. @param {HTMLCanvasElement} layer @param {string} text that is shown */
+  /** Makes an image the B of the comparison. @param {HTMLCanvasElement} layer @param {string} text that is shown */
   takeLayer(layer, text) {
     this.taken = { plane: null, layer: resizedLayer(layer, this.picture.width, this.picture.height) };
     this.frameB = null;
@@ -283,6 +285,7 @@ export class Client {
   /** @param {Pixel | null} pixel */
   hold(pixel) {
     this.held = pixel;
+    this.onHold(pixel);
     this.picture.show({ held: pixel });
     if (pixel) this.picture.reveal(pixel);
     for (const id of ["copy", "explain", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
@@ -290,14 +293,14 @@ export class Client {
     this.probe();
   }
 
-  /** Holds a pixel that is clicked, and says so: the script that shows the view may want to know.
+  /** Holds a clicked pixel, and tells the server about it, because the script that shows the view may react to it.
    * @param {Pixel | null} pixel */
   pick(pixel) {
     this.hold(pixel);
     if (pixel && this.transport.live) this.transport.send({ type: "pick", u: pixel.column, v: pixel.row });
   }
 
-  /** Empties the readout: what it says is no longer so. */
+  /** Empties the readout, because its values are out of date. */
   forgetValues() {
     this.known = null;
     byId("pixel-place", HTMLElement).textContent = this.pointAt;

@@ -1,4 +1,4 @@
-// Elements of the page by their ids, and new ones.
+// Finds elements of the page by their ids, and makes new ones.
 
 /**
  * The element of an id.
@@ -28,7 +28,7 @@ export function element(tag, text = "", attributes = {}) {
 }
 
 /**
- * A new SVG element; the page has one already, whose name space it takes.
+ * A new SVG element. Its name space is that of the SVG element that each page has.
  * @param {string} tag
  * @param {Record<string, string | number>} [attributes]
  * @param {string} [text]
@@ -62,7 +62,7 @@ export function fillSelect(select, options) {
 }
 
 /**
- * The numbers in fields. The first field with something else, or a number out of its `min` and `max`, is told.
+ * The numbers in fields. Reports the first field with something else, or with a number outside its `min` and `max`.
  * @param {HTMLInputElement[]} inputs with labels around them
  * @param {(text: string) => void} wrong
  * @returns {number[] | null} null where one is wrong
@@ -78,7 +78,7 @@ export function numbersOf(inputs, wrong) {
 }
 
 /**
- * Gives bytes to the browser as a file to save.
+ * Saves bytes as a file, as the browser saves downloads.
  * @param {string} name
  * @param {string} type
  * @param {BlobPart} bytes

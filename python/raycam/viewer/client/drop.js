@@ -7,14 +7,14 @@ import { filesOf, isKnown, isWorld } from "./files.js";
 /** @typedef {import("./files.js").NamedFile} NamedFile */
 
 const PIECE = 45000; // bytes, 60000 letters of base64
-const LONGEST_NAME = 1000, LARGEST_FILE = 2 ** 28; // as the server takes them
-const LISTED = 3; // names of ignored files in a notice
+const LONGEST_NAME = 1000, LARGEST_FILE = 2 ** 28; // characters and bytes that the server accepts
+const LISTED = 3; // number of ignored files that a notice names
 const ARCHIVE = /\.zip$/i;
 const MODEL = /\.(glb|gltf|vrm|obj|ply|stl|off|usd[acz]?)$/i; // models that can be shown together
 const MAX_MODELS = 100;
 
 /**
- * Listens to files that are dropped anywhere on the page.
+ * Handles files that are dropped anywhere on the page.
  * @param {Client} client
  * @param {() => FileTypes | null} types of files that the server opens; null if it opens none
  */
@@ -74,7 +74,7 @@ export async function sendPieces(client, name, file) {
 }
 
 /**
- * The models that are shown together with the first one: those that were dropped next to it, if none is a world file.
+ * The models that are shown together with the first one: all others that were dropped with it, if no world file was dropped.
  * @param {NamedFile} first
  * @param {NamedFile[]} worlds
  * @param {Set<string>} dropped

@@ -1,4 +1,4 @@
-// The gizmo of the live view: which handle is under the pointer, and the drag of it.
+// The gizmo of the live view: finds the handle under the pointer and sends what dragging it changes.
 
 /** @typedef {import("./client.js").Client} Client */
 /** @typedef {import("./pointer.js").Point} Point */

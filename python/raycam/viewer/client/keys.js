@@ -1,4 +1,4 @@
-// The keys: one table for the handler, the help and docs/view.md.
+// The table of keys, which the handler, the help and docs/view.md use.
 
 /**
  * A row: what is pressed, the command it gives, what it does, and where it works. Ctrl, Alt and Shift are written in

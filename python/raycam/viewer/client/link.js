@@ -1,4 +1,4 @@
-// A link to what is seen: camera, lens, channel, display, time and held pixel, as text in the fragment of the address.
+// A link to the present view: camera, lens, channel, display, time and held pixel, as text in the fragment of the address.
 
 /**
  * @typedef {object} Seen
@@ -54,7 +54,7 @@ function areNumbers(list, least, most) {
 }
 
 /**
- * The intrinsics of a link for a camera of another size, as of a window of another shape: the vertical field of view stays.
+ * The intrinsics of a link for a camera of another size, such as that of a window with another shape. The vertical field of view stays the same.
  * @param {Seen} seen
  * @param {number[]} size the camera's own size now
  * @param {number} corner the image's left and top edge in pixel coordinates: -0.5 if integers are the centres of pixels

@@ -7,6 +7,7 @@ import { DOLLY_STEP, Navigator } from "./navigator.js";
 import { LensControls } from "./panel/lens.js";
 import { Axes } from "./panel/axes.js";
 import { CameraControls } from "./panel/cameras.js";
+import { FollowingControls } from "./panel/following.js";
 import { Hint } from "./panel/hint.js";
 import { LookControls } from "./panel/look.js";
 import { Measure } from "./panel/measure.js";
@@ -16,6 +17,7 @@ import { PoseControls } from "./panel/pose.js";
 import { ProgressBar } from "./panel/progress.js";
 import { ScanControls } from "./panel/scan.js";
 import { ScriptControls } from "./panel/script.js";
+import { StatusLine } from "./panel/status.js";
 import { Timeline } from "./panel/timeline.js";
 import { WorldControls } from "./panel/world.js";
 
@@ -28,19 +30,18 @@ export const LIVE_MOUSE =
   "pixel; Alt and click, or a long press, to explain it. On a touch screen, use two fingers to move closer and to pan.";
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
-const PAN_PIXELS = 24; // pixels of the picture
-const FLY_STEP = 1; // hundredths of the world's size
-const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // times that
+const PAN_PIXELS = 24; // pixels of the picture that an arrow key pans
+const FLY_STEP = 1; // hundredths of the world's size per step
+const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // factors of the step
 const FLY_TICK = 50; // ms
-const LATE = 2, REMIND = 5; // seconds after which, and between which, a late picture is told
 const LONGEST_FILM = 60; // seconds
 const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
 });
 
-/** Ways to move, in the order of the key N, and what is said of them. */
+/** Ways to move, in the order in which the key N selects them, with the texts that explain them. */
 const WAYS = /** @type {Record<string, string>} */ ({
-  orbit: "Orbit: drag turns around the pivot.",
+  orbit: "Orbit: drag to turn around the pivot.",
   fly: "Fly: W, A, S and D move the camera, E and Q raise and lower it. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
   walk: "Walk: W, A, S and D move along the ground, E and Q raise and lower the camera. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
 });
@@ -49,7 +50,9 @@ export class LiveView {
   /** @param {Client} client */
   constructor(client) {
     this.client = client;
+    this.following = new FollowingControls(client, (camera) => this.resume(camera));
     this.timeline = new Timeline(client);
+    this.following.onTime = (time) => this.timeline.show(time);
     this.lens = new LensControls(client);
     this.pose = new PoseControls(client);
     this.photograph = new PhotographControls(client);
@@ -73,7 +76,7 @@ export class LiveView {
     /** @type {Set<string>} codes of the keys that are down */
     this.down = new Set();
     this.flying = 0;
-    this.waiting = 0;
+    this.status = new StatusLine();
     this.link = new ViewLink(this);
     this.hint = new Hint(client.picture.canvas);
     this.bar = new ProgressBar();
@@ -110,25 +113,27 @@ export class LiveView {
   }
 
   /**
-   * Does what a message says of the live view alone.
+   * Carries out the part of a message that concerns the live view only.
    * @param {import("./client.js").Message} message
    */
   receive(message) {
+    this.following.receive(message);
     if (message.type === "welcome") {
       this.cameras = message.cameras;
       fillSelect(this.camera, [["", "free camera"], ...message.cameras.map((/** @type {string} */ name) => [name, name])]);
       this.integrator.value = message.integrator;
+      this.timeline.welcome(message);
+      this.opens = message.opens || null;
+      this.photograph.begin(message.photographs || []);
     }
-    if (message.type === "welcome") this.timeline.welcome(message);
     this.scan.receive(message);
-    if (message.type === "welcome") this.opens = message.opens || null;
-    if (message.type === "welcome") this.photograph.begin(message.photographs || []);
     if (message.type === "photograph") this.photograph.receive(message);
-    if (message.type === "welcome") this.navigator.welcome(message.camera);
-    if (message.type === "welcome") this.showCamera(message.camera);
-    if (message.type === "welcome") this.begin(message);
-    if (message.type === "welcome" && message.look) this.look.begin(message.look);
-    if (message.type === "welcome") this.world.tree.show({ cameras: message.cameras });
+    if (message.type === "welcome") {
+      this.resume(message.camera);
+      this.begin(message);
+      if (message.look) this.look.begin(message.look);
+      this.world.tree.show({ cameras: message.cameras });
+    }
     if (message.type === "look") {
       this.look.show(message.look);
       this.integrator.value = message.integrator;
@@ -137,44 +142,58 @@ export class LiveView {
     }
     if (message.type === "selected") this.world.showMaterial(message);
     if (message.type === "thumbnails") this.world.textures.receive(message);
-    if (message.type === "camera") this.navigator.receive(/** @type {any} */ (message));
-    if (message.type === "camera") this.showCamera(message);
+    if (message.type === "camera") {
+      this.navigator.receive(/** @type {any} */ (message));
+      this.showCamera(message);
+    }
     if (message.type === "answer") this.navigator.answer(/** @type {any} */ (message));
-    if (message.type === "picture") this.showStatus(message);
-    if (message.type === "picture") this.hint.show();
-    if (message.type === "picture") this.bar.show(message.moving ? 0 : message.samples, message.wanted || 0);
+    if (message.type === "picture") {
+      this.status.show(message);
+      this.hint.show();
+      this.bar.show(message.moving ? 0 : message.samples, message.wanted || 0);
+      this.timeline.next();
+      if (!message.moving && message.channel === this.client.channel) this.link.holdPixel();
+    }
     if (message.type === "progress") this.bar.show(message.samples, message.wanted);
-    if (message.type === "welcome" || message.type === "picture") this.awaitPicture(message.type === "welcome" || Boolean(message.moving));
-    if (message.type === "picture") this.timeline.next();
-    if (message.type === "picture" && !message.moving && message.channel === this.client.channel) this.link.holdPixel();
+    if (message.type === "welcome" || message.type === "picture") this.status.await(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
-    if (message.type === "values" && this.client.held) this.measure.receive(message);
+    if (message.type === "values" && this.client.held) {
+      this.measure.receive(message);
+      this.world.pick(message.values.instance?.numbers[0]);
+    }
     if (message.type === "controls") this.script.show(message.controls);
     if (message.type === "contents") this.world.show(message);
     if (message.type === "history") this.world.showHistory(message);
-    if (message.type === "values" && this.client.held) this.world.pick(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "filming") this.showFilming(message);
     if (message.type === "status") byId("status-connection", HTMLElement).textContent = message.text;
     if (message.type === "status" && message.text !== "connected") {
       this.showFilming({ done: 0, total: 0 });
-      this.awaitPicture(false);
+      this.status.await(false);
     }
     if (message.type === "closing") this.client.say(message.text, "error");
   }
 
-  /** @param {any} camera as the message `camera` describes it */
-  showCamera({ name, lens, pose }) {
-    this.camera.value = name;
-    this.kept.show(name);
-    this.photograph.showFor(name);
-    this.looked = name || this.looked;
+  /** @param {any} camera the server's camera, at the start and after moves that were not sent */
+  resume(camera) {
+    this.navigator.welcome(camera);
+    this.showCamera(camera);
+  }
+
+  /** @param {any} camera as the message `camera` describes it; its name is out of date if a newer move is on its way */
+  showCamera({ seq, name, lens, pose }) {
+    if (seq >= this.navigator.seq) {
+      this.camera.value = name;
+      this.kept.show(name);
+      this.photograph.showFor(name);
+      this.looked = name || this.looked;
+    }
     if (lens) this.lens.show((this.link.lens = lens));
     if (pose) this.pose.show(pose);
   }
 
   /**
-   * After a welcome: what a session of a server does not know of this page, or this page of it.
+   * After a welcome: tells the server's session what it does not know about this page, and takes over the session's state.
    * @param {import("./client.js").Message} welcome
    */
   begin({ overlay, triangles }) {
@@ -191,28 +210,6 @@ export class LiveView {
     stop.hidden = !total;
     stop.textContent = `Stop the video: frame ${done} of ${total}`;
     for (const id of ["film", "film-time"]) byId(id, HTMLButtonElement).disabled = total > 0;
-  }
-
-  /** @param {import("./client.js").Message} message */
-  showStatus({ samples, ms, moving, integrator, rate, change }) {
-    const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
-    if (!moving) {
-      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % changed since ${change.since} samples` : "";
-      byId("status-rate", HTMLElement).textContent = rate ? `${(rate / 1e6).toPrecision(2)} M samples/s` : "";
-    }
-    byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
-  }
-
-  /** @param {boolean} follows whether a picture has to come, which is told if it is late */
-  awaitPicture(follows) {
-    clearInterval(this.waiting);
-    if (!follows) return;
-    let seconds = 0;
-    this.waiting = setInterval(() => {
-      seconds += 1;
-      if (seconds !== LATE && seconds % REMIND) return;
-      byId("status", HTMLElement).textContent = `rendering the next image, ${seconds} s`;
-    }, 1000);
   }
 
   /** @param {string} text */
@@ -249,7 +246,7 @@ export class LiveView {
     return [limited((at.x - picture.left) / picture.zoom), limited((at.y - picture.top) / picture.zoom)];
   }
 
-  /** After each move: the camera is a free one, and the held pixel shows another point. */
+  /** After each move: the camera is no longer one of the world's, and the held pixel shows another point. */
   moved() {
     this.camera.value = "";
     this.kept.show("");
@@ -269,7 +266,7 @@ export class LiveView {
   lookThrough(name) {
     this.camera.value = name;
     this.looked = name || this.looked;
-    this.client.transport.send({ type: "camera", name });
+    this.navigator.lookThrough(name);
   }
 
   /** @param {string} name */

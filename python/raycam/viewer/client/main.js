@@ -1,5 +1,5 @@
-// The start: a page that carries a frame shows it, one that carries the core renders; one in a cell asks the kernel, another
-// one the server it came from. In a worker of a page, the same text serves the page.
+// The start: a page that contains a frame shows it, and one that contains the core renders. A page in a cell connects to
+// the kernel, any other one to its server. In a worker, the same script renders for the page.
 
 import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";
@@ -13,12 +13,12 @@ import { SocketTransport } from "./transport/socket.js";
 import { WorkerTransport } from "./transport/worker.js";
 
 const PAGE_MOUSE =
-  "Drag pans, the wheel zooms to the cursor; far enough in, every pixel shows its numbers. A click holds a pixel, " +
-  "Alt and click or a long press explains it. On a touch screen two fingers zoom and pan.";
+  "Drag to pan; the wheel zooms to the cursor, and large pixels show their numbers. Click to hold a pixel; Alt and " +
+  "click, or a long press, explains it. On a touch screen, use two fingers to zoom and to pan.";
 
 /** @param {SocketTransport | FrameTransport | WorkerTransport} transport */
 function openLive(transport) {
-  document.body.classList.add("live"); // the panels take their space before the size of the first image is told
+  document.body.classList.add("live"); // the panels take their space before the size of the first image is sent
   const client = new Client(transport);
   const live = new LiveView(client);
   transport.size = () => live.size();

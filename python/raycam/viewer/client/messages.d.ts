@@ -53,6 +53,7 @@ export interface Ground {
 /** Looks through a camera of the world, or keeps the pose as a free camera if the name is empty. */
 export interface LookThrough {
   type: "camera";
+  seq: number;
   name: string;
 }
 
@@ -82,7 +83,8 @@ export interface FromSide {
   name: "default" | "front" | "back" | "right" | "left" | "top" | "bottom" | "iso";
 }
 
-/** Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own. */
+/** Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
+    shows. */
 export interface Look {
   type: "look";
   light: "own" | "default" | "studio" | "sun" | "sky";
@@ -237,6 +239,18 @@ export interface Pick {
   v: number;
 }
 
+/** Reports the held pixel, which followers show; an empty list if none is held. */
+export interface Hold {
+  type: "hold";
+  pixel: number[];
+}
+
+/** Shows the leader's view, looks around independently, or takes the lead. */
+export interface Follow {
+  type: "follow";
+  mode: "attach" | "detach" | "lead";
+}
+
 /** Requests the explanation of a pixel. */
 export interface Explain {
   type: "explain";
@@ -349,6 +363,8 @@ export type ClientMessage =
   | Probe
   | Tile
   | Pick
+  | Hold
+  | Follow
   | Explain
   | Forget
   | Snapshot

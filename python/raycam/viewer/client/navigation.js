@@ -1,4 +1,4 @@
-// Navigation: functions from a camera and a gesture to the next camera, for the live view and for pages alike.
+// Navigation: functions that compute the next camera from a camera and a gesture, for the live view and for pages.
 
 import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf, transposed } from "./core/vectors.js";
 
@@ -16,8 +16,8 @@ import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf, transpos
  * @property {number[]} pivot the point that the camera orbits around
  */
 
-const STEEPEST = (89 * Math.PI) / 180; // a camera never looks farther up or down, where its sides would swap
-const MAX_HALF_ANGLE = Math.PI / 4; // of a framed world, for wide lenses
+const STEEPEST = (89 * Math.PI) / 180; // the steepest pitch: beyond the vertical, left and right would swap
+const MAX_HALF_ANGLE = Math.PI / 4; // radians: the largest half field of view for framing a world, for wide lenses
 const MIN_HALF_ANGLE = 0.01;
 
 /**
@@ -135,7 +135,7 @@ export function fit(camera, bounds) {
 }
 
 /**
- * The rotation next to a matrix that rounding has changed (Gram-Schmidt).
+ * A rotation close to a matrix that is no longer exactly one because of rounding (Gram-Schmidt).
  * @param {number[]} R
  */
 function orthonormal(R) {

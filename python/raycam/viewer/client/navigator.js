@@ -32,7 +32,7 @@ export class Navigator {
   }
 
   /**
-   * Starts with the camera of a session; answers of an older connection never come.
+   * Starts with the camera of a session, and waits no longer for answers of an older connection.
    * @param {CameraState & { seq: number }} state
    */
   welcome(state) {
@@ -43,7 +43,7 @@ export class Navigator {
   }
 
   /**
-   * Takes the server's camera, unless a newer move is on its way.
+   * Takes over the server's camera, unless a newer move was already sent.
    * @param {CameraState & { seq: number }} state
    */
   receive(state) {
@@ -80,7 +80,7 @@ export class Navigator {
   }
 
   /**
-   * Moves by a gesture that needs nothing but the camera.
+   * Moves by a gesture that depends on the camera only.
    * @param {(camera: CameraState) => CameraState} gesture
    */
   change(gesture) {
@@ -121,7 +121,7 @@ export class Navigator {
   }
 
   /**
-   * Walks on the ground: the height of the eyes above it stays. Steps add up while the ground is being looked for.
+   * Walks on the ground: the height of the camera above it stays. Steps add up while the server looks for the ground.
    * @param {number} right steps @param {number} upwards @param {number} forward
    */
   async walk(right, upwards, forward) {
@@ -150,7 +150,7 @@ export class Navigator {
   }
 
   /**
-   * Moves towards the point under the pointer, or along its ray as far as the pivot if there is none.
+   * Moves towards the point under the pointer. If there is none, moves along the pixel's ray, as if a point were there at the pivot's distance.
    * @param {number} notches @param {number} u @param {number} v
    */
   async dolly(notches, u, v) {
@@ -184,10 +184,16 @@ export class Navigator {
     this.change((camera) => fit(camera, camera.bounds));
   }
 
-  /** Frames the object at a place of the picture, or the whole world if there is none. @param {number} u @param {number} v */
+  /** Frames the object at a point of the picture, or the whole world if no object is there. @param {number} u @param {number} v */
   async frame(u, v) {
     const { bounds } = await this.locate(u, v);
     this.change((camera) => fit(camera, bounds || camera.bounds));
+  }
+
+  /** Looks through a camera of the world, or continues with a free camera if the name is empty. @param {string} name */
+  lookThrough(name) {
+    this.target = null;
+    this.send({ type: "camera", seq: ++this.seq, name });
   }
 
   /** Returns to the first camera. */

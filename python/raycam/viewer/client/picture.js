@@ -1,4 +1,4 @@
-// The picture on its canvas: fit, zoom to pixels, pan, the divider between A and B, values drawn into large pixels.
+// The picture on its canvas: fits it, zooms to pixels, pans, and draws the divider between A and B and the values in large pixels.
 
 import { inkOn } from "./image/colormap.js";
 import { drawMeasured } from "./image/measured.js";
@@ -107,7 +107,7 @@ export class PictureView {
     this.changed();
   }
 
-  /** One pixel of the picture on one of the display, the middle staying where it is. */
+  /** Shows one pixel of the picture as one pixel of the display. The middle stays where it is. */
   oneToOne() {
     const { width, height } = this.canvas.getBoundingClientRect();
     this.zoomAt(1 / this.ratio / this.zoom, width / 2, height / 2);
@@ -141,7 +141,7 @@ export class PictureView {
     this.changed();
   }
 
-  /** After a zoom or a move: the picture begins at a pixel of the display, so that 1:1 is exact. */
+  /** Called after a zoom or a move. Puts the picture's corner on a whole pixel of the display, so that 1:1 is exact. */
   changed() {
     const { ratio } = this;
     this.left = Math.round(this.left * ratio) / ratio;
@@ -151,7 +151,7 @@ export class PictureView {
   }
 
   /**
-   * The pixel under a point of the canvas, or null beside the picture.
+   * The pixel under a point of the canvas, or null outside the picture.
    * @param {number} x CSS pixels
    * @param {number} y
    * @returns {Pixel | null}

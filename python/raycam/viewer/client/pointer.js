@@ -1,4 +1,4 @@
-// Mouse, pen and touch on the picture, as calls of a listener.
+// Turns mouse, pen and touch input on the picture into calls of a listener.
 
 /** @typedef {{ x: number, y: number }} Point CSS pixels from the canvas' left top corner */
 /**
@@ -14,9 +14,9 @@
  * @property {(at: Point) => void} dragGrabbed
  */
 
-const CLICK_DISTANCE = 4; // CSS pixels that a click may move
+const CLICK_DISTANCE = 4; // CSS pixels that the pointer may move during a click
 const LONG_PRESS = 550; // ms
-const WHEEL_STEP = 100; // CSS pixels of a notch
+const WHEEL_STEP = 100; // CSS pixels that one notch of the wheel scrolls
 const DOUBLE_CLICK = 500; // ms within which a second click at the same place is part of a double click
 
 /**

@@ -4,7 +4,7 @@
 /** @typedef {import("./client.js").Client} Client */
 
 const TILE_PAUSE = 80; // ms after the last move of the picture
-const TILE_SIDE = 256; // pixels, as the server takes it
+const TILE_SIDE = 256; // pixels: the largest side that the server accepts
 
 export class Tiles {
   /** @param {Client} client */
@@ -16,12 +16,12 @@ export class Tiles {
     this.tile = null;
   }
 
-  /** Forgets the numbers: the image is another one. */
+  /** Forgets the numbers, because the image has changed. */
   forget() {
     this.tile = null;
   }
 
-  /** Requests the numbers of the visible pixels, when the picture rests. */
+  /** Requests the numbers of the visible pixels as soon as the picture is no longer moved. */
   request() {
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {

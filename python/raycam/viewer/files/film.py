@@ -33,11 +33,10 @@ TELL = 0.5  # seconds between two progress reports
 def filmed(
     session: Session, seconds: float, degrees: float, tell: Callable[[int, int], None]
 ) -> tuple[str, str, bytes]:
-    """Returns extension, media type and bytes of the video: MP4 if PyAV is installed, else GIF. `tell(done, total)`
-    reports progress.
+    """Returns extension, media type and bytes of the video: MP4 if PyAV is installed, else GIF.
 
-    For 0 degrees, it shows the world's motion from time 0, at most for its duration. Raises `SettingsError` if the
-    world does not move, and `Cancelled` if the client has left or stops it.
+    `tell(done, total)` reports progress. For 0 degrees, the video shows the world's motion from time 0, at most for its
+    duration. Raises `SettingsError` if the world does not move, and `Cancelled` if the client has left or stops it.
     """
     ending, media = (".mp4", "video/mp4") if has_av() else (".gif", "image/gif")
     view = session.view

@@ -86,7 +86,7 @@ def known_suffixes() -> tuple[str, ...]:
 
 
 def first_world(names: Iterable[str]) -> str | None:
-    """The world among file names: the one nearest to the top, world files before models; None without a world."""
+    """Returns the world among file names: the one in the topmost folder, world files first; None without a world."""
     suffixes = world_suffixes()
 
     def rank(name: str) -> tuple[int, int, str]:
@@ -125,7 +125,7 @@ def _world_in(given: Path, folder: Path) -> Path:
         )
         warn(
             Notice(
-                f"{given}: shows {name}; it also contains {listed}: name the files to show others",
+                f"{given}: showing {name}; it also contains {listed}; to show another world, pass its path",
                 "chosen_world",
             )
         )
@@ -213,7 +213,7 @@ def combine_models(paths: Sequence[Path], folder: Path | None = None) -> World:
     the models may read (default: all). Raises `SettingsError` for world files, and the errors of `World.add_object`.
     """
     for path in paths:
-        if path.suffix.lower() in (".toml", ".urdf", ".xacro", ".sdf"):
+        if path.suffix.lower() in (".toml", ".urdf", ".xacro", ".sdf", ".xml"):
             raise SettingsError(
                 f"{path.name}: only models can be combined; view this file alone", code="conflicting_values"
             )

@@ -51,7 +51,7 @@ class Uploads:
         self._known = (*self._worlds, *companions, ARCHIVE)
 
     def add(self, name: str, size: int, offset: int, data: str) -> bool:
-        """Adds a piece of a file; True if the file is complete. Files of other types are ignored.
+        """Adds a piece of a file; returns True if the file is complete. Files of other types are ignored.
 
         Raises `SettingsError` for invalid pieces, and then deletes the file.
         """
@@ -77,7 +77,7 @@ class Uploads:
         return self._received[name] == size
 
     def open(self, name: str, more: Sequence[str] = ()) -> World:
-        """The world of a complete file or archive, with `more` models in it if there are any.
+        """Returns the world of a complete file or archive, to which the models `more` are added.
 
         Raises `SettingsError` and the errors of `raycam.load`.
         """

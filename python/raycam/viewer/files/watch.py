@@ -25,7 +25,7 @@ Stamp = tuple[int, int] | None
 
 
 def used_files(path: Path) -> list[Path]:
-    """The file of a world and the files of its folder whose names occur in it, or in a file that it uses."""
+    """Returns the file of a world, and the files in its folder whose names occur in it or in a file that it uses."""
     nearby = _nearby(path.parent)
     found, waiting = {path}, [path]
     while waiting:
@@ -85,7 +85,7 @@ class Watcher(threading.Thread):
         return {each: _stamp(each) for each in used_files(self._path)}
 
     def run(self) -> None:
-        """Looks at the files until `end`."""
+        """Checks the files for changes until `end` is called."""
         latest = self._known
         while not self._ending.wait(INTERVAL_S):
             before, latest = latest, {each: _stamp(each) for each in latest}

@@ -188,12 +188,12 @@ class Edits:
 def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     """Returns a copy of a world with a changed object or light.
 
-    Of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `color` (text), `roughness` and
-    `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a factor),
-    around the centre of its mesh. A change of roughness or metallic makes each material of the object principled; the
-    materials keep their colours and textures. `place` is an index and a value in the object's placement: location,
-    roll, pitch, yaw in degrees, scales. Of lights: see `edit_light`. Raises `WorldError`, for example if an
-    animation moves the object, and `SettingsError`.
+    Keys of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `color` (text), `roughness`
+    and `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a
+    factor), around the centre of its mesh. A change of roughness or metallic makes each material of the object
+    principled; the materials keep their colours and textures. `place` is an index and a value in the object's
+    placement: location, roll, pitch, yaw in degrees, scales. `edit_light` describes the keys of lights. Raises
+    `WorldError`, for example if an animation moves the object, and `SettingsError`.
     """
     if kind == "light":
         return edit_light(world, number, key, value)

@@ -48,10 +48,9 @@ def edit_light(world: World, number: int, key: str, value: Any) -> World:
     """Returns a copy of a world with a changed light.
 
     `key` is `strength` (a factor), `level` (the largest of red, green and blue, in the light's unit), `color` (text
-    #rrggbb; the level stays), `position` (metres [3], or an axis and a number),
-    `direction` (likewise), `remove` (True), or `add` (a type of
-    `NEW_LIGHTS`; `number` is ignored). Raises `WorldError` for an unknown light or a key that it does not have, and
-    `SettingsError` for an invalid value.
+    #rrggbb; the level does not change), `position` (metres [3], or an axis and a number), `direction` (in the same
+    form), `remove` (True), or `add` (a type of `NEW_LIGHTS`; `number` is ignored). Raises `WorldError` for an unknown
+    light or a key that it does not have, and `SettingsError` for an invalid value.
     """
     changed = world.copy()
     if key == "add":

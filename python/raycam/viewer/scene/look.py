@@ -67,8 +67,8 @@ class Look:
     def choose(cls, world: World, camera: Camera, *, is_framed: bool, **options: Any) -> Look:
         """The look of `options`, or the look that `raycam render` chooses.
 
-        A framed world without lights is shown in the studio. The lights of another world without lights are the
-        renderer's default lights. Raises `SettingsError` for invalid options.
+        A world without lights and cameras, which a framing camera shows, is lit by the studio. Any other world without
+        lights has the renderer's default lights. Raises `SettingsError` for invalid options.
         """
         given = {name: value for name, value in options.items() if value not in (None, False)}
         for name in given:
@@ -102,7 +102,7 @@ class Look:
         return look
 
     def changed(self, **values: Any) -> Look:
-        """A look with other values."""
+        """Returns a copy of the look with other values."""
         return replace(self, **values)
 
     @property
@@ -125,7 +125,7 @@ class Look:
 
     @property
     def first_samples(self) -> int:
-        """Samples per pixel of the first still image: fewer would be noisier than the moving image before it."""
+        """The samples per pixel of the first still image. Fewer would be noisier than the moving image before it."""
         return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
 
     def notice(self) -> str | None:
@@ -144,8 +144,8 @@ class Look:
         """Returns the world with the look's lights and ground, for `camera`.
 
         The ground keeps its position under `opened`, the world before its edits, and is hidden from cameras below it.
-        Ground truth belongs to `world`. Returns `world` itself if the look adds nothing. The lights of a `preview` need
-        one sample per pixel, but only resemble the studio's.
+        Ground truth belongs to `world`. Returns `world` itself if the look adds nothing. The lights of a `preview`
+        resemble the studio's, but require only one sample per pixel.
         """
         has_floor = self._has_floor(opened, camera)
         preview = preview and self.light == "studio"

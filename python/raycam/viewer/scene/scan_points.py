@@ -29,10 +29,10 @@ class ScanPoints:
 
     lidar: str
     positions: Floats
-    """[n, 3]."""
+    """The positions of the points in the world [n, 3], metres."""
     fields: dict[str, npt.NDArray[Any]]
     total: int
-    """Points of the whole scan."""
+    """The number of points of the whole scan."""
 
     def message(self) -> dict[str, Any]:
         """The message `scan`: the fields of the points, by name; times in milliseconds."""
@@ -42,7 +42,8 @@ class ScanPoints:
         return {"type": "scan", "lidar": self.lidar, "total": self.total, "fields": values}
 
     def drawn(self, world: World, camera: Camera) -> dict[str, Any]:
-        """Number, column and row of each visible point, in pixels from the left top corner of a camera's image."""
+        """Returns number, column and row of each visible point, in pixels from the top left corner of a camera's
+        image."""
         pixels, in_front = camera.project(self.positions)
         pixels = pixels - camera.corner
         width, height = camera.size

@@ -1,6 +1,7 @@
 """A client's session: its connection, what it views, and the images that it receives."""
 
 from .connection import Connection
+from .following import MOST_FOLLOWERS, MOST_FREE, Following
 from .images import DEFAULT_SAMPLES, Images
 from .session import Session
 from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of, world_at
@@ -8,7 +9,10 @@ from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of, world_at
 __all__ = [
     "DEFAULT_SAMPLES",
     "MAX_STILL_SIZE",
+    "MOST_FOLLOWERS",
+    "MOST_FREE",
     "Connection",
+    "Following",
     "Images",
     "Opened",
     "Session",

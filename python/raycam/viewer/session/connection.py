@@ -16,6 +16,9 @@ MAX_UNACKNOWLEDGED = 2
 MAX_MOVING_RATE = 2.4e6
 """Bytes per second of moving images: 19.2 Mbit/s."""
 
+MAX_FOLLOWERS_RATE = 12.5e6
+"""Bytes per second of moving images to all followers together: 100 Mbit/s."""
+
 Send = Callable[[dict[str, Any], Sequence[bytes]], None]
 
 
@@ -31,7 +34,13 @@ class Connection:
         """True if the client compares images or chose a range: finished images are sent as exact numbers."""
         self._is_plane_due = False
         """True if the next still image is sent as exact numbers, although it may not be finished."""
-        self._free_at = 0.0
+        self.followers: tuple[Connection, ...] = ()
+        """Clients that receive the same images, while this client leads them."""
+        self._latest: tuple[dict[str, Any], Sequence[bytes]] | None = None
+        self._pending: tuple[dict[str, Any], Sequence[bytes]] | None = None
+        """The newest image, if it waits until earlier ones have been confirmed."""
+        self._sharing = threading.Lock()
+        self._free_at = self._followers_free_at = 0.0
         self._send: Send | None = None
         self._visible = True
         self._sent = 0
@@ -40,11 +49,14 @@ class Connection:
     def open(self, send: Send) -> None:
         """Starts sending messages with `send`."""
         self._send = send
-        self._sent = self._acknowledged = 0
+        with self._sharing:
+            self._sent = self._acknowledged = 0
+            self._pending = None
         self.wants_planes = self._is_plane_due = False
 
     def request_planes(self, wanted: bool) -> bool:
-        """Sets whether images are sent as exact numbers, the next one at once; returns whether that is a change."""
+        """Sets whether images are sent as exact numbers, from the next image on; returns True if the setting
+        changed."""
         if wanted == self.wants_planes:
             return False
         self.wants_planes = self._is_plane_due = wanted
@@ -55,7 +67,7 @@ class Connection:
         return self.wants_planes and (is_finished or self._is_plane_due)
 
     def mark_exact_sent(self) -> None:
-        """Records that exact numbers were sent: the next ones are those of a finished image."""
+        """Records that exact numbers were sent; they are sent again only when an image is finished."""
         self._is_plane_due = False
 
     def close(self) -> None:
@@ -69,12 +81,16 @@ class Connection:
 
     @property
     def is_ready(self) -> bool:
-        """True if the client is visible and can receive another image."""
+        """True if the client or one of its followers is visible and can receive another image."""
+        return self._has_room or any(each._has_room for each in self.followers)
+
+    @property
+    def _has_room(self) -> bool:
         return self.is_open and self._visible and self._sent - self._acknowledged < MAX_UNACKNOWLEDGED
 
     @property
     def may_move(self) -> bool:
-        """True if another moving image keeps the limit of `MAX_MOVING_RATE`."""
+        """True if another moving image can be sent without exceeding `MAX_MOVING_RATE`."""
         return time.monotonic() >= self._free_at
 
     def note_moving(self, count: int) -> None:
@@ -83,12 +99,12 @@ class Connection:
 
     @property
     def sent(self) -> int:
-        """Images sent to this client."""
+        """The number of images that were sent to this client."""
         return self._sent
 
     @property
     def acknowledged(self) -> int:
-        """Images that the client has confirmed."""
+        """The number of images that the client has confirmed."""
         return self._acknowledged
 
     def send(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
@@ -102,10 +118,54 @@ class Connection:
         self._sent += 1
         return self._sent
 
+    def broadcast(self, message: dict[str, Any]) -> None:
+        """Sends a message to the client and its followers."""
+        for each in (self, *self.followers):
+            each.send(message)
+
+    def send_image(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
+        """Sends an image to the client and its followers, with the number that each will acknowledge.
+
+        A client that is not ready receives it later, unless a newer image replaces it. Followers skip images in motion
+        that exceed `MAX_FOLLOWERS_RATE`.
+        """
+        self._deliver(message, buffers)
+        followers = self.followers
+        self._latest = (message, buffers)
+        now = time.monotonic()
+        if not followers or (message["moving"] and now < self._followers_free_at):
+            return
+        count = len(followers) * sum(map(len, buffers))
+        self._followers_free_at = now + count / MAX_FOLLOWERS_RATE
+        for each in followers:
+            each._deliver(message, buffers)
+
+    def send_latest(self, follower: Connection) -> None:
+        """Sends the newest image to a client that has begun to follow."""
+        if self._latest is not None:
+            follower._deliver(*self._latest)
+
+    def _deliver(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
+        """Sends an image, or keeps it until the client is ready."""
+        with self._sharing:
+            self._pending = (message, buffers)
+        self._send_pending()
+
+    def _send_pending(self) -> None:
+        with self._sharing:
+            if self._pending is None or not self._has_room:
+                return
+            (message, buffers), self._pending = self._pending, None
+            number = self.number_image()
+        self.send({**message, "picture": number}, buffers)
+
     def acknowledge(self, number: int) -> None:
         """Notes that the client has the images up to `number`."""
-        self._acknowledged = max(self._acknowledged, min(number, self._sent))
+        with self._sharing:
+            self._acknowledged = max(self._acknowledged, min(number, self._sent))
+        self._send_pending()
 
     def set_visible(self, visible: bool) -> None:
         """Pauses images while the page is hidden."""
         self._visible = visible
+        self._send_pending()

@@ -1,4 +1,4 @@
-"""Undo of what one client changed in its view: camera, lens, look, variant and integrator.
+"""Undo of one client's changes to its view: camera, lens, look, variant and integrator.
 
 `Message.UNDO` marks these messages; channel, exposure and time only change the display. Edits of the world are shared
 by all clients, and `Edits` undoes them. Steps of both kinds have ascending numbers, so that `Session` undoes the newest

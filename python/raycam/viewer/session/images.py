@@ -51,7 +51,7 @@ class Images:
         self.touched = time.monotonic() + seconds
 
     def samples_of(self, view: View) -> int:
-        """Samples per pixel at which the still image is finished."""
+        """The samples per pixel with which the still image is finished."""
         return self._samples or DEFAULT_SAMPLES[view.integrator]
 
     def refinement_of(self, view: View) -> Refinement:
@@ -94,7 +94,7 @@ class Images:
         return self._moved != self.version
 
     def mark_moved(self, version: int, *, is_coarse: bool = False) -> None:
-        """Notes that a moving image of a version was sent; a coarse one is followed by one of full size."""
+        """Records that a moving image of a version was sent; a coarse image is followed by one of full size."""
         self._moved = version
         self.is_coarse = is_coarse
 
@@ -103,7 +103,7 @@ class Images:
         return self._shown[0] == self.version and channel in (None, self._shown[1])
 
     def mark_shown(self, version: int, channel: str) -> None:
-        """Notes that a still image of a version was sent."""
+        """Records that a still image of a version was sent."""
         self._shown = (version, channel)
 
     def show_moving_again(self) -> None:

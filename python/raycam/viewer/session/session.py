@@ -33,6 +33,7 @@ from .connection import Connection
 from .history import History
 from .images import Images
 from .overlays import Overlays
+from .role import Role
 from .view import Opened, View
 
 __all__ = ["Session"]
@@ -79,11 +80,11 @@ class Session:
         self.connection = Connection()
         self.images = Images(samples, threads)
         self.uploads = Uploads()
-        self.allows_open = allows_open
         self._photographs = photographs
         self.lock = threading.Lock()
         """Held while the view and its version change together."""
         self.view = View.start(opened, integrator=integrator, start=start, look=look)
+        self.role = Role(self.images, self.view.space, allows_open)
         self.selection = Selection(edits)
         self.overlays = Overlays()
         self.history = History()
@@ -110,32 +111,82 @@ class Session:
                 self.view = view
                 if not view.renders_like(before) or self.images.version == 0:
                     self.images.restart()
-            if view.opened.edits is not before.opened.edits:
-                before.opened.edits.forget(self)
-                view.opened.edits.listen(self)
-                self.selection = Selection(view.opened.edits)
-                self.history = History()
-            if view.world is not before.world or view.integrator != before.integrator:
-                self.overlays = replace(self.overlays, rays=())
-            if view.world is not before.world and self.overlays.scan is not None:
-                self.overlays = replace(self.overlays, scan=None)
-                self.connection.send(NO_SCAN)
-            if view.outline() != self._outline:
-                self.greet()
-            elif (
-                view.camera is not before.camera
-                or view.bounds is not before.bounds
-                or view.size != before.size
-            ):
+            self._send_changes(before)
+            if self.role.on_show is not None:
+                self.role.on_show()
+
+    def mirror(self, leader: Session, held: tuple[int, int] | None, *, begins: bool = False) -> None:
+        """Shows the view, the images and the held pixel of another session; all of them again if it `begins`."""
+        with self._changes:
+            before = self.view
+            with self.lock:
+                self.role.is_attached, self.view, self.images = True, leader.view, leader.images
+            if begins:
+                self.role.own_images.cancel.cancel()
+                self.overlays = Overlays()
+                self.selection = Selection(self.view.opened.edits)
+                self.role.display = {}
+            self._send_changes(before)
+            if begins:
                 self.send_camera()
+                self.send_look()
+            elif self.view.look is not before.look or self.view.integrator != before.integrator:
+                self.send_look()
+            self.show_display(held)
+
+    def look_around(self) -> None:
+        """Continues with a view and images of its own, after those of another session."""
+        with self._changes:
+            with self.lock:
+                self.role.is_attached, self.images = False, self.role.own_images
+                self.view = self.view.with_space(self.role.space)
+                self.images.restart()
+            self.send_camera()
+            self.redraw()
+
+    def show_display(self, held: tuple[int, int] | None) -> None:
+        """Sends the leader's channel, display, time and held pixel, if they have changed."""
+        view = self.view
+        shown = {
+            "channel": view.channel,
+            "exposure": view.exposure,
+            "view": view.transform,
+            "time": view.time,
+            "held": held,
+        }
+        if shown != self.role.display:
+            self.role.display = shown
+            self.connection.send({"type": "display", **shown})
+
+    def _send_changes(self, before: View) -> None:
+        """Sends what has changed in the view; keeps the selection and the history of the same world."""
+        view = self.view
+        if view.opened.edits is not before.opened.edits:
+            before.opened.edits.forget(self)
+            view.opened.edits.listen(self)
+            self.selection = Selection(view.opened.edits)
+            self.history = History()
+        if view.world is not before.world or view.integrator != before.integrator:
+            self.overlays = replace(self.overlays, rays=())
+        if view.world is not before.world and self.overlays.scan is not None:
+            self.overlays = replace(self.overlays, scan=None)
+            self.connection.send(NO_SCAN)
+        if view.outline() != self._outline:
+            self.greet()
+        elif view.camera is not before.camera or view.bounds is not before.bounds or view.size != before.size:
+            self.send_camera()
 
     def greet(self) -> None:
         """Sends the complete view to the client."""
         self._outline = self.view.outline()
         self.connection.send(self.welcome())
-        self.connection.send(self.view.opened.edits.about())
+        self._send_contents()
         self.send_history()
         self.connection.send(self.controls.message())
+
+    def _send_contents(self) -> None:
+        contents = self.view.opened.edits.about()
+        self.connection.send({**contents, "editable": contents["editable"] and not self.role.is_read_only})
 
     def show_controls(self) -> None:
         """Sends the script's controls, and the lines over the image."""
@@ -151,7 +202,7 @@ class Session:
             "type": "welcome",
             "version": __version__,
             "session": self.connection.id,
-            "opens": file_types() if self.allows_open else None,
+            "opens": file_types() if self.role.allows_open else None,
             "photographs": self._photographed(),
             "overlay": {
                 "cameras": self.overlays.cameras,
@@ -179,13 +230,14 @@ class Session:
     def rebase(self) -> None:
         """Shows the world after an edit, or another world from a script."""
         with self._changes:
-            self.show(self.view.rebased())
-        self.connection.send(self.view.opened.edits.about())
+            if not self.role.is_attached:  # the leader's view follows
+                self.show(self.view.rebased())
+        self._send_contents()
         self.send_history()
         self.connection.send(self.selection.about())
 
     def send_history(self) -> None:
-        """Sends whether there are steps to undo and to repeat."""
+        """Sends the numbers of steps that can be undone and repeated."""
         edits = self.view.opened.edits.about()
         undo, redo = self.history.counts
         message = {"type": "history", "undo": undo + edits["undo"], "redo": redo + edits["redo"]}
@@ -219,12 +271,6 @@ class Session:
         own = {"look": view.look.describe(), "integrator": view.integrator, "variant": view.variant}
         self.connection.send({"type": "look", **own, **self.about()})
 
-    def follow(self, other: Session) -> None:
-        """Shows the view of another session, in this client's own size."""
-        with self._changes:
-            mine = self.view
-            self.show(other.view.with_space(mine.space))
-
     def open_upload(self, name: str, more: Sequence[str] = ()) -> None:
         """Opens an uploaded file for this client, with `more` models in the same world.
 
@@ -254,7 +300,7 @@ class Session:
             self.notify(text)
 
     def _require_open(self) -> None:
-        if not self.allows_open:
+        if not self.role.allows_open:
             raise SettingsError(
                 "this view cannot open files: start it with --allow-open (allow_open=True)", code="read_only"
             )
@@ -274,7 +320,9 @@ class Session:
             max(1, round(message.width * message.ratio)),
             max(1, round(message.height * message.ratio)),
         )
-        self.show(self.view.with_space(space))
+        self.role.space = space
+        if not self.role.is_attached:
+            self.show(self.view.with_space(space))
 
     def _move(self, message: messages.Move) -> None:
         self._last_move = message.seq
@@ -395,8 +443,9 @@ class Session:
     def set_camera(self, camera: Camera) -> None:
         """Shows the view of a camera that the script chose, in the camera's own shape."""
         with self._changes:
-            self.show(replace(self.view, camera=camera, camera_name="", shape="own"))
-            self.send_camera()
+            if not self.role.is_attached:
+                self.show(replace(self.view, camera=camera, camera_name="", shape="own"))
+                self.send_camera()
 
     def _view_from(self, message: messages.FromSide) -> None:
         self._last_move = message.seq
@@ -404,8 +453,11 @@ class Session:
         self.send_camera()
 
     def _look_through(self, message: messages.LookThrough) -> None:
-        self.show(self.view.through(message.name))
-        self.send_camera()
+        self._last_move = message.seq
+        try:
+            self.show(self.view.through(message.name))
+        finally:
+            self.send_camera()  # after an error, the client returns to its last valid camera
 
     def _set_lens(self, message: messages.Lens) -> None:
         self.show(self.view.with_lens(message.fx, message.fy, message.cx, message.cy, message.distortion))
@@ -461,7 +513,8 @@ class Session:
         self.redraw()
 
     def show_scan(self, scan: ScanPoints | None, world: World) -> None:
-        """Draws the points of a scan of `world`, or none; if the view shows another world, the client asks again."""
+        """Draws the points of a scan of `world`, or none; if the view shows another world, the client requests a new
+        scan."""
         with self._changes:
             current = scan if self.view.world is world else None
             self.overlays = replace(self.overlays, scan=current)
@@ -470,7 +523,7 @@ class Session:
 
     def redraw(self) -> None:
         """Sends the lines over the current image again."""
-        self.connection.send({"type": "overlay", "overlay": self.overlay(self.view)})
+        self.connection.broadcast({"type": "overlay", "overlay": self.overlay(self.view)})
 
     def overlay(self, view: View) -> list[dict[str, Any]]:
         """The lines over the still image of a view."""

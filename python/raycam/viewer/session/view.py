@@ -44,7 +44,7 @@ class Opened:
     camera: Camera | None = None
     """The first camera; None for the world's first camera, or one that frames the world."""
     camera_name: str = field(init=False, default="")
-    """The name of the first camera, if it is one of the world's; it stays if the world's file is loaded again."""
+    """The name of the first camera, if it belongs to the world; it is kept if the world's file is loaded again."""
     framing: Mapping[str, Any] = field(default_factory=dict)
     """The arguments of `World.view_from` for a camera that frames the world: `direction`, `zoom`, `fov`."""
     fixed_size: tuple[int, int] | None = None
@@ -64,7 +64,7 @@ class Opened:
 
     @property
     def first_shape(self) -> Literal["own", "home"]:
-        """The shape of the first camera."""
+        """Whose shape the first camera has: its own, or that of the window ("home")."""
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
@@ -96,7 +96,7 @@ class View:
     camera: Camera
     """The camera in its own size."""
     camera_name: str
-    """The name of the world's camera that is looked through; empty for a free camera."""
+    """The name of the world's camera that provides the view; empty for a free camera."""
     pivot: Floats
     """The point [3] that the camera orbits around."""
     time: float = 0.0
@@ -207,7 +207,7 @@ class View:
 
     @property
     def lit(self) -> World:
-        """The world with the light and the ground of the look, which color images show."""
+        """The world with the light and the ground of the look, which colour images show."""
         return self.look.light_up(self.world, self._opened_world, self.camera)
 
     @property

@@ -32,7 +32,7 @@ def core_blocks() -> list[str]:
     folder = files(__package__) / FOLDER
     glue = (folder / GLUE).read_text(encoding="utf-8")
     if "</script" in glue.lower() or "<!--" in glue:
-        raise ValueError("the text of the core would end the script that holds it")
+        raise ValueError("the core's text contains the end of a script element, </script")
     return [
         f'<script type="text/plain" id="core-glue">{glue}</script>',
         f'<script type="text/plain" id="core-wasm">{_base64((folder / CORE).read_bytes())}</script>',

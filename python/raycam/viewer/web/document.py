@@ -50,9 +50,11 @@ def title_text(title: str) -> str:
     return html.escape(title.encode("utf-8", "replace").decode())
 
 
-def still_image(frame: Frame, exposure: float | None, view: str | None, title: str | None) -> str:
+def still_image(
+    frame: Frame, exposure: float | None, view: str | None, title: str | None, channel: str = "color"
+) -> str:
     """An element that shows the frame as a JPEG in browsers without JavaScript."""
-    data = base64.b64encode(frame.to_jpeg(exposure, view)).decode()
+    data = base64.b64encode(frame.to_jpeg(exposure, view, channel)).decode()
     alt = title_text(title or "The rendered image")
     return f'<noscript><img src="data:image/jpeg;base64,{data}" alt="{alt}"></noscript>'
 

@@ -47,7 +47,7 @@ def live_page(
             )
     if world is None or frame.camera is None:
         raise SettingsError(
-            "live needs the world, as in save(path, world=world, live=True), and a camera",
+            "live requires a frame with a camera, and the world: save(path, world=world, live=True)",
             code="missing_value",
         )
     names = [name for name, each in world.cameras.items() if each == frame.camera]

@@ -46,7 +46,7 @@ pub struct Intersection {
 }
 
 impl Intersection {
-    /// The hit of a triangle, t along the ray at hand.
+    /// The hit of a triangle; t is measured along the present ray.
     #[inline(always)]
     pub fn to_hit(&self, instance: u32, triangle: u32) -> ExactHit {
         let Intersection { t, u, v, normal, side, .. } = *self;

@@ -179,7 +179,7 @@ fn enter<I: Isa>(node: &WideNode, sphere: &Sphere, stack: &mut Stack) -> Option<
     if into == 0 { None } else { Some(stack.push::<I>(node, distances, into)) }
 }
 
-/// A triangle as a filter sees it.
+/// A hit with the only two facts that a filter reads: instance and triangle.
 fn hit(instance: u32, triangle: u32) -> ExactHit {
     ExactHit { instance, triangle, ..ExactHit::MISS }
 }

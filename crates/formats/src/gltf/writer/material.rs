@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
-use raycam_scene::{Alpha, Image, Material, NormalMap, NoticeCode, Principled, Texels, TextureSlot, Textured};
+use raycam_scene::{
+    Alpha, HeightMap, HeightUnit, Image, Material, NormalMap, NoticeCode, Principled, Texels, TextureSlot, Textured,
+};
 use serde_json::{Map, Value, json};
 
 use crate::error::Result;
 use crate::gltf::writer::document::Writer;
 use crate::gltf::writer::light::color_and_strength;
 use crate::gltf::writer::number::{shortest_f32, shortest_f32s};
+use crate::image::normals_from_height::normals_from_height;
 use raycam_scene::ColorUse::{self, Color, Data};
 
 type Object = Map<String, Value>;
@@ -72,6 +75,11 @@ impl Writer<'_> {
             self.extend(&mut json, "KHR_materials_emissive_strength", extension);
         }
         self.normal_map(&mut json, "normalTexture", material.normal_map)?;
+        if let (None, Some(map)) = (material.normal_map, &material.height_map)
+            && map.unit == HeightUnit::Texel
+        {
+            self.normals_of_heights(&mut json, "normalTexture", map)?;
+        }
         if let Some(Textured { value, texture: Some(slot) }) = &material.occlusion {
             let mut info = self.texture_info(slot, Data)?;
             factor(&mut info, "strength", *value, 1.0);
@@ -194,6 +202,18 @@ impl Writer<'_> {
             factor(&mut info, "scale", *scale, 1.0);
             json.insert(key.into(), info.into());
         }
+        Ok(())
+    }
+
+    /// Normal map with the slopes of a height map, whose unit is a texel.
+    fn normals_of_heights(&mut self, json: &mut Object, key: &str, map: &HeightMap) -> Result<()> {
+        let world = self.world;
+        let heights = &world.textures[map.texture.texture];
+        let normals = Arc::new(normals_from_height(heights)?);
+        self.textures.generated.push(normals.clone());
+        let mut info = self.image_info(&normals, heights.sampler, &map.texture, Data)?;
+        factor(&mut info, "scale", map.scale, 1.0);
+        json.insert(key.into(), info.into());
         Ok(())
     }
 

@@ -19,7 +19,7 @@ struct NodeList {
 }
 
 impl NodeList {
-    /// Attaches a leaf to a node. A node carries at most one leaf of each kind, given by `key`, and only at its own
+    /// Attaches a leaf to a node. A node has at most one leaf of each kind, given by `key`, and only at its own
     /// pose; any other leaf gets a child node.
     fn attach(&mut self, node: usize, key: &str, leaf: Map<String, Value>, place: DAffine3) {
         if place == DAffine3::IDENTITY && !self.nodes[node].contains_key(key) {
@@ -85,7 +85,7 @@ impl Writer<'_> {
         None
     }
 
-    /// Nodes of the tree, with equal indices, and the objects, lights and cameras that they carry.
+    /// Nodes of the tree, with equal indices, and the objects, lights and cameras that are attached to them.
     fn tree(&mut self, rig: &NodeTree, done: &mut [Vec<bool>; 3], roots: &mut Vec<usize>) {
         let nodes = rig.nodes.iter().map(|node| self.node_keys(node)).collect();
         let mut nodes = NodeList { nodes, below: Vec::new() };

@@ -1,12 +1,12 @@
 //! Reflection of surfaces in glTF's terms.
 
-use raycam_scene::{Material, MaterialModel, NoticeCode, Principled};
+use raycam_scene::{HeightUnit, Material, MaterialModel, NoticeCode, Principled};
 
 use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
-    /// Notes the properties of a body that glTF does not have.
-    fn note_bodies(&mut self, material: &Material) {
+    /// Notes the properties of bodies and surfaces that glTF does not have.
+    fn note_missing_properties(&mut self, material: &Material) {
         let name = &material.name;
         if material.priority != 0 {
             self.note(
@@ -23,13 +23,21 @@ impl Writer<'_> {
                 format!("material {name:?}: its medium is not written: glTF has no media"),
             );
         }
+        if let Some(map) = material.height_map
+            && (map.unit == HeightUnit::Metre || material.normal_map.is_some())
+        {
+            self.note(
+                NoticeCode::NotWritten,
+                format!("material {name:?}: its height map is not written: glTF has no height maps"),
+            );
+        }
     }
 
     /// Material in glTF's terms: the principled model, and its base colour. Approximations cause a notice. `None` is
     /// unlit.
     pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
-        self.note_bodies(material);
+        self.note_missing_properties(material);
         match &material.model {
             MaterialModel::Unlit => (color, None),
             MaterialModel::Boundary => {

@@ -138,7 +138,7 @@ impl SegmentState {
     /// Header of a scan, and the number of bytes of `data` that the scan takes.
     fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<usize, String> {
         let number = self.scans;
-        // Frames of a film may omit the standard tables, which the decoder knows.
+        // Frames of a film may omit the standard tables, which the decoder contains.
         if self.tables.as_flattened().iter().all(Option::is_none) {
             self.frame = None;
         }

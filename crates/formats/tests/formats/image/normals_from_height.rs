@@ -2,8 +2,8 @@ use std::f32::consts::TAU;
 use std::fs;
 
 use raycam_formats::encode::png::{Samples, encode};
-use raycam_formats::{Budget, read_model};
-use raycam_scene::{MeshFile, Texels};
+use raycam_formats::{Budget, load, write_gltf};
+use raycam_scene::{HeightMap, HeightUnit, Texels, World};
 
 use crate::support::folder;
 
@@ -11,7 +11,7 @@ const SIDE: usize = 64;
 
 /// A triangle whose material has this line, in a folder with `heights.png`; heights are a function of position, both in
 /// 0..=1.
-fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> MeshFile {
+fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> World {
     let folder = folder();
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n";
     fs::write(folder.join("a.obj"), obj).unwrap();
@@ -21,11 +21,25 @@ fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> MeshFile {
         (0..SIDE * SIDE).map(|i| (65535.0 * height(centre(i % SIDE), centre(i / SIDE))).round() as u16).collect();
     let png = encode([SIDE as u32; 2], 1, Samples::U16(&texels)).unwrap();
     fs::write(folder.join("heights.png"), png).unwrap();
-    read_model(&folder.join("a.obj"), &Budget::default()).unwrap()
+    load(&folder.join("a.obj"), &Budget::default()).unwrap()
 }
 
-/// Normals of its normal map, row by row.
-fn normals(model: &MeshFile) -> Vec<[f32; 3]> {
+/// The heights of its material.
+fn heights(model: &World) -> HeightMap {
+    assert!(model.materials[0].normal_map.is_none());
+    model.materials[0].height_map.unwrap()
+}
+
+/// The world after it has been written as glTF and read again.
+fn through_gltf(model: &World) -> World {
+    let file = folder().join("a.glb");
+    fs::write(&file, write_gltf(model).unwrap().0).unwrap();
+    load(&file, &Budget::default()).unwrap()
+}
+
+/// Normals of the normal map that glTF contains in place of the heights, row by row.
+fn normals(model: &World) -> Vec<[f32; 3]> {
+    let model = through_gltf(model);
     let map = model.materials[0].normal_map.unwrap();
     let texels = &model.textures[map.texture.texture].image.texels;
     assert!(matches!(texels, Texels::Linear16(_)));
@@ -47,7 +61,8 @@ fn normals_are_tilted_against_the_slope() {
     let step = TAU / SIDE as f32;
     let slope = |i: usize| 0.4 * step.sin() * (step * (i as f32 + 0.5)).cos();
     let across = model("map_Bump -bm 0.5 heights.png", |x, _| 0.5 + 0.4 * (TAU * x).sin());
-    assert_eq!(across.materials[0].normal_map.unwrap().scale, 0.5);
+    assert_eq!((heights(&across).scale, heights(&across).unit), (0.5, HeightUnit::Texel));
+    assert_eq!(through_gltf(&across).materials[0].normal_map.unwrap().scale, 0.5);
     for (i, found) in normals(&across).into_iter().enumerate() {
         assert_near(found, [-slope(i % SIDE), 0.0, 1.0], i);
     }
@@ -73,6 +88,6 @@ fn normals_at_the_edges_use_the_neighbours_of_the_wrap_mode() {
 #[test]
 fn one_image_can_be_a_height_map_and_a_colour_texture() {
     let both = model("map_Pr heights.png\nmap_Bump heights.png", |x, _| x);
-    assert_eq!(both.textures.len(), 2);
+    assert_eq!((both.textures.len(), heights(&both).scale), (2, 1.0));
     assert!(both.notices.iter().any(|n| n.to_string().contains("a height map")));
 }

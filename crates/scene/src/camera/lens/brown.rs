@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use glam::{DMat2, DVec2};
 
-/// Number of radius steps in the search for the radius at which the model folds over.
+/// Number of radius steps in the search for the radius up to which the model is one-to-one.
 const RADIUS_STEPS: u32 = 2048;
 /// Number of directions around the axis that are searched if the distortion differs between directions.
 const DIRECTIONS: u32 = 32;
@@ -54,7 +54,7 @@ impl BrownConrady {
         lens
     }
 
-    /// First radius in a direction at which the model folds over, or the disc's radius found so far.
+    /// First radius in a direction beyond which the model is no longer one-to-one, or the disc's radius found so far.
     fn first_fold_radius(&self, direction: DVec2, radius: impl Fn(f64) -> f64) -> f64 {
         let radius = |step: u32| radius(f64::from(step) / f64::from(RADIUS_STEPS));
         let folds = |radius: f64| self.regular(radius * direction).is_none();

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use super::model::{LensModel, wrong_count};
 use crate::error::Result;
 
-/// Number of angle steps in the search for the angle at which the model folds over.
+/// Number of angle steps in the search for the angle up to which the model is one-to-one.
 const ANGLE_STEPS: u32 = 4096;
 
 /// Image at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, where θ is the angle to the principal axis: up to 180

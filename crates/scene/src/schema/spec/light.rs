@@ -126,7 +126,7 @@ impl<'de> Deserialize<'de> for LightSpec {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut parts: A) -> std::result::Result<LightSpec, A::Error> {
-                let missing = || A::Error::custom("the two parts of a light are missing");
+                let missing = || A::Error::custom("a stored light must consist of two tables");
                 let common = parts.next_element()?.ok_or_else(missing)?;
                 let light = parts.next_element()?.ok_or_else(missing)?;
                 Ok(LightSpec { light, common })

@@ -1,6 +1,7 @@
 //! Tables of a world file, as structs: one file per table. They define the keys; `schema` builds the described parts.
 
 pub(crate) mod camera;
+pub(crate) mod displace;
 pub(crate) mod fog;
 pub(crate) mod inline_image;
 pub(crate) mod light;

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use crate::camera::sensor::LidarSurface;
 use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::{Category, Color, Refine, Splat, Visible, Wraps};
+use crate::schema::spec::displace::DisplaceSpec;
 use crate::schema::spec::medium::MediumSpec;
 use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
@@ -60,6 +61,10 @@ pub struct ObjectSpec {
 
     /// Subdivision: a number of levels of Loop's scheme, or { levels, scheme = "loop" or "midpoint" }.
     pub refine: Option<Refine>,
+    /// True, or a table { max_edge, zero, max_triangles }, moves the surface itself by the texture `height`: the mesh is
+    /// refined until edges are as short as a texel, and its vertices move along the normals. Default: only the shading
+    /// normals are bent.
+    pub displace: Option<DisplaceSpec>,
     /// Linear colours per triangle (before `refine`), each 0 to 1.
     pub face_colors: Option<Vec<[f32; 3]>>,
     /// Linear colours per vertex, interpolated, each 0 to 1.
@@ -91,11 +96,14 @@ pub struct ObjectSpec {
     /// An image file in the world file's folder or below, rows of texels, or a table with an `image` and its lookup
     /// options. It multiplies the base colour.
     pub texture: Option<Box<TextureSpec>>,
-    /// Textures of the other values by name, and `normal` and `occlusion`.
+    /// Textures of the other values by name, and `normal`, `height` and `occlusion`.
     pub textures: Option<Box<TexturesSpec>>,
     /// Wrap mode of texture coordinates outside 0..1, for textures that do not specify their own: "repeat", "clamp" or
     /// "mirror", or a list of one for u and one for v.
     pub wrap: Option<Wraps>,
+    /// Height of the value 1 in the texture `height`, in metres of the world; negative values turn hills into dents.
+    /// Default 1.
+    pub height_scale: Option<f32>,
     /// Fraction of light reflected diffusely, times the base colour: 0 to 1; default 1.
     pub diffuse: Option<f32>,
     /// Fraction of light reflected around the mirror direction, 0 to 1: a number or linear RGB; default 0. With type =
@@ -162,16 +170,16 @@ pub struct ObjectSpec {
 }
 
 /// Number of optional keys of [`ObjectSpec`], except name, category, visible, shadow_catcher and lidar.
-pub(crate) const KEYS: usize = 56;
+pub(crate) const KEYS: usize = 58;
 
 impl ObjectSpec {
     /// Returns the keys that are present.
     pub(crate) fn keys(&self) -> Keys<KEYS> {
         Keys(by_key! { self, is_some:
             "box" box_, plane, sphere, cylinder, cone, torus, mesh, upright, vertices, triangles, instance_of,
-            refine, face_colors, vertex_colors, uvs, normals,
+            refine, displace, face_colors, vertex_colors, uvs, normals,
             location, roll, pitch, yaw, scale, matrix,
-            "type" type_, color, texture, textures, wrap, diffuse, specular, shininess, emission, opacity, alpha,
+            "type" type_, color, texture, textures, wrap, height_scale, diffuse, specular, shininess, emission, opacity, alpha,
             metal, roughness, ior, thin, dispersion, attenuation_color, attenuation_distance, priority, medium,
             metallic, specular_color, transmission, clearcoat, clearcoat_roughness, sheen_color, sheen_roughness,
             iridescence, iridescence_ior, iridescence_thickness, anisotropy, anisotropy_rotation,

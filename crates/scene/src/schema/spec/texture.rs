@@ -73,6 +73,9 @@ pub enum ImageSpec {
 pub struct TexturesSpec {
     /// Normals with finer detail than the mesh: red, green, blue for x, y, z; `strength` multiplies x and y.
     pub normal: Option<TextureSpec>,
+    /// Heights above the mesh, of any sign: red. `height_scale` is the height of the value 1 in metres. Their slopes bend
+    /// the shading normals, or the surface itself moves: see `displace`.
+    pub height: Option<TextureSpec>,
     /// Fraction of indirect light that reaches the surface: red. Integrators that compute occlusion ignore it.
     pub occlusion: Option<TextureSpec>,
     /// Emission: red, green, blue.
@@ -114,7 +117,7 @@ impl TexturesSpec {
         let all = by_key! { self, as_ref:
             normal, occlusion, emission, metallic, roughness, specular, specular_color, transmission,
             clearcoat, clearcoat_roughness, clearcoat_normal, sheen_color, sheen_roughness, iridescence,
-            iridescence_thickness, anisotropy, diffuse_transmission, diffuse_transmission_color,
+            iridescence_thickness, anisotropy, diffuse_transmission, diffuse_transmission_color, height,
         };
         all.into_iter().filter_map(|(key, spec)| Some((key, spec?))).collect()
     }

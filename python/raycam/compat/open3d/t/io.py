@@ -13,9 +13,9 @@ __all__ = ["read_triangle_mesh"]
 
 
 def read_triangle_mesh(filename: str | os.PathLike[str], *_: Any, **__: Any) -> TriangleMesh:
-    """The triangles of a file of any format that `raycam.load` reads, with vertices at one place merged.
+    """Reads the triangles of a file in any format of `raycam.load`; vertices at equal positions are merged.
 
-    Raises raycam's errors for files that are missing or malformed, while Open3D warns and returns an empty mesh.
+    Raises raycam's errors for missing or malformed files, whereas Open3D warns and returns an empty mesh.
     """
     return TriangleMesh.from_legacy(io.read_triangle_mesh(filename))
 

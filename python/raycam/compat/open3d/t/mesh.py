@@ -1,4 +1,4 @@
-"""The mesh of tensors that `RaycastingScene` takes."""
+"""The mesh of tensors that `RaycastingScene` accepts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["TriangleMesh"]
 
 
 class Attributes(dict[str, Any]):
-    """Attributes by key and by name."""
+    """The attributes of a mesh, as a dict whose keys are also Python attributes."""
 
     def __getattr__(self, name: str) -> Any:
         """The attribute of this name; raises `AttributeError` that lists the attributes."""
@@ -51,7 +51,7 @@ class TriangleMesh(Hints):
     def from_legacy(
         cls, mesh_legacy: Any, vertex_dtype: Any = None, triangle_dtype: Any = None, device: Any = None
     ) -> TriangleMesh:
-        """The mesh of one with `vertices` and `triangles`; positions are float32 and indices int64, as in Open3D."""
+        """Converts a mesh with `vertices` and `triangles`; positions become float32 and indices int64, as in Open3D."""
         floats = vertex_dtype or np.float32
         mesh = cls(
             np.asarray(mesh_legacy.vertices, dtype=floats),
@@ -153,7 +153,7 @@ class TriangleMesh(Hints):
         return self._point(self._positions().max(axis=0))
 
     def is_empty(self) -> bool:
-        """Returns True without vertices."""
+        """True if the mesh has no vertices."""
         return not ("positions" in self.vertex and len(self.vertex["positions"]))
 
     def transform(self, transformation: Any) -> TriangleMesh:

@@ -49,7 +49,7 @@ class SceneWorld:
     def follow(self, scene: Scene, shown: set[Node] | None, flags: int = RenderFlags.NONE) -> None:
         """Updates the world to the current scene; `shown` limits the visible nodes.
 
-        Primitives shown as wireframes, by `flags` or material, have no faces in the world.
+        Primitives that `flags` or their material show as wireframes have no faces in the world.
         """
         wanted: dict[tuple[int, int, int, int], tuple[Node, Primitive, Floats, bool]] = {}
         for node in scene._parents:

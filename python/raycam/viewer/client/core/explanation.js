@@ -7,7 +7,7 @@ const EDGES = [["v1", "a"], ["v2", "b"], ["v3", "c"]];
 /** A number with six significant digits, as C's %g. @param {number} value */
 export const general = (value) => digitsOf(value, 6);
 
-/** The same with so many digits. @param {number} value @param {number} count */
+/** A number with `count` significant digits. @param {number} value @param {number} count */
 function digitsOf(value, count) {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
   if (value === 0) return "0";
@@ -20,7 +20,7 @@ function digitsOf(value, count) {
 }
 
 /**
- * The decimal of so many digits that is nearest; of two, the even one, as C has it and JavaScript has not.
+ * The nearest decimal with `count` digits. A tie goes to the even digit, as in C but not in JavaScript's own functions.
  * @param {number} value
  * @param {number} count
  */
@@ -48,7 +48,7 @@ function matrixLines(P) {
 const byteOf = (linear) => Math.round(255 * Math.min(Math.max(linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055, 0), 1));
 
 /**
- * The text of all steps, the ray, and the triangle that is told of first. Throws where the lens has no image.
+ * The text of all steps, the ray, and the triangle that the text describes first. Throws where the lens forms no image.
  * @param {{ K: number[], lensRay: import("./steps.js").LensRay, size: number[], offset: number, column: number, row: number,
  *   names: string[], corners: ArrayLike<number>, ids: ArrayLike<number>, colors: ArrayLike<number> }} asked
  */
@@ -146,7 +146,7 @@ function rayLines(P, ray) {
   ];
 }
 
-/** The same of a camera that no matrix describes. @param {import("./steps.js").BentRay} ray */
+/** The lines about the ray of a camera that no matrix describes. @param {import("./steps.js").BentRay} ray */
 function lensLines({ x, C, r, imagePoint, undistorted, inCamera, lens: { model, coefficients, back } }) {
   const isParallel = model === "parallel";
   const angle = (Math.acos(Math.max(-1, Math.min(1, inCamera[2]))) * 180) / Math.PI;

@@ -1,8 +1,8 @@
-// What the figures of a pixel's explanation are drawn from, in pages that render by themselves.
+// The data from which the figures of a pixel's explanation are drawn, in pages that render by themselves.
 
 import { srgb8 } from "../image/tone.js";
 
-/** The triangles around a hit that figures show. */
+/** The number of triangles around a hit that figures show. */
 export const FIGURE_TRIANGLES = 300;
 
 /**

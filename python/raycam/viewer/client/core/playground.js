@@ -71,7 +71,7 @@ export class Playground {
     const pane = element("section", "", { id: "playground", "aria-label": "World" });
     pane.append(buttons, lines, this.problem, note, choose);
     document.querySelector("main")?.prepend(pane);
-    document.body.classList.add("playground", "no-panel"); // the picture is given the room; a button opens the panel
+    document.body.classList.add("playground", "no-panel"); // leaves the space to the picture; a button opens the panel
     document.getElementById("panel-button")?.setAttribute("aria-expanded", "false");
   }
 
@@ -119,7 +119,7 @@ export class Playground {
     this.drawNumbers();
   }
 
-  /** Draws the numbers of the visible lines only: a text may have a million. */
+  /** Draws the numbers of the visible lines only: a text may have a million lines. */
   drawNumbers() {
     const { scrollTop, clientHeight } = this.text;
     const height = parseFloat(getComputedStyle(this.text).lineHeight) || 18;
@@ -147,12 +147,12 @@ export class Playground {
     this.problem.classList.remove("wrong");
   }
 
-  /** Takes files of the user. @param {File[]} given */
+  /** Takes files that the user dropped or chose. @param {File[]} given */
   async take(given) {
     const known = given.filter(({ name }) => isKnown(name, this.types));
     const kept = [...this.files].filter(([name]) => !known.some((file) => file.name === name));
     const bytes = known.reduce((sum, { size }) => sum + size, 0) + kept.reduce((sum, [, { byteLength }]) => sum + byteLength, 0);
-    if (bytes > MOST_BYTES) return this.fail({ text: `The files hold ${bytes} bytes, and a page reads ${MOST_BYTES}: raycam itself reads more.` });
+    if (bytes > MOST_BYTES) return this.fail({ text: `The files have ${bytes} bytes in total, but a page reads at most ${MOST_BYTES}: open them in raycam itself.` });
     try {
       for (const file of known) this.files.set(file.name, await file.arrayBuffer());
     } catch (error) {
@@ -162,7 +162,7 @@ export class Playground {
     const model = known.find(({ name }) => isWorld(name, this.types) && !/\.toml$/i.test(name));
     if (world) {
       this.setText(new TextDecoder().decode(this.files.get(world.name)));
-      this.files.delete(world.name); // the text is what counts now
+      this.files.delete(world.name); // from now on, the text in the editor is the world file
     }
     if (!world && model) this.setText(`# ${model.name}, from this machine\n[[object]]\nmesh = ${JSON.stringify(model.name)}\n`);
     if (!world && !model) this.show();
@@ -195,8 +195,8 @@ export class Playground {
   async share() {
     const packed = await linkOfText(this.text.value);
     if (packed.length > LONGEST_LINK) {
-      const limit = `a link holds ${LONGEST_LINK}`;
-      return this.fail({ text: `The world takes ${packed.length} characters, and ${limit}: send it as a file.` });
+      const limit = `a link has at most ${LONGEST_LINK}`;
+      return this.fail({ text: `The world needs ${packed.length} characters, but ${limit}: send it as a file.` });
     }
     history.replaceState(null, "", `#w=${packed}`);
     await this.copy(location.href);

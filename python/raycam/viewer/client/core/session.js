@@ -9,12 +9,12 @@ import { pixelFigureOf } from "./pixel_figure.js";
 /** @typedef {import("../messages").ClientMessage} ClientMessage */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
-const LARGEST = [640, 480]; // pixels of a still picture at most
+const LARGEST = [640, 480]; // columns and rows: the largest still picture
 const SAMPLES = /** @type {Record<string, number>} */ ({ flat: 16, direct: 64, path: 256, ao: 64 });
-const COLORS = ["color", "alpha", "coverage"]; // what gets better with samples
+const COLORS = ["color", "alpha", "coverage"]; // the channels that improve with more samples
 const LEFT_OUT = [...COLORS, "shadow", "error"];
-const MOVING_TIME = 60; // ms of a moving picture
-const BAND_TIME = 60; // ms until messages are heard again
+const MOVING_TIME = 60; // ms: the time that a picture during a movement may take
+const BAND_TIME = 60; // ms between two looks for new messages
 const REST = 150; // ms without a change after which a view rests
 
 export class Session {
@@ -91,7 +91,7 @@ export class Session {
     return { about: text, notices: [...this.about.notices, ...notices] };
   }
 
-  /** The message `camera`, with all that the client needs to navigate. */
+  /** The message `camera`, with everything that the client needs for navigation. */
   cameraMessage() {
     const { camera } = this;
     const [R, size, corner] = [[...camera.R], [...camera.size], camera.offset - 0.5];
@@ -138,7 +138,7 @@ export class Session {
       case "home": return this.goHome(message);
       case "locate": return this.locate(message);
       case "ground": return this.findGround(message);
-      case "camera": return this.lookThrough(message.name);
+      case "camera": return this.lookThrough(message);
       case "channel": return this.chooseChannel(message.name);
       case "display": return void ([this.exposure, this.view] = [message.exposure, message.view]);
       case "quality":
@@ -169,8 +169,9 @@ export class Session {
     this.sendCamera();
   }
 
-  /** @param {string} name */
-  lookThrough(name) {
+  /** @param {import("../messages").LookThrough} message */
+  lookThrough({ seq, name }) {
+    this.seq = seq;
     if (name) this.given = this.world.camera(name, 640, 480);
     this.name = name;
     this.changed();
@@ -267,7 +268,8 @@ export class Session {
   }
 
   /**
-   * A picture of the whole size, some rows at a time, between which messages are heard; a change ends it.
+   * A picture in full size, rendered some rows at a time. Messages are handled between the rows; one that changes the
+   * view ends the picture.
    * @param {Record<string, any>} request
    * @param {number} samples
    * @param {boolean} exact
@@ -366,7 +368,7 @@ export class Session {
     const { K, R, C, size, offset } = this.given;
     const { model, coefficients, further } = JSON.parse(this.given.lensRay(0, 0));
     if (model === "parallel") further.push("parallel rays");
-    if (further.length) this.say({ type: "notice", text: `Copied without what this page cannot write: ${further.join(", ")}. raycam view copies all.` });
+    if (further.length) this.say({ type: "notice", text: `Copied, but without parts that this page cannot write: ${further.join(", ")}. raycam view copies them.` });
     const lens = coefficients.length || !["pinhole", "parallel"].includes(model) ? `, distortion=[${coefficients.join(", ")}], model="${model}"` : "";
     const rows = (/** @type {Float64Array} */ m) => `[[${[0, 1, 2].map((i) => rowOf([...m], i).join(", ")).join("], [")}]]`;
     return `camera = raycam.Camera(${rows(K)}, ${rows(R)}, [${[...C].join(", ")}], (${[...size].join(", ")}), pixel_center="${offset ? "half" : "integer"}", up="${this.about.up}"${lens})`;
@@ -385,7 +387,7 @@ export class Session {
 /** Corners, ids and colours of all triangles. @param {any} world */
 const trianglesOf = (world) => ({ corners: world.triangles(), ids: world.triangleIds(), colors: world.triangleColors() });
 
-/** Lets messages be heard. */
+/** Returns after waiting messages were handled. */
 export function nextTurn() {
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();

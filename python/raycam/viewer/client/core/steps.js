@@ -38,7 +38,7 @@ function solved(m, y) {
 }
 
 /**
- * Steps 1 and 2: the ray of the pixel whose centre is (u, v), and what leads to it.
+ * Steps 1 and 2: the ray of the pixel whose centre is (u, v), and the intermediate results.
  * @param {number[]} P row by row
  * @param {number} u
  * @param {number} v
@@ -144,7 +144,7 @@ export function triangleSteps(corners, index, { C, r }) {
 }
 
 /**
- * Steps 3 and 4: how many triangles end where, the nearest hits and the narrowest misses, and the winner.
+ * Steps 3 and 4: how many triangles each test excludes, the nearest hits, the narrowest misses, and the closest hit.
  * @param {Ray} ray
  * @param {ArrayLike<number>} corners
  */
@@ -183,7 +183,7 @@ export function rangesOf({ r, forward }, t) {
   return { distance: t * lengthOf(r), depth: t * dot(r, forward) };
 }
 
-/** A pixel where a point is seen. @param {number[]} P @param {number[]} point */
+/** The pixel coordinates at which a point is seen. @param {number[]} P @param {number[]} point */
 export function pixelOf(P, point) {
   const M = [0, 1, 2].flatMap((i) => P.slice(4 * i, 4 * i + 3));
   const [x, y, z] = apply(M, point).map((value, i) => value + P[4 * i + 3]);

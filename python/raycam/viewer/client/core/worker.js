@@ -2,7 +2,7 @@
 
 import { Session, nextTurn } from "./session.js";
 
-const IDLE = 30; // ms between two looks for work
+const IDLE = 30; // ms between two checks for work
 
 /** The error of the core, which is JSON; an empty object for other errors. */
 function parsed(/** @type {string} */ text) {
@@ -32,7 +32,7 @@ export function serve(scope) {
   }
 
   function open(/** @type {any} */ { world, files, path, options, first }) {
-    session?.changed(); // which ends its work
+    session?.changed(); // ends the work of the old session
     session = null;
     let loaded;
     if (world) loaded = core.World.unpack(new Uint8Array(world));
@@ -67,7 +67,7 @@ export function serve(scope) {
     const { code, ...told } = parsed(text);
     const broken = error instanceof WebAssembly.RuntimeError || error instanceof RangeError || code === "internal";
     if (told.text) say({ type: broken ? "broken" : "failed", ...told });
-    else say({ type: broken ? "broken" : "failed", text: broken ? `The page has not the memory for this, or raycam failed: ${text}` : text });
+    else say({ type: broken ? "broken" : "failed", text: broken ? `The page has too little memory for this, or raycam failed: ${text}` : text });
   }
 
   scope.onmessage = async (/** @type {MessageEvent} */ { data }) => {

@@ -1,4 +1,4 @@
-// A canvas that is drawn with labels apart, whose symbols light up, and which is dragged. The lecture and explanations use it.
+// A canvas for figures of the lecture and of explanations: its labels do not overlap, its symbols can be highlighted, and the reader can drag in it.
 
 import { placeLabels } from "./labels.js";
 

@@ -1,4 +1,4 @@
-// Places of labels around their points: no two labels overlap, and none leaves the figure.
+// Places labels around their points so that no two labels overlap and all lie within the figure.
 
 /** @typedef {{ x: number, y: number, width: number, height: number }} Box */
 /** @typedef {{ at: number[], width: number, height: number }} LabelRequest the point, and the size of the text */

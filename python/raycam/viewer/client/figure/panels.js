@@ -1,11 +1,11 @@
-// Figures below each other, each with a title, whose symbols light up together.
+// Figures below each other, each with a title. A symbol is highlighted in all of them together.
 
 import { element } from "../dom.js";
 import { Board } from "./board.js";
 
 /** @typedef {import("./board.js").Drawing & { title: string }} Panel */
 
-/** What ends the listeners of the figures that an element shows. @type {WeakMap<HTMLElement, () => void>} */
+/** Functions that remove the listeners of the figures in an element. @type {WeakMap<HTMLElement, () => void>} */
 const SHOWN = new WeakMap();
 
 /**

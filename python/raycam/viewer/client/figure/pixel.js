@@ -27,7 +27,7 @@ import { outsidePanel } from "./panels.js";
 
 const LONGEST = 4, PLANE_SHARE = 0.28, MIN_COSINE = 0.15;
 
-/** The camera as figures draw it, at `eye` with its image plane at a distance; null if its corners lie too far aside. @param {FigureCamera} camera @param {CanvasImageSource | null} picture @param {number[]} eye @param {number} distance */
+/** The camera as figures draw it, at `eye` with its image plane at a distance; null if the rays of its corners are too oblique. @param {FigureCamera} camera @param {CanvasImageSource | null} picture @param {number[]} eye @param {number} distance */
 export function rigOf({ C, v, size, rays, isFlat, region }, picture, eye, distance) {
   const place = (/** @type {number[]} */ start, /** @type {number[]} */ way) => plusTimes(plusTimes(eye, 1, minus(start, C)), distance / dot(way, v), way);
   if (!rays.every((ray) => dot(ray.slice(3), v) > MIN_COSINE * lengthOf(ray.slice(3)))) return null;

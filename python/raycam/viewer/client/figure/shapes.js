@@ -1,4 +1,4 @@
-// Strokes that figures have in common.
+// Shapes that several figures draw: lines, arrows, dots, lights.
 
 /** @typedef {import("./board.js").Pen} Pen */
 

@@ -1,4 +1,4 @@
-// Channels: how the numbers of each become colours, and what the legend says of them.
+// Channels: how the numbers of each become colours, and how the legend explains these.
 
 /** @typedef {import("./planes.js").Plane} Plane */
 /** @typedef {"light" | "scalar" | "share" | "ids" | "direction" | "weights" | "place" | "flow"} ChannelKind */
@@ -47,7 +47,7 @@ const STYLES = {
 };
 
 /**
- * The style of a channel; arrays of other names get the one that fits their type.
+ * The style of a channel. An array with an unknown name gets the style that fits its type.
  * @param {{ name: string, dtype: string, components: number }} channel
  * @returns {ChannelStyle}
  */
@@ -61,7 +61,7 @@ export function styleOf({ name, dtype, components }) {
 }
 
 /**
- * The sentence that tells how to read the colours of a channel.
+ * The sentence that says what the colours of a channel mean.
  * @param {ChannelStyle} style
  * @param {number} components
  * @returns {string}
@@ -70,16 +70,16 @@ export function howToRead({ kind, unit }, components) {
   const inUnit = unit ? ` in ${unit}` : "";
   const sentences = {
     light: "Linear Rec. 709 radiance, shown as sRGB.",
-    scalar: `${components > 1 ? `The first of ${components} values` : `Values${inUnit}`} by the colour map below; hatched where there is none.`,
+    scalar: `${components > 1 ? `The first of ${components} values` : `Values${inUnit}`} by the colour map below; pixels without a value are hatched.`,
     share: "A share: 0 is black, 1 is white.",
-    ids: "A colour for each number; hatched where there is none (-1).",
+    ids: "One colour for each number; pixels without a number (-1) are hatched.",
     direction: "Unit vectors: red is x, green is y, blue is z; from -1 (dark) to 1 (bright).",
     weights:
       components === 2
-        ? "Red is u, green is v; whole numbers start anew at black."
+        ? "Red is u, green is v; both start again at black at each whole number."
         : "Weights of the three corners: red, green, blue.",
     place: `Red is x, green is y, blue is z${inUnit}; each from its lowest (dark) to its highest value.`,
-    flow: `Motion${inUnit}: the hue is its direction, a stronger colour is longer; white does not move.`,
+    flow: `Motion${inUnit}: the hue is its direction, and a stronger colour means a longer motion; white does not move.`,
   };
   return sentences[kind];
 }

@@ -49,7 +49,7 @@ function bytesOfHex(hex) {
 }
 
 /**
- * The share of a range that lies below a value; halves, for the width of a range may be infinite.
+ * The share of a range that lies below a value. It is computed from halved numbers, because the width of a range may overflow to infinity.
  * @param {number} value
  * @param {{ low: number, high: number }} range
  * @returns {number}
@@ -59,7 +59,7 @@ export function shareOfRange(value, { low, high }) {
 }
 
 /**
- * The index in a map of a value within a range; values outside get the ends.
+ * The index of a value in a colour map for a range. Values outside the range get the first or the last index.
  * @param {number} value
  * @param {{ low: number, high: number, log: boolean }} range
  * @returns {number}
@@ -120,7 +120,7 @@ function oklch(lightness, chroma, hue) {
 }
 
 /**
- * Black or white, whichever is read better on a colour.
+ * Black or white, whichever is easier to read on a colour.
  * @param {ArrayLike<number>} rgb sRGB bytes
  * @returns {string}
  */

@@ -1,4 +1,4 @@
-// Comparing two planes of one channel: their difference as a plane, and its figures.
+// The comparison of two planes of one channel: their difference as a plane, and its statistics.
 
 import { styleOf } from "./channels.js";
 import { flipOf } from "./flip.js";
@@ -7,7 +7,7 @@ import { flipOf } from "./flip.js";
 /** @typedef {"absolute" | "signed" | "relative" | "perceptual"} DifferenceKind */
 /** @typedef {{ plane: Plane, kind: DifferenceKind, pixels: number, most: number, mean: number, rms: number, ids: boolean }} Difference */
 
-/** The modes with their texts, in the order that the key goes through. */
+/** The modes with their texts, in the order in which the key selects them. */
 export const COMPARE_MODES = /** @type {[string, string][]} */ ([
   ["off", "off"], ["slider", "wipe"], ["flip", "flip"], ["blink", "blink"],
   ["difference", "absolute difference"], ["signed", "signed difference A - B"], ["relative", "relative difference"],
@@ -35,9 +35,9 @@ export function areComparable(a, b) {
 }
 
 /**
- * The difference of two planes: of each pixel the largest one of its components, or 1 where ids differ. Values that are
- * the same, infinities and NaN included, differ by 0; a value beside none differs by infinity. "signed" keeps the sign
- * of A - B, "relative" divides by |B|. The figures are those of the absolute difference.
+ * The difference of two planes: for each pixel the largest of its components, or 1 where ids differ. Equal values,
+ * infinities and NaN included, differ by 0; a value and a missing value differ by infinity. "signed" keeps the sign
+ * of A - B, "relative" divides by |B|. The statistics are those of the absolute difference.
  * @param {Plane} a
  * @param {Plane} b
  * @param {DifferenceKind} [kind]

@@ -31,7 +31,7 @@ function halfOf(value) {
 const NARROW = 9; // characters of a column
 
 /**
- * Six significant digits of a value, fewer where they would not fit a narrow column.
+ * A value with six significant digits, or fewer if they would not fit into a narrow column.
  * @param {number} value
  * @param {NumberType} dtype
  * @returns {string}
@@ -56,7 +56,7 @@ function nonFinite(value) {
 }
 
 /**
- * A number of bytes or things with thousands apart.
+ * A count as text, with separators between the thousands.
  * @param {number} count
  * @returns {string}
  */

@@ -82,7 +82,7 @@ function painterOf(plane, style, display) {
 }
 
 /**
- * The range that a scalar plane is shown in.
+ * The range of values that the colours of a scalar plane show.
  * @param {Plane} plane
  * @param {Display} display
  * @returns {Range}
@@ -94,8 +94,8 @@ export function rangeOf(plane, display) {
 }
 
 /**
- * The 2nd and 98th percentile of the finite values of a component, from at most 32768 pixels; their extremes where
- * these are the same.
+ * The 2nd and 98th percentile of the finite values of a component, from at most 32768 pixels; the smallest and the
+ * largest value if both percentiles are the same.
  * @param {Plane} plane
  * @param {number} component
  * @returns {Range}
@@ -109,7 +109,7 @@ export function percentiles(plane, component) {
   }
   const sorted = Float64Array.from(taken).sort();
   const [low, high] = [sorted[Math.floor(LOW_SHARE * (sorted.length - 1))], sorted[Math.ceil(HIGH_SHARE * (sorted.length - 1))]];
-  // Nearly all values are the same: what differs is what there is to see.
+  // If nearly all values are the same, the range must contain the few that differ.
   return low < high ? widened(low, high) : widened(sorted[0], sorted[sorted.length - 1]);
 }
 

@@ -1,8 +1,9 @@
-// Planes: the arrays of a frame, packed by wire.py and unpacked here to the same bits.
+// Planes: the arrays of a frame. wire.py packs them, and this file unpacks them to the same bits.
 //
-// A packed plane is a filter over whole numbers, then raw deflate. The filters store component after component, and of
-// each the lowest bytes of all values, then the next bytes. "left" stores differences from the value on the left,
-// "left_up" differences of those from the row above; both wrap around.
+// A plane is packed by a filter over its values as whole numbers, then by raw deflate. The filters store the components
+// one after the other, and of each component first the lowest byte of all values, then the next byte. "left" stores the
+// difference from the value on the left, "left_up" the difference between this one and the same one in the row above;
+// both wrap around.
 
 /** @typedef {import("./numbers.js").NumberType} NumberType */
 /**

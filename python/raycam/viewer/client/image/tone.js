@@ -1,11 +1,11 @@
 // From linear radiance to 8-bit sRGB: the view transforms of raycam (crates/scene/src/color), to 1 of 255.
 
-/** The names of the view transforms, as `raycam.render` takes them. */
+/** The names of the view transforms, the same as in `raycam.render`. */
 export const VIEW_TRANSFORMS = ["standard", "agx", "pbr_neutral"];
 
 const BUCKETS = 4096;
 
-/** The linear value from which on a display code is shown, of each of 256 codes. */
+/** The smallest linear value that is shown with each of the 256 display codes. */
 const THRESHOLDS = Float64Array.from({ length: 257 }, (_, code) => (code ? linearOfSrgb((code - 0.5) / 255) : -Infinity));
 
 /** The code at the lower end of each bucket of linear values. */
@@ -64,7 +64,7 @@ export function toneMap(linear, exposure, view, rgba) {
 }
 
 /**
- * The value that a transform takes: 0 for NaN, and the largest float32 for what is larger.
+ * The value to which a transform is applied: 0 for NaN, and at most the largest float32.
  * @param {number} v
  * @returns {number}
  */

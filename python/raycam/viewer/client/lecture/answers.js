@@ -1,4 +1,4 @@
-// What typed exercises consist of, and how close an answer must be.
+// The parts of a typed exercise, and the tolerance of its answers.
 
 import { general } from "../core/explanation.js";
 
@@ -24,7 +24,7 @@ import { general } from "../core/explanation.js";
  * @property {((values: number[], facts: Facts) => string)} [other] why another answer is right too; empty where it is not
  */
 
-/** The share of the largest number that an answer may be off. */
+/** The tolerance of an answer, as a share of the largest number. */
 export const TOLERANCE = 1e-3;
 
 /** True if numbers are the same within the tolerance. @param {number[]} values @param {number[]} right */

@@ -1,4 +1,4 @@
-// The camera's matrices from the eleven numbers that a reader turns, as `raycam.Camera.from_pose` computes them.
+// The camera's matrices from the eleven numbers that a reader sets, as `raycam.Camera.from_pose` computes them.
 
 import { apply, product, rowOf } from "../core/vectors.js";
 

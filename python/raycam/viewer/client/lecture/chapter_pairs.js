@@ -87,7 +87,7 @@ export function cornerPoints(corners) {
   return points;
 }
 
-/** Where rays at the shared edge of two triangles meet neither, with float32 and with the exact rule. @param {number} turn degrees @param {number} count */
+/** Where rays at the shared edge of two triangles meet neither, with float32 and with exact comparison. @param {number} turn degrees @param {number} count */
 export function edgeLeaks(turn, count) {
   const angle = (turn * Math.PI) / 180;
   const spot = (/** @type {number} */ a, /** @type {number} */ radius) => [radius * Math.cos(a + angle), radius * Math.sin(a + angle), 0.3 * Math.cos(a)];
@@ -144,7 +144,7 @@ export function buildExact(fig) {
 /** The image P (e, 0) of a direction's point at infinity, homogeneous. @param {number[]} P @param {number[]} direction */
 const farPoint = (P, direction) => [0, 1, 2].map((i) => dot(P.slice(4 * i, 4 * i + 3), direction));
 
-/** The pixel where parallel lines with a direction meet. @param {number[]} P @param {number[]} direction */
+/** The vanishing point of parallel lines with a direction, as a pixel. @param {number[]} P @param {number[]} direction */
 export function vanishingPoint(P, direction) {
   const [x, y, z] = farPoint(P, direction);
   return [x / z, y / z];

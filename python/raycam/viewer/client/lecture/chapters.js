@@ -6,7 +6,7 @@ import { isStill } from "./figure.js";
 /** @typedef {import("./state.js").Shared} Shared */
 /** @typedef {{ link: Element, section: HTMLElement, tasks: Element[], dots: HTMLElement, entry: HTMLElement }} Chapter */
 
-/** The height of the line that the chapter on screen has passed, by the window's. */
+/** The height of the line that the current chapter's title has passed, as a share of the window's height. */
 const READING_LINE = 0.4;
 
 /** Fills the table of contents from the links of the navigation. @returns {Chapter[]} */

@@ -1,4 +1,4 @@
-// A cell in which the student writes a function of the ray tracer; the last one makes the picture.
+// A cell in which the student writes a function of the ray tracer. The last cell renders the picture.
 
 import { element } from "../dom.js";
 import { rayOfPixel } from "../core/steps.js";

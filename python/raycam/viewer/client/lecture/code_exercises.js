@@ -1,4 +1,4 @@
-// The functions that a student writes: first lines, cases with the results of steps.js, and hints to common mistakes.
+// The functions that a student writes: their first lines, test cases with the results of steps.js, and hints on common mistakes.
 
 import { lengthOf } from "../core/vectors.js";
 import { rayOfPixel, stepsOf, triangleSteps } from "../core/steps.js";

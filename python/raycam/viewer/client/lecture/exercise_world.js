@@ -1,4 +1,4 @@
-// The numbers of the exercises: a camera and a triangle that are simple enough for paper, and that figures do not show.
+// The numbers of the exercises: a camera and a triangle that are simple enough to calculate on paper. The figures show others.
 
 import { rayOfPixel, triangleSteps } from "../core/steps.js";
 import { dot, plusTimes } from "../core/vectors.js";
@@ -17,7 +17,7 @@ const RAY_DEPTH = 10;
 /** Removes rounding errors of angles such as cos 90°. @param {number} value */
 const tidy = (value) => Math.round(value * 1e12) / 1e12;
 
-/** Everything that exercises ask about a camera, a pixel and a triangle. @param {ExerciseNumbers} [numbers] @returns {import("./answers.js").Facts} */
+/** All results about a camera, a pixel and a triangle that exercises ask for. @param {ExerciseNumbers} [numbers] @returns {import("./answers.js").Facts} */
 export function factsOf(numbers = EXERCISE_NUMBERS) {
   const { P, R } = Object.fromEntries(Object.entries(cameraOf(numbers)).map(([name, values]) => [name, values.map(tidy)]));
   const first = rayOfPixel(P, numbers.pixel[0], numbers.pixel[1]);

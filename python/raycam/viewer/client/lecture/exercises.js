@@ -10,7 +10,7 @@ import { OPTICS_EXERCISES } from "./exercises_optics.js";
 export const EXERCISES = [...CAMERA_EXERCISES, ...HIT_EXERCISES, ...LIGHT_EXERCISES, ...OPTICS_EXERCISES];
 
 /**
- * The verdict on a student's texts, with a hint to a wrong one.
+ * The verdict on a student's texts, with a hint if one is wrong.
  * @param {string} id of the exercise
  * @param {string[]} texts
  * @param {import("./answers.js").Facts} facts

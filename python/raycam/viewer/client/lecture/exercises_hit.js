@@ -10,7 +10,7 @@ const cornersText = (/** @type {Pick<import("./answers.js").Facts, "found">} */ 
 /** The axis along which a normal is longest. @param {number[]} n */
 const mainAxis = (n) => n.map(Math.abs).indexOf(Math.max(...n.map(Math.abs)));
 
-/** A ray, and for each plane that it meets t and the number of crossings. */
+/** A ray; PLANES has t and the number of crossings for each plane that the ray meets. */
 const OTHER_RAY = { C: [0, -2, 1], r: [1, 4, -0.5] };
 const PLANES = [[0.9, 1], [-0.3, 1], [0.4, 1], [0.2, 2]];
 const onOtherRay = (/** @type {number} */ t) => plusTimes(OTHER_RAY.C, t, OTHER_RAY.r);

@@ -87,7 +87,7 @@ export class Figure {
     return input;
   }
 
-  /** Adds buttons of which one is chosen. @param {{ name: string, options: string[], get: () => number, set: (i: number) => void }} options */
+  /** Adds a row of buttons, one of which is always chosen. @param {{ name: string, options: string[], get: () => number, set: (i: number) => void }} options */
   choice({ name, options, get, set }) {
     const group = element("div", "", { class: "choice", role: "group", "aria-label": name });
     const buttons = options.map((text, i) => {
@@ -115,7 +115,7 @@ export class Figure {
   }
 
   /**
-   * Adds back, play and step. `last` is the number of the last step, `ms` the time of a step, and `stride` what the buttons go.
+   * Adds back, play and step. `last` is the number of the last step, `ms` the duration of a step, and `stride` the number of steps that the buttons move.
    * @param {{ last: () => number, get: () => number, set: (i: number) => void, ms?: number, stride?: number }} options
    */
   stepper({ last, get, set, ms = STEP_MS, stride = 1 }) {
@@ -155,7 +155,7 @@ export class Figure {
     this.tools.append(group);
   }
 
-  /** Moves something smoothly: `act` gets shares that grow from 0 to 1, only the last if the reader prefers no motion. @param {(share: number) => void} act @param {number} [ms] */
+  /** Moves something smoothly: calls `act` with shares that grow from 0 to 1, or with 1 alone if the reader prefers no motion. @param {(share: number) => void} act @param {number} [ms] */
   glide(act, ms = GLIDE_MS) {
     const began = performance.now();
     const step = () => {

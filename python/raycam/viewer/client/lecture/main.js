@@ -1,5 +1,5 @@
-// The lecture as one page: figures that share one world and one pixel, exercises, and code cells. In a worker of the page
-// the same text renders.
+// The lecture as one page: figures that share one world and one pixel, exercises, and code cells. In a worker, the same
+// script renders the pictures.
 
 import { byId } from "../dom.js";
 import { buildAngles, buildBackProject, buildMatrix, buildNormal, buildPlane, buildProject, buildSign } from "./chapter_camera.js";
@@ -18,7 +18,7 @@ import { Shared } from "./state.js";
 import { buildEpipolar, buildTriangulate } from "./triangulation.js";
 import { serveLecture } from "./worker.js";
 
-/** What fills each figure of the page. @type {Record<string, (fig: Figure) => void>} */
+/** The function that fills each figure of the page, by the figure's id. @type {Record<string, (fig: Figure) => void>} */
 const FIGURES = {
   hero: buildHero, origin: buildOrigin, box: buildBox, refine: buildRefine, color: buildColor, project: buildProject, matrix: buildMatrix, angles: buildAngles,
   "back-project": buildBackProject, sign: buildSign, normal: buildNormal, plane: buildPlane, crossings: buildCrossings, closest: buildClosest, tree: buildTreeFigure,

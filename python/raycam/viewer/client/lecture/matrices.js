@@ -6,7 +6,7 @@ import { fixed } from "../figure/numbers.js";
 /** @typedef {import("./figure.js").Figure} Figure */
 
 /**
- * Adds matrices below a figure's canvases. `marked` numbers are emphasized.
+ * Adds matrices below a figure's canvases. The numbers in `marked` are emphasized.
  * @param {Figure} fig
  * @param {{ symbol: string, title?: string, columns: number, get: () => number[], marked?: (i: number) => boolean, digits?: number }[]} matrices
  */

@@ -1,4 +1,4 @@
-// Pictures of the core for the figures: each figure requests by its key, and the newest request wins.
+// Pictures that the core renders for the figures. Each figure requests pictures with its key; a new request replaces the previous one with the same key.
 
 import { toneMap } from "../image/tone.js";
 import { compiledCore, textOf } from "../transport/worker.js";
@@ -55,7 +55,7 @@ export class Pictures {
     this.worker?.postMessage({ type: "busy" });
   }
 
-  /** Stops pictures of a figure that are not finished; they begin again when they are requested. @param {string} id the figure's, which its keys begin with */
+  /** Stops the unfinished pictures of a figure; they begin again when they are requested. @param {string} id the figure's id, with which its keys begin */
   cancel(id) {
     for (const [key, { done }] of this.asked) {
       if (done || key.replace(/\d$/, "") !== id) continue;

@@ -27,7 +27,7 @@ export class Shared {
     this.compute();
   }
 
-  /** Recomputes what follows from the numbers. */
+  /** Recomputes everything that depends on the numbers. */
   compute() {
     const { numbers } = this;
     numbers.pixel = numbers.pixel.map((at, i) => Math.max(0, Math.min(SIZE[i] - 1, Math.round(at))));

@@ -92,7 +92,7 @@ export function cornerHandles({ shared }) {
   }));
 }
 
-/** The keyboard's way to handles: Enter selects the next one, arrow keys move it. @param {() => Handle[]} handles */
+/** Makes the handles usable with the keyboard: Enter selects the next one, arrow keys move it. @param {() => Handle[]} handles */
 export function handleKeys(handles) {
   let selected = -1;
   const name = (/** @type {Handle | undefined} */ handle) => (handle ? `Arrow keys move ${handle.text || handle.symbol}.` : "No point is selected.");
@@ -106,7 +106,7 @@ export function handleKeys(handles) {
   };
 }
 
-/** The motion that goes on after a view was turned quickly, and fades. @param {Figure} fig @param {OutsideView} view */
+/** The motion that continues after a view was turned quickly, and slows down. @param {Figure} fig @param {OutsideView} view */
 function spinOf(fig, view) {
   let [last, speed, isOn] = [0, [0, 0], false];
   const step = () => {

@@ -15,7 +15,7 @@ export function serveLecture(scope) {
   /** @type {Map<string, any>} the prepared world of each figure */
   const worlds = new Map();
   let works = false;
-  /** When refinement may go on after the reader dragged something. */
+  /** The time from which refinement may continue after the reader dragged something. */
   let quietAt = 0;
   /** The figure whose picture is rendered now; "" if it is cancelled. */
   let current = "";
@@ -38,7 +38,7 @@ export function serveLecture(scope) {
   /** True while refinement must wait: the reader drags something, or a figure has no picture yet. */
   const mustYield = () => performance.now() < quietAt || [...waiting.values()].some(({ done }) => done === 0);
 
-  /** Renders one step of a picture in bands of rows, and ends early if the figure wants another one. */
+  /** Renders one step of a picture in bands of rows, and ends early if the figure requests another one. */
   async function draw(/** @type {Request} */ asked) {
     const { key, id, width, height, integrator, seed } = asked;
     const { world, camera } = load(asked);

@@ -1,4 +1,4 @@
-// The world that all figures share: numbers that a reader turns, and the world file that they make.
+// The world that all figures share: the numbers that a reader sets, and the world file that follows from them.
 
 import { linearOfSrgb, srgb8 } from "../image/tone.js";
 
@@ -83,7 +83,7 @@ export function colorsOf({ triangles }) {
 const table = (rows) => `[${rows.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
 
 /**
- * The world file. `lights`: any of "sun", "bulb", "sky", and "backdrop", a sky for flat pictures. `box`: further keys of the box, `camera`: of the camera.
+ * The world file. `lights`: any of "sun", "bulb", "sky", and "backdrop", which is a sky for flat pictures. `box` and `camera`: further keys of the box and of the camera.
  * @param {Numbers} numbers
  * @param {{ lights?: string[], box?: string, camera?: string, size?: number[], more?: string }} [options]
  */

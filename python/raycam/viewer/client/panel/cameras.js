@@ -1,4 +1,4 @@
-// The cameras of the world: the present view becomes one, and the one that is looked through can be removed.
+// The cameras of the world: adds the present view as a camera, and removes the current camera.
 
 import { byId } from "../dom.js";
 
@@ -12,7 +12,7 @@ export class CameraControls {
     this.client = client;
     this.name = byId("camera-name", HTMLInputElement);
     this.remove = byId("camera-remove", HTMLButtonElement);
-    /** The camera that is looked through; empty for a free one. */
+    /** The name of the current camera; empty if the camera was moved. */
     this.shown = "";
     byId("camera-keep", HTMLButtonElement).addEventListener("click", () => this.keep());
     this.remove.addEventListener("click", () => client.transport.send({ type: "remove_camera", name: this.shown }));

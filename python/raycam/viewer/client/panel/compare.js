@@ -1,4 +1,4 @@
-// The comparison of A and B: its mode, its figures, and the range of a difference.
+// The comparison of A and B: its mode, its statistics, and the range of a difference.
 
 import { byId, element, fillSelect } from "../dom.js";
 import { COMPARE_MODES } from "../image/compare.js";
@@ -12,7 +12,7 @@ import { psnrOf, ssimOf } from "../image/similarity.js";
 export class ComparePanel {
   /** @param {() => void} changed called when the range changes */
   constructor(changed) {
-    /** The largest difference with its own colour; null for the 98th percentile. @type {number | null} */
+    /** The upper end of the range of a difference; null for the 98th percentile. @type {number | null} */
     this.most = null;
     this.input = byId("difference-most", HTMLInputElement);
     fillSelect(byId("compare-mode", HTMLSelectElement), COMPARE_MODES);

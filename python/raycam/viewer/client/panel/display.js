@@ -9,7 +9,7 @@ import { VIEW_TRANSFORMS } from "../image/tone.js";
 /** @typedef {import("../image/paint.js").Display} Display */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
-const MOST_STOPS = 100; // of the exposure, as the server takes it
+const MOST_STOPS = 100; // the limits of the exposure that the server accepts
 
 export class DisplayControls {
   /** @param {() => void} changed called when a control was moved */
@@ -19,7 +19,7 @@ export class DisplayControls {
     this.changed = changed;
     /** The exposure that Reset restores. */
     this.firstExposure = 0;
-    /** Called with what is wrong with a typed number. @type {(text: string) => void} */
+    /** Called with an error message about a typed number. @type {(text: string) => void} */
     this.onWrong = () => {};
     /** Called when exposure or view transform change. @type {(display: Display) => void} */
     this.onDisplay = () => {};
@@ -34,7 +34,7 @@ export class DisplayControls {
     /** @type {Plane | null} */
     this.plane = null;
     this.isExact = true;
-    /** What is measured when exact numbers arrive. @type {((plane: Plane) => import("../image/paint.js").Range) | null} */
+    /** The function that computes the range when exact numbers arrive. @type {((plane: Plane) => import("../image/paint.js").Range) | null} */
     this.pending = null;
     /** Called when exact numbers are needed. */
     this.onExact = () => {};
@@ -76,7 +76,7 @@ export class DisplayControls {
     this.setView(VIEW_TRANSFORMS[(VIEW_TRANSFORMS.indexOf(this.display.view) + 1) % VIEW_TRANSFORMS.length]);
   }
 
-  /** Sets the range to what is measured in exact numbers, which may have to come. @param {(plane: Plane) => import("../image/paint.js").Range} measure */
+  /** Sets the range that a function computes from exact numbers; requests these first if they are missing. @param {(plane: Plane) => import("../image/paint.js").Range} measure */
   measureRange(measure) {
     this.pending = this.isExact ? null : measure;
     if (this.pending) this.onExact();
@@ -86,7 +86,7 @@ export class DisplayControls {
   readRange() {
     const [low, high, log] = [Number(this.low.value), Number(this.high.value), this.log.checked];
     if (this.low.value && this.high.value && low < high && (high > 0 || !log)) return this.setRange({ low, high, log });
-    this.onWrong(log && !(high > 0) ? "A logarithmic range ends above 0." : "A range goes from a number to a larger one.");
+    this.onWrong(log && !(high > 0) ? "A logarithmic range must end above 0." : "The second number of a range must be larger than the first one.");
     this.showRange();
   }
 
@@ -99,7 +99,7 @@ export class DisplayControls {
   }
 
   /**
-   * Shows the controls that a plane has.
+   * Shows the controls that apply to a plane.
    * @param {Plane} plane
    * @param {boolean} [isExact] false for numbers that are rounded for display
    */

@@ -1,4 +1,4 @@
-// The line at the image's lower edge that says how to use the mouse, until the user does.
+// The line at the image's lower edge that explains the mouse. It is shown until the user uses the mouse there.
 
 import { byId } from "../dom.js";
 

@@ -1,11 +1,11 @@
-// The lens of the live view: focal lengths, principal point and distortion as numbers to be changed.
+// The lens of the live view: focal lengths, principal point and distortion as numbers that can be edited.
 
 import { byId, element, numbersOf } from "../dom.js";
 
 /** @typedef {import("../client.js").Client} Client */
 /** @typedef {{ model: string, fx: number, fy: number, cx: number, cy: number, distortion: number[], names: string[], size: number[], corner: number }} Lens */
 
-/** The least and the largest numbers, as the server takes them. */
+/** The smallest and the largest numbers that the server accepts. */
 const FOCALS = ["0.001", "1e7"], PLACES = ["-1e7", "1e7"], COEFFICIENTS = ["-1e6", "1e6"];
 const INTRINSICS = /** @type {const} */ (["fx", "fy", "cx", "cy"]);
 

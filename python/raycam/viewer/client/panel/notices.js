@@ -8,7 +8,7 @@ const SAME_BREATH = 400; // ms within which a message joins the previous one
 export class NoticeBox {
   constructor() {
     this.messageTimer = 0;
-    /** The time of the page of the last message. */
+    /** The time of the last message, ms since the page was opened. */
     this.said = -Infinity;
     byId("message", HTMLElement).addEventListener("click", () => this.unsay());
   }
@@ -16,12 +16,12 @@ export class NoticeBox {
   /**
    * @param {string} text
    * @param {string} type "notice" or "error"
-   * @param {boolean} joins whether it joins what was just said: several sentences may answer one wish
+   * @param {boolean} joins whether it is added to the previous message, because one command may cause several messages
    */
   say(text, type, joins = false) {
     const box = byId("message", HTMLElement);
     const before = box.textContent || "";
-    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // else it says what was said
+    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // false if the box shows the text already
     const isNext = joins && isNew && !box.hidden && performance.now() - this.said < SAME_BREATH;
     box.textContent = isNext ? `${before}\n${text}` : text;
     box.classList.toggle("error", type === "error" || (isNext && box.classList.contains("error")));
@@ -31,7 +31,7 @@ export class NoticeBox {
     if (!box.classList.contains("error")) this.messageTimer = setTimeout(() => (box.hidden = true), MESSAGE_TIME);
   }
 
-  /** Takes away what was said. */
+  /** Removes the message. */
   unsay() {
     clearTimeout(this.messageTimer);
     byId("message", HTMLElement).hidden = true;

@@ -1,11 +1,11 @@
-// The photograph of the camera that is looked through: over the image of the model, or as B of a comparison.
+// The photograph of the current camera: drawn over the image of the model, or as B of a comparison.
 
 import { byId } from "../dom.js";
 import { layerOf } from "../picture.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
-const FIRST_OPACITY = 0.5; // of the first photograph of a page
+const FIRST_OPACITY = 0.5; // opacity of the first photograph that a page shows
 
 export class PhotographControls {
   /** @param {Client} client */
@@ -13,7 +13,7 @@ export class PhotographControls {
     this.client = client;
     /** Cameras with a photograph. @type {string[]} */
     this.cameras = [];
-    /** The camera whose photograph is shown, or was requested; empty without one. */
+    /** The camera whose photograph is shown or was requested; empty if there is none. */
     this.camera = "";
     this.isFirst = true;
     this.opacity = byId("photograph-opacity", HTMLInputElement);
@@ -54,7 +54,7 @@ export class PhotographControls {
     this.client.picture.show({ photoOpacity: share });
   }
 
-  /** Makes the photograph B of the comparison, as a wipe. */
+  /** Makes the photograph B of the comparison, with a divider between A and B. */
   compare() {
     const { photo, a } = this.client.picture.layers;
     if (!photo || !a) return this.client.say("The photograph has not arrived yet.", "notice");

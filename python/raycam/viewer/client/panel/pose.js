@@ -1,4 +1,4 @@
-// The pose of the live view's camera: location, roll, pitch and yaw as numbers to be changed.
+// The pose of the live view's camera: location, roll, pitch and yaw as numbers that can be edited.
 
 import { byId, numbersOf } from "../dom.js";
 
@@ -7,14 +7,14 @@ import { byId, numbersOf } from "../dom.js";
 
 const POSE_FIELDS = ["pose-x", "pose-y", "pose-z", "pose-roll", "pose-pitch", "pose-yaw"];
 const POSE_DIGITS = 9;
-const FARTHEST = 1e9, MOST_DEGREES = 1e4; // as the server takes them
+const FARTHEST = 1e9, MOST_DEGREES = 1e4; // limits that the server accepts
 
 export class PoseControls {
   /** @param {Client} client */
   constructor(client) {
     this.client = client;
     this.inputs = POSE_FIELDS.map((id) => byId(id, HTMLInputElement));
-    /** What the fields were filled with, all digits and as shown: those that nobody changed keep all of them. */
+    /** The values of the fields, with all digits and as shown: a field that the user did not change keeps all digits. */
     this.shown = POSE_FIELDS.map(() => ({ value: 0, text: "" }));
     this.inputs.forEach((input, i) => {
       const most = i < 3 ? FARTHEST : MOST_DEGREES;

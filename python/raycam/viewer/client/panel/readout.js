@@ -1,4 +1,4 @@
-// The numbers of a pixel: a table for the eyes, a sentence for screen readers, a text for the clipboard.
+// The numbers of a pixel: as a table, as a sentence for screen readers, and as text for the clipboard.
 
 import { element } from "../dom.js";
 import { shortest, sixDigits } from "../image/numbers.js";
@@ -8,7 +8,7 @@ import { shortest, sixDigits } from "../image/numbers.js";
 /** @typedef {Record<string, ChannelValue>} PixelValues */
 
 /**
- * Fills the table of values, with those of B where they differ. Hovering a number tells all of its digits.
+ * Fills the table of values, with those of B where they differ. Hovering over a number shows all of its digits.
  * @param {HTMLTableSectionElement} body
  * @param {PixelValues} values
  * @param {string} shown the channel of the picture

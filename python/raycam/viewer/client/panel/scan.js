@@ -9,7 +9,7 @@ import { grouped, sixDigits } from "../image/numbers.js";
 const REACH = 8; // CSS pixels around the pointer in which a point is found
 const AGAIN = 300; // ms after a change of the world until it is scanned again
 const GOLDEN = 137.508; // degrees between the hues of neighbouring numbers
-const HUES = [240, 0]; // of the smallest and the largest value
+const HUES = [240, 0]; // degrees: the hues of the smallest and of the largest value
 
 export class ScanControls {
   /** @param {Client} client */
@@ -65,7 +65,7 @@ export class ScanControls {
     const count = fields.ring?.length || 0;
     this.values.textContent = lidar ? `${grouped(total)} points${count < total ? `, ${grouped(count)} are shown` : ""}` : "";
     this.paint();
-    // The world has changed since: its points are scanned again.
+    // A message without a lidar says that the world has changed, so its points are scanned again.
     if (!lidar && this.lidar.value) this.timer = setTimeout(() => this.request(), AGAIN);
   }
 

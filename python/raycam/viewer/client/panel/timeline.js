@@ -1,10 +1,10 @@
-// Time and variants of the live view: a slider, play, and what is chosen from lists.
+// Time and variants of the live view: a slider, a button that plays, and lists of variants.
 
 import { byId, fillSelect } from "../dom.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
-const FRAME = 1 / 30; // seconds of a step by key
+const FRAME = 1 / 30; // seconds: the step of a key
 const SHOWN_DIGITS = 2;
 
 export class Timeline {
@@ -13,7 +13,7 @@ export class Timeline {
     this.client = client;
     this.seconds = 0;
     this.playing = false;
-    /** Time of the page at which the world's time was 0. */
+    /** The time of the page, ms, at which the world's time was 0. */
     this.began = 0;
     this.slider = byId("time", HTMLInputElement);
     this.animation = byId("animation", HTMLSelectElement);
@@ -72,7 +72,7 @@ export class Timeline {
     this.next();
   }
 
-  /** The time that it is now; each picture asks for the next one, so that none is made in vain. */
+  /** Shows the present time of the animation, and requests its picture. The next call waits until this picture has arrived. */
   next() {
     if (!this.playing) return;
     this.show(((performance.now() - this.began) / 1000) % this.seconds);

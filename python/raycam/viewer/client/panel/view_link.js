@@ -10,7 +10,7 @@ export class ViewLink {
     this.live = live;
     /** The lens of the camera, as the server describes it. @type {import("./lens.js").Lens | null} */
     this.lens = null;
-    /** The pixel of a link, until the image is there. @type {number[] | null} */
+    /** The pixel of a link, until the image has arrived. @type {number[] | null} */
     this.pixel = null;
   }
 
@@ -31,7 +31,7 @@ export class ViewLink {
     this.live.copied(/** @type {any} */ (transport).addressOf(text));
   }
 
-  /** Shows what the link of the page's address shows, once. */
+  /** Shows the view of the link in the page's address, once. */
   follow() {
     const { live, live: { client, timeline, cameras } } = this;
     const { transport, controls } = client;
@@ -39,7 +39,7 @@ export class ViewLink {
     if (!given) return;
     /** @type {any} */ (transport).link = null;
     const seen = seenOf(/** @type {string} */ (given));
-    if (!seen) return client.say("The link is damaged: this is the first view.", "error");
+    if (!seen) return client.say("The link is damaged, so the page shows its first view.", "error");
     if (seen.variant !== timeline.variant.value) transport.send({ type: "variant", name: seen.variant });
     if (timeline.seconds) transport.send({ type: "time", t: seen.time, animation: seen.animation });
     if (cameras.includes(seen.camera)) live.lookThrough(seen.camera);
@@ -56,7 +56,7 @@ export class ViewLink {
     this.pixel = seen.pixel;
   }
 
-  /** Holds the pixel of the link, once the image is there. */
+  /** Holds the pixel of the link as soon as the image has arrived. */
   holdPixel() {
     if (!this.pixel) return;
     const { client, client: { picture } } = this.live;

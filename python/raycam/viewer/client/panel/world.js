@@ -118,7 +118,7 @@ export class WorldControls {
   }
 
   /**
-   * Shows what the session draws over the picture, and chooses anew, for it may be another one.
+   * Shows what the session draws over the picture, and clears the selection, because it may be a new session.
    * @param {{ cameras: boolean, explained: boolean, grid: boolean } | undefined} overlay
    */
   begin(overlay) {
@@ -152,7 +152,7 @@ export class WorldControls {
     this.tree.show({ selected: this.isChosen ? number : -1 });
   }
 
-  /** Says which object is chosen, and the tool on it. */
+  /** Tells the server which object is selected, and with which tool. */
   select() {
     this.selected = Number(this.object.value);
     const chosen = this.tool === "none" && this.isChosen ? "outline" : this.tool;

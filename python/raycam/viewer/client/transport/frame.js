@@ -1,4 +1,4 @@
-// The transport of the notebook: the page is a frame in a cell, and the page around it passes messages on to the kernel.
+// The transport in a notebook: the page is a frame in a cell. The page around it forwards messages to the kernel.
 
 import { completed } from "./message.js";
 

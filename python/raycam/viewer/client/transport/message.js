@@ -1,4 +1,4 @@
-// Messages of a server as the client wants them, whatever carried them.
+// Decodes the messages of a server or kernel for the client.
 
 import { unpackPlane } from "../image/planes.js";
 
@@ -21,7 +21,7 @@ export async function completed(message, buffers) {
 }
 
 /**
- * Numbers that JSON lacks come as text.
+ * Turns texts into numbers: JSON has no infinities and no NaN, so they arrive as text.
  * @param {import("../panel/readout.js").PixelValues} values
  */
 function revive(values) {

@@ -16,13 +16,13 @@ export class PageTransport {
     this.unpacked = new Map();
   }
 
-  /** @returns {boolean} true if this page carries a frame */
+  /** @returns {boolean} true if this page contains a frame */
   get isThere() {
     return this.document !== null;
   }
 
   /**
-   * Begins, and says messages to the client from now on.
+   * Opens the transport. From now on, it passes messages to the client.
    * @param {(message: Message) => void} say
    */
   open(say) {
@@ -48,7 +48,7 @@ export class PageTransport {
       const number = this.document.planes.findIndex((/** @type {any} */ each) => each.key === key);
       const text = document.getElementById(`plane-${number}`)?.textContent || "";
       plane = unpackPlane(this.document.planes[number], bytesOfBase64(text));
-      plane.then((unpacked) => this.unpacked.set(key, unpacked), () => {}); // whoever asks for it hears of damage
+      plane.then((unpacked) => this.unpacked.set(key, unpacked), () => {}); // an error is reported to the caller of plane()
       this.planes.set(key, plane);
     }
     return plane;
@@ -115,7 +115,7 @@ export class PageTransport {
     if (found) this.say?.({ type: "explained", ...found, column: found.column + x, row: found.row + y });
     else {
       const text = this.document.explanations.length
-        ? "This page explains the marked pixels alone."
+        ? "This page explains only the marked pixels."
         : "This page explains no pixel: save it with world=... and explain=[(column, row)].";
       this.say?.({ type: "notice", text });
     }

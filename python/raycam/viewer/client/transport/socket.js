@@ -1,4 +1,4 @@
-// The transport of the live view: a WebSocket to the server that gave the page. It comes back by itself.
+// The transport of the live view: a WebSocket to the server from which the page was loaded. It reconnects by itself.
 
 import { completed } from "./message.js";
 
@@ -11,11 +11,11 @@ const TOO_MANY = 1013;
 const MISBEHAVED = 1008;
 /** Types of messages that may be dropped while the socket is closed: they are sent again after a welcome or when needed. */
 const DROPPABLE = ["hello", "ack", "probe", "size", "visible", "display", "channel"];
-const NOT_SAID = "The server is not connected: this was not done. The page connects by itself when it is back.";
+const NOT_SAID = "The server is not connected, so this was not done. The page reconnects by itself when the server is back.";
 const OTHER_TOKEN =
-  "A live view answers here, but not to this page: it was started anew. Open the address that it printed. The last " +
+  "A live view answers at this address, but it was restarted and refuses this page. Open the address that it printed. The last " +
   "picture and its values stay.";
-const NEW_SESSION = "The server is back, with a new session: its world, camera and exposure begin anew. Saved files stay.";
+const NEW_SESSION = "The server is back with a new session, which starts with the first world, camera and exposure. Saved files stay.";
 
 /**
  * Takes the token out of the address, where others could read it, and keeps it for reloads of this tab.
@@ -40,13 +40,13 @@ export class SocketTransport {
     this.token = token;
     /** The text of the link that this page was opened with, until it was followed. */
     this.link = link;
-    // A new address of the same port in this tab changes the fragment alone.
+    // If another address with the same port is opened in this tab, only the fragment changes.
     addEventListener("hashchange", () => location.hash && location.reload());
     this.session = "";
     this.version = "";
     this.retry = FIRST_RETRY;
     this.closing = false;
-    /** True from the first failed try until the next welcome. */
+    /** True from the first failed attempt until the next welcome. */
     this.told = false;
     /** Messages are decoded one after the other, so that pictures keep their order. */
     this.decoding = Promise.resolve();
@@ -56,7 +56,7 @@ export class SocketTransport {
   open(say) {
     this.say = say;
     if (this.token) this.connect();
-    else say({ type: "error", text: "This address lacks its token: open the address that raycam printed." });
+    else say({ type: "error", text: "The token is missing in this address: open the complete address that raycam printed." });
   }
 
   /** @param {string} text of a link @returns {string} the address that shows the same in another browser */
@@ -86,7 +86,7 @@ export class SocketTransport {
     });
   }
 
-  /** Says, once, where a server answers that refuses this page. */
+  /** Reports, once, that a server answers but refuses this page. */
   async askWhy() {
     if (this.told) return;
     const answers = await fetch("client.js", { method: "GET", cache: "no-store" }).then(({ ok }) => ok, () => false);
@@ -103,7 +103,7 @@ export class SocketTransport {
     this.socket = undefined;
     if (code === TOO_MANY || code === MISBEHAVED || this.closing) {
       this.say?.({ type: "status", text: "disconnected" });
-      this.say?.({ type: "error", text: reason || "The server has ended. The last picture and its values stay." });
+      this.say?.({ type: "error", text: reason || "The server has stopped. The last picture and its values stay." });
       return;
     }
     this.say?.({ type: "status", text: "disconnected, trying again" });
@@ -138,7 +138,7 @@ export class SocketTransport {
     if (this.session && !message.resumed) this.say?.({ type: "notice", text: NEW_SESSION });
     this.version = message.version;
     this.session = message.session;
-    sessionStorage.setItem("raycam-session", message.session); // for a reload of this tab
+    sessionStorage.setItem("raycam-session", message.session); // kept for a reload of this tab
     this.retry = FIRST_RETRY;
     this.told = false;
     this.say?.({ type: "status", text: "connected" });

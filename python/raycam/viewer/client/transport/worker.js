@@ -1,10 +1,10 @@
-// The transport of a page that renders by itself: a worker with the core. A worker that breaks is replaced.
+// The transport of a page that renders by itself: a worker with the core. A worker that fails is replaced.
 
 import { bytesOfBase64, inflate } from "../image/planes.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 
-const PATIENCE = 4000; // ms that a worker may work without a word before another world replaces it
+const PATIENCE = 4000; // ms after which a worker that sends nothing is replaced when another world is opened
 
 export class WorkerTransport {
   /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
@@ -16,11 +16,11 @@ export class WorkerTransport {
     /** @type {any} what is shown: bytes of a world, or files, with options */
     this.opened = null;
     this.waiting = 0;
-    /** Called with errors of worlds, which have a line where there is one, instead of `say`. @type {((message: any) => void) | null} */
+    /** Called instead of `say` with errors of worlds, which contain a line number if it is known. @type {((message: any) => void) | null} */
     this.onFailure = null;
   }
 
-  /** @returns {boolean} true if this page carries the core */
+  /** @returns {boolean} true if this page contains the core */
   static get isThere() {
     return typeof document !== "undefined" && document.getElementById("core-wasm") !== null;
   }

@@ -1,0 +1,307 @@
+//! Displacement: a refined mesh whose vertices are moved along its normals by the heights of textures.
+//!
+//! R. Cook, L. Carpenter and E. Catmull, "The Reyes Image Rendering Architecture", SIGGRAPH 1987. Edges are split until
+//! none is longer than the diagonal of a texel, or until it is short enough. Vertices at the same point move together,
+//! so that a closed mesh remains closed.
+
+use std::collections::HashMap;
+
+use glam::{DMat3, DVec3};
+
+use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
+use crate::mesh::Mesh;
+use crate::mesh::edge_refinement::EdgeRefinement;
+use crate::texture::{Texture, TextureSlot};
+
+/// Longest edge in texels: the diagonal of a texel, with a margin for rounding.
+const MAX_EDGE_TEXELS: f64 = std::f64::consts::SQRT_2 * (1.0 + 1e-4);
+/// Largest cosine of an angle between normals of a sharp edge: 0.03 degrees.
+const MAX_SHARP_COSINE: f64 = 1.0 - 1e-7;
+/// Maximum length of the displacement at a sharp corner, relative to the height.
+const MAX_MITER: f64 = 2.0;
+/// Approximate memory for each triangle of a displaced mesh while its search tree is built, in bytes.
+const BYTES_PER_TRIANGLE: f64 = 200.0;
+
+/// Heights of a material.
+pub(crate) struct HeightField<'a> {
+    pub texture: &'a Texture,
+    pub slot: TextureSlot,
+    /// Height of the value 1 in metres of the world.
+    pub scale: f64,
+    /// Value of the undisplaced surface.
+    pub zero: f64,
+}
+
+/// Displacement of a mesh.
+pub(crate) struct Displacement<'a> {
+    /// Heights for each material slot; `None` for materials without relief.
+    pub heights: Vec<Option<HeightField<'a>>>,
+    /// Linear part of the transform from the mesh to the world, in which heights are measured.
+    pub world_from_mesh: DMat3,
+    /// Edges up to this length in metres of the world are not split.
+    pub max_edge: f64,
+    /// Maximum number of triangles.
+    pub max_triangles: usize,
+}
+
+impl Displacement<'_> {
+    /// Returns the displaced mesh, with shading normals. A point moves along its shading normal; on a sharp edge, it
+    /// moves so that the planes on both sides are displaced by the height, at most by twice the height. Sharp edges stay
+    /// sharp.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] if the displaced mesh would have more than `max_triangles` triangles, or coordinates that
+    /// are not finite.
+    pub fn apply(&self, mesh: &Mesh) -> Result<Mesh> {
+        let mut refinement = EdgeRefinement::new(mesh);
+        loop {
+            let selected = refinement.select(|triangle, side| self.excess(&refinement.mesh, triangle, side) > 1.0);
+            if selected.is_empty() {
+                break;
+            }
+            if selected.triangle_count > self.max_triangles {
+                return Err(self.too_large(&refinement.mesh));
+            }
+            refinement.split(&selected);
+        }
+        let displaced = DisplacedPoints::new(self, &refinement).move_points(self, refinement);
+        displaced.validate()?;
+        Ok(displaced)
+    }
+
+    fn heights_of(&self, mesh: &Mesh, triangle: usize) -> Option<&HeightField<'_>> {
+        let slot = mesh.material_slots.as_ref().map_or(0, |slots| usize::from(slots[triangle]));
+        self.heights.get(slot)?.as_ref()
+    }
+
+    /// Length of a side of a triangle relative to the longest edge that is not split.
+    fn excess(&self, mesh: &Mesh, triangle: usize, side: usize) -> f64 {
+        let Some(heights) = self.heights_of(mesh, triangle) else { return 0.0 };
+        let Some(uvs) = mesh.uv_set(heights.slot.uv_set) else { return 0.0 };
+        let corners = mesh.triangles[triangle];
+        let [a, b] = [corners[side], corners[(side + 1) % 3]].map(|vertex| vertex as usize);
+        let [du, dv] = [0, 1].map(|axis| f64::from(uvs[b][axis]) - f64::from(uvs[a][axis]));
+        let size = heights.texture.image.size;
+        let texels = [0, 1].map(|axis| {
+            let [x, y, _] = heights.slot.image_from_mesh[axis].map(f64::from);
+            (x * du + y * dv) * f64::from(size[axis])
+        });
+        let texels = texels[0].hypot(texels[1]) / MAX_EDGE_TEXELS;
+        let metres = (self.world_from_mesh * (mesh.vertices[b] - mesh.vertices[a])).length();
+        if self.max_edge > 0.0 { texels.min(metres / self.max_edge) } else { texels }
+    }
+
+    /// The error of a mesh whose refinement exceeds the budget.
+    fn too_large(&self, mesh: &Mesh) -> SceneError {
+        let wanted = |triangle: usize| {
+            let longest = (0..3).map(|side| self.excess(mesh, triangle, side)).fold(1.0, f64::max);
+            4f64.powf(longest.log2().ceil())
+        };
+        let count: f64 = (0..mesh.triangles.len()).map(wanted).sum();
+        let gigabytes = count * BYTES_PER_TRIANGLE / f64::from(1 << 30);
+        SceneError::World(ErrorCode::BudgetExceeded.message(format!(
+            "the displaced surface requires about {count:.0} triangles and {gigabytes:.1} GiB of memory; max_triangles \
+             is {}. Increase max_triangles, set max_edge to the longest allowed edge in metres, use a smaller image, or \
+             omit displace to bend only the shading normals",
+            self.max_triangles
+        )))
+    }
+}
+
+/// Points of a refined mesh, and their displacement.
+struct DisplacedPoints {
+    /// For each point, the start of its groups: corners with equal normals before the displacement. One more entry is
+    /// the number of groups.
+    group_starts: Vec<u32>,
+    /// For each corner of each triangle, its group among all groups.
+    group_of_corner: Vec<[u32; 3]>,
+    /// Displacement of each point, in mesh coordinates.
+    moves: Vec<DVec3>,
+}
+
+/// Normals and heights of the corners at a point.
+#[derive(Default)]
+struct PointSums {
+    /// Different unit normals, in world directions.
+    normals: Vec<DVec3>,
+    /// Heights by vertex and material slot.
+    heights: Vec<((u32, u16), f64)>,
+}
+
+impl DisplacedPoints {
+    fn new(displacement: &Displacement<'_>, refinement: &EdgeRefinement) -> Self {
+        let EdgeRefinement { mesh, point_of_vertex, point_count } = refinement;
+        let count = *point_count as usize;
+        let corners = CornersOfPoints::new(mesh, point_of_vertex, count);
+        let mesh_from_world = displacement.world_from_mesh.inverse();
+        let normal_from_mesh = mesh_from_world.transpose();
+        let mut points = Self {
+            group_starts: Vec::with_capacity(count + 1),
+            group_of_corner: vec![[0; 3]; mesh.triangles.len()],
+            moves: Vec::with_capacity(count),
+        };
+        let (mut groups, mut sums) = (0, PointSums::default());
+        for point in 0..count {
+            points.group_starts.push(groups);
+            sums.normals.clear();
+            sums.heights.clear();
+            for &(triangle, corner) in corners.of_point(point) {
+                let (triangle, corner) = (triangle as usize, usize::from(corner));
+                let normal = (normal_from_mesh * corner_normal(mesh, triangle, corner)).normalize_or_zero();
+                points.group_of_corner[triangle][corner] = groups + sums.group_of(normal);
+                sums.add_height(displacement, mesh, triangle, corner);
+            }
+            groups += sums.normals.len() as u32;
+            points.moves.push(mesh_from_world * (miter(&sums.normals) * sums.mean_height()));
+        }
+        points.group_starts.push(groups);
+        points
+    }
+
+    /// The refined mesh with moved vertices and new normals. Vertices at sharp edges are duplicated.
+    fn move_points(self, displacement: &Displacement<'_>, refinement: EdgeRefinement) -> Mesh {
+        let EdgeRefinement { mut mesh, point_of_vertex, .. } = refinement;
+        for (vertex, &point) in mesh.vertices.iter_mut().zip(&point_of_vertex) {
+            *vertex += self.moves[point as usize];
+        }
+        let mut sums = vec![DVec3::ZERO; self.group_starts.last().map_or(0, |&count| count as usize)];
+        for (triangle, groups) in mesh.triangles.iter().zip(&self.group_of_corner) {
+            let [a, b, c] = triangle.map(|vertex| displacement.world_from_mesh * mesh.vertices[vertex as usize]);
+            let cross = (b - a).cross(c - a);
+            groups.iter().for_each(|&group| sums[group as usize] += cross);
+        }
+        // World-space sums are normals of the mesh after multiplication by the transposed matrix.
+        let to_mesh = displacement.world_from_mesh.transpose() * displacement.world_from_mesh.determinant().signum();
+        let normal = |group: u32| (to_mesh * sums[group as usize]).normalize_or_zero().as_vec3().to_array();
+
+        let mut normals = vec![[0.0; 3]; mesh.vertices.len()];
+        let mut group_of_vertex = vec![u32::MAX; mesh.vertices.len()];
+        let (mut copies, mut originals) = (HashMap::new(), Vec::new());
+        for (triangle, groups) in mesh.triangles.iter_mut().zip(&self.group_of_corner) {
+            for (vertex, &group) in triangle.iter_mut().zip(groups) {
+                let first = &mut group_of_vertex[*vertex as usize];
+                if *first == u32::MAX {
+                    *first = group;
+                    normals[*vertex as usize] = normal(group);
+                } else if *first != group {
+                    *vertex = *copies.entry((*vertex, group)).or_insert_with(|| {
+                        originals.push(*vertex);
+                        normals.push(normal(group));
+                        normals.len() as u32 - 1
+                    });
+                }
+            }
+        }
+        mesh.normals = Some(normals);
+        copy_vertices(&mut mesh, &originals);
+        mesh
+    }
+}
+
+impl PointSums {
+    /// Group of a normal, which is added if it is new.
+    fn group_of(&mut self, normal: DVec3) -> u32 {
+        let is_same = |other: &DVec3| other.dot(normal) > MAX_SHARP_COSINE || *other == normal;
+        let found = self.normals.iter().position(is_same).unwrap_or_else(|| {
+            self.normals.push(normal);
+            self.normals.len() - 1
+        });
+        found as u32
+    }
+
+    fn add_height(&mut self, displacement: &Displacement<'_>, mesh: &Mesh, triangle: usize, corner: usize) {
+        let vertex = mesh.triangles[triangle][corner];
+        let slot = mesh.material_slots.as_ref().map_or(0, |slots| slots[triangle]);
+        if self.heights.iter().any(|(key, _)| *key == (vertex, slot)) {
+            return;
+        }
+        let height = displacement.heights_of(mesh, triangle).and_then(|heights| {
+            let uv = mesh.uv_set(heights.slot.uv_set)?[vertex as usize];
+            let value = f64::from(heights.texture.lookup(heights.slot.coordinates(uv))[0]);
+            Some((value - heights.zero) * heights.scale)
+        });
+        self.heights.push(((vertex, slot), height.unwrap_or(0.0)));
+    }
+
+    fn mean_height(&self) -> f64 {
+        let sum: f64 = self.heights.iter().map(|(_, height)| height).sum();
+        if self.heights.is_empty() { 0.0 } else { sum / self.heights.len() as f64 }
+    }
+}
+
+/// Shading normal of a triangle's corner, or the triangle's own normal if it has none; of any length.
+fn corner_normal(mesh: &Mesh, triangle: usize, corner: usize) -> DVec3 {
+    let corners = mesh.triangles[triangle];
+    let given =
+        mesh.normals.as_ref().map(|normals| DVec3::from_array(normals[corners[corner] as usize].map(f64::from)));
+    given.filter(|normal| *normal != DVec3::ZERO).unwrap_or_else(|| {
+        let [a, b, c] = corners.map(|vertex| mesh.vertices[vertex as usize]);
+        (b - a).cross(c - a).normalize_or_zero()
+    })
+}
+
+/// The vector whose product with each of these unit normals is 1, or as close to 1 as possible; at most as long as
+/// [`MAX_MITER`].
+fn miter(normals: &[DVec3]) -> DVec3 {
+    if let &[normal] = normals {
+        return normal;
+    }
+    // Regularised normal equations, refined once: the error is the square of the regularisation.
+    let (mut matrix, mut sum) = (DMat3::from_diagonal(DVec3::splat(1e-5)), DVec3::ZERO);
+    for &normal in normals {
+        matrix += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
+        sum += normal;
+    }
+    let inverse = matrix.inverse();
+    let first = inverse * sum;
+    let product: DVec3 = normals.iter().map(|&normal| normal * normal.dot(first)).sum();
+    (first + inverse * (sum - product)).clamp_length_max(MAX_MITER)
+}
+
+/// Appends copies of vertices, except for their normals.
+fn copy_vertices(mesh: &mut Mesh, originals: &[u32]) {
+    fn append<T: Copy>(values: &mut Vec<T>, originals: &[u32]) {
+        values.reserve(originals.len());
+        for &vertex in originals {
+            values.push(values[vertex as usize]);
+        }
+    }
+    append(&mut mesh.vertices, originals);
+    mesh.uvs.iter_mut().chain(&mut mesh.more_uvs).for_each(|uvs| append(uvs, originals));
+    mesh.vertex_colors.iter_mut().for_each(|colors| append(colors, originals));
+    mesh.vertex_opacities.iter_mut().for_each(|opacities| append(opacities, originals));
+}
+
+/// The corners at each point.
+struct CornersOfPoints {
+    starts: Vec<u32>,
+    /// Triangles and their corners 0 to 2.
+    corners: Vec<(u32, u8)>,
+}
+
+impl CornersOfPoints {
+    fn new(mesh: &Mesh, point_of_vertex: &[u32], count: usize) -> Self {
+        let mut starts = vec![0u32; count + 1];
+        for &vertex in mesh.triangles.as_flattened() {
+            starts[point_of_vertex[vertex as usize] as usize + 1] += 1;
+        }
+        for point in 0..count {
+            starts[point + 1] += starts[point];
+        }
+        let mut next = starts.clone();
+        let mut corners = vec![(0, 0); 3 * mesh.triangles.len()];
+        for (triangle, vertices) in mesh.triangles.iter().enumerate() {
+            for (corner, &vertex) in vertices.iter().enumerate() {
+                let place = &mut next[point_of_vertex[vertex as usize] as usize];
+                corners[*place as usize] = (triangle as u32, corner as u8);
+                *place += 1;
+            }
+        }
+        Self { starts, corners }
+    }
+
+    fn of_point(&self, point: usize) -> &[(u32, u8)] {
+        &self.corners[self.starts[point] as usize..self.starts[point + 1] as usize]
+    }
+}

@@ -1,0 +1,45 @@
+//! Height maps: relief that only bends the shading normals (J. Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978).
+
+use crate::error::{Result, SceneError};
+use crate::texture::TextureSlot;
+
+/// A texture of heights above the mesh's surface, along its normals.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct HeightMap {
+    /// Heights: red, of any sign.
+    pub texture: TextureSlot,
+    /// Height of the value 1; negative values turn hills into dents.
+    pub scale: f32,
+    /// Unit of the scale.
+    #[serde(default, skip_serializing_if = "HeightUnit::is_metre")]
+    pub unit: HeightUnit,
+}
+
+/// Unit of heights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum HeightUnit {
+    /// A metre of the world.
+    #[default]
+    Metre,
+    /// The width of a texel on the surface: slopes do not depend on the size of the surface. Files without a unit use it.
+    Texel,
+}
+
+impl HeightUnit {
+    fn is_metre(&self) -> bool {
+        *self == Self::Metre
+    }
+}
+
+impl HeightMap {
+    /// Checks its values.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] for a scale that is not finite.
+    pub fn validate(&self) -> Result<()> {
+        if self.scale.is_finite() {
+            return Ok(());
+        }
+        Err(SceneError::material(format!("height_scale {}; expected a finite number of metres", self.scale)))
+    }
+}

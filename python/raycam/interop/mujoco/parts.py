@@ -1,0 +1,109 @@
+"""The geoms and cameras of a MuJoCo model as parts of a robot's links."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...arguments import Floats
+from ...camera import Camera
+from ...errors import Notice
+from ...world import World
+from .cameras import model_camera
+from .deformable import rotation_of
+from .lights import LightSources
+from .materials import element_look, material_keys
+from .model import GEOM_OBJECT, element_name
+from .shapes import covered_geoms, element_shape, with_texture
+
+__all__ = ["LinkCamera", "LinkGeom", "add_model_lights", "link_cameras", "link_geoms"]
+
+VISIBLE_GROUPS = (0, 1, 2)
+ALL_GROUPS = (0, 1, 2, 3, 4, 5)
+FIXED_MODE = 0
+"""The value of `mjtCamLight` for cameras that move with their body."""
+
+
+class LinkGeom(NamedTuple):
+    """A geom of a link."""
+
+    body: int
+    keys: dict[str, Any]
+    """Keys of an object: its shape and material."""
+    link_from_mesh: Floats
+
+
+class LinkCamera(NamedTuple):
+    """A camera of a link."""
+
+    name: str
+    body: int
+    camera: Camera
+    """The camera with its pose relative to the link."""
+
+
+def link_geoms(model: Any, geometry: str) -> tuple[list[LinkGeom], list[Notice]]:
+    """Returns the visible geoms of a model, or with `geometry="collision"` those that can collide, and notices.
+
+    Visible are the groups 0 to 2, as in MuJoCo's viewer.
+    """
+    visual = geometry == "visual"
+    covered = covered_geoms(model, VISIBLE_GROUPS) if visual else []
+    found, notices = [], []
+    for geom in range(model.ngeom):
+        rgba, material = element_look(model, GEOM_OBJECT, geom)
+        if visual:
+            shown = int(model.geom_group[geom]) in VISIBLE_GROUPS and rgba[3] > 0 and geom not in covered
+        else:
+            shown = bool(model.geom_contype[geom]) or bool(model.geom_conaffinity[geom])
+        if not shown:
+            continue
+        shape = element_shape(model, GEOM_OBJECT, geom)
+        if shape is None:
+            text = f"geom {element_name(model, 'geom', geom)!r}: this type of shape is not shown"
+            notices.append(Notice(text, "ignored_element"))
+            continue
+        shape = with_texture(model, GEOM_OBJECT, geom, shape, material)
+        pose = np.eye(4)
+        pose[:3, :3] = rotation_of(np.asarray(model.geom_quat[geom], np.float64)) @ shape.scale
+        pose[:3, 3] = model.geom_pos[geom]
+        keys = {
+            **shape.keys,
+            **material_keys(model, np.maximum(rgba, [0, 0, 0, 0 if visual else 1]), material),
+        }
+        found.append(LinkGeom(int(model.geom_bodyid[geom]), keys, pose))
+    return found, notices
+
+
+def link_cameras(model: Any) -> tuple[list[LinkCamera], list[Notice]]:
+    """Returns the cameras that move with their bodies, and a notice for each other one."""
+    found, notices = [], []
+    for number in range(model.ncam):
+        name = element_name(model, "cam", number)
+        if int(model.cam_mode[number]) != FIXED_MODE:
+            text = f"camera {name!r}: tracking cameras do not move with a link; the camera is omitted"
+            notices.append(Notice(text, "ignored_element"))
+            continue
+        rotation = rotation_of(np.asarray(model.cam_quat[number], np.float64))
+        poses = SimpleNamespace(cam_xmat={number: rotation.ravel()}, cam_xpos={number: model.cam_pos[number]})
+        found.append(LinkCamera(name, int(model.cam_bodyid[number]), model_camera(model, number, poses)))
+    return found, notices
+
+
+def add_model_lights(world: World, model: Any) -> list[Notice]:
+    """Adds a model's lights to a world, at its initial state, as `from_mujoco` does; returns notices."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    notices: list[Notice] = []
+    LightSources(world, model, data, notices)
+    moving = [
+        element_name(model, "light", light) for light in range(model.nlight) if model.light_bodyid[light]
+    ]
+    if moving:
+        text = f"lights {', '.join(moving)}: lights on links do not move with the joints"
+        notices.append(Notice(text, "approximated_value"))
+    return notices

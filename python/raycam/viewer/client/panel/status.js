@@ -1,0 +1,33 @@
+// The status line: samples and render time of the image, and whether one is late.
+
+import { byId } from "../dom.js";
+
+const LATE = 2, REMIND = 5; // seconds after which a late image is reported, and between two reports
+
+export class StatusLine {
+  constructor() {
+    this.waiting = 0;
+  }
+
+  /** @param {import("../client.js").Message} message with an image */
+  show({ samples, ms, moving, integrator, rate, change }) {
+    const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
+    if (!moving) {
+      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % changed since ${change.since} samples` : "";
+      byId("status-rate", HTMLElement).textContent = rate ? `${(rate / 1e6).toPrecision(2)} M samples/s` : "";
+    }
+    byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
+  }
+
+  /** @param {boolean} follows whether an image has to come, which is reported if it is late */
+  await(follows) {
+    clearInterval(this.waiting);
+    if (!follows) return;
+    let seconds = 0;
+    this.waiting = setInterval(() => {
+      seconds += 1;
+      if (seconds !== LATE && seconds % REMIND) return;
+      byId("status", HTMLElement).textContent = `rendering the next image, ${seconds} s`;
+    }, 1000);
+  }
+}
