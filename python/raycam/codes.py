@@ -281,7 +281,7 @@ _OWN_ERRORS = {
         "Name the device to which the file belongs, or use the file of this device.",
     ),
     "unordered_times": Code(
-        "The times of pulses or poses decrease.",
+        "The times of pulses, poses or joint states do not increase.",
         "Sort the rows by time.",
     ),
     "failed_process": Code(

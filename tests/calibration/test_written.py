@@ -16,7 +16,7 @@ import raycam
 from raycam.calibration import WRITTEN_FORMATS
 from raycam.errors import FormatError
 from support.camera_truth import intrinsics, points, pose
-from support.raises import raises
+from support.raises import has_notice, raises
 
 SIZE = (640, 480)
 K = intrinsics(520.0, 520.0, 319.5, 239.5)
@@ -276,14 +276,11 @@ def test_direction_option_determines_the_pose_direction(tmp_path: Path) -> None:
 def test_orthographic_camera_written_as_kitti_gives_a_notice_about_its_depth_plane(tmp_path: Path) -> None:
     plan = raycam.Camera.orthographic([3, 2, 1], target=[0, 0, 0], height=4, size=SIZE)
     told = raycam.save_cameras(tmp_path / "calib.txt", {"plan": plan}, "kitti")
-    assert any(
-        "its plane in which its rays start (and therefore its depth) is not written" in str(notice)
-        for notice in told
-    ), told
+    assert has_notice(told, "not_written", '"plan"', "depth"), told
     back = raycam.load_cameras(tmp_path / "calib.txt", size=SIZE)["P0"]
     world = np.random.default_rng(0).uniform(-1, 1, (50, 3))
     np.testing.assert_allclose(back.project(world)[0], plan.project(world)[0], atol=1e-9)
     told = raycam.save_cameras(
         tmp_path / "again.txt", {"P0": back}, "kitti"
     )  # the camera is at infinity, so it has no such plane
-    assert not any("plane" in str(notice) for notice in told)
+    assert not has_notice(told, "not_written", "depth")

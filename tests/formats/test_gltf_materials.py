@@ -22,7 +22,7 @@ from support.gltf_document import (
     png,
     seen,
 )
-from support.raises import raises
+from support.raises import has_notice, raises
 
 
 def textured(document: Document, pixels: Any, info: dict[str, Any] | None = None, **keys: Any) -> None:
@@ -257,5 +257,5 @@ def test_texture_with_a_missing_sampler_is_shown(tmp_path: Path) -> None:
     textured(document, np.full((2, 2, 3), 200, np.uint8))
     document.json["samplers"] = []
     world = load(document, tmp_path)
-    assert any("textures[0].sampler: 0, but there are only 0" in str(notice) for notice in world.notices)
+    assert has_notice(world.notices, "ignored_element", "textures[0].sampler: 0")
     np.testing.assert_array_equal(seen(world, size=2), 200)

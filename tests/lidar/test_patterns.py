@@ -42,3 +42,22 @@ def test_directions_of_extreme_lengths_become_unit_vectors() -> None:
     lengths = np.array([1e-300, 1e-5, 1.0, 1e200])
     pattern = raycam.Lidar.of(np.outer(lengths, [0.6, 0, 0.8])).pattern()
     np.testing.assert_allclose(pattern.directions, np.tile([0.6, 0, 0.8], (4, 1)), rtol=1e-14)
+
+
+def test_scan_line_has_the_steps_of_the_manual() -> None:
+    """Hokuyo C-42-03320B, table 2: steps 0 to 1080 of 1440 per turn, 540 in front, counterclockwise; 25 ms per turn."""
+    lidar = raycam.Lidar("hokuyo-utm30lx")
+    pattern = lidar.pattern()
+    azimuth = np.degrees(np.arctan2(pattern.directions[:, 1], pattern.directions[:, 0]))
+    np.testing.assert_allclose(azimuth, np.linspace(-135, 135, 1081), atol=1e-12)
+    np.testing.assert_allclose(pattern.times, np.arange(1081) * 0.025 / 1440, atol=1e-15)
+    assert pattern.shape == (1, 1081)
+    assert not pattern.directions[:, 2].any()
+    world = raycam.World()
+    world.add_object(box={"size": [8, 6, 2]}, name="room", color=[0.5] * 3)
+    scan = raycam.scan(world, lidar)
+    turn = np.radians(azimuth)
+    with np.errstate(divide="ignore"):
+        expected = np.minimum(4 / np.abs(np.cos(turn)), 3 / np.abs(np.sin(turn)))
+    np.testing.assert_allclose(scan["distance"], expected, atol=0.0005 + 1e-12)
+    np.testing.assert_allclose(scan["distance"] * 1000, np.rint(scan["distance"] * 1000), atol=1e-9)

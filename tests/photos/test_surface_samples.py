@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+from typing import Any
+
 import numpy as np
 import pytest
 import raycam
 import scipy.stats
 import trimesh
+from raycam.photos.face_samples import sample_pattern
 from support.raises import raises
 
 
@@ -42,6 +46,56 @@ def test_points_visible_to_a_camera_are_on_the_cap_that_it_sees() -> None:
     assert height.min() > 1 / distance - 0.03
     assert scipy.stats.kstest(height, "uniform", args=(1 / distance, 1 - 1 / distance)).pvalue > 1e-4
     assert (raycam.sample_surface(world, 5000).points[:, 2] < 0).mean() == pytest.approx(0.5, abs=0.03)
+
+
+def fan(count: int, **settings: Any) -> raycam.Lidar:
+    """A lidar with `count` pulses in random directions below the horizon."""
+    ways = np.random.default_rng(3).normal(size=(count, 3))
+    ways[:, 2] = -np.abs(ways[:, 2])
+    return raycam.Lidar.of(ways, noise=False, **settings)
+
+
+def test_points_visible_to_a_lidar_are_on_the_disc_within_its_range() -> None:
+    world = raycam.World()
+    x, y = np.meshgrid(np.linspace(-6, 6, 49), np.linspace(-6, 6, 49), indexing="ij")
+    a = (np.arange(48)[:, None] * 49 + np.arange(48)).reshape(-1)
+    faces = np.concatenate([np.stack([a, a + 49, a + 50], 1), np.stack([a, a + 50, a + 1], 1)])
+    world.add_mesh(np.stack([x, y, 0 * x], 2).reshape(-1, 3), faces, name="floor", color=[0.5] * 3)
+    lidar = fan(60_000, max_range=5.0).placed([0, 0, 3])
+    found = raycam.sample_surface(world, 2000, visible_to={"top": lidar})
+    radius = np.hypot(found.points[:, 0], found.points[:, 1])
+    assert radius.max() < 4 + 0.4  # plus the diagonal of a face
+    # Uniform by area: the squares of the radii are uniform, except for the faces at the border.
+    inner = radius[radius < 3.6] ** 2
+    assert scipy.stats.kstest(inner, "uniform", args=(0, 3.6**2)).pvalue > 1e-4
+    camera = raycam.Camera.look_at([0, 0, 3], [5.3, 0, 0], up=[0, 0, 1], fov=10, size=(64, 64))
+    both = raycam.sample_surface(world, 2000, visible_to=[lidar, camera])
+    beyond = np.hypot(both.points[:, 0], both.points[:, 1]) > 4.4
+    assert 0 < beyond.mean() < 0.5
+    with raises(raycam.WorldError, code="nothing_visible", mentions=["0 of"]), warnings.catch_warnings():
+        warnings.simplefilter("ignore", raycam.Notice)
+        raycam.sample_surface(world, 1, visible_to=[lidar.placed([0, 0, 30])])
+
+
+def test_points_visible_to_a_lidar_are_nearest_to_a_measured_sample_by_brute_force() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [4, 5, 3]}, name="room", location=[0, 0, 1.5], color=[0.5] * 3)
+    world.add_object(box={"size": [1, 1, 1]}, name="table", location=[1, 1, 0.5], color=[0.5] * 3)
+    lidar = fan(3000).placed([-0.5, -0.7, 1.6])
+    found = raycam.sample_surface(world, 300, visible_to=[lidar], facing="both")
+    scan = raycam.scan(world, lidar)
+    measured = np.stack([scan["instance"], scan["triangle"]], axis=1)
+    faces = {tuple(row): number for number, row in enumerate(world.triangle_ids().tolist())}
+    corners = world.triangles()
+    seen = raycam.surface_visibility(world, [lidar], facing="both")
+    visible_area = (seen.fraction * trimesh.triangles.area(corners)).sum()
+    assert 0.1 < visible_area / trimesh.triangles.area(corners).sum() < 0.95
+    for point, face in zip(found.points, found.ids.tolist(), strict=True):
+        own = scan["true_position"][(measured == face).all(axis=1)]
+        count = int(np.clip(np.ceil(len(own) / 16), 4, 256))
+        samples = sample_pattern(count) @ corners[faces[tuple(face)]]
+        marked = {int(np.linalg.norm(samples - each, axis=1).argmin()) for each in own}
+        assert int(np.linalg.norm(samples - point, axis=1).argmin()) in marked
 
 
 def test_points_behind_an_occluder_are_omitted() -> None:

@@ -10,7 +10,7 @@ import pytest
 import raycam
 import trimesh
 from raycam.cli import main
-from raycam.photos.visibility import sample_pattern
+from raycam.photos.face_samples import sample_pattern
 from support.box_table import ring, table
 from support.raises import warns
 

@@ -279,6 +279,9 @@ def test_browser_follows_looks_around_and_follows_again(class_server: Server, jo
     tab.open(class_server.followers_urls[0])
     tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
     assert text_of(tab, "following-text") == "You follow the leader."
+    assert tab.evaluate(
+        "document.getElementById('message').hidden"
+    )  # the page's own settings cause no notice
     assert tab.evaluate("document.getElementById('edit').hidden")
     leader.say("camera", seq=1, name="side")
     leader.say("channel", name="depth")

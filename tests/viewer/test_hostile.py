@@ -5,17 +5,25 @@ from __future__ import annotations
 import base64
 import contextlib
 import json
+import os
 import random
 import re
 import socket
 import struct
+import urllib.request
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 import raycam
-from raycam.viewer.server import Server
+from raycam.viewer.server import MOST_FOLLOWERS, MOST_FREE, Server
+from raycam.viewer.session import Session
+from support.patience import PATIENCE
 from support.viewer_client import Client
-from websockets.sync.client import ClientConnection
+from viewer.test_messages import GOOD
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin, Subprotocol
 
 HOSTS = ("evil.example", "127.0.0.1.evil.example", "0.0.0.0", "", "127.0.0.1@evil", "a" * 3000, "[::1")
 PATHS = (
@@ -190,3 +198,83 @@ def test_generated_hostile_requests_are_refused_without_effect(
     assert client.hear("values", id=5)[0]["values"]["instance"]["name"] == "box"
     other = Client(open_socket())
     assert other.hear("picture", samples=16)[0]["samples"] == 16
+
+
+WORDS = [
+    "",
+    "x",
+    "../../etc/passwd",
+    "#12345",
+    "a" * 999,
+    "front",
+    "depth",
+    "attach",
+    "detach",
+    "lead",
+    "\ud800",
+]
+VALUES = [None, True, -1, 0, 1, 2**53, 1e300, -1e-300, [], [0, 0], [1e9] * 3, [0.5] * 9, {}, *WORDS]
+
+
+def message(chance: random.Random) -> str:
+    """A message of any type: mostly valid, otherwise with a random value in one field."""
+    kind = chance.choice([each for each in GOOD if each not in ("hello", "film")])
+    fields = dict(GOOD[kind])
+    if fields and chance.random() < 0.3:
+        fields[chance.choice(list(fields))] = chance.choice(VALUES)
+    return json.dumps({"type": kind, **fields})
+
+
+def talk(server: Server, url: str, chance: random.Random, count: int) -> None:
+    """Sends messages to a server without reading the answers; connects again when it is disconnected."""
+    host, port = server.address
+    sent = 0
+    while sent < count:
+        with (
+            contextlib.suppress(ConnectionClosed, OSError),
+            connect(
+                f"ws://{host}:{port}/socket",
+                origin=Origin(f"http://{host}:{port}"),
+                subprotocols=[Subprotocol("raycam.view.1"), Subprotocol(f"token.{url.partition('#t=')[2]}")],
+                compression=None,
+                max_size=None,
+                proxy=None,
+            ) as made,
+        ):
+            made.send(json.dumps({"type": "hello", "session": "", "width": 48, "height": 32, "ratio": 1}))
+            for _ in range(100):
+                made.send(message(chance))
+                sent += 1
+
+
+def resident_bytes() -> int:
+    """The memory of this process."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.parametrize("count", [300, pytest.param(10_000, marks=pytest.mark.proof)])
+def test_generated_messages_of_followers_change_nothing_and_take_little_memory(
+    small_world: raycam.World, count: int
+) -> None:
+    server = Server(
+        lambda: Session(small_world, small_world.camera("front"), samples=4, allows_open=True),
+        port=0,
+        follow=True,
+    )
+    try:
+        assert server.following is not None
+        leader = server.following.leader
+        before, view = resident_bytes(), leader.view
+        talk(server, server.followers_urls[0], random.Random(count), count)
+        assert leader.view is view
+        assert leader.view.base is small_world
+        assert len(server.sessions) <= MOST_FOLLOWERS + MOST_FREE
+        assert resident_bytes() - before < 300e6
+        talk(server, server.url, random.Random(count), count)  # with all rights
+        assert len(server.sessions) <= MOST_FOLLOWERS + MOST_FREE
+        assert resident_bytes() - before < 600e6
+        with urllib.request.urlopen(server.url.split("#")[0], timeout=PATIENCE) as page:
+            assert page.status == 200
+        assert server.scheduler.is_alive()
+    finally:
+        server.close()

@@ -201,9 +201,8 @@ def test_channels_missing_in_a_compared_frame_give_a_notice(
         raycam.render(world, camera, samples=1, region=(x, 0, 8, 8), channels=channels)
         for x, channels in ((0, ["color"]), (4, ["color", "depth"]))
     )
-    with warns(raycam.Notice, code="differing_frames") as told:
+    with warns(raycam.Notice, code="differing_frames", mentions=["depth"]) as told:
         text = page(part, compare=other)
-    assert any("depth cannot be compared" in str(each.message) for each in told)
     assert document(text)["notices"][-2:] == [str(each.message) for each in told]
     with warns(raycam.Notice, code="differing_frames"):
         page(frame, world=raycam.World())

@@ -270,7 +270,7 @@ class Lidar:
 
     @property
     def family(self) -> str:
-        """The kind of pattern: "velodyne", "ouster", "hesai", "risley", "golden" or "table"."""
+        """The kind of pattern: "velodyne", "ouster", "hesai", "risley", "line", "golden" or "table"."""
         return str(self._description["family"])
 
     @property

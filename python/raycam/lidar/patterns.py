@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import LidarError
 from .hesai import hesai_pattern
 from .ouster import OusterUnit, ouster_pattern
-from .pattern import Pattern, check_count, cosines, free_pattern, sines
+from .pattern import Pattern, check_count, cosines, free_pattern, grid_pattern, sines
 from .risley import Prism, risley_pattern
 from .velodyne import Laser, velodyne_pattern
 
@@ -92,6 +92,16 @@ def _golden(description: dict[str, Any], rate: float, frame: int) -> Pattern:
     return free_pattern(directions, index / table["pulse_rate"])
 
 
+def _line(description: dict[str, Any], rate: float, frame: int) -> Pattern:
+    """Returns the steps of a turning mirror, counterclockwise as seen from above."""
+    table = description["line"]
+    steps = np.arange(table["first_step"], table["last_step"] + 1)
+    azimuths = (2.0 * math.pi * (steps - table["front_step"]) / table["steps_per_turn"]).tolist()
+    directions = np.stack([cosines(azimuths), sines(azimuths), np.zeros(len(steps))], axis=1)[:, None]
+    times = (steps - table["first_step"]) / (table["steps_per_turn"] * rate)
+    return grid_pattern(times[:, None], directions, np.zeros(3), [0])
+
+
 def _table(description: dict[str, Any], rate: float, frame: int) -> Pattern:
     table = description["table"]
     times = np.array(table["times"], dtype=float)
@@ -112,6 +122,7 @@ FAMILIES: dict[str, Callable[[dict[str, Any], float, int], Pattern]] = {
     "hesai": _hesai,
     "risley": _risley,
     "golden": _golden,
+    "line": _line,
     "table": _table,
 }
 """The function that makes the pattern of a family: (description, rate, frame) -> pattern."""

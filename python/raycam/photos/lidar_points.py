@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from ..arguments import Bools, Floats
 from ..lidar import Lidar, measured_faces
 from ..world import World
+from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 
 __all__ = ["FacePoints", "points_on_faces"]
 
@@ -66,21 +68,57 @@ class FacePoints:
         `corners` [k, 3, 3] are those of `faces` [k]; face i has the samples `first[i]` to before
         `first[i] + numbers[i]` of `weights` [m, 3].
         """
-        found = [np.zeros(0, np.int64)]
-        for number in np.unique(numbers):
-            group = np.flatnonzero(numbers == number)
-            counts = self.counts(faces[group])
-            point, face = _ranges(self.offsets[faces[group]], counts), np.repeat(group, counts)
-            step = max(1, PAIRS_AT_ONCE // int(number))
-            for start in range(0, len(point), step):
-                own = face[start : start + step]
-                sample = first[own][:, None] + np.arange(number)
-                apart = weights[sample, :2] - self.barycentric[point[start : start + step], None]
-                edges = (corners[own, :2] - corners[own, 2:])[:, None]
-                offset = apart[..., :1] * edges[:, :, 0] + apart[..., 1:] * edges[:, :, 1]
-                nearest = (offset**2).sum(axis=2).argmin(axis=1)
-                found.append(np.unique(first[own] + nearest))
-        return np.unique(np.concatenate(found))
+        counts = self.counts(faces)
+        point, face = _ranges(self.offsets[faces], counts), np.repeat(np.arange(len(faces)), counts)
+        return np.unique(_nearest(self.barycentric[point], face, corners, weights, first, numbers))
+
+    def cover(self, faces: npt.NDArray[np.int64], corners: Floats, places: Floats) -> Bools:
+        """Returns True [n] for places on `faces` [n] whose nearest sample is also the nearest one to a point.
+
+        `corners` [n, 3, 3] are those of the faces, `places` [n, 3] weights of the corners. A face has the samples that
+        `surface_visibility` uses for this lidar alone.
+        """
+        found = np.zeros(len(faces), bool)
+        some = np.flatnonzero(self.counts(faces))
+        if not len(some):
+            return found
+        met, at, face = np.unique(faces[some], return_index=True, return_inverse=True)
+        numbers = np.clip(-(-self.counts(met) // POINTS_PER_SAMPLE), MIN_SAMPLES, MAX_SAMPLES)
+        first = np.cumsum(numbers) - numbers
+        patterns = {number: sample_pattern(number) for number in np.unique(numbers).tolist()}
+        weights = np.concatenate([patterns[number] for number in numbers.tolist()])
+        is_measured = np.zeros(len(weights), bool)
+        own = corners[some[at]]
+        is_measured[self.nearest_samples(met, own, weights, first, numbers)] = True
+        found[some] = is_measured[_nearest(places[some, :2], face, own, weights, first, numbers)]
+        return found
+
+
+def _nearest(
+    places: npt.NDArray[Any],
+    face: npt.NDArray[np.int64],
+    corners: Floats,
+    weights: Floats,
+    first: npt.NDArray[np.int64],
+    numbers: npt.NDArray[np.int64],
+) -> npt.NDArray[np.int64]:
+    """Returns the sample [n] nearest to each place, given as weights of the first two corners [n, 2] of a face [n].
+
+    Faces, corners and samples are those of `FacePoints.nearest_samples`.
+    """
+    found = np.zeros(len(places), np.int64)
+    for number in np.unique(numbers[face]):
+        group = np.flatnonzero(numbers[face] == number)
+        step = max(1, PAIRS_AT_ONCE // int(number))
+        for start in range(0, len(group), step):
+            some = group[start : start + step]
+            own = face[some]
+            sample = first[own][:, None] + np.arange(number)
+            apart = weights[sample, :2] - places[some, None]
+            edges = (corners[own, :2] - corners[own, 2:])[:, None]
+            offset = apart[..., :1] * edges[:, :, 0] + apart[..., 1:] * edges[:, :, 1]
+            found[some] = first[own] + (offset**2).sum(axis=2).argmin(axis=1)
+    return found
 
 
 def _ranges(first: npt.NDArray[np.int64], counts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:

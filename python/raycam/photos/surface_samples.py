@@ -1,25 +1,27 @@
-"""Random points on surfaces, or on the parts of surfaces that are visible to cameras."""
+"""Random points on surfaces, or on the parts of surfaces that are visible to cameras or lidars."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats, one_of, thread_count, whole
+from ..arguments import Bools, Floats, one_of, thread_count, whole
 from ..camera import Camera
 from ..errors import WorldError
+from ..lidar import Lidar
 from ..notices import warn_all
 from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
 from ..world.face_geometry import face_areas, face_normals
+from .lidar_points import FacePoints, points_on_faces
 from .placement import placement_notices
 from .sight import find_sight
-from .truth import named_photographs
+from .truth import named_viewpoints
 from .visibility import side_of
 
 __all__ = ["SurfaceSamples", "sample_surface"]
@@ -49,27 +51,30 @@ def sample_surface(
     world: World,
     count: int,
     *,
-    visible_to: Mapping[str, Camera] | Sequence[Camera] | None = None,
+    visible_to: Mapping[str, Camera | Lidar] | Sequence[Camera | Lidar] | None = None,
     objects: Chosen | None = None,
     facing: Literal["auto", "front", "both"] = "auto",
     seed: int = 0,
     threads: int | None = None,
 ) -> SurfaceSamples:
-    """Draws `count` points, uniform by area, on the surface or on its part that is visible to cameras.
+    """Draws `count` points, uniform by area, on the surface or on its part that is visible to cameras or lidars.
 
-    With `visible_to`, posed cameras as in `surface_visibility`, all points are visible to at least one of them; a
-    reconstruction is then compared only with surfaces that the photographs show. Points project through the lens into
-    the image, face the camera, and no triangle of the world is between them and the camera. `objects` are the ids or
-    names of the objects that have points; all objects occlude. `facing` is as in `surface_visibility`.
+    With `visible_to`, posed cameras and lidars as in `surface_visibility`, all points are visible to at least one of
+    them; a reconstruction is then compared only with surfaces that the photographs show. Points project through the
+    lens into the image, face the camera, and no triangle of the world is between them and the camera. A point is
+    visible to a lidar if the face's sample nearest to it is visible in `surface_visibility` for this lidar: the face
+    has a point of the lidar's first frame near it. `objects` are the ids or names of the objects that have points; all
+    objects occlude. `facing` is as in `surface_visibility`.
 
     The same arguments give the same points on any number of threads. A notice is issued if fewer than half of the
-    cameras show the world. Raises `SettingsError` for invalid arguments, and `WorldError` for unknown objects, for a
-    world without area, and if fewer than `count` of 4 million points are visible.
+    cameras show the world, and for a lidar without points. Raises `SettingsError` for invalid arguments, and
+    `WorldError` for unknown objects, for a world without area, and if fewer than `count` of 4 million points are
+    visible.
     """
     wanted, threads = whole("count", count, 1, MAX_DRAWS), thread_count(threads)
     random = np.random.default_rng(whole("seed", seed, 0, (1 << 63) - 1))
     one_of("facing", facing, ("auto", "front", "both"))
-    cameras = None if visible_to is None else named_photographs(visible_to)
+    viewpoints = None if visible_to is None else named_viewpoints(visible_to)
     mask = object_mask(world._core, objects)
     ids, corners = world.triangle_ids(), world.triangles()
     if mask is not None:
@@ -80,30 +85,26 @@ def sample_surface(
         raise WorldError(
             "the world has no surface to sample; sample_surface requires a mesh", code="nothing_visible"
         )
-    side: Literal["front", "both"] = "front"
-    if cameras is not None:
-        warn_all(placement_notices(world, cameras))
-        side = side_of(world, list(cameras.values()), threads) if facing == "auto" else facing
+    sights = [] if viewpoints is None else _sights(world, viewpoints, ids, facing, threads)
     found: list[tuple[Floats, npt.NDArray[np.int64]]] = []
     drawn = total = 0
     while total < wanted:
         if drawn >= MAX_DRAWS:
             raise WorldError(
-                f"only {total} of {drawn} points on the surface are visible to the cameras, requested: {wanted}; check "
-                "the cameras' coordinates, or request fewer points",
+                f"only {total} of {drawn} points on the surface are visible to the cameras and lidars, requested: "
+                f"{wanted}; check their coordinates, or request fewer points",
                 code="nothing_visible",
             )
         batch = int(np.clip(2 * (wanted - total), MIN_BATCH, MAX_BATCH))
         face = np.searchsorted(areas, random.random(batch) * areas[-1], side="right")
-        points = _points(corners[face], random.random((batch, 2)))
+        weights = _weights(random.random((batch, 2)))
+        points = _points(corners[face], weights)
         drawn += batch
-        if cameras is not None:
-            normals = face_normals(corners[face])
+        if viewpoints is not None:
             seen = np.zeros(batch, bool)
-            for camera in cameras.values():
+            for sight in sights:
                 rest = np.flatnonzero(~seen)
-                sight = find_sight(world, camera, points[rest], normals[rest], facing=side, threads=threads)
-                seen[rest[sight.index]] = True
+                seen[rest] = sight(face[rest], corners[face[rest]], weights[rest], points[rest])
             points, face = points[seen], face[seen]
         found.append((points, face))
         total += len(face)
@@ -111,12 +112,49 @@ def sample_surface(
     return SurfaceSamples(points, face_normals(corners[face]), ids[face])
 
 
-def _points(corners: Floats, numbers: Floats) -> Floats:
-    """Points [n, 3] in triangles [n, 3, 3] for uniform numbers [n, 2] (Osada et al., Shape distributions, 2002)."""
-    root = np.sqrt(numbers[:, :1])
-    found: Floats = (
-        (1 - root) * corners[:, 0]
-        + root * (1 - numbers[:, 1:]) * corners[:, 1]
-        + root * numbers[:, 1:] * corners[:, 2]
-    )
+def _sights(
+    world: World,
+    viewpoints: Mapping[str, Camera | Lidar],
+    ids: npt.NDArray[np.int32],
+    facing: Literal["auto", "front", "both"],
+    threads: int | None,
+) -> list[Callable[[npt.NDArray[np.int64], Floats, Floats, Floats], Bools]]:
+    """Returns for each camera and lidar the function that finds the visible points [n].
+
+    Its arguments are the points' faces [n], the faces' corners [n, 3, 3], the weights of the corners [n, 3] and the
+    positions [n, 3].
+    """
+    cameras = {name: one for name, one in viewpoints.items() if isinstance(one, Camera)}
+    lidars = [
+        points_on_faces(world, one, ids, threads) for one in viewpoints.values() if isinstance(one, Lidar)
+    ]
+    warn_all(placement_notices(world, cameras))
+    side = side_of(world, list(cameras.values()), threads, lidars) if facing == "auto" else facing
+
+    def seen_by(camera: Camera) -> Callable[[npt.NDArray[np.int64], Floats, Floats, Floats], Bools]:
+        def find(face: npt.NDArray[np.int64], corners: Floats, weights: Floats, points: Floats) -> Bools:
+            found = np.zeros(len(face), bool)
+            sight = find_sight(world, camera, points, face_normals(corners), facing=side, threads=threads)
+            found[sight.index] = True
+            return found
+
+        return find
+
+    def measured_by(lidar: FacePoints) -> Callable[[npt.NDArray[np.int64], Floats, Floats, Floats], Bools]:
+        own = lidar.of(side)
+        return lambda face, corners, weights, points: own.cover(face, corners, weights)
+
+    return [seen_by(camera) for camera in cameras.values()] + [measured_by(lidar) for lidar in lidars]
+
+
+def _weights(numbers: Floats) -> Floats:
+    """Barycentric weights [n, 3] for uniform numbers [n, 2] (Osada et al., Shape distributions, 2002)."""
+    root = np.sqrt(numbers[:, 0])
+    return np.stack([1 - root, root * (1 - numbers[:, 1]), root * numbers[:, 1]], axis=1)
+
+
+def _points(corners: Floats, weights: Floats) -> Floats:
+    """Points [n, 3] in triangles [n, 3, 3]."""
+    each = weights[:, :, None] * corners
+    found: Floats = each[:, 0] + each[:, 1] + each[:, 2]
     return found

@@ -18,6 +18,7 @@ from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
 from ..world.face_geometry import face_areas, face_normals
+from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 from .lidar_points import POINTS_PER_SAMPLE, FacePoints, points_on_faces
 from .placement import GRID_SIDE, pixel_grid, placement_notices
 from .sight import Facing, find_sight, footprints, in_morton_order, meets_front
@@ -25,12 +26,8 @@ from .truth import named_viewpoints
 
 __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
 
-MAX_SAMPLES = 256
-"""Maximum number of samples per face."""
 LARGE_FACE_PX = 4.0
 """Area in pixels of a face, in any camera, above which it gets as many samples as pixels."""
-CORNER_INSET = 0.01
-"""Position of the corner samples, as a fraction of the way from the corners to the centroid."""
 CHUNK_SAMPLES = 1 << 17
 """Number of samples processed at a time, about 100 MB."""
 INSIDE_OUT_SHARE = 0.9
@@ -194,7 +191,7 @@ def _chunks(
             wanted = largest_areas(corners[faces], cameras)
             for points in lidars:
                 wanted = np.maximum(wanted, points.counts(faces) / POINTS_PER_SAMPLE)
-            numbers = np.clip(np.ceil(wanted), 4, MAX_SAMPLES).astype(int)
+            numbers = np.clip(np.ceil(wanted), MIN_SAMPLES, MAX_SAMPLES).astype(int)
         fit = max(1, int(np.searchsorted(np.cumsum(numbers), CHUNK_SAMPLES, side="right")))
         faces, numbers = faces[:fit], numbers[:fit]
         owner = np.repeat(np.arange(len(faces)), numbers)
@@ -219,22 +216,6 @@ def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
             inside &= (low <= np.array(camera.size) + camera.corner).all(axis=1)
         largest = np.maximum(largest, np.where(inside & np.isfinite(area), area, 0.0))
     return np.where(largest > LARGE_FACE_PX, largest, 0.0)
-
-
-def sample_pattern(count: int, corners: bool = True) -> Floats:
-    """Returns barycentric weights [count, 3]: with `corners`, centroid and inset corners first; then a
-    low-discrepancy set.
-
-    Source: the R2 sequence (Roberts 2018), folded into the triangle.
-    """
-    inset = np.eye(3) * (1 - CORNER_INSET) + CORNER_INSET / 3
-    fixed = np.concatenate([np.full((1, 3), 1 / 3), inset])[: count if corners else 0]
-    number = np.arange(1, count - len(fixed) + 1)
-    plastic = 1.32471795724474602596
-    u, v = (0.5 + number / plastic) % 1, (0.5 + number / plastic**2) % 1
-    folded = u + v > 1
-    u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
-    return np.concatenate([fixed, np.stack([1 - u - v, u, v], axis=1)])
 
 
 class _Totals:

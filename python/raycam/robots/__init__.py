@@ -2,6 +2,7 @@
 
 from .collada import collada_to_glb
 from .description import Geometry, Link, Material, RobotDescription, Visual
+from .joint_bag_writer import write_joint_states
 from .joint_bags import is_bag, read_joint_states
 from .kinematics import WIDTHS
 from .mjcf import CompiledModel
@@ -33,4 +34,5 @@ __all__ = [
     "place_camera",
     "read_joint_states",
     "read_robots",
+    "write_joint_states",
 ]

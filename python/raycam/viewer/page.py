@@ -20,6 +20,7 @@ from ..errors import Notice, SettingsError
 from ..notices import warn_all
 from ..render.arguments import world_of
 from ..render.frame import VIEWS, channel_form, is_channel
+from .files.browser_folder import browser_folder
 from .web.document import assembled, json_text, still_image
 from .wire import DTYPES, data_url, pack
 
@@ -151,8 +152,8 @@ def _picture(frame: Frame, channel: str | None, exposure: float | None, view: st
 
 
 def write_page(made: Page, *, browser: bool = True) -> Path:
-    """The path of a temporary file with the page, which is opened in the browser."""
-    file, name = tempfile.mkstemp(prefix="raycam-", suffix=".html")
+    """The path of a temporary file with the page, which is opened in the browser; see `browser_folder`."""
+    file, name = tempfile.mkstemp(prefix="raycam-", suffix=".html", dir=browser_folder())
     with os.fdopen(file, "w", encoding="utf-8") as opened:
         opened.write(made)
     if browser:

@@ -22,6 +22,7 @@ from ..render import render
 from ..render.frame import Frame
 from ..world import World
 from .controls import Control, Controls, Folder
+from .files.browser_folder import browser_folder
 from .files.photographs import Photographs
 from .files.watch import Watcher
 from .joint_sliders import JointSliders
@@ -209,7 +210,7 @@ class Viewer:
             return Path(self.url)
         if self._redirects is None:
             # Its mode is 700, so only this user can read it.
-            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-")
+            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-", dir=browser_folder())
         path = Path(self._redirects.name) / f"view{len(list(Path(self._redirects.name).iterdir()))}.html"
         text = f"<!doctype html><title>raycam</title><script>location.replace({self._server.invitation()!r})</script>"
         path.touch(mode=0o600)

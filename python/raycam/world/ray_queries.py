@@ -134,9 +134,10 @@ class RayQueries:
         `coherent` states whether neighbouring rays are similar (None: detected); it affects the speed only.
 
         `times` is one time for all rays, or one for each ray, in seconds after the world's time T (see `World.at`):
-        ray i has the same hit as in `world.at(T + times[i])`, also with `exact=False`. The world is prepared once for
-        each distinct time; worlds without motion need no additional time. An animated world for which no time is set
-        is static, with a notice.
+        ray i has the same hit as in `world.at(T + times[i])`, also with `exact=False`. If objects follow
+        keyframes, only the objects within reach of the rays are placed at each distinct time; with other animations
+        and `exact=False`, the world is prepared once for each distinct time. Worlds without motion need no additional
+        time. An animated world for which no time is set is static, with a notice.
 
         `cancel` is a `raycam.Cancel`; cancelling it from another thread ends the call with `Cancelled`.
 

@@ -51,7 +51,7 @@ def title_text(title: str) -> str:
 
 
 def still_image(
-    frame: Frame, exposure: float | None, view: str | None, title: str | None, channel: str = "color"
+    frame: Frame, exposure: float | None, view: str | None, title: str | None, channel: str | None = None
 ) -> str:
     """An element that shows the frame as a JPEG in browsers without JavaScript."""
     data = base64.b64encode(frame.to_jpeg(exposure, view, channel)).decode()

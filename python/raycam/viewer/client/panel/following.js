@@ -28,6 +28,8 @@ export class FollowingControls {
     /** Called with the leader's time. @type {(time: number) => void} */
     this.onTime = () => {};
     this.isShowing = false;
+    /** True from a connection until the leader's display is known: the page sends its own settings then. */
+    this.isStarting = true;
     this.reminded = -Infinity;
     this.bar = byId("following", HTMLElement);
     this.text = byId("following-text", HTMLElement);
@@ -50,6 +52,7 @@ export class FollowingControls {
   /** @param {Message} message */
   receive(message) {
     if (message.type === "following") this.showRole(message);
+    if (message.type === "status" && message.text !== "connected") this.isStarting = true;
     if (message.type === "welcome") this.camera = message.camera;
     if (message.type === "camera") this.camera = message;
     if (message.type === "display") this.showDisplay((this.display = message));
@@ -77,6 +80,7 @@ export class FollowingControls {
     client.controls.setExposure(exposure);
     client.controls.setView(view);
     this.onTime(time);
+    this.isStarting = false;
     const pixel = held ? { column: held[0], row: held[1] } : null;
     if (String(held) !== String(client.held && [client.held.column, client.held.row])) client.hold(pixel);
     this.isShowing = false;
@@ -85,7 +89,7 @@ export class FollowingControls {
   /** @param {import("../messages").ClientMessage} message @returns {boolean} true if this client may send it */
   allows({ type }) {
     if (!this.role?.blocked.includes(type)) return true;
-    if (this.isShowing || QUIET.includes(type)) return false;
+    if (this.isShowing || this.isStarting || QUIET.includes(type)) return false;
     setTimeout(() => this.restore());
     if (performance.now() - this.reminded > REMINDER_PAUSE) {
       this.reminded = performance.now();

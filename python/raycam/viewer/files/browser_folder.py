@@ -1,0 +1,27 @@
+"""The folder of pages for a browser: browsers from snap cannot read the folder of temporary files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["browser_folder"]
+
+SNAP_COMMANDS = Path("/snap/bin")
+BROWSERS = ("firefox", "chromium", "brave", "opera")
+NAME = "raycam-pages"
+
+
+def browser_folder() -> Path | None:
+    """Returns the folder `raycam-pages` in the home folder, which only the user can read, if a browser is from snap.
+
+    Such browsers have a `/tmp` of their own and cannot read hidden folders. Otherwise returns None, for the system's
+    folder of temporary files, also if the folder cannot be created.
+    """
+    if not any((SNAP_COMMANDS / name).exists() for name in BROWSERS):
+        return None
+    folder = Path.home() / NAME
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+    except OSError:
+        return None
+    return folder
