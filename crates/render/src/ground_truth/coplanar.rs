@@ -1,8 +1,8 @@
 //! Coplanar surfaces of several objects: float32 rays hit the same one as exact rays.
 //!
 //! Of surfaces in the same plane up to rounding, the object that comes last in the world is hit (see
-//! [`Scene::closest_exact`]). A surface that the ray does not find, or that is mostly transparent there, leaves its place
-//! to the others.
+//! [`Scene::closest_exact`]). A surface that the ray does not find, or that is mostly transparent there, leaves its
+//! place to the others.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene};
