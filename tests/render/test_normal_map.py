@@ -74,3 +74,19 @@ def test_glass_slabs_with_normal_maps_keep_their_energy(kind: str, elevation: fl
     slab = {"box": {"size": [40, 40, 1]}, "location": [0, 0, -0.5]}
     found = mean_under_white_sky(kind, elevation, slab, GLASS)
     assert found == pytest.approx(1, abs=0.04)
+
+
+COATED = {"type": "principled", "metallic": 1, "roughness": 0.5, "clearcoat": 1, "clearcoat_roughness": 0.05}
+CYCLES_COATED = {
+    ("waves", 3): 1.0125,
+    ("waves", 10): 0.9982,
+    ("dents", 3): 1.0106,
+    ("dents", 10): 0.9944,
+}
+"""The same for a smooth coat on rough metal with a normal map. At steeper angles, the models of coats differ."""
+
+
+@pytest.mark.parametrize(("kind", "elevation"), CYCLES_COATED)
+def test_coats_reflect_where_the_mapped_normal_faces_away(kind: str, elevation: float) -> None:
+    found = mean_under_white_sky(kind, elevation, {"plane": {"size": 40}}, COATED)
+    assert found == pytest.approx(CYCLES_COATED[kind, elevation], rel=0.025)

@@ -204,3 +204,10 @@ def test_ground_alone_and_tables_are_framed() -> None:
     table.add_object("sphere", radius=0.25, name="ball", location=[0, 0, 0.25])
     assert share_of(table, "table", table.default_camera()) > 0.1
     assert share_of(table, "ball", table.default_camera()) < 0.1
+
+
+@pytest.mark.parametrize("given", [{"size": (64, 48)}, {"fov": 30.0}])
+def test_view_from_refuses_a_camera_with_a_size_or_field_of_view(given: dict[str, Any]) -> None:
+    world, _ = cloud("z")
+    with raises(raycam.SettingsError, code="conflicting_values", mentions=["camera", *given]):
+        world.view_from(camera=raycam.data.camera(), **given)

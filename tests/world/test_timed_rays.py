@@ -160,3 +160,69 @@ def test_deforming_mesh_is_hit_with_its_shape_at_each_time(tmp_path: Path) -> No
     ]
     np.testing.assert_array_equal(hits["t"], expected)
     assert len(np.unique(hits["t"][np.isfinite(hits["t"])])) > 5
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "smooth"])
+@pytest.mark.parametrize("t_min", [0.0, -20.0])
+def test_narrow_bundles_hit_objects_that_pass_through_them(interpolation: Any, t_min: float) -> None:
+    """Rays in the order of a turning sensor: most objects are out of reach of most of them, at each time others."""
+    world = raycam.World()
+    world.add_object(plane={"size": 60}, name="ground", location=[0, 0, -1])
+    random = np.random.default_rng(8)
+    keys: list[dict[str, Any]] = []
+    for number in range(12):
+        name = f"box {number}"
+        world.add_object(box={"size": [1, 2, 1.5]}, name=name, visible=number != 5)
+        for time in (0.0, 0.1, 0.25, 0.5):
+            key: dict[str, Any] = {
+                "time": time,
+                "object": name,
+                "location": random.uniform([-9] * 2 + [0], [9, 9, 1]),
+            }
+            if number % 3 == 1:
+                key["yaw"] = random.uniform(-180, 180)
+            if number % 3 == 2:
+                key["target"] = [0, 0, 5.0]
+            keys.append(
+                {
+                    name: np.asarray(value).tolist() if name == "location" else value
+                    for name, value in key.items()
+                }
+            )
+    world.set_video(fps=10, seconds=0.5, interpolation=interpolation, keyframe=keys)
+    turn = np.linspace(0, 4 * np.pi, 3000)
+    up = np.tile(np.linspace(-0.2, 0.2, 10), 300)
+    directions = np.stack([np.cos(turn), np.sin(turn), up], axis=1)
+    times = np.repeat(np.linspace(0, 0.5, 600), 5)
+    start = world.at(0)
+    fields = ["t", "instance", "triangle", "normal", "category"]
+    found = start.cast_rays([0, 0, 0.5], directions, times=times, t_min=t_min, fields=fields)
+    hidden = start.occluded([0, 0, 0.5], directions, times=times, t_min=t_min)
+    for time in np.unique(times):
+        rays, moment = times == time, world.at(time)
+        expected = moment.cast_rays([0, 0, 0.5], directions[rays], t_min=t_min, fields=fields)
+        for name in fields:
+            np.testing.assert_array_equal(found[name][rays], expected[name])
+        np.testing.assert_array_equal(hidden[rays], expected["instance"] >= 0)
+    assert len(np.unique(found["instance"])) > 9
+    assert not (found["instance"] == 6).any()
+
+
+def test_rays_in_columns_hit_what_single_rays_hit() -> None:
+    """Rays from one place are traced in another order, which no field shows."""
+    world = moving_world()
+    up, turn = np.meshgrid(np.linspace(-0.4, 0.4, 64), np.linspace(-0.5, 0.5, 64))
+    directions = np.stack([np.ones(4096), turn.reshape(-1), up.reshape(-1)], axis=1)
+    together = world.cast_rays([-5, 0.1, 0], directions, fields=FIELDS)
+    hidden = world.occluded([-5, 0.1, 0], directions, t_max=10.5)
+    skip = (together["instance"], together["triangle"])
+    behind = world.cast_rays([-5, 0.1, 0], directions, fields=FIELDS, skip=skip)
+    order = np.random.default_rng(5).permutation(4096)[:500]
+    for i in order:
+        alone = world.cast_rays([-5, 0.1, 0], directions[i], fields=FIELDS)
+        after = world.cast_rays([-5, 0.1, 0], directions[i], fields=FIELDS, skip=(skip[0][i], skip[1][i]))
+        for name in FIELDS:
+            np.testing.assert_array_equal(together[name][i], alone[name])
+            np.testing.assert_array_equal(behind[name][i], after[name])
+    np.testing.assert_array_equal(hidden, together["t"] <= 10.5)
+    assert (behind["t"] > together["t"]).any()

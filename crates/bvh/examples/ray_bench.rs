@@ -129,7 +129,7 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
                 match any {
                     true => scene.occluded(rays, occluded, coherence),
                     false if options.exact => closest_exact(scene, mesh, rays, hits),
-                    false => scene.closest(rays, hits, coherence),
+                    false => drop(scene.closest(rays, hits, coherence)),
                 }
             }
         } else if any {
@@ -139,7 +139,7 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
         } else if options.exact {
             in_parallel(options.threads, &rays, &mut hits, |rays, hits| closest_exact(scene, mesh, rays, hits));
         } else {
-            in_parallel(options.threads, &rays, &mut hits, |rays, hits| scene.closest(rays, hits, coherence));
+            in_parallel(options.threads, &rays, &mut hits, |rays, hits| drop(scene.closest(rays, hits, coherence)));
         }
         times.push(match options.cpu {
             true => cpu_seconds() - cpu_start,

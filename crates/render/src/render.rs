@@ -218,6 +218,7 @@ impl RenderRequest<'_> {
         let tiles = Tile::for_threads(region, workers.count());
         let lit = settings.channels.iter().any(|channel| channel.shows_light());
         let mut notices = if lit { crate::integrator::notices(settings.integrator, world) } else { vec![] };
+        notices.extend(shutter.filter(|_| lit && needs.samples).and_then(ShutterSlices::notice));
         match settings.time_limit {
             Some(seconds) if needs.samples => {
                 let timed = || self.render_for_duration(camera, seconds, &tiles, &film, control, &mut notices);

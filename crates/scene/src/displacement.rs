@@ -26,11 +26,30 @@ const BYTES_PER_TRIANGLE: f64 = 200.0;
 /// Heights of a material.
 pub(crate) struct HeightField<'a> {
     pub texture: &'a Texture,
+    /// Mip levels for edges longer than a texel, the full image first; empty if there are no such edges.
+    pub levels: Vec<Texture>,
     pub slot: TextureSlot,
     /// Height of the value 1 in metres of the world.
     pub scale: f64,
     /// Value of the undisplaced surface.
     pub zero: f64,
+}
+
+impl HeightField<'_> {
+    /// Height at texture coordinates of the mesh in metres: the mean over edges of this length in texels.
+    fn height(&self, uv: [f32; 2], texels: f64) -> f64 {
+        let uv = self.slot.coordinates(uv);
+        let level = (texels / MAX_EDGE_TEXELS).max(1.0).log2();
+        let value = match self.levels.len().checked_sub(1) {
+            Some(last) if level > 0.0 => {
+                let first = (level as usize).min(last);
+                let [fine, coarse] = [first, (first + 1).min(last)].map(|i| f64::from(self.levels[i].lookup(uv)[0]));
+                fine + (coarse - fine) * level.fract()
+            }
+            _ => f64::from(self.texture.lookup(uv)[0]),
+        };
+        (value - self.zero) * self.scale
+    }
 }
 
 /// Displacement of a mesh.
@@ -77,6 +96,15 @@ impl Displacement<'_> {
 
     /// Length of a side of a triangle relative to the longest edge that is not split.
     fn excess(&self, mesh: &Mesh, triangle: usize, side: usize) -> f64 {
+        let texels = self.side_texels(mesh, triangle, side) / MAX_EDGE_TEXELS;
+        let corners = mesh.triangles[triangle];
+        let [a, b] = [corners[side], corners[(side + 1) % 3]].map(|vertex| mesh.vertices[vertex as usize]);
+        let metres = (self.world_from_mesh * (b - a)).length();
+        if self.max_edge > 0.0 { texels.min(metres / self.max_edge) } else { texels }
+    }
+
+    /// Length of a side of a triangle in texels; 0 without relief.
+    fn side_texels(&self, mesh: &Mesh, triangle: usize, side: usize) -> f64 {
         let Some(heights) = self.heights_of(mesh, triangle) else { return 0.0 };
         let Some(uvs) = mesh.uv_set(heights.slot.uv_set) else { return 0.0 };
         let corners = mesh.triangles[triangle];
@@ -87,9 +115,13 @@ impl Displacement<'_> {
             let [x, y, _] = heights.slot.image_from_mesh[axis].map(f64::from);
             (x * du + y * dv) * f64::from(size[axis])
         });
-        let texels = texels[0].hypot(texels[1]) / MAX_EDGE_TEXELS;
-        let metres = (self.world_from_mesh * (mesh.vertices[b] - mesh.vertices[a])).length();
-        if self.max_edge > 0.0 { texels.min(metres / self.max_edge) } else { texels }
+        texels[0].hypot(texels[1])
+    }
+
+    /// Height of a vertex of triangles with this material slot, between which edges have this length in texels.
+    fn height(&self, mesh: &Mesh, (vertex, slot): (u32, u16), texels: f64) -> f64 {
+        let Some(Some(heights)) = self.heights.get(usize::from(slot)) else { return 0.0 };
+        mesh.uv_set(heights.slot.uv_set).map_or(0.0, |uvs| heights.height(uvs[vertex as usize], texels))
     }
 
     /// The error of a mesh whose refinement exceeds the budget.
@@ -125,8 +157,8 @@ struct DisplacedPoints {
 struct PointSums {
     /// Different unit normals, in world directions.
     normals: Vec<DVec3>,
-    /// Heights by vertex and material slot.
-    heights: Vec<((u32, u16), f64)>,
+    /// Vertices with the material slots of their triangles, and the longest edges there in texels.
+    vertices: Vec<((u32, u16), f64)>,
 }
 
 impl DisplacedPoints {
@@ -145,15 +177,15 @@ impl DisplacedPoints {
         for point in 0..count {
             points.group_starts.push(groups);
             sums.normals.clear();
-            sums.heights.clear();
+            sums.vertices.clear();
             for &(triangle, corner) in corners.of_point(point) {
                 let (triangle, corner) = (triangle as usize, usize::from(corner));
                 let normal = (normal_from_mesh * corner_normal(mesh, triangle, corner)).normalize_or_zero();
                 points.group_of_corner[triangle][corner] = groups + sums.group_of(normal);
-                sums.add_height(displacement, mesh, triangle, corner);
+                sums.add_corner(displacement, mesh, triangle, corner);
             }
             groups += sums.normals.len() as u32;
-            points.moves.push(mesh_from_world * (miter(&sums.normals) * sums.mean_height()));
+            points.moves.push(mesh_from_world * (miter(&sums.normals) * sums.mean_height(displacement, mesh)));
         }
         points.group_starts.push(groups);
         points
@@ -210,23 +242,20 @@ impl PointSums {
         found as u32
     }
 
-    fn add_height(&mut self, displacement: &Displacement<'_>, mesh: &Mesh, triangle: usize, corner: usize) {
-        let vertex = mesh.triangles[triangle][corner];
+    fn add_corner(&mut self, displacement: &Displacement<'_>, mesh: &Mesh, triangle: usize, corner: usize) {
         let slot = mesh.material_slots.as_ref().map_or(0, |slots| slots[triangle]);
-        if self.heights.iter().any(|(key, _)| *key == (vertex, slot)) {
-            return;
+        let key = (mesh.triangles[triangle][corner], slot);
+        let sides = [corner, (corner + 2) % 3].map(|side| displacement.side_texels(mesh, triangle, side));
+        let longest = sides[0].max(sides[1]);
+        match self.vertices.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, texels)) => *texels = texels.max(longest),
+            None => self.vertices.push((key, longest)),
         }
-        let height = displacement.heights_of(mesh, triangle).and_then(|heights| {
-            let uv = mesh.uv_set(heights.slot.uv_set)?[vertex as usize];
-            let value = f64::from(heights.texture.lookup(heights.slot.coordinates(uv))[0]);
-            Some((value - heights.zero) * heights.scale)
-        });
-        self.heights.push(((vertex, slot), height.unwrap_or(0.0)));
     }
 
-    fn mean_height(&self) -> f64 {
-        let sum: f64 = self.heights.iter().map(|(_, height)| height).sum();
-        if self.heights.is_empty() { 0.0 } else { sum / self.heights.len() as f64 }
+    fn mean_height(&self, displacement: &Displacement<'_>, mesh: &Mesh) -> f64 {
+        let heights = self.vertices.iter().map(|&(key, texels)| displacement.height(mesh, key, texels));
+        if self.vertices.is_empty() { 0.0 } else { heights.sum::<f64>() / self.vertices.len() as f64 }
     }
 }
 

@@ -122,6 +122,12 @@ codes! {
         ClampedSamples "clamped_samples":
             "Some samples were brighter than clamp and were reduced, so the image is too dark.",
             "Raise clamp, or remove it for an unbiased image.";
+        CoplanarSurfaces "coplanar_surfaces":
+            "Pixels show surfaces of several objects in the same plane, up to rounding to float32; the last object is shown.",
+            "Move the objects apart, or remove the surface that must not be visible.";
+        CoarseMotionBlur "coarse_motion_blur":
+            "Objects move by more than a pixel between two of the moments of which motion blur is the mean.",
+            "Shorten the exposure, or render shorter exposures and average the images.";
         ExceededTextureMemory "exceeded_texture_memory":
             "The textures require more than texture_memory and are in a temporary file.",
             "Raise texture_memory if rendering is slow.";

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, size_of, whole, word
 from ..camera import Camera, check_camera
-from ..errors import FormatError, Notice, WorldError
+from ..errors import FormatError, Notice, SettingsError, WorldError
 from ..notices import warn
 from ..rig import Rig
 from ..robots import FileResolver, JointValues, Robot, RobotModel, read_robots
@@ -359,8 +359,8 @@ class WorldBuilding(WorldContents):
         self,
         direction: str | npt.ArrayLike = "default",
         *,
-        size: Iterable[int] = (640, 480),
-        fov: float = 45.0,
+        size: Iterable[int] | None = None,
+        fov: float | None = None,
         zoom: float = 1.0,
         camera: Camera | None = None,
     ) -> Camera:
@@ -368,12 +368,24 @@ class WorldBuilding(WorldContents):
 
         `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
         or a vector [3] from the world's centre to the camera. The front side faces -y in a z-up world and +z in a y-up
-        world, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` is the scale of the world
-        in the image: at 1 it fills 90 % of the image. A given `camera`, such as a calibration without a pose, keeps its
-        size, K and lens, and is moved until the world fits; `size` and `fov` are then ignored. Raises `CameraError` for
-        an empty world and `SettingsError` for invalid arguments.
+        world, as in Blender and glTF. `size` defaults to (640, 480), and `fov`, the vertical field of view in degrees,
+        to 45. `zoom` is the scale of the world in the image: at 1 it fills 90 % of the image. A given `camera`, such as
+        a calibration without a pose, keeps its size, K and lens, and is moved until the world fits. Raises
+        `CameraError` for an empty world and `SettingsError` for invalid arguments, and for `size` or `fov` together
+        with `camera`.
         """
-        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom, camera=camera)
+        given: dict[str, Any] = {}
+        if size is not None:
+            given["size"] = size_of(tuple(size))
+        if fov is not None:
+            given["fov"] = fov
+        if camera is not None and given:
+            raise SettingsError(
+                f"view_from got camera and {' and '.join(given)}: the camera keeps its own size and lens; pass "
+                "either camera, or size and fov",
+                code="conflicting_values",
+            )
+        return framing_camera(self, direction, zoom=zoom, camera=camera, **given)
 
 
 def _camera_name(name: object) -> str:

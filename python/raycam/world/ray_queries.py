@@ -126,7 +126,8 @@ class RayQueries:
         Triangles include their edges: a ray through an edge or a corner hits the triangle; a ray in its plane does
         not. Hits are exact for the given float64 numbers (exact predicates, Shewchuk 1997), for absolute coordinates
         from 1e-36 to 1e37; `t` and the weights have errors of at most one unit in the last place. Among several hits,
-        the smallest (t, instance, triangle) is returned.
+        the smallest (t, instance, triangle) is returned; but of objects in the same plane, up to eight rounding units
+        of float32, the last object is hit, as in images.
 
         `exact=False` uses float32 instead. It is about twice as fast for incoherent rays, but a hit that is nearer
         than 1e-6 of the world's size to an edge, to the ray's start or to another surface may be missed or replaced
@@ -134,9 +135,10 @@ class RayQueries:
         `coherent` states whether neighbouring rays are similar (None: detected); it affects the speed only.
 
         `times` is one time for all rays, or one for each ray, in seconds after the world's time T (see `World.at`):
-        ray i has the same hit as in `world.at(T + times[i])`, also with `exact=False`. The world is prepared once for
-        each distinct time; worlds without motion need no additional time. An animated world for which no time is set
-        is static, with a notice.
+        ray i has the same hit as in `world.at(T + times[i])`, also with `exact=False`. If objects follow
+        keyframes, only the objects within reach of the rays are placed at each distinct time; with other animations
+        and `exact=False`, the world is prepared once for each distinct time. Worlds without motion need no additional
+        time. An animated world for which no time is set is static, with a notice.
 
         `cancel` is a `raycam.Cancel`; cancelling it from another thread ends the call with `Cancelled`.
 

@@ -82,6 +82,16 @@ def test_geoms_covered_by_identical_later_ones_are_omitted_with_a_notice() -> No
     assert set(np.unique(renderer.render()[..., 0])) == {-1, 1, 2}
 
 
+def test_copies_of_a_mesh_cover_each_other() -> None:
+    points = 'vertex="0 0 0  1 0 0  0 1 0  0 0 1"'
+    meshes = f'<mesh name="a" {points}/><mesh name="b" {points}/><mesh name="c" vertex="0 0 0  1 0 0  0 1 0  0 0 2"/>'
+    geoms = "".join(f'<geom name="{name}" type="mesh" mesh="{name}"/>' for name in "abc")
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><asset>{meshes}</asset><worldbody>{geoms}</worldbody></mujoco>"
+    )
+    assert [item.name for item in raycam.from_mujoco(model).world.objects] == ["b", "c"]
+
+
 def forward(model: mujoco.MjModel) -> mujoco.MjData:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

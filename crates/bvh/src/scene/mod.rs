@@ -7,6 +7,7 @@ pub(crate) mod flattened;
 pub(crate) mod instance_ranges;
 pub(crate) mod query;
 pub(crate) mod rebraid;
+mod ties;
 
 use std::sync::Arc;
 

@@ -8,13 +8,16 @@ use crate::traverse;
 use crate::traverse::exact::crossings::Crossings;
 
 impl Scene {
-    /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`.
-    pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
+    /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`. Returns the rays that may have
+    /// hit coplanar surfaces of two instances, in any order; [`Scene::closest_exact`] decides which one they hit.
+    pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) -> Vec<u32> {
         assert_eq!(rays.len(), hits.len(), "the numbers of hits and rays must be equal");
-        traverse::closest(self.dispatch, self, rays, hits, coherence);
+        let mut marked = vec![];
+        traverse::closest(self.dispatch, self, rays, hits, coherence, &mut marked);
         if let Some(mesh_ranges) = &self.mesh_ranges {
             mesh_ranges.remap_hits(hits.iter_mut().map(|hit| (&mut hit.instance, &mut hit.triangle)));
         }
+        marked
     }
 
     /// True for every ray that hits anything, on the calling thread. `occluded` is as long as `rays`.
@@ -24,10 +27,16 @@ impl Scene {
     }
 
     /// The closest hit of every ray, decided exactly for the float64 corners. Edges, corners and both ends of the range
-    /// of t are included, and hits are ordered by (t, instance, triangle). On the calling thread; `hits` is as long as
-    /// `rays`.
-    pub fn closest_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
-        self.trace_exact(rays, triangles, None, false, hits);
+    /// of t are included, and hits are ordered by (t, instance, triangle); but of coplanar surfaces of several instances,
+    /// up to rounding to float32, the instance with the largest index is hit. Returns the rays that hit such surfaces,
+    /// ascending. On the calling thread; `hits` is as long as `rays`.
+    pub fn closest_exact<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        hits: &mut [ExactHit],
+    ) -> Vec<u32> {
+        self.trace_exact(rays, triangles, None, false, hits)
     }
 
     /// Same as [`Scene::closest_exact`] for hits that a filter accepts.
@@ -37,8 +46,8 @@ impl Scene {
         triangles: &T,
         filter: &dyn HitFilter,
         hits: &mut [ExactHit],
-    ) {
-        self.trace_exact(rays, triangles, Some(filter), false, hits);
+    ) -> Vec<u32> {
+        self.trace_exact(rays, triangles, Some(filter), false, hits)
     }
 
     /// True for every ray that hits anything that a filter accepts, decided in the same way as by
@@ -65,23 +74,29 @@ impl Scene {
         filter: Option<&dyn HitFilter>,
         any_hit: bool,
         hits: &mut [ExactHit],
-    ) {
+    ) -> Vec<u32> {
         assert_eq!(rays.len(), hits.len(), "the numbers of hits and rays must be equal");
         let trace = |triangles: &dyn ExactTriangles, filter: Option<&dyn HitFilter>, hits: &mut [ExactHit]| {
+            let mut marked = vec![];
             if !any_hit || filter.is_none() {
-                traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits);
+                traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits, &mut marked);
             }
             if let Some(filter) = filter {
-                traverse::filter_exact(self.dispatch, self, rays, triangles, filter, any_hit, hits);
+                traverse::filter_exact(self.dispatch, self, rays, triangles, filter, any_hit, hits, &mut marked);
             }
+            if any_hit || marked.is_empty() {
+                return vec![];
+            }
+            self.settle_ties(rays, triangles, filter, marked, hits)
         };
         match &self.mesh_ranges {
             None => trace(triangles, filter, hits),
             Some(mesh_ranges) => {
                 let inner = filter.map(|filter| FlattenedFilter(mesh_ranges, filter));
                 let filter = inner.as_ref().map(|filter| filter as &dyn HitFilter);
-                trace(&FlattenedTriangles(mesh_ranges, triangles), filter, hits);
+                let tied = trace(&FlattenedTriangles(mesh_ranges, triangles), filter, hits);
                 mesh_ranges.remap_hits(hits.iter_mut().map(|hit| (&mut hit.instance, &mut hit.triangle)));
+                tied
             }
         }
     }

@@ -6,6 +6,7 @@ use crate::ray::{Coherence, Hit, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
 use crate::simd::Isa;
+use crate::traverse::near_ties::{t_per_length, widen};
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
 use crate::traverse::packet::hits::{PacketHits, closest_in_leaf};
@@ -20,13 +21,13 @@ use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESH
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// The closest hits of a batch.
+/// The closest hits of a batch, and the rays that may have hit coplanar surfaces of two instances.
 #[inline(always)]
-pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
+pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence, marked: &mut Vec<u32>) {
     // Two instances, because the coherent one is faster without the code of the other.
     match coherence {
-        Coherence::Coherent => for_each_chunk::<I, false>(scene, rays, hits, coherence),
-        _ => for_each_chunk::<I, true>(scene, rays, hits, coherence),
+        Coherence::Coherent => for_each_chunk::<I, false>(scene, rays, hits, coherence, marked),
+        _ => for_each_chunk::<I, true>(scene, rays, hits, coherence, marked),
     }
 }
 
@@ -37,6 +38,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     rays: &[Ray],
     hits: &mut [Hit],
     coherence: Coherence,
+    marked: &mut Vec<u32>,
 ) {
     if scene.root == NodeRef::EMPTY {
         hits.fill(Hit::MISS);
@@ -58,12 +60,12 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
         }
         let before = chunk.singles.len();
         let scaled = chunk.scaled(&mut scaled);
-        let mut query = ClosestQuery::<MAY_DIVERGE> { chunk, hits };
+        let mut query = ClosestQuery::<MAY_DIVERGE> { chunk, hits, marked };
         packets.trace::<I, _>(&mut query, scene, scaled, None);
         chunks.report_cost(singles.len() - before, std::mem::take(&mut singles.visits));
         if singles.len() >= SINGLE_FLUSH_THRESHOLD {
             let tasks = singles.drain(rays);
-            traverse_interleaved::<I, _>(scene, RayState::idle, &mut ClosestSink { scene, tasks, hits });
+            traverse_interleaved::<I, _>(scene, RayState::idle, &mut ClosestSink { scene, tasks, hits, marked });
         }
     }
     if MAY_DIVERGE || !scene.is_single_mesh {
@@ -71,7 +73,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     }
     if singles.len() > 0 {
         let tasks = singles.drain(rays);
-        traverse_interleaved::<I, _>(scene, RayState::idle, &mut ClosestSink { scene, tasks, hits });
+        traverse_interleaved::<I, _>(scene, RayState::idle, &mut ClosestSink { scene, tasks, hits, marked });
     }
 }
 
@@ -80,6 +82,8 @@ struct ClosestQuery<'a, 'b, const MAY_DIVERGE: bool> {
     chunk: RayChunk<'a>,
     /// The hits of the batch.
     hits: &'b mut [Hit],
+    /// Rays that may have hit coplanar surfaces of two instances.
+    marked: &'b mut Vec<u32>,
 }
 
 impl<const MAY_DIVERGE: bool> ClosestQuery<'_, '_, MAY_DIVERGE> {
@@ -93,19 +97,23 @@ impl<const MAY_DIVERGE: bool> ClosestQuery<'_, '_, MAY_DIVERGE> {
 impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> {
     #[inline(always)]
     fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool {
+        let scene = self.chunk.scene;
+        packet.tie_width = instance.map_or(scene.near_tie_width(), |instance| scene.near_tie_width_in(instance));
         self.chunk.make_packet::<I>(rays, instance, Apex::Origin, packet)
     }
 
     #[inline(always)]
     fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray {
         let mut ray = *ray;
-        ray.clip_t_max(self.hits[self.ray_id(index)].t);
+        let absolute = self.chunk.scene.near_tie_width() * t_per_length(&ray);
+        ray.clip_t_max(widen(self.hits[self.ray_id(index)].t, absolute));
         instance.ray_to_mesh(&ray)
     }
 
     #[inline(always)]
-    fn t_max(&self, index: usize, t_max: f32) -> f32 {
-        t_max.min(self.hits[self.ray_id(index)].t)
+    fn t_max(&self, index: usize, t_max: f32, scale: f32) -> f32 {
+        let absolute = self.chunk.scene.near_tie_width() * scale.abs();
+        t_max.min(widen(self.hits[self.ray_id(index)].t, absolute))
     }
 
     #[inline(always)]
@@ -121,8 +129,9 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
 
     #[inline(always)]
     fn intersect_subtree<I: Isa>(&mut self, subtree: &SubtreeRef, packet: &mut Packet, indices: RayIndices) {
-        let mesh = &*self.chunk.scene.instances[subtree.instance as usize].bvh;
-        let mut nearest = PacketHits::MISS;
+        let scene = self.chunk.scene;
+        let mesh = &*scene.instances[subtree.instance as usize].bvh;
+        let mut nearest = PacketHits::new(scene.mesh_ranges.as_ref());
         if MAY_DIVERGE && self.chunk.coherence == Coherence::Incoherent {
             let handoff = intersect_incoherent::<I>(mesh, subtree.node, packet, &mut nearest);
             self.chunk.singles.visits += handoff.visits;
@@ -136,13 +145,19 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
             intersect_subtree::<I>(mesh, subtree.node, packet, &mut nearest);
         }
         nearest.normalize_barycentrics::<I>();
+        let mut contested = nearest.contested;
+        while contested != 0 {
+            let id = self.ray_id(ray_index(contested.trailing_zeros(), indices));
+            self.marked.push(id as u32);
+            contested &= contested - 1;
+        }
         let first = self.chunk.ray_ids[0] as usize;
         if !MAY_DIVERGE
             && self.chunk.scene.is_single_mesh
             && indices.is_none()
             && let Ok(hits) = (&mut self.hits[first..][..self.chunk.ray_ids.len()]).try_into()
         {
-            nearest.scatter_hits::<I>(mesh, subtree.instance, packet, hits);
+            nearest.scatter_hits::<I>(mesh, subtree.instance, hits);
             return;
         }
         for lane in 0..packet.active.count_ones() {
@@ -151,7 +166,7 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
             let mut hit = Hit::MISS;
             if prim != NO_PRIM {
                 hit = Hit {
-                    t: packet.t_max[i],
+                    t: nearest.t[i],
                     u: nearest.u[i],
                     v: nearest.v[i],
                     instance: subtree.instance,
@@ -163,7 +178,10 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
             if !MAY_DIVERGE && self.chunk.scene.is_single_mesh {
                 *known = hit;
             } else if prim != NO_PRIM {
-                known.keep_closer(hit);
+                let absolute = packet.tie_width * packet.shear[2][i].abs();
+                if scene.keep_closer(known, hit, absolute) {
+                    self.marked.push(at as u32);
+                }
             }
         }
     }
@@ -191,13 +209,13 @@ fn intersect_subtree<I: Isa>(mesh: &Bvh, start: NodeRef, packet: &mut Packet, ne
 }
 
 /// Finds the closest hits in the leaves of a mesh.
-struct ClosestLeafVisitor<'a> {
+struct ClosestLeafVisitor<'a, 'r> {
     mesh: &'a Bvh,
-    nearest: &'a mut PacketHits,
+    nearest: &'a mut PacketHits<'r>,
     potential: &'a mut PotentialHits,
 }
 
-impl LeafVisitor for ClosestLeafVisitor<'_> {
+impl LeafVisitor for ClosestLeafVisitor<'_, '_> {
     #[inline(always)]
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
         closest_in_leaf::<I, true>(self.mesh, leaf, active, packet, self.nearest, self.potential)
@@ -209,13 +227,15 @@ struct ClosestSink<'a, 'b, W> {
     scene: &'a Scene,
     tasks: W,
     hits: &'b mut [Hit],
+    marked: &'b mut Vec<u32>,
 }
 
 impl<'a, W: Iterator<Item = RayTask>> RaySource<RayState<'a, false>> for ClosestSink<'a, '_, W> {
     #[inline(always)]
     fn start(&mut self, state: &mut RayState<'a, false>) -> bool {
         for mut task in &mut self.tasks {
-            task.ray.clip_t_max(self.hits[task.ray_id].t);
+            let absolute = self.scene.outer_near_tie_width(&task.ray);
+            task.ray.clip_t_max(widen(self.hits[task.ray_id].t, absolute));
             if state.begin(self.scene, task) {
                 return true;
             }
@@ -225,6 +245,10 @@ impl<'a, W: Iterator<Item = RayTask>> RaySource<RayState<'a, false>> for Closest
 
     #[inline(always)]
     fn finish(&mut self, state: &mut RayState<'a, false>) {
-        self.hits[state.ray_id].keep_closer(state.hit);
+        let absolute = self.scene.outer_near_tie_width(&state.world_ray);
+        let is_tied = self.scene.keep_closer(&mut self.hits[state.ray_id], state.hit, absolute);
+        if is_tied || state.contested {
+            self.marked.push(state.ray_id as u32);
+        }
     }
 }

@@ -18,6 +18,7 @@
 
 pub(crate) mod closest;
 pub(crate) mod exact;
+pub(crate) mod near_ties;
 pub(crate) mod node_test;
 pub(crate) mod occluded;
 mod packet;
@@ -40,24 +41,27 @@ use crate::traverse::occluded::occluded as occluded_packets;
 use crate::traverse::point::search::closest_points_batch;
 
 kernel! {
-    /// The closest hits.
-    fn closest(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) = closest_packets
+    /// The closest hits, and the rays that may have hit coplanar surfaces of two instances.
+    fn closest(
+        scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence, marked: &mut Vec<u32>,
+    ) = closest_packets
 }
 kernel! {
     /// True for rays that hit anything.
     fn occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) = occluded_packets
 }
 kernel! {
-    /// The closest or any hits in float64.
+    /// The closest or any hits in float64, and the rays that may have hit two surfaces at equal distances.
     fn closest_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, any_hit: bool, hits: &mut [ExactHit],
+        marked: &mut Vec<u32>,
     ) = closest_exact_batch
 }
 kernel! {
     /// Any hits that a filter accepts, or the closest ones if it does not accept those.
     fn filter_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
-        hits: &mut [ExactHit],
+        hits: &mut [ExactHit], marked: &mut Vec<u32>,
     ) = filter_hits
 }
 kernel! {

@@ -96,7 +96,7 @@ impl PacketQuery for OcclusionQuery<'_> {
     }
 
     #[inline(always)]
-    fn t_max(&self, index: usize, t_max: f32) -> f32 {
+    fn t_max(&self, index: usize, t_max: f32, _: f32) -> f32 {
         match self.occluded >> index & 1 {
             0 => t_max,
             _ => -1.0,

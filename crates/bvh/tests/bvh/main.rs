@@ -2,6 +2,7 @@
 
 mod brute;
 mod closest_points;
+mod coplanar;
 mod crossings;
 mod degenerate;
 mod flattened;

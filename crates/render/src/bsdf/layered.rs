@@ -187,7 +187,8 @@ impl<'a> LayeredBsdf<'a> {
         let wi = frame.to_local(wi_world);
         let is_reflection = frame.geometric.dot(wi_world) > 0.0;
         if is_reflection != (wi.z > 0.0) || wi.z == 0.0 {
-            return BsdfEval::default();
+            // The coat has its own normal: it reflects where a mapped normal of the base faces away.
+            return if is_reflection { self.eval_coat(wi_world) } else { BsdfEval::default() };
         }
         let (coat, sheen) = self.cover_transmittance(frame, wi_world);
         if !is_reflection {
@@ -199,13 +200,16 @@ impl<'a> LayeredBsdf<'a> {
         if let Some(sheen) = &self.stack.sheen {
             eval.value += sheen.eval(self.wo, wi);
         }
-        eval.value *= coat;
-        if let Some(coat) = &self.stack.coat {
+        let own = self.eval_coat(wi_world);
+        BsdfEval { value: eval.value * coat + own.value, pdf: eval.pdf + own.pdf }
+    }
+
+    /// Part of [`LayeredBsdf::eval`] that the coat reflects.
+    fn eval_coat(&self, wi_world: Vec3) -> BsdfEval {
+        self.stack.coat.map_or(BsdfEval::default(), |coat| {
             let (value, pdf) = coat.eval(coat.wo(), wi_world);
-            eval.value += value;
-            eval.pdf += pdf * self.lobe_probabilities[COAT];
-        }
-        eval
+            BsdfEval { value: Vec3::splat(value), pdf: pdf * self.lobe_probabilities[COAT] }
+        })
     }
 
     /// Part of [`LayeredBsdf::eval`] that the diffuse base and the sheen have.

@@ -27,6 +27,8 @@ pub(crate) struct PixelEstimator {
     /// Samples whose radiance is not finite, and samples brighter than the settings allow.
     pub rejected: u64,
     pub clamped: u64,
+    /// The first object shown by each pixel that shows coplanar surfaces of several objects; empty without such pixels.
+    coplanar: Vec<Option<u32>>,
     /// Sums of each pass, pixel by pixel.
     passes: Vec<DVec3>,
     /// Sums of luminance per replication; empty without an error estimate.
@@ -48,10 +50,29 @@ impl PixelEstimator {
         self.count.clear();
         self.count.resize(pixels, 0);
         (self.rejected, self.clamped) = (0, 0);
+        self.coplanar.clear();
         self.replications.clear();
         if with_error {
             self.replications.resize(pixels, [0.0; REPLICATIONS as usize]);
         }
+    }
+
+    /// Marks a pixel that shows an object whose surface is coplanar with another one's.
+    #[cold]
+    pub fn mark_coplanar(&mut self, pixel: usize, object: u32) {
+        self.coplanar.resize(self.count.len(), None);
+        let shown = &mut self.coplanar[pixel];
+        *shown = Some(shown.map_or(object, |known| known.min(object)));
+    }
+
+    /// Number of pixels that show coplanar surfaces.
+    pub fn coplanar_pixels(&self) -> u64 {
+        self.coplanar.iter().flatten().count() as u64
+    }
+
+    /// The first object shown by such a pixel.
+    pub fn coplanar_object(&self) -> Option<u32> {
+        self.coplanar.iter().flatten().min().copied()
     }
 
     /// Stores the instances that the centre rays hit.

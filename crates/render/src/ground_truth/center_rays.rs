@@ -83,6 +83,8 @@ pub(crate) struct CenterRays {
     /// Hits that the ground truth describes, if it skips some surfaces; otherwise empty.
     hits_behind: Vec<ExactHit>,
     normals: Vec<Normals>,
+    /// Rays that hit coplanar surfaces of several objects.
+    pub coplanar: Vec<usize>,
 }
 
 impl CenterRays {
@@ -102,18 +104,20 @@ impl CenterRays {
         self.hits.resize(pixels.len(), ExactHit::MISS);
         self.hits_behind.clear();
         self.normals.clear();
+        self.coplanar.clear();
         let smooth = Normals::normals_needed(&settings.channels);
         let mut facets = TriangleCache::new(CachedTriangle::EMPTY);
         let batches = self.rays.chunks(RAYS_PER_BATCH).zip(self.hits.chunks_mut(RAYS_PER_BATCH));
-        for (rays, hits) in batches {
-            world.closest_visible(rays, hits);
+        for (batch, (rays, hits)) in batches.enumerate() {
+            let tied = world.closest_visible(rays, hits);
+            self.coplanar.extend(tied.iter().map(|&i| batch * RAYS_PER_BATCH + i as usize));
             let mut truth = &*hits;
             if passing || settings.catchers != Catchers::Show {
                 let first = self.hits_behind.len();
                 self.hits_behind.extend_from_slice(hits);
                 let behind = &mut self.hits_behind[first..];
                 if passing {
-                    world.skip_transparent(rays, behind);
+                    world.skip_transparent(rays, behind, tied);
                 }
                 let seen = behind.iter_mut().filter(|hit| hit.instance != INVALID_ID);
                 for hit in seen.filter(|hit| world.is_left_out(settings.catchers, hit.instance)) {
@@ -149,6 +153,7 @@ impl CenterRays {
         self.hits.clear();
         self.hits_behind.clear();
         self.normals.clear();
+        self.coplanar.clear();
         let mut from = 0;
         while let Some(world) = worlds.get(from) {
             let same = worlds[from..].iter().take_while(|other| Arc::ptr_eq(other, world));
@@ -158,6 +163,7 @@ impl CenterRays {
             self.hits.append(&mut of_row.hits);
             self.hits_behind.append(&mut of_row.hits_behind);
             self.normals.append(&mut of_row.normals);
+            self.coplanar.extend(of_row.coplanar.drain(..).map(|i| from + i));
             from = to;
         }
     }
@@ -183,6 +189,7 @@ impl CenterRays {
             hits: vec![ExactHit::MISS],
             hits_behind: vec![],
             normals: vec![],
+            coplanar: vec![],
         }
     }
 

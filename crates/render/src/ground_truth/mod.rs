@@ -5,6 +5,7 @@
 pub(crate) mod center_rays;
 pub(crate) mod channels;
 pub(crate) mod convert;
+pub(crate) mod coplanar;
 pub(crate) mod lit_points;
 pub(crate) mod transparent;
 pub(crate) mod triangle_cache;

@@ -1,15 +1,16 @@
 //! Ground truth behind transparent surfaces and hidden objects.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray, Scene};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene};
 use raycam_scene::{Material, MaterialModel};
 
 use crate::ground_truth::convert::{exact_ray, to_float_hit};
 use crate::interaction::SurfaceInteraction;
+use crate::interaction::ray_cone::RayCone;
 use crate::prepare::geometry::Geometry;
 
 /// Surfaces with less opacity than this are skipped; materials with more transmission than this count as refractive.
-const OPACITY_THRESHOLD: f32 = 0.5;
+pub(crate) const OPACITY_THRESHOLD: f32 = 0.5;
 /// Relative distance behind a skipped surface at which a ray restarts; larger than float64 rounding errors.
 const RESTART_OFFSET: f64 = 1e-12;
 /// Maximum number of surfaces skipped per ray; the following surface always counts.
@@ -24,12 +25,15 @@ impl Geometry {
         self.materials.iter().any(|prepared| passable(&prepared.material))
     }
 
-    /// First hits of camera rays, which do not find hidden objects.
-    pub(crate) fn closest_visible(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
-        self.closest_exact(rays, hits);
+    /// First hits of camera rays, which do not find hidden objects. Returns the rays that hit coplanar surfaces of
+    /// several objects.
+    pub(crate) fn closest_visible(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<u32> {
+        let tied = self.closest_exact(rays, hits);
+        self.prefer_opaque(rays, hits, &tied, |rays| rays.camera);
         if self.has_camera_hidden {
-            self.skip_hits(rays, hits, |_, hit| !self.ray_visibility(hit.instance).camera);
+            self.skip_hits(rays, hits, tied.clone(), |_, hit| !self.ray_visibility(hit.instance).camera);
         }
+        tied
     }
 
     /// Replaces float32 hits of camera rays on hidden objects by the first hits on others. The rays have unit
@@ -43,11 +47,12 @@ impl Geometry {
             }
             let onward = |&i: &usize| {
                 let direction = Vec3::from(rays[i].direction);
-                SurfaceInteraction::new(self, direction, &hits[i], 0.0).ray_beyond(direction, f32::INFINITY)
+                SurfaceInteraction::new(self, direction, &hits[i], &RayCone::default())
+                    .ray_beyond(direction, f32::INFINITY)
             };
             let onward: Vec<Ray> = pending.iter().map(onward).collect();
             let mut found = vec![Hit::MISS; onward.len()];
-            scene.closest(&onward, &mut found, Coherence::Incoherent);
+            self.closest(scene, &onward, &mut found, Coherence::Incoherent, |rays| rays.camera);
             for ((&i, hit), ray) in pending.iter().zip(found).zip(&onward) {
                 let passed = Vec3::from(ray.origin) - Vec3::from(rays[i].origin);
                 hits[i] = Hit { t: hit.t + passed.dot(Vec3::from(ray.direction)), ..hit };
@@ -56,18 +61,34 @@ impl Geometry {
         }
     }
 
-    /// Replaces hits on transparent surfaces by the first hits on other surfaces behind them.
-    pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
-        self.skip_hits(rays, hits, |ray, hit| self.is_skippable(&to_float_hit(hit), ray.direction.into()));
+    /// Replaces hits on transparent surfaces by the first hits on other surfaces behind them. `tied` are the rays that hit
+    /// coplanar surfaces, ascending.
+    pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit], tied: Vec<u32>) {
+        self.skip_hits(rays, hits, tied, |ray, hit| self.is_skippable(&to_float_hit(hit), ray.direction.into()));
     }
 
-    /// Replaces hits that are skipped by the first hits behind them.
-    fn skip_hits(&self, rays: &[ExactRay], hits: &mut [ExactHit], is_skipped: impl Fn(&ExactRay, &ExactHit) -> bool) {
+    /// Replaces hits that are skipped by the first hits behind them, or in the same plane.
+    fn skip_hits(
+        &self,
+        rays: &[ExactRay],
+        hits: &mut [ExactHit],
+        mut tied: Vec<u32>,
+        is_skipped: impl Fn(&ExactRay, &ExactHit) -> bool,
+    ) {
         let passed = |(ray, hit): (&ExactRay, &ExactHit)| hit.instance != INVALID_ID && is_skipped(ray, hit);
         let mut pending: Vec<usize> = (0..hits.len()).filter(|&i| passed((&rays[i], &hits[i]))).collect();
         for _ in 0..MAX_SKIPS {
             if pending.is_empty() {
                 return;
+            }
+            if !tied.is_empty() {
+                pending.retain(|&i| {
+                    let is_tied = tied.binary_search(&(i as u32)).is_ok();
+                    if is_tied {
+                        self.closest_unskipped(&rays[i], &mut hits[i], &is_skipped);
+                    }
+                    !is_tied
+                });
             }
             let starts: Vec<f64> = pending.iter().map(|&i| self.restart_t(&rays[i], &hits[i])).collect();
             let onward: Vec<ExactRay> = pending
@@ -79,12 +100,23 @@ impl Geometry {
                 })
                 .collect();
             let mut found = vec![ExactHit::MISS; onward.len()];
-            self.closest_exact(&onward, &mut found);
+            tied = self.closest_exact(&onward, &mut found).into_iter().map(|k| pending[k as usize] as u32).collect();
             for ((&i, hit), start) in pending.iter().zip(&found).zip(starts) {
                 hits[i] = ExactHit { t: start + hit.t, ..*hit };
             }
             pending.retain(|&i| passed((&rays[i], &hits[i])));
         }
+    }
+
+    /// Replaces a hit that is skipped by the first one that is not.
+    fn closest_unskipped(
+        &self,
+        ray: &ExactRay,
+        hit: &mut ExactHit,
+        is_skipped: &impl Fn(&ExactRay, &ExactHit) -> bool,
+    ) {
+        let filter = UnskippedFilter { ray, is_skipped };
+        self.exact_scene().closest_exact_of(&[*ray], self, &filter, std::slice::from_mut(hit));
     }
 
     /// Instances behind transparent surfaces, for scene-local rays with these first hits.
@@ -96,8 +128,8 @@ impl Geometry {
         let rays: Vec<ExactRay> =
             passed.iter().map(|&i| exact_ray((origins[i] + self.origin, directions[i].as_dvec3()))).collect();
         let mut found = vec![ExactHit::MISS; rays.len()];
-        self.closest_visible(&rays, &mut found);
-        self.skip_transparent(&rays, &mut found);
+        let tied = self.closest_visible(&rays, &mut found);
+        self.skip_transparent(&rays, &mut found, tied);
         for (i, hit) in passed.into_iter().zip(found) {
             seen[i] = hit.instance;
         }
@@ -125,6 +157,22 @@ impl Geometry {
         let [a, b, c] = self.corners(hit.instance, hit.triangle);
         let away = (b - a).cross(c - a).dot(direction) > 0.0;
         away != self.instances[hit.instance as usize].flips_orientation
+    }
+}
+
+/// Filter of the hits of one ray that are not skipped.
+struct UnskippedFilter<'a, F> {
+    ray: &'a ExactRay,
+    is_skipped: &'a F,
+}
+
+impl<F: Fn(&ExactRay, &ExactHit) -> bool> HitFilter for UnskippedFilter<'_, F> {
+    fn accepts_instance(&self, _: usize, _: u32) -> bool {
+        true
+    }
+
+    fn accepts(&self, _: usize, hit: &ExactHit) -> bool {
+        !(self.is_skipped)(self.ray, hit)
     }
 }
 

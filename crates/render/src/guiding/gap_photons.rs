@@ -12,6 +12,7 @@ use crate::guiding::gaps::{PhotonSegment, find_gaps, systematic_counts};
 use crate::guiding::photon_pass::scatter;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::shadow_queue::ShadowRayQueue;
+use crate::interaction::ray_cone::RayCone;
 use crate::interaction::{LightSampleContext, SurfaceInteraction};
 use crate::light::light_sampling::LightSampling;
 use crate::light::lights::Lights;
@@ -92,7 +93,7 @@ fn lit_hits(geometry: &Geometry, lights: &Lights, half: u32, batch: u32) -> Vec<
         let (mut beyond, mut going) = (vec![], vec![]);
         for ((ray, hit), &line) in rays.iter().zip(&hits).zip(&lines).filter(|((_, hit), _)| !is_miss(hit)) {
             let direction = Vec3::from(ray.direction);
-            let interaction = SurfaceInteraction::new(geometry, direction, hit, 0.0);
+            let interaction = SurfaceInteraction::new(geometry, direction, hit, &RayCone::default());
             let context = LightSampleContext { position: interaction.position, normal: interaction.side_normal };
             let [choice, _] = sampler(line).get_2d(Dimension::LobeAndLight(crossing));
             let random = sampler(line).get_2d(Dimension::Light(crossing, 0));
@@ -165,7 +166,7 @@ fn trace_photons(geometry: &Geometry, half: u32, batch: u32, starts: &[LitHit]) 
 impl GapPhoton {
     /// Records the segment to a hit and scatters the photon there.
     fn bounce(&mut self, geometry: &Geometry, hit: &Hit, bounce: u32, found: &mut Vec<PhotonSegment>) -> Option<Ray> {
-        let interaction = SurfaceInteraction::new(geometry, self.direction, hit, 0.0);
+        let interaction = SurfaceInteraction::new(geometry, self.direction, hit, &RayCone::default());
         let (end, normal) = (interaction.position.as_vec3(), interaction.side_normal);
         let is_diffuse = geometry.material(hit).is_diffuse();
         if is_diffuse {

@@ -19,6 +19,7 @@ use crate::guiding::caustics::Caustics;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
+use crate::interaction::ray_cone::RayCone;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling};
 use crate::light::lights::Lights;
 use crate::light::samples::ONE_MINUS_SHADOW_EPSILON;
@@ -178,7 +179,7 @@ impl Photon {
         deposits: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
         let geometry = pass.geometry;
-        let interaction = SurfaceInteraction::new(geometry, self.direction, hit, 0.0);
+        let interaction = SurfaceInteraction::new(geometry, self.direction, hit, &RayCone::default());
         let Some(&caster) = pass.candidate_of.get(&hit.instance) else {
             deposits.extend(self.last_exit.map(|(caster, exit_point)| {
                 let deposit = PhotonDeposit { exit_point, landing_point: interaction.position, power: self.power };

@@ -126,6 +126,7 @@ mod tests {
     use crate::guiding::caustic_map::CausticMap;
     use crate::guiding::caustic_map::tests::from_balls;
     use crate::interaction::batch::SurfaceInteractions;
+    use crate::interaction::ray_cone::RayCone;
     use crate::prepare::world::PreparedWorld;
     use crate::sampling::chi_squared::{limit, statistic};
     use crate::soa::{LANES, get_lane, set_triangle};
@@ -148,7 +149,7 @@ mod tests {
         }
         for lane in 0..N {
             let hit = Hit { t: 1.0, u: 0.05 * (first + lane) as f32, v: 0.1, instance: 0, triangle: 0 };
-            places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0);
+            places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, &RayCone::default());
         }
         places.run();
         places
@@ -219,7 +220,7 @@ mod tests {
         let corners = places.clear();
         (0..LANES).for_each(|lane| set_triangle(corners, lane, world.geometry.corners(0, 0)));
         let hit = Hit { t: 1.0, u: 0.2, v: 0.1, instance: 0, triangle: 0 };
-        (0..LANES).for_each(|lane| places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0));
+        (0..LANES).for_each(|lane| places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, &RayCone::default()));
         places.run();
         let cell = |d: DVec3| {
             let turn = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);

@@ -6,6 +6,7 @@ use raycam_bvh::Coherence;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::interaction::SurfaceInteraction;
+use crate::interaction::ray_cone::RayCone;
 use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
@@ -26,7 +27,7 @@ pub(super) fn radiance(
             continue;
         }
         radiance[i] = Vec3::ZERO;
-        let interaction = SurfaceInteraction::new(&world.geometry, batch.directions[i], hit, 0.0);
+        let interaction = SurfaceInteraction::new(&world.geometry, batch.directions[i], hit, &RayCone::default());
         let random = batch.samplers[i].get_2d(Dimension::AmbientOcclusion);
         let direction = to_world_around(interaction.side_normal, sample_cosine_hemisphere(random));
         queue.push(interaction.spawn_ray(direction, distance), i, Vec3::ONE);

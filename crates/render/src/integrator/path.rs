@@ -5,6 +5,7 @@
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit};
+use raycam_scene::world::RayVisibility;
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -270,7 +271,8 @@ impl PathScratch {
         queues.bsdf_shadow_rays.trace(tracer.geometry, batch.scene, Coherence::Incoherent, passes, radiance);
         // Every entry is overwritten.
         self.hits.resize(queues.next_rays.len(), Hit::MISS);
-        batch.scene.closest(&queues.next_rays, &mut self.hits, Coherence::Incoherent);
+        let finds = |rays: &RayVisibility| rays.reflection;
+        tracer.geometry.closest(batch.scene, &queues.next_rays, &mut self.hits, Coherence::Incoherent, finds);
         queues.next_rays.clear();
     }
 }

@@ -50,16 +50,33 @@ pub(crate) struct PathState {
     pub light_search: LightSearch,
     /// Method of light sampling at `prev_context`.
     pub light_sampling: LightSampling,
-    /// Number of segments, including this one, that count towards the maximum depth.
-    pub depth: u32,
+    /// Number of segments, including this one, that count towards the maximum depth; at most 65,535.
+    pub depth: u16,
     /// Media that the path is in.
     pub interior_list: InteriorList,
     /// The only colour channel that a path transports after dispersion.
-    pub wavelength_channel: Option<u8>,
+    pub wavelength_channel: Option<ColorChannel>,
     /// Product of squared relative indices that refraction has divided the throughput by.
     pub eta_scale: f32,
     /// Width and spread of the path; used until a rough surface scatters it.
     pub ray_cone: RayCone,
+}
+
+/// Colour channel; its discriminant is the channel's index.
+#[derive(Clone, Copy, Debug)]
+#[repr(u8)]
+pub(crate) enum ColorChannel {
+    Red,
+    Green,
+    Blue,
+}
+
+impl ColorChannel {
+    pub const ALL: [Self; 3] = [Self::Red, Self::Green, Self::Blue];
+
+    pub fn index(self) -> usize {
+        self as usize
+    }
 }
 
 impl PathState {

@@ -204,7 +204,7 @@ impl PathTracer<'_> {
 
     /// True if a path ends at its current hit.
     pub fn is_at_max_depth(&self, path: &PathState) -> bool {
-        !self.is_free_bounce(path) && path.depth >= self.settings.max_depth
+        !self.is_free_bounce(path) && u32::from(path.depth) >= self.settings.max_depth
     }
 
     /// True if a camera ray hits the back of a one-sided surface (glTF 2.0, 3.9.6).
@@ -414,7 +414,7 @@ impl PathTracer<'_> {
         queues: &mut WavefrontQueues,
     ) -> bool {
         let is_free = self.is_free_bounce(path) && sample.is_specular;
-        let depth = path.depth + u32::from(!is_free);
+        let depth = u32::from(path.depth) + u32::from(!is_free);
         // The last segment only searches for lights.
         let is_last = depth >= self.settings.max_depth && !sample.is_specular;
         if depth > self.settings.max_depth || (is_last && !self.modes.mis_with_bsdf) {
@@ -447,7 +447,7 @@ impl PathTracer<'_> {
         path.light_sampling = self.light_sampling(path);
         path.light_search = LightSearch::All;
         path.is_camera_ray = false;
-        path.depth = depth;
+        path.depth = u16::try_from(depth).unwrap_or(u16::MAX);
         path.interior_list = interior_list;
         path.eta_scale = eta_scale;
         path.ray_cone = path.ray_cone.after_scatter(sample.is_specular);

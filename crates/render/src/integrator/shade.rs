@@ -10,7 +10,7 @@ use crate::bsdf::shading_point::ShadingPoint;
 use crate::bsdf::specular::SpecularBsdf;
 use crate::integrator::direct_lighting::sampled_diffuse_share;
 use crate::integrator::passes::FirstScattering;
-use crate::integrator::path_state::{HitView, PathState, WavefrontQueues};
+use crate::integrator::path_state::{ColorChannel, HitView, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::PathTracer;
 use crate::lobes::classify::is_dispersive;
 use crate::media::nested_dielectrics::InterfaceTransition;
@@ -39,7 +39,7 @@ impl PathTracer<'_> {
             return self.shade_point(path, &point, transition, view, queues, radiance);
         }
         self.choose_wavelength(path, &material.material);
-        let channel = path.wavelength_channel.map(usize::from);
+        let channel = path.wavelength_channel.map(ColorChannel::index);
         let is_front = interaction.is_front;
         let transition = InterfaceTransition::at_hit(self.geometry, path.interior_list, hit, is_front, channel);
         let material_hit =
@@ -56,9 +56,9 @@ impl PathTracer<'_> {
     fn choose_wavelength(&self, path: &mut PathState, material: &Material) {
         if path.wavelength_channel.is_none() && is_dispersive(material) {
             let [random, _] = self.samplers[path.ray_index()].get_2d(Dimension::Wavelength);
-            let channel = ((random * 3.0) as u8).min(2);
-            path.wavelength_channel = Some(channel);
-            path.throughput *= 3.0 * Vec3::AXES[usize::from(channel)];
+            let channel = ((random * 3.0) as usize).min(2);
+            path.wavelength_channel = Some(ColorChannel::ALL[channel]);
+            path.throughput *= 3.0 * Vec3::AXES[channel];
         }
     }
 

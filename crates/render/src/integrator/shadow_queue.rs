@@ -8,6 +8,7 @@ use crate::bsdf::specular::straight_transmittance;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::passes::{PassTag, Passes};
 use crate::interaction::SurfaceInteraction;
+use crate::interaction::ray_cone::RayCone;
 use crate::media::map::{MediaMap, MediumRay};
 use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::geometry::Geometry;
@@ -123,7 +124,7 @@ impl ShadowRayQueue {
         while !self.rays.is_empty() {
             hits.clear();
             hits.resize(self.rays.len(), Hit::MISS);
-            scene.closest(&self.rays, &mut hits, Coherence::Incoherent);
+            geometry.closest(scene, &self.rays, &mut hits, Coherence::Incoherent, |rays| rays.shadow);
             let mut count = 0;
             for (i, hit) in hits.iter().enumerate() {
                 let ((index, light), ray) = (self.contribution[i], self.rays[i]);
@@ -143,7 +144,7 @@ impl ShadowRayQueue {
                 // From the far side of the surface to the same end point.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let interaction = SurfaceInteraction::new(geometry, direction / length, hit, 0.0);
+                let interaction = SurfaceInteraction::new(geometry, direction / length, hit, &RayCone::default());
                 let mut transmittance = Vec3::splat(if is_shadowless { 1.0 } else { 1.0 - opacity });
                 if is_straight && !is_shadowless {
                     let hit = MaterialHit::new(geometry, hit, &interaction, direction / length);

@@ -151,7 +151,7 @@ impl Geometry {
         if self.textures.is_empty() || cone.width <= 0.0 {
             return Footprint::default();
         }
-        Footprint::new(self.corners(hit.instance, hit.triangle), direction, cone.width)
+        Footprint::new(self.corners(hit.instance, hit.triangle), direction, cone)
     }
 
     /// Texture value at a hit, linear; `None` if the mesh lacks the texture coordinates.

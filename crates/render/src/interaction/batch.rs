@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, WithSimd};
 
 use crate::interaction::SurfaceInteraction;
-use crate::interaction::ray_cone::Footprint;
+use crate::interaction::ray_cone::{Footprint, RayCone};
 use crate::interaction::vector::{is_safe_square, normalize_facing, unit_normal};
 use crate::lobes::shading_frame::ShadingFrame;
 use crate::prepare::geometry::Geometry;
@@ -78,7 +78,7 @@ impl<const N: usize> SurfaceInteractions<N> {
 
     /// Sets a lane to the hit of a ray with this direction and cone width.
     #[inline]
-    pub fn set_lane(&mut self, lane: usize, geometry: &Geometry, direction: Vec3, hit: &Hit, width: f32) {
+    pub fn set_lane(&mut self, lane: usize, geometry: &Geometry, direction: Vec3, hit: &Hit, cone: &RayCone) {
         let object = &geometry.instances[hit.instance as usize];
         self.scene_origin = geometry.origin;
         self.barycentrics[0][lane] = f64::from(hit.u);
@@ -101,7 +101,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         }
         if !geometry.textures.is_empty() {
             let local = self.corners(lane).map(|corner| corner - geometry.origin);
-            self.footprint[lane] = Footprint::new(local, direction, width);
+            self.footprint[lane] = Footprint::new(local, direction, cone);
         }
     }
 
@@ -282,12 +282,12 @@ impl<const N: usize> SurfaceInteractions<N> {
 }
 
 impl SurfaceInteraction {
-    /// Interaction of a ray with this direction and its hit; `width` is the ray cone's width there.
-    pub fn new(world: &Geometry, direction: Vec3, hit: &Hit, width: f32) -> Self {
+    /// Interaction of a ray with this direction and its hit; `cone` is the ray's cone there.
+    pub fn new(world: &Geometry, direction: Vec3, hit: &Hit, cone: &RayCone) -> Self {
         let corners = world.corners(hit.instance, hit.triangle);
         let mut interactions = SurfaceInteractions::<1>::default();
         set_triangle(interactions.clear(), 0, corners);
-        interactions.set_lane(0, world, direction, hit, width);
+        interactions.set_lane(0, world, direction, hit, cone);
         interactions.run();
         interactions.lane(0)
     }
@@ -363,11 +363,11 @@ mod tests {
                 set_triangle(corners, lane, world.geometry.corners(hit.instance, hit.triangle));
             }
             for (lane, (direction, hit)) in some.iter().enumerate() {
-                interactions.set_lane(lane, &world.geometry, *direction, hit, 0.0);
+                interactions.set_lane(lane, &world.geometry, *direction, hit, &RayCone::default());
             }
             raycam_bvh::dispatch_simd(&mut interactions);
             for (lane, (direction, hit)) in some.iter().enumerate() {
-                let alone = SurfaceInteraction::new(&world.geometry, *direction, hit, 0.0);
+                let alone = SurfaceInteraction::new(&world.geometry, *direction, hit, &RayCone::default());
                 assert_eq!(format!("{:?}", interactions.lane(lane)), format!("{alone:?}"));
                 apart[hit.instance as usize] += usize::from(alone.shading_normal != alone.side_normal);
             }

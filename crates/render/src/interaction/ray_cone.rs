@@ -1,4 +1,7 @@
 //! Ray cones, which choose the level of a mip map.
+//!
+//! A pixel's cone is as wide as the pixel along each direction: elliptic where the pixel's sides differ in angle, as at
+//! the border of a wide-angle image. After scattering, cones are round.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use raycam_scene::Camera;
@@ -11,6 +14,42 @@ pub(crate) struct RayCone {
     pub width: f32,
     /// Growth in metres per metre.
     pub spread: f32,
+    pub stretch: Stretch,
+}
+
+/// Direction of an elliptic cone's larger width, across its axis, and the ratio of that width to the mean width, in few
+/// bits; 0 for a round cone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stretch(u32);
+
+impl Stretch {
+    const ROUND: Self = Self(0);
+    /// Steps of the ratio between 1 and 2, and of the coordinates on an octahedron.
+    const RATIO_STEPS: f32 = 32.0;
+    const AXIS_STEPS: f32 = 2047.0;
+
+    fn new(axis: Vec3, ratio: f32) -> Self {
+        let steps = ((ratio - 1.0) * Self::RATIO_STEPS).round().clamp(0.0, 255.0) as u32;
+        let sum = axis.abs().element_sum();
+        if steps == 0 || !(sum > 0.0 && sum.is_finite()) {
+            return Self::ROUND;
+        }
+        // Both directions of the axis are equivalent: the upper half of the octahedron is sufficient.
+        let on_octahedron = axis / if axis.z < 0.0 { -sum } else { sum };
+        let bits = |x: f32| ((x + 1.0) * Self::AXIS_STEPS).round() as u32;
+        Self(steps | bits(on_octahedron.x) << 8 | bits(on_octahedron.y) << 20)
+    }
+
+    /// The axis and the ratio; `None` for a round cone.
+    fn unpack(self) -> Option<(Vec3, f32)> {
+        if self == Self::ROUND {
+            return None;
+        }
+        let coordinate = |bits: u32| (bits & 0xfff) as f32 / Self::AXIS_STEPS - 1.0;
+        let (x, y) = (coordinate(self.0 >> 8), coordinate(self.0 >> 20));
+        let axis = Vec3::new(x, y, 1.0 - x.abs() - y.abs()).try_normalize()?;
+        Some((axis, 1.0 + (self.0 & 0xff) as f32 / Self::RATIO_STEPS))
+    }
 }
 
 /// Footprint of a cone on a triangle: axes of an ellipse, from side to side, in weights of the second and third
@@ -67,8 +106,7 @@ impl<'a> PixelCones<'a> {
         }));
     }
 
-    /// Cone of a pixel. Its width is the geometric mean of the pixel's sides, whose lengths differ away from the
-    /// centre.
+    /// Cone of a pixel. Its width is the side length of a square of the pixel's area.
     fn cone(&self, camera: &Camera, [x, y]: [u32; 2]) -> RayCone {
         let center = camera.pixel_center_of(x, y);
         let ray = |offset: DVec2| match &self.pinhole {
@@ -78,13 +116,40 @@ impl<'a> PixelCones<'a> {
         let (origin, direction) = ray(DVec2::ZERO);
         let sides = [DVec2::X, DVec2::Y].map(|side| {
             let (o, d) = ray(side);
-            [(o - origin).length(), (d - direction).length()]
+            [o - origin, d - direction]
         });
-        let mean = |which: usize| {
-            let mean = (sides[0][which] * sides[1][which]).sqrt() * self.share;
-            if mean.is_finite() { mean as f32 } else { 0.0 }
+        let of = |which: usize| PixelEllipse::new(sides.map(|side| side[which]), direction);
+        let (start, growth) = (of(0), of(1));
+        let width = |mean: f64| if mean.is_finite() { (mean * self.share) as f32 } else { 0.0 };
+        // Rays of a camera differ in their origins or in their directions; seldom in both.
+        let stretch = if growth.mean > 0.0 { growth.stretch } else { start.stretch };
+        RayCone { width: width(start.mean), spread: width(growth.mean), stretch }
+    }
+}
+
+/// Ellipse around a pixel whose sides are given, across a direction.
+struct PixelEllipse {
+    /// Geometric mean of its widths.
+    mean: f64,
+    /// See [`RayCone::stretch`].
+    stretch: Stretch,
+}
+
+impl PixelEllipse {
+    fn new(sides: [DVec3; 2], direction: DVec3) -> Self {
+        let (right, up) = direction.any_orthonormal_pair();
+        let [x, y] = sides.map(|side| DVec2::new(right.dot(side), up.dot(side)));
+        // Eigenvalues of M M^T for M = [x y]: the squared widths.
+        let (p, q, r) = (x.x * x.x + y.x * y.x, x.x * x.y + y.x * y.y, x.y * x.y + y.y * y.y);
+        let largest = (p + r) / 2.0 + ((p - r) / 2.0).hypot(q);
+        let mean = x.perp_dot(y).abs().sqrt();
+        let ratio = largest.sqrt() / mean;
+        let axis = if p >= r { DVec2::new(largest - r, q) } else { DVec2::new(q, largest - p) };
+        let stretch = match axis.try_normalize() {
+            Some(axis) if ratio.is_finite() => Stretch::new((right * axis.x + up * axis.y).as_vec3(), ratio as f32),
+            _ => Stretch::ROUND,
         };
-        RayCone { width: mean(0), spread: mean(1) }
+        Self { mean, stretch }
     }
 }
 
@@ -94,15 +159,16 @@ impl RayCone {
         Self { width: self.width + self.spread * distance, ..*self }
     }
 
-    /// Cone after a scattering event: specular reflection keeps it, anything else collapses it.
+    /// Cone after a scattering event: specular reflection keeps its mean width, anything else collapses it.
     pub fn after_scatter(&self, mirrored: bool) -> Self {
-        if mirrored { *self } else { Self::default() }
+        if mirrored { Self { stretch: Stretch::ROUND, ..*self } } else { Self::default() }
     }
 }
 
 impl Footprint {
-    /// Footprint of a cone of this width whose axis hits a triangle along `direction`.
-    pub fn new([a, b, c]: [DVec3; 3], direction: Vec3, width: f32) -> Self {
+    /// Footprint of a cone whose axis hits a triangle along `direction`.
+    pub fn new([a, b, c]: [DVec3; 3], direction: Vec3, cone: &RayCone) -> Self {
+        let width = cone.width;
         if width <= 0.0 {
             return Self::default();
         }
@@ -119,6 +185,13 @@ impl Footprint {
             .try_normalize()
             .unwrap_or_else(|| normal.any_orthonormal_vector());
         let weights = |v: Vec3| Vec2::new(v.cross(e2).dot(cross), e1.cross(v).dot(cross)) / area2;
+        if let Some((axis, ratio)) = cone.stretch.unpack() {
+            // The cone's axes, projected onto the triangle along the direction, are conjugate diameters of the footprint.
+            let lengthening = (long / width).powi(2) - 1.0;
+            let project = |v: Vec3| v + along * (along.dot(v) * lengthening) - normal * normal.dot(v);
+            let widths = [axis * ratio, direction.cross(axis) / ratio];
+            return Self { axes: widths.map(|across| weights(project(across) * width)) };
+        }
         Self { axes: [weights(along * long), weights(normal.cross(along) * width)] }
     }
 
@@ -138,14 +211,34 @@ mod tests {
     use super::*;
 
     #[test]
+    fn packed_stretches_keep_axis_and_ratio() {
+        assert_eq!(Stretch::new(Vec3::X, 1.0), Stretch::ROUND);
+        for axis in [Vec3::X, Vec3::NEG_Y, Vec3::Z, Vec3::new(0.6, -0.48, -0.64), Vec3::new(-0.36, 0.48, 0.8)] {
+            for (ratio, expected) in [(1.5, 1.5), (3.0, 3.0), (1e6, 1.0 + 255.0 / 32.0)] {
+                let (found, kept) = Stretch::new(axis, ratio).unpack().unwrap();
+                assert!(found.cross(axis).length() < 2e-3, "{axis} {found}");
+                assert_eq!(kept, expected);
+            }
+        }
+    }
+
+    #[test]
     fn footprint_is_an_ellipse_on_the_triangle() {
+        let round = |width| RayCone { width, ..RayCone::default() };
         // A triangle of two by one metres; seen at 60 degrees along x, the long axis is twice the width.
         let corners = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y];
         let direction = Vec3::new(3f32.sqrt() / 2.0, 0.0, -0.5);
-        let footprint = Footprint::new(corners, direction, 0.1);
+        let footprint = Footprint::new(corners, direction, &round(0.1));
         let [long, short] = footprint.in_texture([Vec2::ZERO, Vec2::X, Vec2::Y]);
         assert!((long.abs() - Vec2::new(0.1, 0.0)).length() < 1e-6, "{long}");
         assert!((short.abs() - Vec2::new(0.0, 0.1)).length() < 1e-6, "{short}");
-        assert!(Footprint::new(corners, direction, 0.0).is_point());
+        assert!(Footprint::new(corners, direction, &round(0.0)).is_point());
+        // A cone twice as wide in the plane of incidence as across it.
+        let stretch = Stretch::new(Vec3::new(0.5, 0.0, 3f32.sqrt() / 2.0), 1.5);
+        let elliptic = RayCone { width: 0.1, stretch, ..RayCone::default() };
+        let footprint = Footprint::new(corners, direction, &elliptic);
+        let [long, short] = footprint.in_texture([Vec2::ZERO, Vec2::X, Vec2::Y]);
+        assert!((long.abs() - Vec2::new(0.15, 0.0)).length() < 1e-4, "{long}");
+        assert!((short.abs() - Vec2::new(0.0, 0.1 / 1.5)).length() < 1e-4, "{short}");
     }
 }

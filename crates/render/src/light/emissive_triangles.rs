@@ -1,14 +1,17 @@
 //! Emissive triangles: every triangle of an emissive material is a light.
+//!
+//! Points on a triangle are sampled in proportion to the brightness of its texture's texels.
 
 use std::sync::{Arc, Weak};
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::Material;
 
 use crate::interaction::LightSampleContext;
 use crate::interaction::ray_cone::Footprint;
 use crate::light::bounds::LightBounds;
+use crate::light::emission_table::{CellContent, EmissionTable};
 use crate::light::samples::LightLiSample;
 use crate::light::tree::LightTree;
 use crate::light::tree::importance::LightTreeContext;
@@ -24,6 +27,8 @@ pub(crate) struct EmissiveTriangles {
     triangles: Vec<[u32; 2]>,
     /// Light index of every triangle of an emissive instance.
     light_of_triangle: Vec<Vec<u32>>,
+    /// Distribution of the points on each triangle; `None` if it is uniform.
+    distributions: Vec<Option<PointDistribution>>,
     tree: LightTree,
 }
 
@@ -89,6 +94,26 @@ impl Geometry {
     }
 }
 
+/// Distribution of points on a triangle.
+#[derive(Debug)]
+struct PointDistribution {
+    grid: CellGrid,
+    table: EmissionTable,
+}
+
+impl PointDistribution {
+    /// Samples weights of the second and third vertex. Returns them with their density relative to the uniform one.
+    fn sample(&self, random: [f32; 2]) -> ([f32; 2], f64) {
+        let (point, density) = self.table.sample(random);
+        (self.grid.to_triangle(point), density)
+    }
+
+    /// The density of [`PointDistribution::sample`].
+    fn pdf(&self, weights: [f32; 2]) -> f64 {
+        self.table.pdf(self.grid.to_grid(weights).map(|x| x.max(0.0)))
+    }
+}
+
 /// Light index of a triangle that does not emit.
 const NOT_EMISSIVE: u32 = u32::MAX;
 
@@ -97,6 +122,7 @@ impl EmissiveTriangles {
         let mut found = Self::default();
         let mut bounds = vec![];
         let shines = |&material: &usize| world.materials[material].material.emission.value != [0.0; 3];
+        let most_cells = limit_cells(world);
         for (instance, object) in world.shining_instances() {
             found.light_of_triangle.resize_with(instance + 1, Vec::new);
             let count = object.mesh.mesh.triangles.len();
@@ -104,11 +130,12 @@ impl EmissiveTriangles {
             for (triangle, number) in numbers.iter_mut().enumerate() {
                 let (instance, triangle) = (instance as u32, triangle as u32);
                 if shines(&world.material_index(instance, triangle))
-                    && let Some(light) = measure_emission(world, instance, triangle)
+                    && let Some((light, distribution)) = measure_emission(world, instance, triangle, most_cells)
                 {
                     *number = found.triangles.len() as u32;
                     found.triangles.push([instance, triangle]);
                     bounds.push(light);
+                    found.distributions.push(distribution);
                 }
             }
             found.light_of_triangle[instance] = numbers;
@@ -131,7 +158,7 @@ impl EmissiveTriangles {
         self.tree.importance(from)
     }
 
-    /// Samples a triangle by the light tree and a point uniformly on it.
+    /// Samples a triangle by the light tree and a point on it by its brightness.
     pub fn sample(
         &self,
         world: &Geometry,
@@ -141,8 +168,12 @@ impl EmissiveTriangles {
     ) -> Option<LightLiSample> {
         let (number, probability) = self.tree.sample(by, which)?;
         let [instance, triangle] = self.triangles[number];
-        // The square folded along its diagonal.
-        let (u, v) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };
+        let ([u, v], brightness_density) = match &self.distributions[number] {
+            Some(distribution) => distribution.sample([x, y]),
+            // The square folded along its diagonal.
+            None if x + y > 1.0 => ([1.0 - x, 1.0 - y], 1.0),
+            None => ([x, y], 1.0),
+        };
         let [a, e1, e2] = edges(world, instance, triangle);
         let end = a + e1 * f64::from(u) + e2 * f64::from(v);
         let offset = end - by.from.position;
@@ -154,7 +185,7 @@ impl EmissiveTriangles {
         if radiance == Vec3::ZERO {
             return None;
         }
-        LightLiSample::new(direction, end, radiance, probability * density)
+        LightLiSample::new(direction, end, radiance, probability * density * brightness_density)
     }
 
     /// Density by solid angle with which [`EmissiveTriangles::sample`] yields a hit at this distance.
@@ -166,7 +197,9 @@ impl EmissiveTriangles {
         };
         let [_, e1, e2] = edges(world, hit.instance, hit.triangle);
         let density = solid_angle_pdf(e1.cross(e2) / 2.0, direction.as_dvec3(), distance);
-        self.tree.pmf(&from.into(), number as usize) * density
+        let brightness_density = self.distributions[number as usize].as_ref();
+        let brightness_density = brightness_density.map_or(1.0, |points| points.pdf([hit.u, hit.v]));
+        self.tree.pmf(&from.into(), number as usize) * density * brightness_density
     }
 }
 
@@ -181,37 +214,157 @@ fn solid_angle_pdf(area: DVec3, direction: DVec3, distance: f64) -> f64 {
     distance * distance / area.dot(direction).abs()
 }
 
-/// Light bounds of a triangle; `None` if it is degenerate. The radiance is the mean over an even grid and is used only
-/// for light selection: bright texels between grid points are found by BSDF samples.
-fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<LightBounds> {
-    const MEASURE_GRID: usize = 8;
+/// Largest number of cells along an edge of a table, and of values in all tables.
+const MAX_CELLS: usize = 4096;
+const MAX_TABLE_VALUES: usize = 1 << 25;
+
+/// Largest number of cells along an edge for which all tables together have at most [`MAX_TABLE_VALUES`] values.
+fn limit_cells(world: &Geometry) -> usize {
+    let shining = world.shining_instances().flat_map(|(instance, object)| {
+        let triangles = 0..object.mesh.mesh.triangles.len() as u32;
+        triangles.map(move |triangle| CellGrid::new(world, instance as u32, triangle).size)
+    });
+    let cells: Vec<usize> = shining.filter(|&cells| cells > 1).collect();
+    let mut limit = MAX_CELLS;
+    let values = |limit: usize| cells.iter().map(|&cells| EmissionTable::len_of(cells.min(limit))).sum::<usize>();
+    while limit > 1 && values(limit) > MAX_TABLE_VALUES {
+        limit /= 2;
+    }
+    limit
+}
+
+/// Grid of cells on a triangle with an emission texture.
+#[derive(Clone, Copy, Debug)]
+struct CellGrid {
+    /// Number of cells along an edge.
+    size: usize,
+    content: CellContent,
+    /// Vertex from which both edges of the grid start.
+    base: usize,
+}
+
+impl CellGrid {
+    /// A single cell.
+    const UNIFORM: Self = Self { size: 1, content: CellContent::Constant, base: 0 };
+    /// Rounding of texture coordinates, in cells.
+    const ROUNDING: f32 = 1e-2;
+
+    /// The grid of a triangle. An image without interpolation is constant within a texel, any other one bilinear within
+    /// half a texel.
+    fn new(world: &Geometry, instance: u32, triangle: u32) -> Self {
+        let material = &world.materials[world.material_index(instance, triangle)].material;
+        let grid = || {
+            let slot = material.emission.texture?;
+            let corners = world.uv_corners(instance, triangle, slot.uv_set)?;
+            let texture = &world.textures[slot.texture];
+            let is_interpolated = texture.is_interpolated();
+            let scale = Vec2::from(texture.size().map(|n| n as f32)) * if is_interpolated { 2.0 } else { 1.0 };
+            let corners = corners.map(|uv| Vec2::from(slot.coordinates(uv.map(|x| x as f32))) * scale);
+            Some(Self::on_corners(corners, is_interpolated))
+        };
+        grid().unwrap_or(Self::UNIFORM)
+    }
+
+    /// The grid for vertices in cells of the image.
+    fn on_corners(corners: [Vec2; 3], is_interpolated: bool) -> Self {
+        let edges = |base: usize| [1, 2].map(|next| corners[(base + next) % 3] - corners[base]);
+        // The vertex whose edges are most parallel to the image's axes.
+        let skew = |base: &usize| edges(*base).iter().map(|edge| edge.abs().min_element()).fold(0.0, f32::max);
+        let base = [0, 1, 2].into_iter().min_by(|a, b| skew(a).total_cmp(&skew(b))).unwrap_or(0);
+        let lengths = edges(base).map(|edge| edge.abs().max_element());
+        let longest = (lengths[0].max(lengths[1]) - Self::ROUNDING).ceil().clamp(1.0, MAX_CELLS as f32);
+        let is_whole = |x: f32| (x - x.round()).abs() <= Self::ROUNDING;
+        let is_aligned = skew(&base) <= Self::ROUNDING
+            && corners[base].to_array().into_iter().all(is_whole)
+            && lengths.into_iter().all(|length| length >= 1.0 && is_whole(longest / length));
+        let content = match (is_aligned, is_interpolated) {
+            (true, false) => CellContent::Constant,
+            (true, true) => CellContent::Bilinear,
+            (false, _) => CellContent::Mixed,
+        };
+        Self { size: longest as usize, content, base }
+    }
+
+    /// Weights of the second and third vertex for a point of the grid.
+    fn to_triangle(self, [s, t]: [f32; 2]) -> [f32; 2] {
+        match self.base {
+            0 => [s, t],
+            1 => [1.0 - s - t, s],
+            _ => [t, 1.0 - s - t],
+        }
+    }
+
+    /// The inverse of [`CellGrid::to_triangle`].
+    fn to_grid(self, [u, v]: [f32; 2]) -> [f32; 2] {
+        match self.base {
+            0 => [u, v],
+            1 => [v, 1.0 - u - v],
+            _ => [1.0 - u - v, u],
+        }
+    }
+}
+
+/// Light bounds of a triangle, by its mean radiance, and the distribution of its points; `None` if it is degenerate.
+fn measure_emission(
+    world: &Geometry,
+    instance: u32,
+    triangle: u32,
+    most_cells: usize,
+) -> Option<(LightBounds, Option<PointDistribution>)> {
     let [a, e1, e2] = edges(world, instance, triangle);
     let area = e1.cross(e2) / 2.0;
     let normal = area.try_normalize()?;
     let material = &world.materials[world.material_index(instance, triangle)].material;
-    let place = |i: usize| {
-        let (x, y) = (i % MEASURE_GRID, i / MEASURE_GRID);
-        [x, y].map(|n| (n as f32 + 0.5) / MEASURE_GRID as f32)
-    };
-    let mean = if material.emission.texture.is_some() {
-        // Half of the square; the other half is folded onto it.
-        let at = |i: usize| {
-            let [u, v] = place(i);
-            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+    let (mean, table) = if material.emission.texture.is_some() {
+        let direction = front_direction(world, instance, normal);
+        let mut grid = CellGrid::new(world, instance, triangle);
+        if grid.size > most_cells {
+            (grid.size, grid.content) = (most_cells, CellContent::Mixed);
+        }
+        let (mean, table) = EmissionTable::measure(grid.size, grid.content, |point| {
+            let [u, v] = grid.to_triangle(point);
             let hit = Hit { t: 0.0, u, v, instance, triangle };
-            world.emission(&hit, front_direction(world, instance, normal), &Footprint::default())
-        };
-        (0..MEASURE_GRID * MEASURE_GRID).map(at).sum::<Vec3>() / (MEASURE_GRID * MEASURE_GRID) as f32
+            world.emission(&hit, direction, &Footprint::default())
+        });
+        (mean, table.map(|table| PointDistribution { grid, table }))
     } else {
-        Vec3::from(material.emission.value)
+        (Vec3::from(material.emission.value), None)
     };
     let intensity = (mean.as_dvec3() * area.length()).as_vec3();
     let front = -front_direction(world, instance, normal).as_dvec3();
-    Some(LightBounds::planar(&[a, a + e1, a + e2], front, intensity, material.double_sided))
+    let corners = [a, a + e1, a + e2];
+    Some((LightBounds::planar(&corners, front, intensity, material.double_sided), table))
 }
 
 /// Direction of a ray that hits the triangle's front.
 fn front_direction(world: &Geometry, instance: u32, normal: DVec3) -> Vec3 {
     let mirrored = world.instances[instance as usize].flips_orientation;
     (if mirrored { normal } else { -normal }).as_vec3()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_start_at_the_right_angle_of_a_triangle() {
+        // The second triangle of a rectangle with 8 x 4 half texels.
+        let corners = [[0.0, 0.0], [8.0, 4.0], [0.0, 4.0]].map(Vec2::from);
+        for turn in 0..3 {
+            let turned = [0, 1, 2].map(|i| corners[(i + turn) % 3]);
+            let grid = CellGrid::on_corners(turned, true);
+            assert_eq!((grid.size, grid.content, (grid.base + turn) % 3), (8, CellContent::Bilinear, 2));
+            for point in [[0.1, 0.2], [0.7, 0.05], [0.0, 0.9]] {
+                let [u, v] = grid.to_triangle(point);
+                let place = turned[0] * (1.0 - u - v) + turned[1] * u + turned[2] * v;
+                let [s, t] = point;
+                let expected = corners[2] * (1.0 - s - t) + corners[0] * s + corners[1] * t;
+                assert!((place - expected).length() < 1e-5);
+                let back = Vec2::from(grid.to_grid([u, v]));
+                assert!((back - Vec2::from(point)).length() < 1e-6);
+            }
+        }
+        assert_eq!(CellGrid::on_corners(corners.map(|at| at + 0.25), true).content, CellContent::Mixed);
+        assert_eq!(CellGrid::on_corners(corners, false).content, CellContent::Constant);
+    }
 }

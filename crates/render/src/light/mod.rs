@@ -17,6 +17,7 @@ pub(crate) mod air_light;
 pub(crate) mod bounds;
 pub(crate) mod default_lights;
 pub(crate) mod disk;
+pub(crate) mod emission_table;
 pub(crate) mod emissive_triangles;
 pub(crate) mod environment;
 pub(crate) mod ies;

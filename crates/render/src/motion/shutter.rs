@@ -1,8 +1,8 @@
 //! World states over a camera's shutter.
 //!
-//! A sample's colour is that of the world in one of [`TIME_SLICES`] equal time slices, at the slice's middle. With a
-//! rolling shutter there are [`ROLLING_TIME_SLICES`] slices, if the moving objects are few and rigid. Ground truth
-//! shows the world at the exact middle of each row's exposure.
+//! A sample's colour is that of the world in one of many equal time slices, at the slice's middle. Their number depends
+//! on the motion of objects in the image (see [`SliceCount`]). With a rolling shutter there are [`MAX_SLICES`], if the
+//! moving objects are few and rigid. Ground truth shows the world at the exact middle of each row's exposure.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,18 +11,19 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec2;
 use raycam_scene::camera::{ReadoutDirection, ShutterMotion};
 use raycam_scene::world::WorldTime;
-use raycam_scene::{Camera, Mesh, World};
+use raycam_scene::{Camera, Mesh, Notice, NoticeCode, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::motion::slice_count::SliceCount;
 use crate::prepare::world::PreparedWorld;
 
-/// Slices of the time from the opening of the first row until the closing of the last row.
-const TIME_SLICES: usize = 64;
-/// Slices with a rolling shutter.
-const ROLLING_TIME_SLICES: usize = 1024;
-/// Largest number of objects for [`ROLLING_TIME_SLICES`].
+/// Largest number of slices of the time from the opening of the first row until the closing of the last row, for few
+/// rigid objects and for others.
+const MAX_SLICES: usize = 1024;
+const MAX_SLICES_OF_MANY: usize = 256;
+/// Largest number of objects for [`MAX_SLICES`].
 const FINE_MAX_OBJECTS: usize = 128;
 /// Memory limit of the worlds of all rows of an image.
 const ROW_WORLDS_MAX_BYTES: usize = 2 << 30;
@@ -41,6 +42,7 @@ pub(crate) struct ShutterSlices<'a> {
     duration: f64,
     /// Time between the middles of the first and the last row's exposures; 0 for a global shutter.
     readout: f64,
+    count: SliceCount,
     slices: Vec<OnceLock<Arc<PreparedWorld>>>,
 }
 
@@ -53,15 +55,30 @@ impl<'a> ShutterSlices<'a> {
         let (motion, clock) = (camera.motion()?, world.time?);
         let readout = motion.readout();
         let few = world.node_tree.is_none() && world.objects.len() <= FINE_MAX_OBJECTS;
-        let slices = if readout > 0.0 && few { ROLLING_TIME_SLICES } else { TIME_SLICES };
-        (motion.total_duration() > 0.0 && world.is_animated()).then(|| Self {
-            world,
-            reference: still,
-            clock,
-            duration: motion.total_duration(),
-            readout,
-            slices: std::iter::repeat_with(OnceLock::new).take(slices).collect(),
-        })
+        let duration = motion.total_duration();
+        if duration <= 0.0 || !world.is_animated() {
+            return None;
+        }
+        let max = if few { MAX_SLICES } else { MAX_SLICES_OF_MANY };
+        let at = |part: f64| world_after(world, clock, (part - 0.5) * duration).ok();
+        let mut count = SliceCount::of_exposure(world, camera, max, at);
+        if readout > 0.0 && few {
+            count.slices = MAX_SLICES;
+        }
+        let slices = std::iter::repeat_with(OnceLock::new).take(count.slices).collect();
+        Some(Self { world, reference: still, clock, duration, readout, count, slices })
+    }
+
+    /// Notice about objects that move visibly between two slices.
+    pub fn notice(&self) -> Option<Notice> {
+        let SliceCount { slices, motion } = self.count;
+        let step = self.count.coarse_step()?;
+        let message = format!(
+            "objects move by up to {motion:.0} pixels during the exposure, which is divided into {slices} moments: {step:.1} \
+             pixels from one to the next, so that motion blur may consist of separate images; shorten the exposure, or \
+             render shorter exposures and average them"
+        );
+        Some(Notice::new(NoticeCode::CoarseMotionBlur, message))
     }
 
     /// True if rows are exposed at different times.

@@ -145,6 +145,27 @@ impl Geometry {
         })
     }
 
+    /// The surfaces of some instances alone, with the same origin, materials and textures, for queries of rays.
+    ///
+    /// # Errors
+    /// [`RenderError::World`] if coordinates exceed float32.
+    pub fn with_instances(&self, instances: Vec<PreparedInstance>) -> Result<Self, RenderError> {
+        Ok(Self {
+            scene: build_scene(TlasLeaves::Instances, &instances, self.origin)?.into(),
+            on_demand: Arc::default(),
+            object_bounds: vec![],
+            dielectric_bounds: OnceLock::new(),
+            fog: None,
+            boundaries: None,
+            bodies: vec![],
+            instances,
+            materials: self.materials.clone(),
+            textures: self.textures.clone(),
+            texture_cache: self.texture_cache.clone(),
+            ..*self
+        })
+    }
+
     /// For each material, the scene-local box of its closed dielectric bodies.
     pub fn dielectric_bounds(&self) -> &[Option<[DVec3; 2]>] {
         if let Some(known) = self.dielectric_bounds.get() {

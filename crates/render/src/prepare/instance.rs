@@ -14,7 +14,7 @@ use crate::prepare::stretch::StretchedBvh;
 const MAX_BOXES: usize = 256;
 
 /// Mesh placed in the scene.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct PreparedInstance {
     pub mesh: Arc<PreparedMesh>,
     /// BVH to trace instead of the mesh's own.
@@ -48,7 +48,7 @@ pub(crate) struct PreparedInstance {
 const MAX_ROUNDINGS: f64 = 8.0;
 
 /// Bounds on float32 errors of an instance's points, in units of one rounding.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ErrorBounds {
     /// Growth of a point's error when it is transformed to mesh coordinates and back: |M| |M^-1|.
     per_point: DMat3,

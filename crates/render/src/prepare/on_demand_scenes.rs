@@ -103,9 +103,9 @@ impl Geometry {
         flattened.unwrap_or_else(|| self.two_level())
     }
 
-    /// Nearest hit of every ray in float64.
-    pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
-        self.exact_scene().closest_exact(rays, self, hits);
+    /// Nearest hit of every ray in float64. Returns the rays that hit coplanar surfaces of several objects, ascending.
+    pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<u32> {
+        self.exact_scene().closest_exact(rays, self, hits)
     }
 
     /// True if the box of one instance contains all others, such as a room with its objects.

@@ -78,6 +78,11 @@ impl PreparedTexture {
         self.texture.image.size
     }
 
+    /// True if enlarged texels are interpolated.
+    pub fn is_interpolated(&self) -> bool {
+        self.texture.sampler.magnification == TexelFilter::Linear
+    }
+
     /// Value at a point.
     pub fn lookup(&self, uv: [f32; 2], weight: TexelWeight) -> [f32; 4] {
         lookup(&self.texture, uv, weight)

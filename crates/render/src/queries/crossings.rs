@@ -109,6 +109,6 @@ fn with_filter(
     range: Range<usize>,
     work: impl FnOnce(Option<&dyn HitFilter>),
 ) {
-    let filter = query.selection.filter(&world.geometry, rays, range);
+    let filter = query.selection.filter(&world.geometry, rays, (range.start, None));
     work((!query.selection.is_everything()).then_some(&filter as &dyn HitFilter));
 }

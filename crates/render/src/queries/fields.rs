@@ -134,6 +134,15 @@ impl Columns {
         }
     }
 
+    /// Replaces the number of every instance.
+    pub(super) fn rename_instances(&mut self, new: impl Fn(i32) -> i32) {
+        for (field, column) in &mut self.0 {
+            if let (Field::Instance, Column::Int32(values)) = (field, column) {
+                values.iter_mut().for_each(|value| *value = new(*value));
+            }
+        }
+    }
+
     /// Column of a field, if present.
     pub fn get(&self, field: Field) -> Option<&Column> {
         self.0.iter().find(|(name, _)| *name == field).map(|(_, column)| column)

@@ -8,8 +8,10 @@ use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray}
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::memory::check_memory;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::fields::{Columns, Field, columns};
+use crate::queries::ray_order::narrow_order;
 use crate::queries::selection::Selection;
 use crate::queries::tasks::{self, NS_PER_RAY, in_tasks};
 
@@ -110,7 +112,7 @@ pub fn cast_rays(
     check_hit_memory(n, fields)?;
     world.geometry.note_rays(n as u64);
     let mut found = Columns::empty(fields);
-    let work = |range: Range<usize>| hit_columns(world, rays, fields, range);
+    let work = |range: Range<usize>| hit_columns(&world.geometry, rays, fields, range);
     world.geometry.note_exact_rays(n as u64);
     in_tasks((n, NS_PER_RAY), threads, control, work, |more| found.append(more))?;
     Ok(found)
@@ -123,28 +125,46 @@ pub(super) fn check_hit_memory(n: usize, fields: &[Field]) -> Result<(), RenderE
 }
 
 /// Fields of the nearest hits of a range of checked rays.
-pub(super) fn hit_columns(world: &PreparedWorld, rays: &RayArrays, fields: &[Field], range: Range<usize>) -> Columns {
-    let geometry = &world.geometry;
+pub(super) fn hit_columns(geometry: &Geometry, rays: &RayArrays, fields: &[Field], range: Range<usize>) -> Columns {
     let local = rays.slice(range.clone());
-    let mut hits = closest_hits(world, &local, rays, range);
+    let order = if rays.kernel == Kernel::Exact { narrow_order(&local, geometry.radius) } else { None };
+    let local = in_order(local, order.as_deref());
+    let mut hits = closest_hits(geometry, &local, rays, (range.start, order.as_deref()));
     if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
         geometry.two_level().refine(&local, geometry, &mut hits);
     }
-    columns(geometry, fields, local.iter().zip(&hits))
+    let mut found = columns(geometry, fields, local.iter().zip(&hits));
+    if let Some(order) = order {
+        found.scatter(&order);
+    }
+    found
+}
+
+fn in_order(rays: Vec<ExactRay>, order: Option<&[usize]>) -> Vec<ExactRay> {
+    match order {
+        Some(order) => order.iter().map(|&at| rays[at]).collect(),
+        None => rays,
+    }
 }
 
 /// For each of a range of checked rays, true if it has any hit.
-pub(super) fn any_hits(world: &PreparedWorld, rays: &RayArrays, range: Range<usize>) -> Vec<bool> {
+pub(super) fn any_hits(geometry: &Geometry, rays: &RayArrays, range: Range<usize>) -> Vec<bool> {
     let local = rays.slice(range.clone());
     let mut occluded = vec![false; local.len()];
     match rays.kernel {
         Kernel::Exact => {
-            let filter = rays.selection.filter(&world.geometry, &local, range);
+            let order = narrow_order(&local, geometry.radius);
+            let local = in_order(local, order.as_deref());
+            let filter = rays.selection.filter(geometry, &local, (range.start, order.as_deref()));
             let filter = (!rays.selection.is_everything()).then_some(&filter as &dyn HitFilter);
-            world.geometry.exact_scene().occluded_exact(&local, &world.geometry, filter, &mut occluded);
+            geometry.exact_scene().occluded_exact(&local, geometry, filter, &mut occluded);
+            if let Some(order) = order {
+                let sorted = occluded.clone();
+                order.iter().zip(sorted).for_each(|(&at, is_occluded)| occluded[at] = is_occluded);
+            }
         }
         Kernel::Float32 { coherent } => {
-            world.geometry.two_level().occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
+            geometry.two_level().occluded(&local_rays(geometry, &local), &mut occluded, coherence(coherent));
         }
     }
     occluded
@@ -164,7 +184,7 @@ pub fn occluded(
     let n = rays.origins.len();
     world.geometry.note_rays(n as u64);
     let mut found = Vec::with_capacity(n);
-    let work = |range: Range<usize>| any_hits(world, rays, range);
+    let work = |range: Range<usize>| any_hits(&world.geometry, rays, range);
     world.geometry.note_exact_rays(n as u64);
     in_tasks((n, NS_PER_RAY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
@@ -175,24 +195,30 @@ pub fn is_brief(rays: usize) -> bool {
     tasks::is_brief(rays, NS_PER_RAY)
 }
 
-/// Nearest hits.
-fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, range: Range<usize>) -> Vec<ExactHit> {
+/// Nearest hits. Ray i is ray `first + order[i]` of the query, or ray `first + i` without an order.
+fn closest_hits(
+    geometry: &Geometry,
+    rays: &[ExactRay],
+    query: &RayArrays,
+    numbers: (usize, Option<&[usize]>),
+) -> Vec<ExactHit> {
     let mut hits = vec![ExactHit::MISS; rays.len()];
     match query.kernel {
         Kernel::Exact => {
             if query.selection.is_everything() {
-                world.geometry.closest_exact(rays, &mut hits);
+                geometry.closest_exact(rays, &mut hits);
             } else {
-                let filter = query.selection.filter(&world.geometry, rays, range);
-                world.geometry.exact_scene().closest_exact_of(rays, &world.geometry, &filter, &mut hits);
+                let filter = query.selection.filter(geometry, rays, numbers);
+                geometry.exact_scene().closest_exact_of(rays, geometry, &filter, &mut hits);
             }
         }
         Kernel::Float32 { coherent } => {
             let mut found = vec![Hit::MISS; rays.len()];
-            world.geometry.two_level().closest(&local_rays(world, rays), &mut found, coherence(coherent));
+            let (scene, local) = (geometry.two_level(), local_rays(geometry, rays));
+            geometry.closest(scene, &local, &mut found, coherence(coherent), |_| true);
             for ((hit, found), ray) in hits.iter_mut().zip(&found).zip(rays) {
                 if found.instance != INVALID_ID {
-                    *hit = refine_f64(world, found, ray);
+                    *hit = refine_f64(geometry, found, ray);
                 }
             }
         }
@@ -208,16 +234,16 @@ fn coherence(coherent: Option<bool>) -> Coherence {
     }
 }
 
-fn local_rays(world: &PreparedWorld, rays: &[ExactRay]) -> Vec<Ray> {
-    let local = |ray: &ExactRay| world.geometry.local_ray(ray.origin.into(), ray.direction.into(), ray.t_max).0;
+fn local_rays(geometry: &Geometry, rays: &[ExactRay]) -> Vec<Ray> {
+    let local = |ray: &ExactRay| geometry.local_ray(ray.origin.into(), ray.direction.into(), ray.t_max).0;
     rays.iter().map(local).collect()
 }
 
 /// Intersection of a ray with the plane of the triangle found in float32, clamped to the triangle because float64 may
 /// miss it near an edge.
-fn refine_f64(world: &PreparedWorld, hit: &Hit, ray: &ExactRay) -> ExactHit {
+fn refine_f64(geometry: &Geometry, hit: &Hit, ray: &ExactRay) -> ExactHit {
     let (origin, direction) = (DVec3::from(ray.origin), DVec3::from(ray.direction));
-    let [a, b, c] = world.geometry.corners(hit.instance, hit.triangle).map(|corner| corner - origin);
+    let [a, b, c] = geometry.corners(hit.instance, hit.triangle).map(|corner| corner - origin);
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
     let determinant = e1.dot(p);

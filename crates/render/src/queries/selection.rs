@@ -1,7 +1,5 @@
 //! Selection of the surfaces that count for a query.
 
-use std::ops::Range;
-
 use raycam_bvh::{ExactHit, ExactRay, HitFilter};
 
 use crate::error::RenderError;
@@ -67,14 +65,14 @@ impl Selection<'_> {
         Ok(())
     }
 
-    /// Filter for the rays of a range.
+    /// Filter for rays of the query: ray i is ray `first + order[i]`, or ray `first + i` without an order.
     pub(super) fn filter<'b>(
         &'b self,
         geometry: &'b Geometry,
         rays: &'b [ExactRay],
-        range: Range<usize>,
+        (first, order): (usize, Option<&'b [usize]>),
     ) -> SelectionFilter<'b> {
-        SelectionFilter { selection: self, geometry, rays, first: range.start }
+        SelectionFilter { selection: self, geometry, rays, first, order }
     }
 }
 
@@ -83,15 +81,18 @@ pub(super) struct SelectionFilter<'a> {
     selection: &'a Selection<'a>,
     geometry: &'a Geometry,
     rays: &'a [ExactRay],
-    /// Index of the first ray in the query.
+    /// Number in the query of the first ray.
     first: usize,
+    /// Numbers of the rays relative to the first, if they are in another order.
+    order: Option<&'a [usize]>,
 }
 
 impl SelectionFilter<'_> {
     fn skipped(&self, ray: usize) -> Option<(u32, i32)> {
         let (instances, triangles) = self.selection.skip?;
-        let instance = u32::try_from(instances[self.first + ray]).ok()?;
-        Some((instance, triangles[self.first + ray]))
+        let number = self.first + self.order.map_or(ray, |order| order[ray]);
+        let instance = u32::try_from(instances[number]).ok()?;
+        Some((instance, triangles[number]))
     }
 }
 

@@ -1,4 +1,7 @@
 //! Rays with a time each: every ray is traced in the world at its time.
+//!
+//! If objects follow keyframes, exact rays are taken in slices of similar times, and only the objects that a slice's rays
+//! may hit are placed at their times. Otherwise, the world is prepared for each distinct time.
 
 use std::ops::Range;
 
@@ -9,14 +12,18 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::memory::check_memory;
 use crate::motion::shutter::prepare_after;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::fields::{Columns, Field};
-use crate::queries::rays::{RayArrays, any_hits, cast_rays, check_hit_memory, hit_columns, occluded};
+use crate::queries::moving_objects::{Bundle, MovingObjects, ReachableObjects};
+use crate::queries::rays::{Kernel, RayArrays, any_hits, cast_rays, check_hit_memory, hit_columns, occluded};
 use crate::queries::selection::Selection;
 use crate::thread_pool::Workers;
 
 /// Rays per task.
 const RAYS_PER_TASK: usize = 4096;
+/// Rays per slice, within which an object either may be hit or is ignored.
+const RAYS_PER_SLICE: usize = 512;
 /// Bytes per ray of the arrays that are sorted by time.
 const SORTED_RAY_BYTES: u64 = 88;
 
@@ -58,8 +65,9 @@ pub fn cast_rays_at(
     }
     rays.check(moving.prepared)?;
     check_hit_memory(times.len(), fields)?;
-    let trace = |world: &PreparedWorld, sorted: &RayArrays, range| hit_columns(world, sorted, fields, range);
-    let (order, parts) = in_order_of_time(moving, rays, times, threads, control, trace)?;
+    let trace = |geometry: &Geometry, sorted: &RayArrays, range| hit_columns(geometry, sorted, fields, range);
+    let rename = |objects: &ReachableObjects, part: &mut Columns| part.rename_instances(|at| objects.id(at));
+    let (order, parts) = in_order_of_time(moving, rays, times, threads, control, (trace, rename))?;
     let mut found = Columns::empty(fields);
     parts.into_iter().for_each(|part| found.append(part));
     if let Some(order) = order {
@@ -84,7 +92,8 @@ pub fn occluded_at(
         return occluded(moving.prepared, rays, threads, control);
     }
     rays.check(moving.prepared)?;
-    let (order, parts) = in_order_of_time(moving, rays, times, threads, control, any_hits)?;
+    let keep = |_: &ReachableObjects, _: &mut Vec<bool>| {};
+    let (order, parts) = in_order_of_time(moving, rays, times, threads, control, (any_hits, keep))?;
     let sorted = parts.concat();
     let Some(order) = order else { return Ok(sorted) };
     let mut found = vec![false; sorted.len()];
@@ -108,20 +117,28 @@ fn check_times(rays: &RayArrays, times: &[f64]) -> Result<(), RenderError> {
 }
 
 /// Answers of `trace` for ranges of the rays sorted by time, and that order; `None` if the rays are already sorted.
-///
-/// The world is prepared once for each distinct time, and dropped after that time's rays.
+/// `rename` converts an answer from the numbers of a slice's objects to those of the world.
 fn in_order_of_time<T: Send>(
     moving: &MovingWorld,
     rays: &RayArrays,
     times: &[f64],
     threads: Option<usize>,
     control: &Control,
-    trace: impl Fn(&PreparedWorld, &RayArrays, Range<usize>) -> T + Sync,
+    (trace, rename): (
+        impl Fn(&Geometry, &RayArrays, Range<usize>) -> T + Sync,
+        impl Fn(&ReachableObjects, &mut T) + Sync,
+    ),
 ) -> Result<(Option<Vec<usize>>, Vec<T>), RenderError> {
     let workers = Workers::for_work(threads, f64::INFINITY, false)?;
+    let run = |rays: &RayArrays, times: &[f64]| {
+        let objects = MovingObjects::new(moving.world, &moving.prepared.geometry);
+        match objects.filter(|_| rays.kernel == Kernel::Exact) {
+            Some(objects) => trace_slices(&objects, rays, times, &workers, control, (&trace, &rename)),
+            None => trace_moments(moving, rays, times, &workers, control, &trace),
+        }
+    };
     if times.is_sorted() {
-        let parts = trace_moments(moving, rays, times, &workers, control, trace)?;
-        return Ok((None, parts));
+        return Ok((None, run(rays, times)?));
     }
     let n = times.len();
     check_memory(|| format!("the memory to sort {n} rays by time"), n as u64 * SORTED_RAY_BYTES)?;
@@ -129,18 +146,70 @@ fn in_order_of_time<T: Send>(
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let sorted = SortedRays::new(rays, &order);
     let sorted_times: Vec<f64> = order.iter().map(|&ray| times[ray]).collect();
-    let parts = trace_moments(moving, &sorted.arrays(rays), &sorted_times, &workers, control, trace)?;
+    let parts = run(&sorted.arrays(rays), &sorted_times)?;
     Ok((Some(order), parts))
 }
 
+/// Answers of `trace` for rays whose times ascend, in worlds whose objects follow keyframes.
+fn trace_slices<T: Send>(
+    objects: &MovingObjects,
+    rays: &RayArrays,
+    times: &[f64],
+    workers: &Workers,
+    control: &Control,
+    (trace, rename): (
+        &(impl Fn(&Geometry, &RayArrays, Range<usize>) -> T + Sync),
+        &(impl Fn(&ReachableObjects, &mut T) + Sync),
+    ),
+) -> Result<Vec<T>, RenderError> {
+    let slices = slices(times);
+    control.start(slices.len());
+    let trace_slice = |slice: Range<usize>| -> Result<Vec<T>, RenderError> {
+        control.check()?;
+        let own = &times[slice.clone()];
+        let mut reachable = objects.within_reach(&Bundle::around(rays, slice.clone()), [own[0], own[own.len() - 1]])?;
+        let selected = SelectedRays::new(rays, slice.clone(), &reachable);
+        let moments = if reachable.is_static() { vec![0..own.len()] } else { equal_runs(own) };
+        let mut found = vec![];
+        for moment in moments {
+            let geometry = reachable.at(own[moment.start])?;
+            let tasks: Vec<_> = moment.clone().step_by(RAYS_PER_TASK).collect();
+            let task = |first: usize| {
+                control.check()?;
+                Ok(trace(geometry, &selected.arrays(rays), first..moment.end.min(first + RAYS_PER_TASK)))
+            };
+            found.extend(tasks.into_par_iter().map(task).collect::<Result<Vec<T>, RenderError>>()?);
+        }
+        found.iter_mut().for_each(|part| rename(&reachable, part));
+        control.advance();
+        Ok(found)
+    };
+    let parts: Result<Vec<Vec<T>>, RenderError> = workers.run(|| slices.into_par_iter().map(trace_slice).collect());
+    Ok(parts?.into_iter().flatten().collect())
+}
+
+/// Ranges of at least [`RAYS_PER_SLICE`] rays, as far as there are as many; rays of the same time are in the same range.
+fn slices(times: &[f64]) -> Vec<Range<usize>> {
+    let mut slices: Vec<Range<usize>> = vec![];
+    for run in equal_runs(times) {
+        match slices.last_mut().filter(|slice| slice.len() < RAYS_PER_SLICE) {
+            Some(slice) => slice.end = run.end,
+            None => slices.push(run),
+        }
+    }
+    slices
+}
+
 /// Answers of `trace` for rays whose times ascend.
+///
+/// The world is prepared once for each distinct time, and dropped after that time's rays.
 fn trace_moments<T: Send>(
     moving: &MovingWorld,
     rays: &RayArrays,
     times: &[f64],
     workers: &Workers,
     control: &Control,
-    trace: impl Fn(&PreparedWorld, &RayArrays, Range<usize>) -> T + Sync,
+    trace: &(impl Fn(&Geometry, &RayArrays, Range<usize>) -> T + Sync),
 ) -> Result<Vec<T>, RenderError> {
     let moments = equal_runs(times);
     control.start(moments.len());
@@ -150,7 +219,7 @@ fn trace_moments<T: Send>(
         let tasks: Vec<_> = moment.clone().step_by(RAYS_PER_TASK).collect();
         let task = |first: usize| {
             control.check()?;
-            Ok(trace(&world, rays, first..moment.end.min(first + RAYS_PER_TASK)))
+            Ok(trace(&world.geometry, rays, first..moment.end.min(first + RAYS_PER_TASK)))
         };
         let found = tasks.into_par_iter().map(task).collect::<Result<Vec<T>, RenderError>>();
         control.advance();
@@ -168,6 +237,35 @@ fn equal_runs(times: &[f64]) -> Vec<Range<usize>> {
         end - run.len()..end
     });
     runs.collect()
+}
+
+/// Rays of a slice, whose selection has the numbers of the objects in reach.
+struct SelectedRays {
+    range: Range<usize>,
+    objects: Option<Vec<bool>>,
+    skip: Option<(Vec<i32>, Vec<i32>)>,
+}
+
+impl SelectedRays {
+    fn new(rays: &RayArrays, range: Range<usize>, reachable: &ReachableObjects) -> Self {
+        let own = |ids: &[i32]| ids[range.clone()].iter().map(|&id| reachable.instance(id)).collect();
+        let skip = rays.selection.skip.map(|(ids, triangles)| (own(ids), triangles[range.clone()].to_vec()));
+        Self { objects: rays.selection.objects.map(|mask| reachable.select(mask)), skip, range }
+    }
+
+    /// Query of these rays, with the kernel and the surfaces of `rays`.
+    fn arrays<'a>(&'a self, rays: &RayArrays<'a>) -> RayArrays<'a> {
+        let own = |limits: &'a [f64]| if limits.len() == 1 { limits } else { &limits[self.range.clone()] };
+        let skip = self.skip.as_ref().map(|(objects, triangles)| (&objects[..], &triangles[..]));
+        RayArrays {
+            origins: &rays.origins[self.range.clone()],
+            directions: &rays.directions[self.range.clone()],
+            t_min: own(rays.t_min),
+            t_max: own(rays.t_max),
+            kernel: rays.kernel,
+            selection: Selection { objects: self.objects.as_deref(), skip, ..rays.selection },
+        }
+    }
 }
 
 /// Arrays of a query, sorted by the rays' times.

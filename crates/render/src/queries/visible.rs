@@ -52,7 +52,7 @@ pub fn visible(
     let work = |range: Range<usize>| {
         let ends: Vec<_> = range.clone().map(|i| [pairs.from[i], pairs.to[i]]).collect();
         let rays: Vec<ExactRay> = ends.iter().map(|ends| segment(*ends)).collect();
-        let selection = pairs.selection.filter(geometry, &rays, range);
+        let selection = pairs.selection.filter(geometry, &rays, (range.start, None));
         let selects = !pairs.selection.is_everything();
         let filter = SightFilter { geometry, ends: &ends, margin: pairs.margin, selection, selects };
         let mut occluded = vec![false; rays.len()];

@@ -192,6 +192,7 @@ impl<'a> TileRenderer<'a> {
         let pixels = u64::from(width) * u64::from(height);
         let pilot = self.plan.map(|plan| plan.pilot_samples);
         self.stats.notices(self.settings, pilot, pixels, notices);
+        self.stats.coplanar_notice(notices);
     }
 
     /// True if a frame of this many samples has the same texture filter and scene.
@@ -309,6 +310,9 @@ impl<'a> TileRenderer<'a> {
                 let center_rays = &mut scratch.truth.center_rays;
                 center_rays.trace(geometry, self.camera, pixels, self.settings, self.needs.skip_transparent);
             }
+        }
+        for &i in &scratch.truth.center_rays.coplanar {
+            scratch.estimator.mark_coplanar(i, scratch.truth.center_rays.hits[i].instance);
         }
         if self.needs.coverage && self.needs.samples {
             let hits = scratch.truth.center_rays.ground_truth_hits();

@@ -17,6 +17,9 @@ pub(crate) struct RenderStats {
     /// Samples of all pixels, and pixels above the noise threshold.
     samples: AtomicU64,
     noisy_pixels: AtomicU64,
+    /// Pixels that show coplanar surfaces of several objects, and the largest complement of the objects shown there.
+    coplanar_pixels: AtomicU64,
+    coplanar_object: AtomicU64,
 }
 
 impl RenderStats {
@@ -24,12 +27,30 @@ impl RenderStats {
     pub fn take_counts(&self, tile: &mut PixelEstimator) {
         self.rejected.fetch_add(std::mem::take(&mut tile.rejected), Ordering::Relaxed);
         self.clamped.fetch_add(std::mem::take(&mut tile.clamped), Ordering::Relaxed);
+        if let Some(object) = tile.coplanar_object() {
+            self.coplanar_pixels.fetch_add(tile.coplanar_pixels(), Ordering::Relaxed);
+            self.coplanar_object.fetch_max(u64::from(!object), Ordering::Relaxed);
+        }
     }
 
     /// Adds the samples of some pixels, and the number of pixels above the noise threshold.
     pub fn add_samples(&self, samples: u64, unfinished: u64) {
         self.samples.fetch_add(samples, Ordering::Relaxed);
         self.noisy_pixels.fetch_add(unfinished, Ordering::Relaxed);
+    }
+
+    /// Appends a notice about pixels that show coplanar surfaces of several objects.
+    pub fn coplanar_notice(&self, notices: &mut Vec<Notice>) {
+        let pixels = self.coplanar_pixels.load(Ordering::Relaxed);
+        if pixels == 0 {
+            return;
+        }
+        let object = !self.coplanar_object.load(Ordering::Relaxed) as u32;
+        let message = format!(
+            "{pixels} pixels show surfaces of several objects in the same plane, for example of object {object}; the object \
+             that comes last in the world is shown; move the objects apart"
+        );
+        notices.push(Notice::new(NoticeCode::CoplanarSurfaces, message));
     }
 
     /// Appends notices about the samples of an image of this many pixels; `pilot` is the pilot's mean number of samples.

@@ -46,9 +46,14 @@ impl ObjectSpec {
             Some(known) => &**known,
             None => &new_textures[index - known_textures.len()],
         };
+        let levels = |texture: &Texture| {
+            let images = if settings.max_edge > 0.0 { texture.image.mip_map() } else { vec![] };
+            images.into_iter().map(|image| Texture { image, sampler: texture.sampler }).collect()
+        };
         let heights = |material: &Material| {
             material.height_map.map(|map| HeightField {
                 texture: texture(map.texture.texture),
+                levels: levels(texture(map.texture.texture)),
                 slot: map.texture,
                 scale: map.scale.into(),
                 zero: settings.zero,

@@ -79,3 +79,25 @@ impl<T: Interpolate> Track<T> {
         (arrival * leaving + departure * arriving) / (arriving + leaving)
     }
 }
+
+impl Track<DVec3> {
+    /// Returns an upper bound of the speed along each axis between two times.
+    ///
+    /// The derivative of a Hermite curve is at most 1.5 times its rise plus the velocities at both ends.
+    pub fn max_speed(&self, [start, end]: [f64; 2]) -> DVec3 {
+        let mut most = DVec3::ZERO;
+        let first = self.keys.partition_point(|key| key.time <= start).saturating_sub(1);
+        for (i, pair) in self.keys.windows(2).enumerate().skip(first) {
+            let [from, to] = pair else { break };
+            if from.time > end {
+                break;
+            }
+            let rise = ((to.value - from.value) / (to.time - from.time)).abs();
+            most = most.max(match from.interpolation {
+                KeyframeInterpolation::Linear => rise,
+                KeyframeInterpolation::Smooth => 1.5 * rise + self.velocity(i).abs() + self.velocity(i + 1).abs(),
+            });
+        }
+        most
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::animation::evaluate::{EvaluatedNodes, camera_at_node};
 use crate::animation::node_attachment::move_light;
@@ -13,6 +13,7 @@ use crate::error_code::ErrorCode;
 use crate::math::rotation;
 use crate::up::Up;
 use crate::video::KeyframedMotion;
+use crate::video::track::Track;
 use crate::world::{Object, World, WorldTime};
 
 impl World {
@@ -57,6 +58,20 @@ impl World {
             }
         }
         Ok(moved)
+    }
+
+    /// Returns the motions of the objects that the video moves, by ascending object, if nothing else moves the world.
+    pub fn object_motions(&self) -> Option<Vec<ObjectMotion<'_>>> {
+        let is_animated = self.node_tree.is_some() || self.time.is_some_and(|clock| clock.animation.is_some());
+        let moved = self.video.iter().flat_map(|video| &video.objects);
+        let mut motions: Vec<_> = moved
+            .filter_map(|(id, motion)| {
+                Some(ObjectMotion { id: *id, object: self.objects.get(*id)?, motion, up: self.up })
+            })
+            .collect();
+        motions.sort_by_key(|motion| motion.id);
+        let is_unique = motions.windows(2).all(|pair| pair[0].id < pair[1].id);
+        (is_unique && !is_animated).then_some(motions)
     }
 
     /// Returns the index of the animation with this name.
@@ -147,6 +162,49 @@ impl World {
             world.materials[moving.material] = moving.clone().material();
         }
         Ok(world)
+    }
+}
+
+/// The motion of an object by keyframes.
+#[derive(Clone, Copy, Debug)]
+pub struct ObjectMotion<'a> {
+    /// Index of the object.
+    pub id: usize,
+    object: &'a Object,
+    motion: &'a KeyframedMotion,
+    up: Up,
+}
+
+impl ObjectMotion<'_> {
+    /// Returns world_from_mesh at a time of the video in seconds.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] if the object would have to face a point straight above or below it, or its own location.
+    pub fn world_from_mesh_at(&self, time: f64) -> Result<DAffine3> {
+        self.motion.world_from_mesh_at(self.object, self.up, time)
+    }
+
+    /// True if the object keeps its size and its shape, and can be placed at every time.
+    pub fn is_rigid(&self) -> bool {
+        self.motion.target.is_empty() && self.motion.stretch.iter().all(Track::is_empty)
+    }
+
+    /// True if the object keeps its orientation, too.
+    pub fn is_translation(&self) -> bool {
+        self.is_rigid() && self.motion.angles.is_empty() && self.motion.rotation.is_empty()
+    }
+
+    /// The linear part of world_from_mesh, up to a rotation, of a rigid object.
+    pub fn shape(&self) -> DMat3 {
+        if self.is_translation() { self.object.world_from_mesh.matrix3 } else { self.object.scale_shear }
+    }
+
+    /// Returns a box that contains the origins of the mesh between two times.
+    pub fn locations_during(&self, [start, end]: [f64; 2]) -> [DVec3; 2] {
+        let still = self.object.world_from_mesh.translation;
+        let at = self.motion.location.evaluate(start).unwrap_or(still);
+        let reach = self.motion.location.max_speed([start, end]) * (end - start);
+        [at - reach, at + reach]
     }
 }
 

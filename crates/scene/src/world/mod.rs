@@ -23,6 +23,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3};
 use serde::{Deserialize, Serialize};
 
+pub use self::at_time::ObjectMotion;
 pub use self::light_names::{SURFACES, light_names};
 pub use self::names::Names;
 use crate::animation::NodeTree;

@@ -5,6 +5,7 @@ mod camera;
 mod category;
 mod common;
 mod counts;
+mod displace;
 mod edit;
 mod infinite;
 mod lens;

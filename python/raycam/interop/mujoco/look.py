@@ -28,7 +28,7 @@ from .textures import skybox_faces
 __all__ = ["DEFAULT_FLAGS", "Light", "MujocoLook", "model_lights"]
 
 Single = npt.NDArray[np.float32]
-FIELDS = ("t", "position", "shading_normal", "normal", "instance", "triangle", "uv", "distance")
+FIELDS = ("t", "position", "shading_normal", "normal", "instance", "triangle", "uv")
 DEFAULT_FLAGS = (1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 1)
 """The initial values of `mjvScene.flags`, by `mjtRndFlag`."""
 SHADOW, WIREFRAME, REFLECTION, ADDITIVE, SKYBOX, FOG, HAZE = range(7)
@@ -154,11 +154,12 @@ class MujocoLook:
         hit = np.zeros(len(directions), bool)
         distances = limits.copy()
         if self._surfaces.opaque:
-            hits = self._cast(origins, directions, self._surfaces.opaque, 0.0, limits)
-            hit = hits["instance"] >= 0
+            hits = self._cast(origins, directions, self._surfaces.opaque)
+            hit = (hits["instance"] >= 0) & (hits["t"] <= limits)
             distances[hit] = hits["t"][hit]
             chosen = hits if hit.all() else {name: value[hit] for name, value in hits.items()}
-            chosen["depth"] = chosen["distance"] * (directions[hit] @ view.camera.R[2])
+            if view.flags[FOG]:
+                chosen["depth"] = chosen["distance"] * (directions[hit] @ view.camera.R[2])
             shadows = view.flags[SHADOW]
             colors[hit] = self._light(chosen, directions[hit], view, shadows=shadows)
             if self._surfaces.mirror is not None and view.flags[REFLECTION]:
@@ -195,10 +196,15 @@ class MujocoLook:
         t_max: Floats | float = np.inf,
         facing: Literal["front", "back"] = "front",
     ) -> dict[str, Any]:
-        """The nearest hits on front faces, which are the only ones that MuJoCo draws, except for planes."""
-        return self._world.cast_rays(
-            origins, directions, t_min=t_min, t_max=t_max, facing=facing, fields=FIELDS, objects=objects
+        """The nearest hits on front faces, which are the only ones that MuJoCo draws, except for planes.
+
+        Directions are unit vectors, so that `t` is the distance.
+        """
+        chosen = None if len(objects) == len(self._elements) else objects
+        hits = self._world.cast_rays(
+            origins, directions, t_min=t_min, t_max=t_max, facing=facing, fields=FIELDS, objects=chosen
         )
+        return hits | {"distance": hits["t"]}
 
     def _blend(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -82,13 +83,23 @@ def covered_geoms(model: Any, groups: tuple[int, ...]) -> list[int]:
         key = (
             int(model.geom_bodyid[geom]),
             int(model.geom_type[geom]),
-            int(model.geom_dataid[geom]),
+            _shape_data(model, geom),
             *(np.asarray(array).tobytes() for array in arrays),
         )
         if key in last:
             covered.append(last[key])
         last[key] = geom
     return covered
+
+
+def _shape_data(model: Any, geom: int) -> Any:
+    """A value that is equal for geoms of equal meshes, also if each is a mesh of its own; the height field's number."""
+    data = int(model.geom_dataid[geom])
+    if int(model.geom_type[geom]) not in (MESH, SDF) or data < 0:
+        return data
+    vertices = _rows(model.mesh_vert, model.mesh_vertadr[data], model.mesh_vertnum[data])
+    faces = _rows(model.mesh_face, model.mesh_faceadr[data], model.mesh_facenum[data])
+    return sha256(vertices.tobytes()).digest(), sha256(faces.tobytes()).digest()
 
 
 def with_texture(model: Any, element: int, number: int, shape: Shape, material: int) -> Shape:

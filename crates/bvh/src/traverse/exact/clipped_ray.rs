@@ -8,6 +8,7 @@ use crate::limits::MACHINE_EPSILON;
 use crate::node::NodeRef;
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
+use crate::traverse::exact::ties::TieWindow;
 use crate::traverse::exact::triangle::{HitSoFar, ShearedRay};
 
 /// The relative error of a few float64 roundings.
@@ -34,6 +35,9 @@ pub struct ClippedRay {
     pub t_error: f64,
     /// True if any hit is sufficient; a ray with one is done.
     pub any_hit: bool,
+    pub ties: TieWindow,
+    /// True if the ray may have hit two surfaces at equal distances.
+    pub contested: bool,
     /// The closest hit so far, its `t` along `ray.direction`.
     pub best: ExactHit,
 }
@@ -89,6 +93,8 @@ impl ClippedRay {
             t_min: ray.t_min * power,
             t_error: 0.0,
             any_hit: false,
+            ties: TieWindow::new(scene),
+            contested: false,
             best,
         })
     }
@@ -102,7 +108,7 @@ impl ClippedRay {
     /// The t up to which boxes must be visited, from `local_origin`.
     #[inline(always)]
     pub fn t_max_f32(&self) -> f32 {
-        t_max_f32(self.best.t, self.t_offset)
+        t_max_f32(self.best.t, self.t_offset, &self.ties)
     }
 
     /// The hit, with t in lengths of the given direction.
@@ -124,6 +130,7 @@ impl ClippedRay {
     ) {
         let Some(found) = self.ray.intersect(corners) else { return };
         let so_far = HitSoFar::new(self.t_min, self.best.t, self.t_error, &self.best);
+        self.contested |= self.ties.may_tie((found.t, (instance, triangle)), (so_far.t, &self.best));
         if self.ray.precedes(&found, corners, (instance, triangle), &so_far, triangles) {
             let t = if self.any_hit { DONE } else { found.t };
             let hit = ExactHit { t, ..found.to_hit(instance, triangle) };
@@ -135,13 +142,13 @@ impl ClippedRay {
     }
 }
 
-/// The t up to which boxes must be visited for hits before `t`, from `t_offset`.
+/// The t up to which boxes must be visited for hits before `t` or tied with one there, from `t_offset`.
 #[inline(always)]
-pub fn t_max_f32(t: f64, forward: f64) -> f32 {
+pub fn t_max_f32(t: f64, forward: f64, ties: &TieWindow) -> f32 {
     if t == DONE {
         return -1.0;
     }
-    let limit = t - forward + F64_ERROR * forward.abs();
+    let limit = t + ties.width(t) - forward + F64_ERROR * forward.abs();
     (limit as f32).next_up().max(0.0)
 }
 

@@ -8,4 +8,5 @@ pub(crate) mod ray_state;
 pub(crate) mod rays;
 pub(crate) mod refine;
 pub(crate) mod single;
+pub(crate) mod ties;
 pub(crate) mod triangle;

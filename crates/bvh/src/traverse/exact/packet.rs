@@ -37,9 +37,10 @@ pub fn closest_exact_batch<I: Isa>(
     triangles: &dyn ExactTriangles,
     any_hit: bool,
     hits: &mut [ExactHit],
+    marked: &mut Vec<u32>,
 ) {
     if rays.len() < MIN_RAYS {
-        return trace_alone::<I>(scene, (rays, 0..rays.len()), triangles, None, any_hit, hits);
+        return trace_alone::<I>(scene, (rays, 0..rays.len()), triangles, None, any_hit, (hits, marked));
     }
     let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
     let (mut exact, mut alone) = (RaySoa64::EMPTY, vec![]);
@@ -49,9 +50,13 @@ pub fn closest_exact_batch<I: Isa>(
         let left = closest_exact_chunk::<I>(scene, part, triangles, hits, room);
         let numbers = (0..part.len()).filter(|i| left >> i & 1 != 0);
         alone.extend(numbers.map(|i| chunk * PACKET_SIZE + i));
+        if exact.contested != 0 {
+            let contested = (0..part.len()).filter(|i| exact.contested >> i & 1 != 0);
+            marked.extend(contested.map(|i| (chunk * PACKET_SIZE + i) as u32));
+        }
     }
     if !alone.is_empty() {
-        trace_alone::<I>(scene, (rays, alone.into_iter()), triangles, None, any_hit, hits);
+        trace_alone::<I>(scene, (rays, alone.into_iter()), triangles, None, any_hit, (hits, marked));
     }
 }
 
@@ -139,7 +144,7 @@ impl PacketQuery for ExactQuery<'_> {
     }
 
     #[inline(always)]
-    fn t_max(&self, number: usize, _: f32) -> f32 {
+    fn t_max(&self, number: usize, _: f32, _: f32) -> f32 {
         self.rays.t_max_f32(number).next_up()
     }
 

@@ -3,6 +3,7 @@
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse::exact::clipped_ray::{ClippedRay, DONE, F64_ERROR, t_max_f32};
+use crate::traverse::exact::ties::TieWindow;
 use crate::traverse::exact::triangle::{EDGE_ERROR, HitSoFar, NEXT_AXES, ShearedRay, max_f64, same_sign};
 use crate::traverse::packet::soa::PACKET_SIZE;
 
@@ -36,6 +37,9 @@ pub struct RaySoa64 {
     shared_major_axis: Option<usize>,
     /// True if any hit is sufficient; a ray with one is done.
     pub any_hit: bool,
+    /// Bit i: ray i may have hit two surfaces at equal distances.
+    pub contested: u64,
+    ties: TieWindow,
     /// An origin, and the largest distance along an axis from it to any other.
     reference: [f64; 3],
     spread: f64,
@@ -69,6 +73,8 @@ impl RaySoa64 {
         origin_class: [OriginClass::Misses as u8; PACKET_SIZE],
         shared_major_axis: None,
         any_hit: false,
+        contested: 0,
+        ties: TieWindow::EMPTY,
         reference: [0.0; 3],
         spread: 0.0,
     };
@@ -76,6 +82,7 @@ impl RaySoa64 {
     /// Loads rays. A ray is near if its origin is within `reach` of the scene's origin, in scaled scene coordinates.
     #[inline(always)]
     pub fn load(&mut self, scene: &Scene, rays: &[ExactRay], reach: f64) {
+        (self.contested, self.ties) = (0, TieWindow::new(scene));
         for (i, ray) in rays.iter().enumerate() {
             for axis in 0..3 {
                 self.origin[axis][i & (PACKET_SIZE - 1)] = ray.origin[axis];
@@ -182,7 +189,7 @@ impl RaySoa64 {
     /// The t up to which boxes must be visited.
     #[inline(always)]
     pub fn t_max_f32(&self, i: usize) -> f32 {
-        t_max_f32(self.t_hit[i & (PACKET_SIZE - 1)], 0.0)
+        t_max_f32(self.t_hit[i & (PACKET_SIZE - 1)], 0.0, &self.ties)
     }
 
     /// Origin in scaled scene coordinates, and direction.
@@ -206,6 +213,8 @@ impl RaySoa64 {
             t_min: 0.0,
             t_error: self.t_error[i],
             any_hit: self.any_hit,
+            ties: self.ties,
+            contested: false,
             best: ExactHit { t: self.t_hit[i], ..*hit },
         }
     }
@@ -214,6 +223,7 @@ impl RaySoa64 {
     pub fn commit(&mut self, i: usize, ray: &ClippedRay, hit: &mut ExactHit) {
         self.t_hit[i & (PACKET_SIZE - 1)] = ray.best.t;
         self.t_error[i & (PACKET_SIZE - 1)] = ray.t_error;
+        self.contested |= u64::from(ray.contested) << (i & (PACKET_SIZE - 1));
         *hit = ray.best;
     }
 
@@ -241,6 +251,7 @@ impl RaySoa64 {
         let i = i & (PACKET_SIZE - 1);
         let Some(found) = ray.intersect(corners) else { return false };
         let so_far = HitSoFar::new(0.0, self.t_hit[i], self.t_error[i], &hits[i]);
+        self.contested |= u64::from(self.ties.may_tie((found.t, triangle), (so_far.t, &hits[i]))) << i;
         if !ray.precedes(&found, corners, triangle, &so_far, triangles) {
             return false;
         }

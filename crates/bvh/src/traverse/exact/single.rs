@@ -55,6 +55,8 @@ struct HitSource<'a, 'b, W> {
     filter: Option<&'b dyn HitFilter>,
     any_hit: bool,
     hits: &'b mut [ExactHit],
+    /// Rays that may have hit two surfaces at equal distances.
+    marked: &'b mut Vec<u32>,
 }
 
 impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b>>> for HitSource<'a, 'b, W> {
@@ -75,11 +77,15 @@ impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b
     fn finish(&mut self, state: &mut ExactRayState<'a, HitSearch<'b>>) {
         if let Some(search) = &state.search {
             self.hits[state.ray_id] = search.ray.to_hit();
+            if search.ray.contested {
+                self.marked.push(state.ray_id as u32);
+            }
         }
     }
 }
 
-/// The closest hits, or any, of the rays with these numbers. Of any hit only the presence of an instance is valid.
+/// The closest hits, or any, of the rays with these numbers, and the rays that may have hit two surfaces at equal
+/// distances. Of any hit only the presence of an instance is valid.
 #[inline(always)]
 pub fn trace_alone<I: Isa>(
     scene: &Scene,
@@ -87,9 +93,9 @@ pub fn trace_alone<I: Isa>(
     triangles: &dyn ExactTriangles,
     filter: Option<&dyn HitFilter>,
     any_hit: bool,
-    hits: &mut [ExactHit],
+    (hits, marked): (&mut [ExactHit], &mut Vec<u32>),
 ) {
-    let mut source = HitSource { scene, rays, numbers, filter, any_hit, hits };
+    let mut source = HitSource { scene, rays, numbers, filter, any_hit, hits, marked };
     traverse_interleaved::<I, _>(scene, || ExactRayState::idle(triangles), &mut source);
 }
 
@@ -102,6 +108,7 @@ pub fn filter_hits<I: Isa>(
     filter: &dyn HitFilter,
     any_hit: bool,
     hits: &mut [ExactHit],
+    marked: &mut Vec<u32>,
 ) {
     let refused = |(number, hit): (usize, &ExactHit)| {
         let counts = || filter.accepts_instance(number, hit.instance) && filter.accepts(number, hit);
@@ -109,6 +116,6 @@ pub fn filter_hits<I: Isa>(
     };
     let numbers: Vec<usize> = hits.iter().enumerate().filter_map(refused).collect();
     if !numbers.is_empty() {
-        trace_alone::<I>(scene, (rays, numbers.into_iter()), triangles, Some(filter), any_hit, hits);
+        trace_alone::<I>(scene, (rays, numbers.into_iter()), triangles, Some(filter), any_hit, (hits, marked));
     }
 }

@@ -4,30 +4,46 @@ use crate::blas::Bvh;
 use crate::limits::MAX_TRIANGLES;
 use crate::node::LeafNode;
 use crate::ray::{Hit, INVALID_ID};
+use crate::scene::instance_ranges::InstanceRanges;
 use crate::simd::{F32x4, Isa, Vector};
+use crate::traverse::near_ties::{absolute_lanes, widen_lanes};
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::soa::{PACKET_SIZE, load, load_rays, store, store_masked};
 use crate::traverse::packet::triangle::{LaneIntersections, intersect_lanes};
 use crate::traverse::packet::triangle_edges::PotentialHits;
 use crate::traverse::single::closest_hit::NO_PRIM;
 
-/// The closest hits of the rays of a packet in a mesh. Their t is in the packet.
-pub struct PacketHits {
+/// The closest hits of the rays of a packet in a mesh.
+pub struct PacketHits<'a> {
+    pub t: [f32; PACKET_SIZE],
     /// Positions in the primitive ids, as bits of floats.
     pub prim_index: [f32; PACKET_SIZE],
     /// Barycentric weights times `det`, until [`PacketHits::normalize_barycentrics`].
     pub u: [f32; PACKET_SIZE],
     pub v: [f32; PACKET_SIZE],
     det: [f32; PACKET_SIZE],
+    /// Instances of a flattened scene.
+    ranges: Option<&'a InstanceRanges>,
+    /// Bit i: ray i may have hit coplanar surfaces of two instances.
+    pub contested: u64,
 }
 
-impl PacketHits {
-    pub const MISS: PacketHits = PacketHits {
+impl<'a> PacketHits<'a> {
+    pub const MISS: PacketHits<'a> = PacketHits {
+        t: [f32::INFINITY; PACKET_SIZE],
         prim_index: [f32::from_bits(NO_PRIM); PACKET_SIZE],
         u: [0.0; PACKET_SIZE],
         v: [0.0; PACKET_SIZE],
         det: [1.0; PACKET_SIZE],
+        ranges: None,
+        contested: 0,
     };
+
+    /// Misses in a mesh that contains these instances.
+    #[inline(always)]
+    pub fn new(ranges: Option<&'a InstanceRanges>) -> PacketHits<'a> {
+        PacketHits { ranges, ..Self::MISS }
+    }
 }
 
 /// Intersects a leaf; returns the rays whose hit became closer. `COMMON_ORIGIN` as in [`PotentialHits::test_edges`].
@@ -61,7 +77,7 @@ pub fn closest_in_leaf<I: Isa, const COMMON_ORIGIN: bool>(
 
 const _: () = assert!(MAX_TRIANGLES < f32::INFINITY.to_bits() as usize);
 
-impl PacketHits {
+impl PacketHits<'_> {
     /// Divides the barycentric weights by the determinant, once for the final hits.
     #[inline(always)]
     pub fn normalize_barycentrics<I: Isa>(&mut self) {
@@ -76,20 +92,17 @@ impl PacketHits {
 
     /// Writes the hits of a full packet, four at a time and branch-free, because misses are unpredictable.
     #[inline(always)]
-    pub fn scatter_hits<I: Isa>(&self, mesh: &Bvh, instance: u32, packet: &Packet, hits: &mut [Hit; PACKET_SIZE]) {
-        let (mut t, mut instances) = ([0.0; PACKET_SIZE], [0.0; PACKET_SIZE]);
-        let [far, here, nowhere] =
-            [f32::INFINITY, f32::from_bits(instance), f32::from_bits(INVALID_ID)].map(I::F32x16::splat);
+    pub fn scatter_hits<I: Isa>(&self, mesh: &Bvh, instance: u32, hits: &mut [Hit; PACKET_SIZE]) {
+        let mut instances = [0.0; PACKET_SIZE];
+        let [here, nowhere] = [instance, INVALID_ID].map(|id| I::F32x16::splat(f32::from_bits(id)));
         for group in 0..PACKET_SIZE / 16 {
             let prim = load::<I>(&self.prim_index, group);
             // As a float, `NO_PRIM` is NaN, and no other index is: there are too few triangles.
             let found = prim.eq(prim);
-            let known = load::<I>(&packet.t_max, group);
-            store::<I>(&mut t, group, I::F32x16::select(found, known, far));
             store::<I>(&mut instances, group, I::F32x16::select(found, here, nowhere));
         }
         for (four, hits) in hits.chunks_exact_mut(4).enumerate() {
-            let columns = [&t, &self.u, &self.v, &instances];
+            let columns = [&self.t, &self.u, &self.v, &instances];
             let columns = columns.map(|row| F32x4::new(std::array::from_fn(|i| row[4 * four + i])));
             let rows = F32x4::transpose(columns);
             for (i, (hit, row)) in hits.iter_mut().zip(rows).enumerate() {
@@ -114,15 +127,18 @@ impl PacketHits {
         packet: &mut Packet,
     ) -> u32 {
         let LaneIntersections { hit, t, u, v, det, .. } = found;
-        let known = load_rays::<I>(&packet.t_max, group);
+        let limit = load_rays::<I>(&packet.t_max, group);
+        let absolute = absolute_lanes::<I>(packet.tie_width, load_rays::<I>(&packet.shear[2], group));
+        let wide = widen_lanes(t, absolute);
         let prim = I::add_u32_bits(found.triangle, leaf.first_prim);
-        let ties = <I::RayVec as Vector>::to_bitmask(t.eq(known)) & hit;
+        let ties = <I::RayVec as Vector>::to_bitmask(limit.le(widen_lanes(wide, absolute))) & hit;
         let mut first = hit & !ties;
         if ties != 0 {
-            first |= self.resolve_ties::<I>(mesh, prim, group, ties);
+            first |= self.resolve_ties::<I>(mesh, (t, prim), group, ties);
         }
         let lanes = <I::RayVec as Vector>::from_bitmask(first);
-        store_masked::<I>(&mut packet.t_max, group, lanes, t);
+        store_masked::<I>(&mut packet.t_max, group, lanes, wide);
+        store_masked::<I>(&mut self.t, group, lanes, t);
         store_masked::<I>(&mut self.u, group, lanes, u);
         store_masked::<I>(&mut self.v, group, lanes, v);
         store_masked::<I>(&mut self.det, group, lanes, det);
@@ -130,19 +146,31 @@ impl PacketHits {
         first
     }
 
-    /// The lanes among ties in t whose triangle comes first by id, or that had no hit.
+    /// The lanes among near ties in t whose triangle comes first by (t, id), or that had no hit. Marks those of two
+    /// instances.
     #[cold]
     #[inline(never)]
-    fn resolve_ties<I: Isa>(&self, mesh: &Bvh, prim: I::RayVec, group: usize, ties: u32) -> u32 {
-        let mut prims = [0u32; 16];
-        // SAFETY: the array contains at least this many words; as floats they are only moved.
-        unsafe { prim.store(prims.as_mut_ptr().cast()) };
-        (0..16)
-            .filter(|lane| ties >> lane & 1 != 0)
-            .filter(|lane| {
-                let known = self.prim_index[I::RAY_LANES * group + lane].to_bits();
-                known == NO_PRIM || mesh.prim_id(prims[*lane]) < mesh.prim_id(known)
-            })
-            .fold(0, |lanes, lane| lanes | 1 << lane)
+    fn resolve_ties<I: Isa>(&mut self, mesh: &Bvh, (t, prim): (I::RayVec, I::RayVec), group: usize, ties: u32) -> u32 {
+        let (mut times, mut prims) = ([0.0; 16], [0u32; 16]);
+        // SAFETY: the arrays contain at least this many words; as floats they are only moved.
+        unsafe {
+            t.store(times.as_mut_ptr());
+            prim.store(prims.as_mut_ptr().cast());
+        }
+        let mut first = 0;
+        for lane in (0..16).filter(|lane| ties >> lane & 1 != 0) {
+            let i = I::RAY_LANES * group + lane;
+            let known = self.prim_index[i].to_bits();
+            if known == NO_PRIM {
+                first |= 1 << lane;
+                continue;
+            }
+            let (found, known) = (mesh.prim_id(prims[lane]), mesh.prim_id(known));
+            first |= u32::from((times[lane], found) < (self.t[i], known)) << lane;
+            if let Some(ranges) = self.ranges {
+                self.contested |= u64::from(ranges.locate(found).0 != ranges.locate(known).0) << i;
+            }
+        }
+        first
     }
 }

@@ -30,8 +30,10 @@ pub struct Packet {
     pub near: SlabPlanesSoa,
     pub far: SlabPlanesSoa,
     pub shear: [[f32; PACKET_SIZE]; 3],
-    /// The largest valid t of each ray.
+    /// The largest valid t of each ray; behind a hit, with the window of [`crate::traverse::near_ties`].
     pub t_max: [f32; PACKET_SIZE],
+    /// Width of that window at t = 0, in lengths.
+    pub tie_width: f32,
     pub axes: [usize; 3],
     /// The rows of a node's bounds where rays enter.
     pub near_rows: [usize; 3],
@@ -52,6 +54,7 @@ impl Packet {
         far: SlabPlanesSoa::EMPTY,
         shear: [[0.0; PACKET_SIZE]; 3],
         t_max: [0.0; PACKET_SIZE],
+        tie_width: 0.0,
         axes: [0; 3],
         near_rows: [0; 3],
         active: 0,

@@ -2,6 +2,8 @@
 
 use crate::blas::Bvh;
 use crate::node::LeafNode;
+use crate::scene::instance_ranges::InstanceRanges;
+use crate::traverse::near_ties::widen;
 use crate::traverse::triangle::single::{RayView, TriangleIntersection, intersect_triangle};
 
 /// The closest hit so far, with t along the local ray.
@@ -12,6 +14,9 @@ pub struct ClosestHit {
     pub v: f32,
     /// Position in the primitive ids of the mesh, or [`NO_PRIM`].
     pub prim_index: u32,
+    /// The largest t at which triangles are of interest: `t`, or the end of the window of [`crate::traverse::near_ties`]
+    /// behind the hit.
+    pub limit: f32,
 }
 
 /// The primitive index of a miss.
@@ -21,27 +26,63 @@ impl ClosestHit {
     /// A miss up to `t_max`.
     #[inline(always)]
     pub fn miss(t_max: f32) -> ClosestHit {
-        ClosestHit { t: t_max, u: 0.0, v: 0.0, prim_index: NO_PRIM }
+        ClosestHit { t: t_max, u: 0.0, v: 0.0, prim_index: NO_PRIM, limit: t_max }
     }
 
-    /// Intersects the triangles `candidates` of a leaf; keeps the first by (t, id). True if the hit changed.
+    /// Intersects the triangles `candidates` of a leaf; keeps the first by (t, id). True if the hit changed. `ties` is
+    /// marked if triangles of two instances are at nearly the same t.
     #[inline(always)]
-    pub fn update(&mut self, mesh: &Bvh, leaf: &LeafNode, mut candidates: u32, ray: impl RayView) -> bool {
+    pub fn update(
+        &mut self,
+        mesh: &Bvh,
+        leaf: &LeafNode,
+        mut candidates: u32,
+        ray: impl RayView,
+        ties: &mut MeshTies,
+    ) -> bool {
         let mut closer = false;
+        let absolute = ties.width * ray.shear(2).abs();
         while candidates != 0 {
             let lane = candidates.trailing_zeros();
             candidates &= candidates - 1;
-            let Some(TriangleIntersection { t, u, v }) = intersect_triangle(leaf, lane as usize, ray, self.t) else {
+            let Some(TriangleIntersection { t, u, v }) = intersect_triangle(leaf, lane as usize, ray, self.limit)
+            else {
                 continue;
             };
             let prim_index = leaf.first_prim + lane;
-            if t < self.t || self.prim_index == NO_PRIM || mesh.prim_id(prim_index) < mesh.prim_id(self.prim_index) {
-                *self = ClosestHit { t, u, v, prim_index };
+            let limit = widen(t, absolute);
+            if widen(limit, absolute) < self.limit || self.is_after(mesh, t, prim_index, ties) {
+                *self = ClosestHit { t, u, v, prim_index, limit };
                 closer = true;
             }
         }
         closer
     }
+
+    /// True if a triangle at nearly the same t precedes the hit by (t, id), or if there is no hit.
+    #[cold]
+    #[inline(never)]
+    fn is_after(&self, mesh: &Bvh, t: f32, prim_index: u32, ties: &mut MeshTies) -> bool {
+        if self.prim_index == NO_PRIM {
+            return true;
+        }
+        let (found, known) = (mesh.prim_id(prim_index), mesh.prim_id(self.prim_index));
+        if let Some(ranges) = ties.ranges {
+            ties.contested |= ranges.locate(found).0 != ranges.locate(known).0;
+        }
+        (t, found) < (self.t, known)
+    }
+}
+
+/// Near ties of a ray in a mesh.
+#[derive(Clone, Copy)]
+pub struct MeshTies<'a> {
+    /// Instances of a flattened scene.
+    pub ranges: Option<&'a InstanceRanges>,
+    /// Width of the window of t at t = 0, in lengths.
+    pub width: f32,
+    /// True if the ray may have hit coplanar surfaces of two instances.
+    pub contested: bool,
 }
 
 /// True if the ray hits any of the triangles `candidates` of a leaf.

@@ -5,8 +5,9 @@ use crate::node::{NodeBlock, NodeRef, leaf, node};
 use crate::ray::{Hit, INVALID_ID, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
+use crate::traverse::near_ties::widen;
 use crate::traverse::node_test::{intersect_children, prefetch_block, setup_instance_ray};
-use crate::traverse::single::closest_hit::{ClosestHit, NO_PRIM, any_hit};
+use crate::traverse::single::closest_hit::{ClosestHit, MeshTies, NO_PRIM, any_hit};
 use crate::traverse::single::interleaved::RayInFlight;
 use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::{TravRay, scale_t};
@@ -35,6 +36,7 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     /// Stack entries below belong to the TLAS.
     stack_base: u32,
     best: ClosestHit,
+    ties: MeshTies<'a>,
     /// Triangles of the current leaf that pass the edge test. They are intersected in a separate step, once it is known
     /// that there are any.
     candidates: u32,
@@ -52,8 +54,13 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     tlas_t_scale: f64,
     pub ray_id: usize,
     pub hit: Hit,
-    world_ray: Ray,
+    /// True if the ray may have hit coplanar surfaces of two instances.
+    pub contested: bool,
+    /// Width of the window of [`crate::traverse::near_ties`] at t = 0.
+    tie_width: f32,
+    pub world_ray: Ray,
     stack: Stack,
+    _pad: [u64; 8],
 }
 
 // An odd number of cache lines, so that the same fields of all states are in different L1 sets.
@@ -69,6 +76,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
             node: NodeRef::EMPTY,
             stack_base: 0,
             best: ClosestHit::miss(0.0),
+            ties: MeshTies { ranges: None, width: 0.0, contested: false },
             candidates: 0,
             mesh: None,
             instance: 0,
@@ -78,8 +86,11 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
             tlas_t_scale: 1.0,
             ray_id: 0,
             hit: Hit::MISS,
+            contested: false,
+            tie_width: 0.0,
             world_ray: Ray { origin: [0.0; 3], direction: [0.0; 3], t_max: 0.0 },
             stack: Stack::new(),
+            _pad: [0; 8],
         }
     }
 
@@ -88,6 +99,8 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
     pub fn begin(&mut self, scene: &'a Scene, task: RayTask) -> bool {
         let RayTask { ray: world_ray, ray_id, start_node, instance } = task;
         self.hit = Hit::MISS;
+        self.contested = false;
+        self.tie_width = scene.outer_near_tie_width(&world_ray);
         self.ray_id = ray_id;
         self.world_ray = world_ray;
         self.candidates = 0;
@@ -161,6 +174,8 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
             self.current_instance = instance;
         }
         self.best = ClosestHit::miss(self.ray.to_local_t(t_max));
+        let ranges = scene.mesh_ranges.as_ref();
+        self.ties = MeshTies { ranges, width: scene.near_tie_width_in(record), contested: false };
         self.blocks = mesh.blocks();
         self.mesh = Some(mesh);
         self.instance = instance;
@@ -170,23 +185,20 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
 
     /// Merges the hit in the current instance into the hit of the ray.
     #[inline(always)]
-    fn commit_hit(&mut self) {
+    fn commit_hit(&mut self, scene: &Scene) {
         if let (Some(mesh), true) = (self.mesh, self.best.prim_index != NO_PRIM) {
-            let ClosestHit { t, u, v, prim_index } = self.best;
-            self.hit.keep_closer(Hit {
-                t: self.ray.to_outer_t(t),
-                u,
-                v,
-                instance: self.instance,
-                triangle: mesh.prim_id(prim_index),
-            });
+            let ClosestHit { t, u, v, prim_index, .. } = self.best;
+            let triangle = mesh.prim_id(prim_index);
+            let hit = Hit { t: self.ray.to_outer_t(t), u, v, instance: self.instance, triangle };
+            self.contested |= self.ties.contested | scene.keep_closer(&mut self.hit, hit, self.tie_width);
         }
     }
 
     /// The t of the closest hit so far, or t_max.
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        if self.hit.t < self.world_ray.t_max { self.hit.t } else { self.world_ray.t_max }
+        let limit = widen(self.hit.t, self.tie_width);
+        if limit < self.world_ray.t_max { limit } else { self.world_ray.t_max }
     }
 
     /// Enters the instance of the current subtree, or pops if the ray misses it by definition. True once the ray is
@@ -207,7 +219,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
     /// Leaves an instance. True once the ray is done.
     #[inline(never)]
     fn leave_instance(&mut self, scene: &'a Scene) -> bool {
-        self.commit_hit();
+        self.commit_hit(scene);
         if self.mesh.is_none() {
             return true;
         }
@@ -235,7 +247,7 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
     #[inline(always)]
     fn step_node<I: Isa>(&mut self) {
         let node = node(self.blocks, self.node);
-        let (mask, enter) = intersect_children::<I>(node, &self.ray, self.best.t);
+        let (mask, enter) = intersect_children::<I>(node, &self.ray, self.best.limit);
         self.node = if ANY_HIT {
             self.stack.push_children_or_pop::<I, false>(node, enter, mask)
         } else {
@@ -269,9 +281,9 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
     fn step_triangles<I: Isa>(&mut self) {
         let leaf = leaf(self.blocks, self.node);
         if let Some(mesh) = self.mesh
-            && self.best.update(mesh, leaf, self.candidates, &self.ray)
+            && self.best.update(mesh, leaf, self.candidates, &self.ray, &mut self.ties)
         {
-            self.stack.cull(self.stack_base as usize, self.best.t);
+            self.stack.cull(self.stack_base as usize, self.best.limit);
             mesh.prefetch_prim_id::<I>(leaf.first_prim);
         }
         self.node = self.stack.pop_unchecked();
@@ -289,7 +301,7 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
         if !self.single_instance {
             return self.leave_instance(scene);
         }
-        self.commit_hit();
+        self.commit_hit(scene);
         true
     }
 }

@@ -20,7 +20,8 @@ pub trait PacketQuery {
     fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray;
 
     /// Maximum valid t of a ray, given its value at the start of the TLAS traversal; negative if the ray is done.
-    fn t_max(&self, index: usize, t_max: f32) -> f32;
+    /// `scale` is t per length along the ray's main axis.
+    fn t_max(&self, index: usize, t_max: f32, scale: f32) -> f32;
 
     /// Traverses a subtree of an instance by a packet.
     fn intersect_subtree<I: Isa>(&mut self, subtree: &SubtreeRef, packet: &mut Packet, indices: RayIndices);
@@ -116,8 +117,9 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
                 while entered != 0 {
                     let lane = entered.trailing_zeros();
                     entered &= entered - 1;
-                    let t_max = &mut packet.t_max[lane as usize & (PACKET_SIZE - 1)];
-                    *t_max = query.t_max(ray_index(lane, indices), *t_max);
+                    let i = lane as usize & (PACKET_SIZE - 1);
+                    let (t_max, scale) = (packet.t_max[i], packet.shear[2][i]);
+                    packet.t_max[i] = query.t_max(ray_index(lane, indices), t_max, scale);
                 }
                 t_max = packet.max_t::<I>();
             }

@@ -167,13 +167,14 @@ impl GlossyModel {
         }
     }
 
-    /// Adds the coat, and dims the layers below.
+    /// Adds the coat, and dims the layers below. `is_reflected` holds for directions above the triangle, which may be
+    /// below the mapped normal of the layers.
     #[inline(always)]
     fn apply_coat(
         &self,
         view: &GlossyView,
         context: LaneContext,
-        (wi, is_above): (&Vec3xN<f32, LANES>, &[bool; LANES]),
+        (wi, is_reflected): (&Vec3xN<f32, LANES>, &[bool; LANES]),
         evals: &mut BsdfEvals,
     ) {
         let (mut values, mut pdfs) = ([0.0; LANES], [0.0; LANES]);
@@ -193,7 +194,7 @@ impl GlossyModel {
                 value: lane_vec3(&evals.value, lane) * passed + values[lane],
                 pdf: evals.pdf[lane] + pdfs[lane] * view.lobe_probabilities[2][lane],
             };
-            evals.set(lane, is_above[lane], eval);
+            evals.set(lane, is_reflected[lane], eval);
         }
     }
 }
@@ -316,14 +317,15 @@ impl BatchModel for GlossyModel {
         wi_world: &Vec3xN<f32, LANES>,
     ) -> BsdfEvals {
         let tables = albedo_tables();
-        let (mut wi, mut is_above) = ([[0.0; LANES]; 3], [false; LANES]);
+        let (mut wi, mut is_above, mut is_reflected) = ([[0.0; LANES]; 3], [false; LANES], [false; LANES]);
         let (mut albedos, mut cosines) = ([[0.0; LANES]; 2], [0.0; LANES]);
         let (mut weights, mut pdfs) = ([0.0; LANES], [0.0; LANES]);
-        for (lane, is_above) in is_above.iter_mut().enumerate() {
+        for lane in 0..LANES {
             let direction = lane_vec3(wi_world, lane);
             let local = view.local.frame(context, lane).to_local(direction);
             let geometric = context.interactions.side_normal(lane);
-            *is_above = (geometric.dot(direction) > 0.0) & (local.z > 0.0);
+            is_reflected[lane] = geometric.dot(direction) > 0.0;
+            is_above[lane] = is_reflected[lane] & (local.z > 0.0);
             set_lane(&mut wi, lane, local.to_array());
         }
         for lane in 0..LANES {
@@ -361,7 +363,7 @@ impl BatchModel for GlossyModel {
             self.apply_sheen(view, (&wi, &is_above), &mut evals);
         }
         if self.coat.any_active {
-            self.apply_coat(view, context, (wi_world, &is_above), &mut evals);
+            self.apply_coat(view, context, (wi_world, &is_reflected), &mut evals);
         }
         evals
     }

@@ -16,6 +16,7 @@ use crate::bsdf::tests::diffuse_lanes::unit;
 use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::control::Control;
 use crate::interaction::batch::SurfaceInteractions;
+use crate::interaction::ray_cone::RayCone;
 use crate::prepare::world::PreparedWorld;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane, set_triangle};
 
@@ -60,7 +61,7 @@ impl Hits {
             set_triangle(corners, lane, world.geometry.corners(hit.instance, hit.triangle));
         }
         for (lane, hit) in hits.iter().enumerate() {
-            interactions.set_lane(lane, &world.geometry, directions[lane], hit, 0.0);
+            interactions.set_lane(lane, &world.geometry, directions[lane], hit, &RayCone::default());
         }
         dispatch_simd(&mut interactions);
         Self { hits, directions, interactions }

@@ -10,6 +10,7 @@ use crate::bsdf::batch::diffuse::DiffuseModel;
 use crate::bsdf::batch::{BsdfBatch, LaneContext, LaneRandoms};
 use crate::control::Control;
 use crate::interaction::batch::SurfaceInteractions;
+use crate::interaction::ray_cone::RayCone;
 use crate::prepare::world::PreparedWorld;
 use crate::soa::{LANES, set_lane, set_triangle};
 
@@ -41,7 +42,7 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
     for lane in 0..LANES {
         let i = first + lane;
         let hit = Hit { t: 1.0, u: 0.2, v: 0.3, instance: 0, triangle: i as u32 };
-        interactions.set_lane(lane, &world.geometry, unit(i), &hit, 0.0);
+        interactions.set_lane(lane, &world.geometry, unit(i), &hit, &RayCone::default());
         batch.activate(lane, Vec3::ZERO);
         let model = &mut batch.model;
         set_lane(&mut model.directions, lane, unit(2 * i + 1).to_array());

@@ -9,7 +9,7 @@ use crate::bsdf::material_hit::MaterialHit;
 use crate::integrator::batch::bsdf::BatchBsdf;
 use crate::integrator::batch::direct_lighting::DirectLightingBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
-use crate::integrator::path_state::{HitView, PathState};
+use crate::integrator::path_state::{ColorChannel, HitView, PathState};
 use crate::integrator::path_tracer::PathTracer;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::light::prepared_light::PreparedLight;
@@ -115,8 +115,7 @@ impl HitBatch {
         for (lane, (&path, hit)) in chunk.paths.iter().zip(chunk.hits).enumerate() {
             let (index, path) = (first + lane, &mut paths[path as usize]);
             path.ray_cone = path.ray_cone.propagate(hit.t);
-            let (direction, width) = (path.direction, path.ray_cone.width);
-            self.interactions.set_lane(lane, tracer.geometry, direction, hit, width);
+            self.interactions.set_lane(lane, tracer.geometry, path.direction, hit, &path.ray_cone);
             [random[0][lane], random[1][lane]] = self.bsdf_randoms[index];
             [light_random[0][lane], light_random[1][lane]] = self.direct_lighting.randoms.numbers[0][index];
         }
@@ -185,7 +184,7 @@ impl HitBatch {
         let diffuse = &mut self.bsdf.diffuse;
         set_lane(&mut diffuse.model.albedo, lane, albedo.to_array());
         diffuse.activate(lane, self.interactions.shading_normal(lane));
-        let segments = path.depth.saturating_add(MIN_GUIDED_SEGMENTS);
+        let segments = u32::from(path.depth).saturating_add(MIN_GUIDED_SEGMENTS);
         self.may_guide[lane] = segments <= tracer.settings.max_depth;
     }
 
@@ -295,7 +294,7 @@ fn interface_at<'a>(
     hit: &'a Hit,
     (interactions, lane): (&'a SurfaceInteractions<LANES>, usize),
 ) -> Option<(MaterialHit<'a>, InteriorList)> {
-    let channel = path.wavelength_channel.map(usize::from);
+    let channel = path.wavelength_channel.map(ColorChannel::index);
     let (is_front, media) = (interactions.is_front(lane), path.interior_list);
     let transition = InterfaceTransition::at_hit(tracer.geometry, media, hit, is_front, channel);
     if transition.is_false_intersection || transition.near_side != media {

@@ -1,0 +1,53 @@
+//! Coplanar surfaces of different instances: which one a ray hits.
+//!
+//! Of surfaces whose planes differ by a few float32 rounding units, rounding decides which one is closer, and
+//! neighbouring rays hit different ones. Therefore the rule is: of all hits within a few rounding units of the closest,
+//! the instance with the largest index wins. Traversal only marks rays that meet two instances at nearly the same t; the
+//! marks are generous, and [`Scene::settle_ties`] applies the rule to marked rays, so that hits do not depend on the
+//! order of traversal.
+
+use crate::ray::{ExactHit, INVALID_ID};
+use crate::scene::Scene;
+
+/// Width of the window of t in which hits may tie: a fraction of t, and a fraction of the scene's size.
+pub const RELATIVE_WIDTH: f64 = 1.0 / (1u64 << 15) as f64;
+const ABSOLUTE_WIDTH: f64 = 1.0 / (1u64 << 18) as f64;
+
+/// Window of t around a hit in which other hits may tie with it, along a direction whose largest component is at least 1.
+#[derive(Clone, Copy)]
+pub struct TieWindow {
+    /// Width at t = 0.
+    absolute: f64,
+    /// True if instances share one BLAS, so that the instance of a triangle is not known during traversal.
+    is_flattened: bool,
+}
+
+impl TieWindow {
+    pub const EMPTY: TieWindow = TieWindow { absolute: 0.0, is_flattened: false };
+
+    #[inline(always)]
+    pub fn new(scene: &Scene) -> TieWindow {
+        TieWindow { absolute: absolute_width(scene), is_flattened: scene.mesh_ranges.is_some() }
+    }
+
+    /// Width of the window at a t.
+    #[inline(always)]
+    pub fn width(&self, t: f64) -> f64 {
+        t.abs() * RELATIVE_WIDTH + self.absolute
+    }
+
+    /// True if a new hit and the closest one so far may tie. Their t may differ by twice the width, because ties are
+    /// measured from the closest of all hits.
+    #[inline(always)]
+    pub fn may_tie(&self, (t, (instance, triangle)): (f64, (u32, u32)), (known_t, known): (f64, &ExactHit)) -> bool {
+        (t - known_t).abs() <= 2.0 * self.width(t)
+            && known.triangle != INVALID_ID
+            && (instance != known.instance || self.is_flattened && triangle != known.triangle)
+    }
+}
+
+/// The absolute part of the window's width, in the world.
+#[inline(always)]
+pub fn absolute_width(scene: &Scene) -> f64 {
+    f64::from(scene.max_abs_coord) / scene.scale * ABSOLUTE_WIDTH
+}

@@ -1,0 +1,98 @@
+//! Coplanar surfaces of several objects: float32 rays hit the same one as exact rays.
+//!
+//! Of surfaces in the same plane up to rounding, the object that comes last in the world is hit (see
+//! [`Scene::closest_exact`]). A surface that the ray does not find, or that is mostly transparent there, leaves its
+//! place to the others.
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene};
+use raycam_scene::world::RayVisibility;
+
+use crate::ground_truth::convert::to_float_hit;
+use crate::ground_truth::transparent::OPACITY_THRESHOLD;
+use crate::prepare::geometry::Geometry;
+
+/// Distance before and behind a float32 hit within which the exact hit is searched: a fraction of t, and one of the
+/// scene's radius.
+const RELATIVE_SEARCH: f64 = 1.0 / (1u64 << 13) as f64;
+const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
+
+/// Rays that find an object, by their kind.
+type FindsRay = fn(&RayVisibility) -> bool;
+
+impl Geometry {
+    /// First hits of float32 rays of one kind in one of the geometry's scenes. Returns the rays that hit coplanar
+    /// surfaces of several objects, ascending.
+    pub(crate) fn closest(
+        &self,
+        scene: &Scene,
+        rays: &[Ray],
+        hits: &mut [Hit],
+        coherence: Coherence,
+        finds: FindsRay,
+    ) -> Vec<u32> {
+        let marked = scene.closest(rays, hits, coherence);
+        if marked.is_empty() { marked } else { self.decide_exactly(rays, hits, marked, finds) }
+    }
+
+    /// Replaces float32 hits by exact ones. Returns the rays that hit coplanar surfaces of several objects.
+    #[cold]
+    #[inline(never)]
+    fn decide_exactly(&self, rays: &[Ray], hits: &mut [Hit], mut marked: Vec<u32>, finds: FindsRay) -> Vec<u32> {
+        marked.sort_unstable();
+        marked.dedup();
+        marked.retain(|&i| hits[i as usize].instance != INVALID_ID);
+        let exact = |&i: &u32| {
+            let ray = &rays[i as usize];
+            let origin = (Vec3::from(ray.origin).as_dvec3() + self.origin).to_array();
+            let (direction, t_max) = (ray.direction.map(f64::from), f64::from(ray.t_max));
+            self.around_hit(&ExactRay { origin, direction, t_min: 0.0, t_max }, f64::from(hits[i as usize].t))
+        };
+        let exact: Vec<ExactRay> = marked.iter().map(exact).collect();
+        let mut found = vec![ExactHit::MISS; exact.len()];
+        let filter = SurfaceFilter { geometry: self, finds };
+        let tied = self.exact_scene().closest_exact_of(&exact, self, &filter, &mut found);
+        for (&i, hit) in marked.iter().zip(&found) {
+            if hit.instance != INVALID_ID {
+                hits[i as usize] = to_float_hit(hit);
+            }
+        }
+        tied.into_iter().map(|i| marked[i as usize]).collect()
+    }
+
+    /// Replaces exact hits on coplanar surfaces that rays of a kind do not find, or that are mostly transparent there, by
+    /// hits on others in the same plane, if there are any. `tied` are the rays that hit coplanar surfaces.
+    pub(crate) fn prefer_opaque(&self, rays: &[ExactRay], hits: &mut [ExactHit], tied: &[u32], finds: FindsRay) {
+        let filter = SurfaceFilter { geometry: self, finds };
+        for &i in tied {
+            let (ray, hit) = (&rays[i as usize], &mut hits[i as usize]);
+            let mut found = [*hit];
+            self.exact_scene().closest_exact_of(&[self.around_hit(ray, hit.t)], self, &filter, &mut found);
+            if found[0].instance != INVALID_ID {
+                *hit = found[0];
+            }
+        }
+    }
+
+    /// The part of a ray around a hit at `t`.
+    fn around_hit(&self, ray: &ExactRay, t: f64) -> ExactRay {
+        let search = t * RELATIVE_SEARCH + self.radius * ABSOLUTE_SEARCH / DVec3::from(ray.direction).length();
+        ExactRay { t_min: (t - search).max(ray.t_min), t_max: (t + search).min(ray.t_max), ..*ray }
+    }
+}
+
+/// Filter of surfaces that rays of a kind find and that are not mostly transparent.
+struct SurfaceFilter<'a> {
+    geometry: &'a Geometry,
+    finds: FindsRay,
+}
+
+impl HitFilter for SurfaceFilter<'_> {
+    fn accepts_instance(&self, _: usize, instance: u32) -> bool {
+        (self.finds)(&self.geometry.ray_visibility(instance))
+    }
+
+    fn accepts(&self, _: usize, hit: &ExactHit) -> bool {
+        self.geometry.opacity(&to_float_hit(hit)) >= OPACITY_THRESHOLD
+    }
+}
