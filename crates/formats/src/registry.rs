@@ -241,10 +241,11 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
 
 /// Model of a world whose objects are joined into one; each copy of a mesh counts.
 fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
-    let (lights, cameras) = (world.lights.len(), world.cameras.len());
-    let left_out = (lights + cameras > 0).then(|| {
-        let message = "used as an object";
-        let message = format!("{}: {message}: {lights} and {cameras} are omitted", path.display());
+    let count = |count: usize, kind: &str| format!("{count} {kind}{}", if count == 1 { "" } else { "s" });
+    let [lights, cameras] = [count(world.lights.len(), "light"), count(world.cameras.len(), "camera")];
+    let left_out = (!world.lights.is_empty() || !world.cameras.is_empty()).then(|| {
+        let file = path.display();
+        let message = format!("{file} is used as an object: its {lights} and {cameras} are omitted");
         Notice::new(NoticeCode::IgnoredElement, message)
     });
     for object in &world.objects {
