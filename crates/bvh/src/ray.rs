@@ -92,6 +92,16 @@ pub struct ExactHit {
     pub side: i32,
 }
 
+/// A ray that hits several instances at the same distance, up to rounding to float32.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tie {
+    /// The ray's index.
+    pub ray: u32,
+    /// True if two of the surfaces are coplanar and the ray does not hit them at their edges. False where a surface only
+    /// touches another one, such as the edge of a box on a floor.
+    pub is_coplanar: bool,
+}
+
 impl ExactRay {
     /// Sign of d . (a - o) x (b - o) for the direction d and the origin o shifted by an infinitesimal vector: the side
     /// on which the line passes an edge. 0 only for an edge parallel to the ray.

@@ -1,11 +1,12 @@
 //! Queries of a scene: closest hit and any hit, in float32 and float64; crossings and closest points.
 
 use crate::exact::closest_point::closest_point;
-use crate::ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+use crate::ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Tie};
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
 use crate::traverse::exact::crossings::Crossings;
+use crate::traverse::exact::ties::MarkedHits;
 
 impl Scene {
     /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`. Returns the rays that may have
@@ -28,14 +29,14 @@ impl Scene {
 
     /// The closest hit of every ray, decided exactly for the float64 corners. Edges, corners and both ends of the range
     /// of t are included, and hits are ordered by (t, instance, triangle); but of coplanar surfaces of several instances,
-    /// up to rounding to float32, the instance with the largest index is hit. Returns the rays that hit such surfaces,
-    /// ascending. On the calling thread; `hits` is as long as `rays`.
+    /// up to rounding to float32, the instance with the largest index is hit. Returns the rays for which this decides, in
+    /// their order. On the calling thread; `hits` is as long as `rays`.
     pub fn closest_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
         triangles: &T,
         hits: &mut [ExactHit],
-    ) -> Vec<u32> {
+    ) -> Vec<Tie> {
         self.trace_exact(rays, triangles, None, false, hits)
     }
 
@@ -46,7 +47,7 @@ impl Scene {
         triangles: &T,
         filter: &dyn HitFilter,
         hits: &mut [ExactHit],
-    ) -> Vec<u32> {
+    ) -> Vec<Tie> {
         self.trace_exact(rays, triangles, Some(filter), false, hits)
     }
 
@@ -74,15 +75,30 @@ impl Scene {
         filter: Option<&dyn HitFilter>,
         any_hit: bool,
         hits: &mut [ExactHit],
-    ) -> Vec<u32> {
+    ) -> Vec<Tie> {
         assert_eq!(rays.len(), hits.len(), "the numbers of hits and rays must be equal");
         let trace = |triangles: &dyn ExactTriangles, filter: Option<&dyn HitFilter>, hits: &mut [ExactHit]| {
             let mut marked = vec![];
             if !any_hit || filter.is_none() {
-                traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits, &mut marked);
+                traverse::closest_exact(
+                    self.dispatch,
+                    self,
+                    rays,
+                    triangles,
+                    any_hit,
+                    MarkedHits { hits, marked: &mut marked },
+                );
             }
             if let Some(filter) = filter {
-                traverse::filter_exact(self.dispatch, self, rays, triangles, filter, any_hit, hits, &mut marked);
+                traverse::filter_exact(
+                    self.dispatch,
+                    self,
+                    rays,
+                    triangles,
+                    filter,
+                    any_hit,
+                    MarkedHits { hits, marked: &mut marked },
+                );
             }
             if any_hit || marked.is_empty() {
                 return vec![];

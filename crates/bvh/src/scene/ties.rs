@@ -3,14 +3,20 @@
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::cross;
-use crate::ray::{ExactHit, ExactRay, HitFilter, INVALID_ID};
+use crate::ray::{ExactHit, ExactRay, HitFilter, INVALID_ID, Tie};
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
-use crate::traverse::exact::ties::{RELATIVE_WIDTH, absolute_width};
+use crate::traverse::exact::ties::{MarkedHits, RELATIVE_WIDTH, absolute_width};
 
 /// Largest distance of tied planes, in rounding units of the coordinates across them.
 const TIE_UNITS: f64 = 8.0;
+
+/// Sine of the largest angle between planes that count as coplanar.
+const MAX_SINE: f64 = 1.0 / (1u64 << 10) as f64;
+
+/// Smallest barycentric weight of a hit that is not at an edge.
+const MIN_WEIGHT: f64 = 1.0 / (1u64 << 16) as f64;
 
 /// Range of t behind the closest hit in which other instances tie with it: planes that differ by [`TIE_UNITS`] rounding
 /// units of the coordinates across them, of the triangle and of the ray's origin. At most the width in which traversal marks rays.
@@ -61,9 +67,17 @@ fn instance_of(ranges: Option<&InstanceRanges>, hit: &ExactHit) -> u32 {
     ranges.map_or(hit.instance, |ranges| ranges.locate(hit.triangle).0)
 }
 
+/// True if the triangles of two hits are coplanar and neither is hit at an edge.
+fn are_coplanar_inside(a: &ExactHit, b: &ExactHit) -> bool {
+    let is_inside = |hit: &ExactHit| hit.u.min(hit.v).min(1.0 - hit.u - hit.v) > MIN_WEIGHT;
+    let square = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+    let across = cross([[0.0; 3], a.normal, b.normal]);
+    is_inside(a) && is_inside(b) && square(across) <= MAX_SINE * MAX_SINE * square(a.normal) * square(b.normal)
+}
+
 impl Scene {
-    /// Applies the rule for coplanar surfaces to marked rays. Returns the rays that hit several instances within a
-    /// [`tie_width`], each once, ascending.
+    /// Applies the rule for coplanar surfaces to marked rays. Returns those that hit several instances within a
+    /// [`tie_width`], in order of the rays.
     #[cold]
     #[inline(never)]
     pub(crate) fn settle_ties(
@@ -73,40 +87,44 @@ impl Scene {
         filter: Option<&dyn HitFilter>,
         mut marked: Vec<u32>,
         hits: &mut [ExactHit],
-    ) -> Vec<u32> {
+    ) -> Vec<Tie> {
         marked.sort_unstable();
         marked.dedup();
-        marked.retain(|&number| self.settle_tie(rays, triangles, filter, number as usize, hits));
-        marked
+        marked.into_iter().filter_map(|ray| self.settle_tie(rays, triangles, filter, ray, hits)).collect()
     }
 
-    /// Applies the rule for coplanar surfaces to a ray. True if it hits several instances within a [`tie_width`].
+    /// Applies the rule for coplanar surfaces to a ray. None unless it hits several instances within a [`tie_width`].
     fn settle_tie(
         &self,
         rays: &[ExactRay],
         triangles: &dyn ExactTriangles,
         filter: Option<&dyn HitFilter>,
-        number: usize,
+        ray_id: u32,
         hits: &mut [ExactHit],
-    ) -> bool {
+    ) -> Option<Tie> {
+        let number = ray_id as usize;
         let (ray, first) = (&rays[number], hits[number]);
         if first.instance == INVALID_ID {
-            return false;
+            return None;
         }
         let limit = first.t + tie_width(self, ray, &first, triangles.corners(first.instance, first.triangle));
         let ray = ExactRay { t_max: limit.min(ray.t_max), ..*ray };
         let ranges = self.mesh_ranges.as_ref();
-        let find = |instance: u32, only_later: bool, any_hit: bool| {
+        let find = |instance: u32, only_later: bool| {
             let others = OtherInstances { ranges, instance, only_later, number, inner: filter };
             let mut found = [first];
-            traverse::filter_exact(self.dispatch, self, &[ray], triangles, &others, any_hit, &mut found, &mut vec![]);
+            let answers = MarkedHits { hits: &mut found, marked: &mut vec![] };
+            traverse::filter_exact(self.dispatch, self, &[ray], triangles, &others, false, answers);
             let [found] = found;
             (found.instance != INVALID_ID).then_some(found)
         };
-        let mut is_tied = false;
-        while let Some(later) = find(instance_of(ranges, &hits[number]), true, false) {
-            (hits[number], is_tied) = (later, true);
+        let tie = |other: &ExactHit| Tie { ray: ray_id, is_coplanar: are_coplanar_inside(&first, other) };
+        let mut tied: Option<Tie> = None;
+        while let Some(later) = find(instance_of(ranges, &hits[number]), true) {
+            let known = tied.is_some_and(|tie| tie.is_coplanar);
+            hits[number] = later;
+            tied = Some(Tie { is_coplanar: known || tie(&later).is_coplanar, ..tie(&later) });
         }
-        is_tied || find(instance_of(ranges, &first), false, true).is_some()
+        tied.or_else(|| find(instance_of(ranges, &first), false).as_ref().map(tie))
     }
 }

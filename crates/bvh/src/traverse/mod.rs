@@ -37,6 +37,7 @@ use crate::traverse::exact::crossings::{Crossings, crossings_batch};
 use crate::traverse::exact::packet::closest_exact_batch;
 use crate::traverse::exact::refine::refine_each;
 use crate::traverse::exact::single::filter_hits;
+use crate::traverse::exact::ties::MarkedHits;
 use crate::traverse::occluded::occluded as occluded_packets;
 use crate::traverse::point::search::closest_points_batch;
 
@@ -51,17 +52,16 @@ kernel! {
     fn occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) = occluded_packets
 }
 kernel! {
-    /// The closest or any hits in float64, and the rays that may have hit two surfaces at equal distances.
+    /// The closest or any hits in float64.
     fn closest_exact(
-        scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, any_hit: bool, hits: &mut [ExactHit],
-        marked: &mut Vec<u32>,
+        scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, any_hit: bool, answers: MarkedHits,
     ) = closest_exact_batch
 }
 kernel! {
     /// Any hits that a filter accepts, or the closest ones if it does not accept those.
     fn filter_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
-        hits: &mut [ExactHit], marked: &mut Vec<u32>,
+        answers: MarkedHits,
     ) = filter_hits
 }
 kernel! {

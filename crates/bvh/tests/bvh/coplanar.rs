@@ -83,13 +83,16 @@ fn rays_hit_the_last_of_coplanar_instances_with_every_instruction_set() {
         for mut scene in [world.scene(), flattened(&world)] {
             assert!(scene.set_instruction_set(isa));
             let mut hits = vec![ExactHit::MISS; rays.len()];
-            let tied = scene.closest_exact(&rays, &world, &mut hits);
+            let ties = scene.closest_exact(&rays, &world, &mut hits);
             let known = known.get_or_insert_with(|| hits.clone());
             assert_eq!(&hits, known, "{isa:?}");
             let wrong = (0..rays.len()).filter(|&i| hits[i].instance != expected[i]).count();
             assert_eq!(wrong, 0, "{isa:?}");
             let overlaps = rays_of_overlap(&world, &rays);
+            let tied: Vec<u32> = ties.iter().map(|tie| tie.ray).collect();
             assert_eq!(tied, overlaps, "{isa:?}");
+            let inside = ties.iter().filter(|tie| tie.is_coplanar).count();
+            assert!(inside > tied.len() * 9 / 10, "{isa:?}: {inside} of {}", tied.len());
             assert!(overlaps.len() > 300);
             for coherence in [Coherence::Unknown, Coherence::Coherent, Coherence::Incoherent] {
                 let mut found = vec![Hit::MISS; rays.len()];

@@ -109,15 +109,16 @@ impl CenterRays {
         let mut facets = TriangleCache::new(CachedTriangle::EMPTY);
         let batches = self.rays.chunks(RAYS_PER_BATCH).zip(self.hits.chunks_mut(RAYS_PER_BATCH));
         for (batch, (rays, hits)) in batches.enumerate() {
-            let tied = world.closest_visible(rays, hits);
-            self.coplanar.extend(tied.iter().map(|&i| batch * RAYS_PER_BATCH + i as usize));
+            let ties = world.closest_visible(rays, hits);
+            let coplanar = ties.iter().filter(|tie| tie.is_coplanar);
+            self.coplanar.extend(coplanar.map(|tie| batch * RAYS_PER_BATCH + tie.ray as usize));
             let mut truth = &*hits;
             if passing || settings.catchers != Catchers::Show {
                 let first = self.hits_behind.len();
                 self.hits_behind.extend_from_slice(hits);
                 let behind = &mut self.hits_behind[first..];
                 if passing {
-                    world.skip_transparent(rays, behind, tied);
+                    world.skip_transparent(rays, behind, &ties);
                 }
                 let seen = behind.iter_mut().filter(|hit| hit.instance != INVALID_ID);
                 for hit in seen.filter(|hit| world.is_left_out(settings.catchers, hit.instance)) {

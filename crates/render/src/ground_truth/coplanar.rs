@@ -5,7 +5,7 @@
 //! place to the others.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene, Tie};
 use raycam_scene::world::RayVisibility;
 
 use crate::ground_truth::convert::to_float_hit;
@@ -21,8 +21,8 @@ const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
 type FindsRay = fn(&RayVisibility) -> bool;
 
 impl Geometry {
-    /// First hits of float32 rays of one kind in one of the geometry's scenes. Returns the rays that hit coplanar
-    /// surfaces of several objects, ascending.
+    /// First hits of float32 rays of one kind in one of the geometry's scenes. Returns the rays that hit several objects
+    /// at the same distance, up to rounding, in their order.
     pub(crate) fn closest(
         &self,
         scene: &Scene,
@@ -30,15 +30,16 @@ impl Geometry {
         hits: &mut [Hit],
         coherence: Coherence,
         finds: FindsRay,
-    ) -> Vec<u32> {
+    ) -> Vec<Tie> {
         let marked = scene.closest(rays, hits, coherence);
-        if marked.is_empty() { marked } else { self.decide_exactly(rays, hits, marked, finds) }
+        if marked.is_empty() { vec![] } else { self.decide_exactly(rays, hits, marked, finds) }
     }
 
-    /// Replaces float32 hits by exact ones. Returns the rays that hit coplanar surfaces of several objects.
+    /// Replaces float32 hits of ties by exact ones. Other marked rays keep their hits, because marks depend on the order
+    /// of traversal.
     #[cold]
     #[inline(never)]
-    fn decide_exactly(&self, rays: &[Ray], hits: &mut [Hit], mut marked: Vec<u32>, finds: FindsRay) -> Vec<u32> {
+    fn decide_exactly(&self, rays: &[Ray], hits: &mut [Hit], mut marked: Vec<u32>, finds: FindsRay) -> Vec<Tie> {
         marked.sort_unstable();
         marked.dedup();
         marked.retain(|&i| hits[i as usize].instance != INVALID_ID);
@@ -50,22 +51,22 @@ impl Geometry {
         };
         let exact: Vec<ExactRay> = marked.iter().map(exact).collect();
         let mut found = vec![ExactHit::MISS; exact.len()];
-        let filter = SurfaceFilter { geometry: self, finds };
-        let tied = self.exact_scene().closest_exact_of(&exact, self, &filter, &mut found);
-        for (&i, hit) in marked.iter().zip(&found) {
-            if hit.instance != INVALID_ID {
-                hits[i as usize] = to_float_hit(hit);
-            }
-        }
-        tied.into_iter().map(|i| marked[i as usize]).collect()
+        let ties = self.closest_exact(&exact, &mut found);
+        self.prefer_opaque(&exact, &mut found, &ties, finds);
+        let decide = |tie: Tie| {
+            let ray = marked[tie.ray as usize];
+            hits[ray as usize] = to_float_hit(&found[tie.ray as usize]);
+            Tie { ray, ..tie }
+        };
+        ties.into_iter().map(decide).collect()
     }
 
     /// Replaces exact hits on coplanar surfaces that rays of a kind do not find, or that are mostly transparent there, by
-    /// hits on others in the same plane, if there are any. `tied` are the rays that hit coplanar surfaces.
-    pub(crate) fn prefer_opaque(&self, rays: &[ExactRay], hits: &mut [ExactHit], tied: &[u32], finds: FindsRay) {
+    /// hits on others in the same plane, if there are any.
+    pub(crate) fn prefer_opaque(&self, rays: &[ExactRay], hits: &mut [ExactHit], ties: &[Tie], finds: FindsRay) {
         let filter = SurfaceFilter { geometry: self, finds };
-        for &i in tied {
-            let (ray, hit) = (&rays[i as usize], &mut hits[i as usize]);
+        for tie in ties {
+            let (ray, hit) = (&rays[tie.ray as usize], &mut hits[tie.ray as usize]);
             let mut found = [*hit];
             self.exact_scene().closest_exact_of(&[self.around_hit(ray, hit.t)], self, &filter, &mut found);
             if found[0].instance != INVALID_ID {

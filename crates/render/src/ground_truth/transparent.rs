@@ -1,7 +1,7 @@
 //! Ground truth behind transparent surfaces and hidden objects.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene, Tie};
 use raycam_scene::{Material, MaterialModel};
 
 use crate::ground_truth::convert::{exact_ray, to_float_hit};
@@ -16,6 +16,11 @@ const RESTART_OFFSET: f64 = 1e-12;
 /// Maximum number of surfaces skipped per ray; the following surface always counts.
 const MAX_SKIPS: usize = 1000;
 
+/// The rays of ties, ascending.
+fn rays_of(ties: &[Tie]) -> Vec<u32> {
+    ties.iter().map(|tie| tie.ray).collect()
+}
+
 impl Geometry {
     /// True if [`Geometry::skip_transparent`] may skip any surface.
     pub(crate) fn has_skippable(&self) -> bool {
@@ -25,15 +30,15 @@ impl Geometry {
         self.materials.iter().any(|prepared| passable(&prepared.material))
     }
 
-    /// First hits of camera rays, which do not find hidden objects. Returns the rays that hit coplanar surfaces of
-    /// several objects.
-    pub(crate) fn closest_visible(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<u32> {
-        let tied = self.closest_exact(rays, hits);
-        self.prefer_opaque(rays, hits, &tied, |rays| rays.camera);
+    /// First hits of camera rays, which do not find hidden objects. Returns the rays that hit several objects
+    /// at the same distance, up to rounding, in their order.
+    pub(crate) fn closest_visible(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<Tie> {
+        let ties = self.closest_exact(rays, hits);
+        self.prefer_opaque(rays, hits, &ties, |rays| rays.camera);
         if self.has_camera_hidden {
-            self.skip_hits(rays, hits, tied.clone(), |_, hit| !self.ray_visibility(hit.instance).camera);
+            self.skip_hits(rays, hits, rays_of(&ties), |_, hit| !self.ray_visibility(hit.instance).camera);
         }
-        tied
+        ties
     }
 
     /// Replaces float32 hits of camera rays on hidden objects by the first hits on others. The rays have unit
@@ -61,13 +66,16 @@ impl Geometry {
         }
     }
 
-    /// Replaces hits on transparent surfaces by the first hits on other surfaces behind them. `tied` are the rays that hit
-    /// coplanar surfaces, ascending.
-    pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit], tied: Vec<u32>) {
-        self.skip_hits(rays, hits, tied, |ray, hit| self.is_skippable(&to_float_hit(hit), ray.direction.into()));
+    /// Replaces hits on transparent surfaces by the first hits on other surfaces behind them, or in the
+    /// same plane.
+    pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit], ties: &[Tie]) {
+        self.skip_hits(rays, hits, rays_of(ties), |ray, hit| {
+            self.is_skippable(&to_float_hit(hit), ray.direction.into())
+        });
     }
 
-    /// Replaces hits that are skipped by the first hits behind them, or in the same plane.
+    /// Replaces hits that are skipped by the first hits behind them, or in the same plane. `tied` are the rays of ties,
+    /// ascending.
     fn skip_hits(
         &self,
         rays: &[ExactRay],
@@ -100,7 +108,8 @@ impl Geometry {
                 })
                 .collect();
             let mut found = vec![ExactHit::MISS; onward.len()];
-            tied = self.closest_exact(&onward, &mut found).into_iter().map(|k| pending[k as usize] as u32).collect();
+            let ties = self.closest_exact(&onward, &mut found);
+            tied = ties.iter().map(|tie| pending[tie.ray as usize] as u32).collect();
             for ((&i, hit), start) in pending.iter().zip(&found).zip(starts) {
                 hits[i] = ExactHit { t: start + hit.t, ..*hit };
             }
@@ -128,8 +137,8 @@ impl Geometry {
         let rays: Vec<ExactRay> =
             passed.iter().map(|&i| exact_ray((origins[i] + self.origin, directions[i].as_dvec3()))).collect();
         let mut found = vec![ExactHit::MISS; rays.len()];
-        let tied = self.closest_visible(&rays, &mut found);
-        self.skip_transparent(&rays, &mut found, tied);
+        let ties = self.closest_visible(&rays, &mut found);
+        self.skip_transparent(&rays, &mut found, &ties);
         for (i, hit) in passed.into_iter().zip(found) {
             seen[i] = hit.instance;
         }

@@ -54,8 +54,15 @@ impl SliceCount {
 struct Ways {
     /// Last position of each corner, and the length of its way so far, in pixels.
     corners: Vec<(Option<DVec2>, f64)>,
-    /// Boxes of meshes by their address; the meshes are kept, so that no address is reused.
-    boxes: HashMap<*const Mesh, (Arc<Mesh>, Option<(DVec3, DVec3)>)>,
+    /// Boxes of meshes by their address.
+    boxes: HashMap<*const Mesh, MeshBox>,
+}
+
+/// The corners of a mesh's box; none for an empty mesh.
+struct MeshBox {
+    bounds: Option<(DVec3, DVec3)>,
+    /// Kept, so that its address is not reused.
+    _mesh: Arc<Mesh>,
 }
 
 impl Ways {
@@ -65,8 +72,11 @@ impl Ways {
         self.corners.resize(8 * world.objects.len(), (None, 0.0));
         for (object, corners) in world.objects.iter().zip(self.corners.chunks_exact_mut(8)) {
             let Some(mesh) = object.visible.then(|| &world.meshes[object.mesh]) else { continue };
-            let known = self.boxes.entry(Arc::as_ptr(mesh)).or_insert_with(|| (mesh.clone(), mesh.bounds()));
-            let Some((lower, upper)) = known.1 else { continue };
+            let known = self
+                .boxes
+                .entry(Arc::as_ptr(mesh))
+                .or_insert_with(|| MeshBox { bounds: mesh.bounds(), _mesh: mesh.clone() });
+            let Some((lower, upper)) = known.bounds else { continue };
             for (i, (last, length)) in corners.iter_mut().enumerate() {
                 let pick = |axis: usize| if i >> axis & 1 == 0 { lower[axis] } else { upper[axis] };
                 let corner = object.world_from_mesh.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));

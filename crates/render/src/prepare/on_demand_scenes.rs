@@ -8,7 +8,7 @@
 use std::sync::atomic::Ordering;
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, Scene, TlasLeaves};
+use raycam_bvh::{ExactHit, ExactRay, Scene, Tie, TlasLeaves};
 use rayon::prelude::*;
 
 use crate::prepare::geometry::{Geometry, OnDemandScenes, build_scene};
@@ -103,8 +103,9 @@ impl Geometry {
         flattened.unwrap_or_else(|| self.two_level())
     }
 
-    /// Nearest hit of every ray in float64. Returns the rays that hit coplanar surfaces of several objects, ascending.
-    pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<u32> {
+    /// Nearest hit of every ray in float64. Returns the rays that hit several objects at the same distance, up
+    /// to rounding, in their order.
+    pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<Tie> {
         self.exact_scene().closest_exact(rays, self, hits)
     }
 

@@ -27,11 +27,11 @@ pub(super) fn narrow_order(rays: &[ExactRay], radius: f64) -> Option<Vec<usize>>
     let [width, height] = [upper[0] - lower[0], upper[1] - lower[1]];
     let packets = points.chunks(PACKET_RAYS);
     let count = packets.len() as f32;
-    let widths: f32 = packets.map(|packet| around(packet)).map(|[l, u]| (u[0] - l[0]) + (u[1] - l[1])).sum();
+    let widths: f32 = packets.map(around).map(|[l, u]| (u[0] - l[0]) + (u[1] - l[1])).sum();
     // Squares, or pieces of a line.
     let square = (2.0 * (width * height / count).sqrt()).max((width + height) / count);
-    // False for NaN, too.
-    if !(widths / count > MIN_WIDTH_RATIO * square) {
+    let ratio = widths / count / square;
+    if ratio.is_nan() || ratio <= MIN_WIDTH_RATIO {
         return None;
     }
     let mut keys: Vec<(u32, u32)> = (0..).zip(&points).map(|(at, &point)| (morton(point, bounds), at)).collect();

@@ -169,7 +169,7 @@ fn trace_slices<T: Send>(
         let own = &times[slice.clone()];
         let mut reachable = objects.within_reach(&Bundle::around(rays, slice.clone()), [own[0], own[own.len() - 1]])?;
         let selected = SelectedRays::new(rays, slice.clone(), &reachable);
-        let moments = if reachable.is_static() { vec![0..own.len()] } else { equal_runs(own) };
+        let moments = if reachable.is_static() { std::iter::once(0..own.len()).collect() } else { equal_runs(own) };
         let mut found = vec![];
         for moment in moments {
             let geometry = reachable.at(own[moment.start])?;

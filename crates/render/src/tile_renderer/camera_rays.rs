@@ -119,9 +119,10 @@ impl TileRenderer<'_> {
         // Every hit is overwritten, so earlier values do not matter.
         hits.resize(rays.len(), Hit::MISS);
         let scene = self.scene_of(world);
-        let coplanar = world.geometry.closest(scene, rays, hits, Coherence::Coherent, |rays| rays.camera);
-        for ray in coplanar {
-            scratch.estimator.mark_coplanar(batch[ray as usize].0, hits[ray as usize].instance);
+        let ties = world.geometry.closest(scene, rays, hits, Coherence::Coherent, |rays| rays.camera);
+        for tie in ties.iter().filter(|tie| tie.is_coplanar) {
+            let ray = tie.ray as usize;
+            scratch.estimator.mark_coplanar(batch[ray].0, hits[ray].instance);
         }
         if world.geometry.has_camera_hidden {
             world.geometry.skip_hidden(scene, rays, hits);

@@ -19,7 +19,7 @@ fn displaced(image: &str, displace: &str) -> Mesh {
 /// A checkerboard of 0 and 1 as JSON.
 fn checkerboard(side: usize) -> String {
     let row = |y: usize| {
-        let texels: Vec<_> = (0..side).map(|x| if (x + y) % 2 == 0 { "0.0" } else { "1.0" }).collect();
+        let texels: Vec<_> = (0..side).map(|x| if (x + y).is_multiple_of(2) { "0.0" } else { "1.0" }).collect();
         format!("[{}]", texels.join(", "))
     };
     format!("[{}]", (0..side).map(row).collect::<Vec<_>>().join(", "))

@@ -12,6 +12,7 @@ use crate::traverse::exact::leaf::candidate_triangles;
 use crate::traverse::exact::ray_state::ExactRayState;
 use crate::traverse::exact::rays::{OriginClass, RaySoa64};
 use crate::traverse::exact::single::{HitSearch, trace_alone};
+use crate::traverse::exact::ties::MarkedHits;
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
 use crate::traverse::packet::packet_ray::PacketRay;
@@ -36,12 +37,12 @@ pub fn closest_exact_batch<I: Isa>(
     rays: &[ExactRay],
     triangles: &dyn ExactTriangles,
     any_hit: bool,
-    hits: &mut [ExactHit],
-    marked: &mut Vec<u32>,
+    answers: MarkedHits,
 ) {
     if rays.len() < MIN_RAYS {
-        return trace_alone::<I>(scene, (rays, 0..rays.len()), triangles, None, any_hit, (hits, marked));
+        return trace_alone::<I>(scene, (rays, 0..rays.len()), triangles, None, any_hit, answers);
     }
+    let MarkedHits { hits, marked } = answers;
     let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
     let (mut exact, mut alone) = (RaySoa64::EMPTY, vec![]);
     exact.any_hit = any_hit;
@@ -56,7 +57,7 @@ pub fn closest_exact_batch<I: Isa>(
         }
     }
     if !alone.is_empty() {
-        trace_alone::<I>(scene, (rays, alone.into_iter()), triangles, None, any_hit, (hits, marked));
+        trace_alone::<I>(scene, (rays, alone.into_iter()), triangles, None, any_hit, MarkedHits { hits, marked });
     }
 }
 

@@ -6,6 +6,7 @@ use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{ClippedRay, DONE};
 use crate::traverse::exact::leaf::SureCrossings;
 use crate::traverse::exact::ray_state::{ExactRayState, RaySearch};
+use crate::traverse::exact::ties::MarkedHits;
 use crate::traverse::single::interleaved::{RaySource, traverse_interleaved};
 
 /// The search for the closest hit, or any, that a filter accepts.
@@ -93,7 +94,7 @@ pub fn trace_alone<I: Isa>(
     triangles: &dyn ExactTriangles,
     filter: Option<&dyn HitFilter>,
     any_hit: bool,
-    (hits, marked): (&mut [ExactHit], &mut Vec<u32>),
+    MarkedHits { hits, marked }: MarkedHits,
 ) {
     let mut source = HitSource { scene, rays, numbers, filter, any_hit, hits, marked };
     traverse_interleaved::<I, _>(scene, || ExactRayState::idle(triangles), &mut source);
@@ -107,15 +108,14 @@ pub fn filter_hits<I: Isa>(
     triangles: &dyn ExactTriangles,
     filter: &dyn HitFilter,
     any_hit: bool,
-    hits: &mut [ExactHit],
-    marked: &mut Vec<u32>,
+    answers: MarkedHits,
 ) {
     let refused = |(number, hit): (usize, &ExactHit)| {
         let counts = || filter.accepts_instance(number, hit.instance) && filter.accepts(number, hit);
         (any_hit || hit.instance != INVALID_ID && !counts()).then_some(number)
     };
-    let numbers: Vec<usize> = hits.iter().enumerate().filter_map(refused).collect();
+    let numbers: Vec<usize> = answers.hits.iter().enumerate().filter_map(refused).collect();
     if !numbers.is_empty() {
-        trace_alone::<I>(scene, (rays, numbers.into_iter()), triangles, Some(filter), any_hit, (hits, marked));
+        trace_alone::<I>(scene, (rays, numbers.into_iter()), triangles, Some(filter), any_hit, answers);
     }
 }

@@ -13,6 +13,12 @@ use crate::scene::Scene;
 pub const RELATIVE_WIDTH: f64 = 1.0 / (1u64 << 15) as f64;
 const ABSOLUTE_WIDTH: f64 = 1.0 / (1u64 << 18) as f64;
 
+/// Hits of exact rays, and the rays that may have hit coplanar surfaces of several instances.
+pub struct MarkedHits<'a> {
+    pub hits: &'a mut [ExactHit],
+    pub marked: &'a mut Vec<u32>,
+}
+
 /// Window of t around a hit in which other hits may tie with it, along a direction whose largest component is at least 1.
 #[derive(Clone, Copy)]
 pub struct TieWindow {
