@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 __all__ = ["html_table"]
 
 MAX_ROWS = 20
-"""Rows that are shown; the rest is counted."""
+"""Maximum number of rows shown; further rows are counted."""
 
 
 def html_table(

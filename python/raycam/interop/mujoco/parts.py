@@ -21,7 +21,6 @@ from .shapes import covered_geoms, element_shape, with_texture
 __all__ = ["LinkCamera", "LinkGeom", "add_model_lights", "link_cameras", "link_geoms"]
 
 VISIBLE_GROUPS = (0, 1, 2)
-ALL_GROUPS = (0, 1, 2, 3, 4, 5)
 FIXED_MODE = 0
 """The value of `mjtCamLight` for cameras that move with their body."""
 
