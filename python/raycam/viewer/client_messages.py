@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from ..render.frame import CHANNELS, VIEWS
 from ..world.framing import DIRECTIONS
+from .scene.floor_handle import FLOOR_HANDLE
 from .scene.gizmo import HANDLES, TOOLS
 from .scene.look import LIGHTS
 from .scene.texture_slots import SLOTS
@@ -414,7 +415,7 @@ class Gizmo(Message):
 
     KIND = "gizmo"
     CHANGES = "world"
-    handle: Annotated[str, OneOf(HANDLES)]
+    handle: Annotated[str, OneOf((*HANDLES, FLOOR_HANDLE))]
     stroke: Number
     begin: Annotated[list[float], Length(2, 2), Range(-1e4, 1e4)]
     end: Annotated[list[float], Length(2, 2), Range(-1e4, 1e4)]

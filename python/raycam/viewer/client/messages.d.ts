@@ -186,7 +186,7 @@ export interface RemoveCamera {
 /** A drag of a handle between two image positions; the messages of one drag are one undo step. */
 export interface Gizmo {
   type: "gizmo";
-  handle: "x" | "y" | "z" | "all";
+  handle: "x" | "y" | "z" | "all" | "floor";
   stroke: number;
   begin: number[];
   end: number[];
