@@ -61,11 +61,6 @@ def notice_code(code: str) -> str:
     return {"file_not_found": "missing_file", "outside_root": "outside_root"}.get(code, "unreadable_file")
 
 
-def notice_code(code: str) -> str:
-    """Returns the code of the notice about a file that is ignored because of an error with this code."""
-    return {"file_not_found": "missing_file", "outside_root": "outside_root"}.get(code, "unreadable_file")
-
-
 class UsdRejected(Exception):
     """The file is rejected, with the reason and the code of the error."""
 

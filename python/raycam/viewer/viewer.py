@@ -375,15 +375,23 @@ class Viewer:
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell, and an image for readers without a kernel; else the address."""
+        """The widget at the end of a cell, and an image for readers without a kernel; else the address.
+
+        A notebook that a program executes, such as nbconvert, contains only the image.
+        """
         if self._server is not None:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()
+        from .widget import is_unattended
+
+        image = {"text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
+        if is_unattended():
+            return image
         self._widget.still = data_url("image/jpeg", picture)
         self._widget.views.owner = self
         shown = self._widget._repr_mimebundle_(**options)
         data, *more = shown if isinstance(shown, tuple) else (shown,)
-        data = {**data, "text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
+        data = {**data, **image}
         return (data, *more) if more else data
 
     def _first_picture(self) -> Frame:

@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn exact_rays_use_the_flattened_scene_after_enough_rays() {
         let mut world = world();
-        // Coincident objects: the first object is hit.
+        // Coincident objects: the last object is hit.
         for i in [0, 1, 0, 2, 0] {
             let object = world.objects[i].clone();
             world.add_object(object).unwrap();
@@ -319,7 +319,7 @@ mod tests {
         assert!(prepared.geometry.on_demand.flattened.get().is_some_and(Option::is_some));
         assert!(without.planes[..2] == with.planes[..2]);
         match &with.planes[0].1 {
-            ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
+            ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&7)),
             other => panic!("{other:?}"),
         }
         let bits = |frame: &crate::Frame| match &frame.planes[2].1 {

@@ -11,6 +11,7 @@ import { FollowingControls } from "./panel/following.js";
 import { Hint } from "./panel/hint.js";
 import { LookControls } from "./panel/look.js";
 import { Measure } from "./panel/measure.js";
+import { Panes } from "./panel/panes.js";
 import { ViewLink } from "./panel/view_link.js";
 import { PhotographControls } from "./panel/photograph.js";
 import { PoseControls } from "./panel/pose.js";
@@ -65,6 +66,7 @@ export class LiveView {
     this.look = new LookControls((look) => client.transport.send(/** @type {any} */ ({ type: "look", ...look })));
     this.measure = new Measure(client);
     this.kept = new CameraControls(client);
+    this.panes = new Panes(client, (name) => this.lookThrough(name));
     this.script = new ScriptControls((id, value) => client.transport.send({ type: "control", id, value }));
     this.axes = new Axes((side) => this.viewFrom(side));
     this.navigator = new Navigator((message) => client.transport.send(message));
@@ -127,11 +129,14 @@ export class LiveView {
       this.photograph.begin(message.photographs || []);
     }
     this.scan.receive(message);
+    if (message.type === "following") this.panes.follow(message.attached);
+    if (message.type === "pane") this.panes.receive(message);
     if (message.type === "photograph") this.photograph.receive(message);
     if (message.type === "welcome") {
       this.resume(message.camera);
       this.begin(message);
       if (message.look) this.look.begin(message.look);
+      this.panes.begin(message.cameras);
       this.world.tree.show({ cameras: message.cameras });
     }
     if (message.type === "look") {
@@ -348,6 +353,7 @@ export class LiveView {
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),
       redo: () => client.transport.send({ type: "redo" }),
+      panes: () => this.panes.toggle(),
       measure: () => this.measure.toggle(),
       "copy-link": () => this.link.copy(),
       play: () => this.timeline.play(!this.timeline.playing),
