@@ -152,7 +152,7 @@ def test_objects_and_cameras_follow_the_joints_as_mujocos_rays_show(arm: Path) -
         assert agree > 290  # round shapes are tessellated
 
 
-def test_collision_shapes_and_placement(arm: Path) -> None:
+def test_collision_shapes_are_shown_at_the_robots_location(arm: Path) -> None:
     world = raycam.World()
     robot = world.add_robot(arm, name="two", location=[0, 0, 1], geometry="collision", category="robot")
     assert "two/upper/2" in robot.objects

@@ -28,7 +28,7 @@ def check(plan: Plan) -> None:
     for name, points in plan.options["keypoints"].items():
         if name not in plan.categories.values():
             raise SettingsError(
-                f"keypoints: unknown category {name!r}, only {list(plan.categories.values())}",
+                f"keypoints: unknown category {name!r}, available: {list(plan.categories.values())}",
                 code="unknown_name",
             )
         wanted = {"names", "points"}

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 __all__ = ["html_table"]
 
 MAX_ROWS = 20
-"""Rows that are shown; the rest is counted."""
+"""Maximum number of rows shown; further rows are counted."""
 CELL = 'style="padding: 2px 14px 2px 0; text-align: left"'
 """The style of a cell. Some notebooks, such as marimo, show cells without one directly next to each other."""
 

@@ -36,7 +36,7 @@ MAX_PANES = 4
 MAX_CHUNK_LENGTH = 60_000
 """The longest piece of an upload, in characters of base64."""
 MAX_MODELS = 100
-"""Models that are opened together."""
+"""Maximum number of models opened together."""
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 BASE64 = re.compile(r"(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?")
 
@@ -119,7 +119,7 @@ class Message:
     UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
     """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
     CHANGES: ClassVar[Literal["nothing", "view", "world"]] = "nothing"
-    """What it changes: nothing that others see, the client's view, or the world and what all clients share.
+    """What the message changes: nothing that others see, the client's view, or the world and what all clients share.
 
     With `follow=True`, followers cannot change the world, nor the view while it is the leader's.
     """

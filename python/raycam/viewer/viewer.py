@@ -35,8 +35,6 @@ from .stills import truth
 from .wire import data_url
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     import numpy.typing as npt
 
 __all__ = ["Viewer"]
@@ -44,7 +42,7 @@ __all__ = ["Viewer"]
 QUEUED_PICKS = 16
 """Maximum number of clicked pixels that wait for callbacks; further ones are dropped."""
 FIRST_SIDE = 480
-"""Pixels of the image for those who read a notebook without a kernel."""
+"""Longer side in pixels of the image that a notebook shows without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
 
@@ -368,9 +366,7 @@ class Viewer:
         """Returns the viewer, which is closed when the block ends."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         """Closes the viewer."""
         self.close()
 

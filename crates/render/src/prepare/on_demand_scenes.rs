@@ -1,6 +1,6 @@
 //! Scenes for many rays: all instances in one flattened BVH, or two levels with re-braided leaves.
 //!
-//! If instances overlap or are close together, like things on a floor, most rays traverse several BVHs from their
+//! If instances overlap or are close together, like objects on a floor, most rays traverse several BVHs from their
 //! roots. A single BVH over all triangles has one root, but its build time and memory are justified only for many rays:
 //! the samples of one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep
 //! the two-level scene. Its leaves are whole instances until many rays are traced.
@@ -21,11 +21,11 @@ const SAMPLES_TO_PAY: u64 = 4;
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
 /// Exact rays per triangle that justify the build; there are fewer of them, and they are coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
-/// The same for a world that was created from another by moving things, and will probably be moved again.
+/// The same for a world that was created from another by moving objects, and will probably be moved again.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
 /// Rays per triangle that justify re-braiding, which creates one reference per 64 triangles.
 const RAYS_TO_PAY_REBRAIDING: u64 = 1;
-/// The same for a world that was created from another by moving things, and will probably be moved again.
+/// The same for a world that was created from another by moving objects, and will probably be moved again.
 const RAYS_TO_PAY_REBRAIDING_MOVED: u64 = 4;
 /// Minimum number of rays that justify re-braiding, even for few triangles.
 const MIN_RAYS_TO_PAY_REBRAIDING: u64 = 1 << 15;

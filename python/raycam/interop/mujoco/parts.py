@@ -21,7 +21,6 @@ from .shapes import covered_geoms, element_shape, with_texture
 __all__ = ["LinkCamera", "LinkGeom", "add_model_lights", "link_cameras", "link_geoms"]
 
 VISIBLE_GROUPS = (0, 1, 2)
-ALL_GROUPS = (0, 1, 2, 3, 4, 5)
 WORLD_BODY = 0
 """The body that contains all others, which becomes the root link."""
 FIXED_MODE = 0

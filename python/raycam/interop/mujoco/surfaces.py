@@ -157,7 +157,7 @@ def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats
 
 
 def _halved(levels: Single, axis: int) -> Single:
-    """Averages pairs of rows or columns; of an odd number, the last is left out."""
+    """Averages pairs of rows or columns; if their number is odd, the last one is omitted."""
     count = levels.shape[axis]
     if count == 1:
         return levels

@@ -84,6 +84,8 @@ export class LiveView {
     this.bar = new ProgressBar();
     /** @type {string[]} */
     this.cameras = [];
+    /** The held pixel whose object was selected. @type {import("./picture.js").Pixel | null} */
+    this.selectedBy = null;
     /** The camera that was looked through last. */
     this.looked = "";
     this.camera = byId("camera", HTMLSelectElement);
@@ -164,7 +166,10 @@ export class LiveView {
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
     if (message.type === "values" && this.client.held) {
       this.measure.receive(message);
-      this.world.pick(message.values.instance?.numbers[0]);
+      const { held } = this.client;
+      const isNew = held !== this.selectedBy && message.u === held.column && message.v === held.row;
+      if (isNew) this.world.pick(message.values.instance?.numbers[0]); // not again with each image: another object may be selected since
+      if (isNew) this.selectedBy = held;
     }
     if (message.type === "controls") this.script.show(message.controls);
     if (message.type === "contents") this.world.show(message);

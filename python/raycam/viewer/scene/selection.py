@@ -22,7 +22,7 @@ __all__ = ["Selection"]
 
 OUTLINE_COLOR = "#ff9f1a"
 OUTLINE_PIECES = 8
-"""Pieces of an outline's edge, which is curved in the image of a lens with distortion."""
+"""Number of pieces of an outline's edge, which a lens bends."""
 
 
 class Selection:
@@ -35,7 +35,7 @@ class Selection:
         """The selected light, whose position has handles; None if an object is selected."""
         self._edits = edits
         self._stroke: tuple[object, Floats] = (None, np.eye(4))
-        """The drag, and the object's matrix at its begin."""
+        """The drag, and the object's matrix when it began."""
         self._middles: dict[tuple[int, int], Floats] = {}
 
     def choose(self, number: int, tool: str) -> None:

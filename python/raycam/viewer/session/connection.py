@@ -11,7 +11,7 @@ from typing import Any
 __all__ = ["MAX_UNACKNOWLEDGED", "Connection", "Send"]
 
 MAX_UNACKNOWLEDGED = 2
-"""Images on their way to a client at the same time."""
+"""Maximum number of images that are sent to a client before it confirms one."""
 
 MAX_MOVING_RATE = 2.4e6
 """Bytes per second of moving images: 19.2 Mbit/s."""
