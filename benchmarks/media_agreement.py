@@ -175,7 +175,8 @@ def mitsuba_picture(scene: dict[str, Any], variant: str) -> Any:
         extinction = absorption + scattering
         return {
             "type": "homogeneous",
-            "sigma_t": rgb(extinction.tolist()),
+            "sigma_t": rgb((extinction / extinction.max()).tolist()),
+            "scale": float(extinction.max()),
             "albedo": rgb((scattering / extinction).tolist()),
             "phase": phase,
         }
