@@ -12,6 +12,9 @@ use crate::simd::Isa;
 /// Rays in flight per thread.
 const RAYS_IN_FLIGHT: usize = 24;
 
+/// Number of rays up to which [`traverse_few`] is faster.
+pub const FEW_RAYS: usize = 2;
+
 /// Rays at nodes that may wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
 
@@ -93,7 +96,27 @@ pub fn traverse_interleaved<'a, I: Isa, R: RayInFlight<'a>>(
     idle: impl Fn() -> R,
     source: &mut impl RaySource<R>,
 ) {
-    let mut states: [R; RAYS_IN_FLIGHT] = std::array::from_fn(|_| idle());
+    traverse_states::<I, R, RAYS_IN_FLIGHT>(scene, idle, source);
+}
+
+/// [`traverse_interleaved`] for at most [`FEW_RAYS`] rays, one after the other: creating all states would take longer
+/// than tracing so few rays.
+#[inline(always)]
+pub fn traverse_few<'a, I: Isa, R: RayInFlight<'a>>(
+    scene: &'a Scene,
+    idle: impl Fn() -> R,
+    source: &mut impl RaySource<R>,
+) {
+    traverse_states::<I, R, 1>(scene, idle, source);
+}
+
+#[inline(always)]
+fn traverse_states<'a, I: Isa, R: RayInFlight<'a>, const STATES: usize>(
+    scene: &'a Scene,
+    idle: impl Fn() -> R,
+    source: &mut impl RaySource<R>,
+) {
+    let mut states: [R; STATES] = std::array::from_fn(|_| idle());
     let mut ready = ReadyMasks::default();
     for (i, state) in states.iter_mut().enumerate() {
         if !source.start(state) {
