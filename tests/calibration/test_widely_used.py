@@ -503,7 +503,8 @@ def test_lens_model_of_mrcal_may_be_a_byte_string(tmp_path: Path, mark: str) -> 
         "'imagersize': [640, 480], 'rt_cam_ref': [0, 0, 0, 1, 2, 3], 'optimization_inputs': b'a\\'b\\\\'}\n"
     )
     (camera,) = load(tmp_path / "a.cameramodel").values()
-    np.testing.assert_allclose(np.ravel(camera.distortion), [0.1, 0.02, 0.001, 0.002])
+    assert camera.distortion is not None
+    np.testing.assert_allclose(camera.distortion, [0.1, 0.02, 0.001, 0.002])
 
 
 SHOT = {"camera": "c", "rotation": [10, 20, 30], "translation": [0, 0, 0]}
