@@ -275,13 +275,6 @@ FIGURES: list[Callable[[], Image]] = [
 ]
 
 
-def front() -> None:
-    """The picture of the README, which is kept in `images/`: `python docs/figures.py` makes it anew."""
-    world = raycam.load(ASSETS / "spot.toml")
-    picture = raycam.render(world, world.default_camera().resized((800, 500)))
-    picture.save(MESHES.parent / "images" / "spot.jpg")
-
-
 def write(folder: Path) -> None:
     """Make all figures, and one explained pixel as text and as a drawing."""
     explained = raycam.explain(
@@ -291,7 +284,3 @@ def write(folder: Path) -> None:
     (folder / "explain.txt").write_text(str(explained), encoding="utf-8")
     for figure in FIGURES:
         atomic_files.write(folder / f"{figure.__name__}.png", _core.encode_png(figure()))
-
-
-if __name__ == "__main__":
-    front()

@@ -116,7 +116,7 @@ def labelled(folder: Path) -> None:
 
 def strip() -> None:
     """The four pictures on top of the README, side by side."""
-    names = ("models/toy_car", "models/dawn", "models/stripes", "labelled")
+    names = ("models/toy_car", "models/street", "models/lanterns", "models/robot")
     height = 240
     parts = []
     for name in names:

@@ -57,6 +57,13 @@ def stand(
     )
 
 
+def ribbon(count: int) -> np.ndarray:
+    """Returns the faces between two lines of `count` + 1 corners each, the second after the first."""
+    first = np.arange(count)[:, None]
+    sides = np.array([[0, 1, count + 2], [0, count + 2, count + 1]])
+    return np.concatenate([first + side for side in sides])
+
+
 def fractal(shape: tuple[int, int], power: float = 1.8, stretch: float = 1.0, seed: int = 0) -> np.ndarray:
     """Returns periodic noise between 0 and 1, float64 [h, w]; larger `power` is smoother, `stretch` widens it."""
     rows, columns = np.fft.fftfreq(shape[0]) * shape[0], np.fft.fftfreq(shape[1]) * shape[1] * stretch

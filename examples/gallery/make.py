@@ -17,7 +17,7 @@ from pathlib import Path
 from common import Quality
 from PIL import Image
 
-TOOLS = {"common", "make"}
+TOOLS = {"arm", "common", "make", "ride", "town"}
 NAMES = sorted(path.stem for path in Path(__file__).parent.glob("*.py") if path.stem not in TOOLS)
 
 

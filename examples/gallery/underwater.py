@@ -1,4 +1,4 @@
-"""Under water: a school of fish, a lost sword, and sunlight that the waves (a projector's image) divide into rays."""
+"""Under water: a school of fish, a lost sword, and sunlight that a projector's image of waves divides into rays."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ __all__ = ["DictSerializable"]
 
 
 class DictSerializable:
-    """Base of classes that compare, hash and pickle as the `to_dict` and `up` from which `from_dict` restores them."""
+    """Base of classes that `from_dict` restores from `to_dict()` and `up`, which equality, hash and pickle use."""
 
     __slots__ = ()
 

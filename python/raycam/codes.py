@@ -66,7 +66,7 @@ _OWN_NOTICES = {
         "Keep the world and its files in a folder of their own.",
     ),
     "applied_orientation": Code(
-        "A photo was turned by its EXIF orientation because only the turned photo has its camera's shape.",
+        "A photo was rotated by its EXIF orientation, because only the rotated photo has its camera's shape.",
         'Pass orientation="ignore" if the camera belongs to the pixels as they are stored.',
     ),
     "resampled_background": Code(
@@ -103,7 +103,7 @@ _OWN_NOTICES = {
     ),
     "xacro_warning": Code(
         "xacro printed a warning while it expanded a robot's file.",
-        "Correct the file as the warning says.",
+        "Correct the file; the notice contains the warning.",
     ),
     "outside_limits": Code(
         "Joint values of a robot are beyond the limits of its file.",
@@ -147,7 +147,7 @@ _OWN_NOTICES = {
     ),
     "empty_scan": Code(
         "A scan has no points.",
-        "Check the lidar's pose and its limits of range; the notice lists why pulses were lost.",
+        "Check the lidar's pose and range limits; the notice lists the reasons for lost pulses.",
     ),
     "preview_light": Code(
         "A frame saved from the live view was lit by the integrator that the message names.",
@@ -210,7 +210,7 @@ _OWN_ERRORS = {
     ),
     "no_volume": Code(
         "An object that should fall encloses no volume.",
-        "Use a mesh with thickness.",
+        "Use a closed mesh that encloses a volume.",
     ),
     "not_settled": Code(
         "Objects did not come to rest without penetrating each other, within their target.",
@@ -269,7 +269,7 @@ _OWN_ERRORS = {
         'Unwrap it with atlas="xatlas" (--atlas xatlas), or in another program such as Blender.',
     ),
     "invalid_lidar": Code(
-        "The description of a lidar is invalid.",
+        "The settings of a lidar are invalid.",
         "Use a device of this package, raycam.load_lidar or raycam.Lidar.of.",
     ),
     "unsupported_rate": Code(

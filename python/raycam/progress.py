@@ -71,7 +71,7 @@ class _Bar:
         self._title = title
         self._start = time.monotonic()
         self._begun: int | None = None
-        """The amount done before the bar began: a job that goes on."""
+        """The amount of work done before the bar began, for a resumed job."""
         self._last: float | None = None
         self._width = 0
 

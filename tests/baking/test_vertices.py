@@ -105,7 +105,7 @@ def test_vertices_without_a_source_surface_are_reported() -> None:
     "options",
     [{"maps": ["tangent_normal"]}, {"maps": ["triangle"]}, {"atlas": "cells"}, {"denoise": True}],
 )
-def test_arguments_of_textures_are_refused(options: dict) -> None:
+def test_baking_to_vertices_refuses_options_for_textures(options: dict) -> None:
     world = raycam.World()
     world.add_object(box={"size": [1, 1, 1]})
     with raises(raycam.SettingsError, code="conflicting_values"):

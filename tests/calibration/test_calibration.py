@@ -65,7 +65,7 @@ def test_colmap_models_round_trip_with_pycolmap(tmp_path: Path, format: str) -> 
 def test_file_without_an_image_size_requires_the_size_argument(tmp_path: Path) -> None:
     path = tmp_path / "calib.txt"
     path.write_text("P0: 700 0 320 0 0 700 240 0 0 0 1 0\nP1: 700 0 320 -350 0 700 240 0 0 0 1 0\n")
-    with raises(raycam.CameraError, code="invalid_camera", mentions=["calib.txt"]):
+    with raises(raycam.CameraError, code="missing_argument", mentions=["calib.txt"]):
         raycam.load_cameras(path)["P1"]
     right = raycam.load_cameras(path, size=(640, 480))["P1"]
     np.testing.assert_allclose(right.C, [0.5, 0.0, 0.0], atol=1e-12)

@@ -128,7 +128,7 @@ def test_hot3d_cameras_are_read(tmp_path: Path) -> None:
     check(raycam.load_cameras(file)["214-1"], K, R, C, lens)
     model["projection_model_type"] = "Spherical9"
     file.write_text(json.dumps({"214-1": {"calibration": model, "T_world_from_camera": world}}))
-    with raises(FormatError, code="syntax", mentions=["Spherical9"]):
+    with raises(FormatError, code="unsupported_feature", mentions=["Spherical9"]):
         raycam.load_cameras(file)
 
 
@@ -186,7 +186,7 @@ def test_pickles_are_refused(tmp_path: Path) -> None:
     with raises(FormatError, code="unsupported_feature", mentions=["a.p"]):
         raycam.load_cameras(tmp_path / "a.p", size=SIZE)
     np.savez(tmp_path / "b.npz", mtx=K, dist=np.array({"k1": 0.1}, dtype=object))
-    with raises(FormatError, code="syntax", mentions=["b.npz:1", "dist"]):
+    with raises(FormatError, code="wrong_type", mentions=["b.npz:1", "dist"]):
         raycam.load_cameras(tmp_path / "b.npz", size=SIZE)
     np.savez(tmp_path / "c.npz", mtx=K, lens_model=np.array({"k1": 0.1}, dtype=object))
     with raises(FormatError, code="syntax", mentions=["c.npz:1", '"plumb_bob"']):
@@ -251,24 +251,24 @@ def test_folder_with_several_calibrations_raises_with_their_names(tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    ("K", "told"),
+    ("K", "value"),
     [
-        (intrinsics(500, 500, -40.0, 240), "outside"),
-        (intrinsics(500, 500, 320, 700), "outside"),
-        (intrinsics(1000, 1000, 640, 480), "another resolution"),
-        (intrinsics(250, 250, 160, 120), "another resolution"),
+        (intrinsics(500, 500, -40.0, 240), "-40"),
+        (intrinsics(500, 500, 320, 700), "700"),
+        (intrinsics(1000, 1000, 640, 480), "1280 x 960"),
+        (intrinsics(250, 250, 160, 120), "320 x 240"),
     ],
 )
-def test_likely_mistakes_in_a_calibration_give_a_notice(tmp_path: Path, K: Any, told: str) -> None:
+def test_likely_mistakes_in_a_calibration_give_a_notice(tmp_path: Path, K: Any, value: str) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps({"K": K.tolist(), "dist": [0, 0, 0, 0, 0], "image_size": SIZE}))
-    assert told in " ".join(map(str, raycam.load_cameras(file).notices))
+    assert has_notice(raycam.load_cameras(file).notices, "implausible", value)
 
 
 def test_lens_without_rays_for_most_pixels_gives_a_notice(tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps({"K": K.tolist(), "dist": [-5.0, 0, 0, 0, 0], "image_size": SIZE}))
-    assert "most pixels" in " ".join(map(str, raycam.load_cameras(file).notices))
+    assert has_notice(raycam.load_cameras(file).notices, "implausible", "92 %")
 
 
 def test_intrinsics_relative_to_the_image_size_are_refused(tmp_path: Path) -> None:
@@ -326,6 +326,6 @@ def test_stereo_pair_in_two_files_uses_extrinsics_of_a_third_file(tmp_path: Path
     cameras = raycam.load_cameras(tmp_path, size=SIZE)
     assert list(cameras) == ["left", "right"]
     if third is None:
-        assert "R and T" in " ".join(map(str, cameras.notices))
+        assert has_notice(cameras.notices, "missing_value", "R and T")
     else:
         check(cameras["right"], K, R, C, lens)

@@ -86,7 +86,7 @@ def test_numbered_keys_of_three_cameras_are_three_cameras(tmp_path: Path) -> Non
             f"camera_distortion_{i}": [*COEFFICIENTS, 0.0],
             f"camera_pose_{i}": matrix4(rotation.T, centre).tolist(),
         }
-    with raises(FormatError, code="syntax", mentions=["camera_pose_0", "direction="]):
+    with raises(FormatError, code="missing_argument", mentions=["camera_pose_0", "direction="]):
         load(tmp_path / "rig.json", document)
     cameras, _ = load(tmp_path / "rig.json", document, direction="world_from_camera")
     assert list(cameras) == ["camera0", "camera1", "camera2"]
@@ -124,7 +124,7 @@ def test_pose_with_a_quaternion_table_requires_its_direction(tmp_path: Path, for
     }
     camera = {"intrinsic": {"K": K.ravel().tolist(), "D": [*COEFFICIENTS, 0.0]}, "extrinsic": maps[form]}
     path = tmp_path / "static_extrinsic_calibration.yaml"
-    with raises(FormatError, code="syntax", mentions=["extrinsic", "direction="]):
+    with raises(FormatError, code="missing_argument", mentions=["extrinsic", "direction="]):
         load(path, {"front": camera}, size=SIZE)
     cameras, _ = load(path, {"front": camera}, size=SIZE, direction="camera_from_world")
     check(cameras["front"], K, R, C, lens)
@@ -232,10 +232,10 @@ def test_coefficients_without_a_camera_matrix_name_what_is_missing(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    ("row", "reason"),
-    [([0, 0, 0, 0], "0 0 0 1"), ([0, 0, 0, 0.5], "scaled"), ([1, 2, 3, 1], "transposed")],
+    ("row", "shown"),
+    [([0, 0, 0, 0], "0 0 0 0"), ([0, 0, 0, 0.5], "0 0 0 0.5"), ([1, 2, 3, 1], "1 2 3 1")],
 )
-def test_invalid_last_row_of_a_pose_is_reported(tmp_path: Path, row: list[float], reason: str) -> None:
+def test_invalid_last_row_of_a_pose_is_reported(tmp_path: Path, row: list[float], shown: str) -> None:
     matrix = matrix4(R, C)
     matrix[3] = row
     document = {
@@ -244,7 +244,7 @@ def test_invalid_last_row_of_a_pose_is_reported(tmp_path: Path, row: list[float]
         "fl_x": 500.0,
         "frames": [{"file_path": "a.png", "transform_matrix": matrix.tolist()}],
     }
-    with raises(FormatError, code="syntax", mentions=["transform_matrix", reason]):
+    with raises(FormatError, code="invalid_matrix", mentions=["transform_matrix", shown]):
         load(tmp_path / "transforms.json", document)
 
 

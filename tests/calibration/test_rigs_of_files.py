@@ -106,7 +106,7 @@ def test_unused_keys_of_a_camchain_give_a_notice(tmp_path: Path) -> None:
     (tmp_path / "camchain.yaml").write_text(yaml.safe_dump(json.loads(json.dumps(chain))))
     cameras = raycam.load_cameras(tmp_path / "camchain.yaml")
     np.testing.assert_allclose(cameras["cam1"].C, [0.3, 0, 0])
-    assert any("T_cam1_cam0" in str(notice) for notice in cameras.notices)
+    assert has_notice(cameras.notices, "ignored_key", "T_cam1_cam0")
 
 
 def test_blender_file_paths_are_written_without_extension(tmp_path: Path) -> None:
@@ -147,19 +147,18 @@ def test_calibrations_in_subfolders_are_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "name"),
+    ("text", "code", "name"),
     [
-        ('<document version="2.0.0"><chunk label="a"/></document>', "metashape"),
-        ("%YAML:1.0\nCamera.fx: 500.0\nCamera.k1: 0.1\n", "orb-slam"),
-        ("%YAML:1.0\n---\nmodel_type: MEI\nmirror_parameters:\n   xi: 2.2\n", "camodocal"),
-        ('{"sfm_data_version": "0.3"}', "openmvg"),
+        ('<document version="2.0.0"><chunk label="a"/></document>', "syntax", "metashape"),
+        ("%YAML:1.0\nCamera.fx: 500.0\nCamera.k1: 0.1\n", "missing_value", "orb-slam"),
+        ("%YAML:1.0\n---\nmodel_type: MEI\nmirror_parameters:\n   xi: 2.2\n", "missing_value", "camodocal"),
+        ('{"sfm_data_version": "0.3"}', "syntax", "openmvg"),
     ],
 )
-def test_errors_name_the_detected_format(tmp_path: Path, text: str, name: str) -> None:
+def test_errors_name_the_detected_format(tmp_path: Path, text: str, code: str, name: str) -> None:
     (tmp_path / "a").write_text(text)
-    with raises(FormatError, code="syntax") as caught:
+    with raises(FormatError, code=code, mentions=[name]):
         raycam.load_cameras(tmp_path / "a")
-    assert name in str(caught.value)
 
 
 def test_image_names_with_spaces_in_text_colmap_models_are_read(tmp_path: Path) -> None:
@@ -250,7 +249,7 @@ def test_text_file_of_ros_camera_calibration_is_read(tmp_path: Path) -> None:
         (
             "0.000000 0.000000 1.000000\n\ndistortion",
             "\ndistortion",
-            fault("syntax", "ost.txt:16", "camera_matrix"),
+            fault("wrong_shape", "ost.txt:16", "camera_matrix"),
         ),
         ("[narrow_stereo/left]", "", fault("syntax", "ost.txt:15", '"camera matrix"')),
         ("# oST", "5 # oST", fault("syntax", "ost.txt:1")),

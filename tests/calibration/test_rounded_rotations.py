@@ -14,16 +14,16 @@ import raycam
 from raycam.errors import FormatError
 from scipy.spatial.transform import Rotation
 from support.camera_truth import Array, four, intrinsics
-from support.raises import raises, warns
+from support.raises import notice_codes, raises, warns
 
 K = intrinsics(500.0, 501.0, 320.0, 240.0)
 
 
-def load(path: Path, **arguments: Any) -> tuple[raycam.Cameras, list[str]]:
+def load(path: Path, **arguments: Any) -> tuple[raycam.Cameras, list[Any]]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         cameras = raycam.load_cameras(path, **arguments)
-    return cameras, [str(warning.message) for warning in caught]
+    return cameras, [warning.message for warning in caught]
 
 
 def nearest(matrix: Array) -> Array:
@@ -45,7 +45,7 @@ def test_rounded_poses_are_read_as_the_nearest_rotation(
     assert len(cameras) == 40
     for camera, row in zip(cameras.values(), rows, strict=True):
         np.testing.assert_allclose(camera.R.T, nearest(row.reshape(4, 4)[:3, :3]), atol=2e-7)
-    assert sum("nearest rotation" in str(notice) for notice in notices) == (digits < 9)
+    assert notice_codes(notices).count("repaired_rotation") == (digits < 9)
 
 
 @pytest.mark.parametrize("size", [0.02, 0.3])
@@ -100,7 +100,7 @@ def test_rounded_stereo_pairs_are_read_as_a_rig(tmp_path: Path, name: str) -> No
                 "distortion_coefficients: [0.1, 0, 0, 0]\n"
             )
         cameras, notices = load(tmp_path)
-        assert not any("R and T are missing" in str(notice) for notice in notices)
+        assert notice_codes(notices) == ["repaired_rotation"]
     else:
         pair = {
             "K1": K.tolist(),
@@ -122,9 +122,8 @@ def test_rotation_vectors_longer_than_two_pi_are_refused(tmp_path: Path, key: st
     for vector in ([0.0, 90.0, 0.0], [4.0, 4.0, 4.0]):
         camera = {"K": K.tolist(), "img_size": [640, 480], key: vector, t: [0, 0, 1]}
         (tmp_path / "a.json").write_text(json.dumps(camera))
-        with raises(FormatError, code="syntax", mentions=["from_euler"]) as caught:
+        with raises(FormatError, code="syntax", mentions=[key, "from_euler"]):
             raycam.load_cameras(tmp_path / "a.json")
-        assert "rotation vector" in str(caught.value)
     camera[key] = [0.3, -2.0, 1.5]
     (tmp_path / "a.json").write_text(json.dumps(camera))
     (read,) = load(tmp_path / "a.json")[0].values()

@@ -106,7 +106,7 @@ def test_pose_keys_that_specify_the_direction_are_read(tmp_path: Path, key: str,
 )
 def test_poses_without_direction_require_the_direction_argument(tmp_path: Path, key: str) -> None:
     content = {**CAMERA, key: POSE.tolist()}
-    with raises(FormatError, code="syntax", mentions=["direction="]) as caught:
+    with raises(FormatError, code="missing_argument", mentions=["direction="]) as caught:
         read(tmp_path, content)
     assert key in str(caught.value)
     (camera,) = read(tmp_path, content, direction="camera_from_world").values()

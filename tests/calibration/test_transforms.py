@@ -48,7 +48,7 @@ def test_missing_images_use_the_size_of_others_with_a_notice(tmp_path: Path) -> 
         frames = [{"file_path": f"./{split}/r_{i}", "transform_matrix": opengl(i).tolist()} for i in range(2)]
         text = json.dumps({"camera_angle_x": 0.7, "frames": frames})
         (tmp_path / f"transforms_{split}.json").write_text(text)
-    with raises(FormatError, code="syntax", mentions=["transforms_train.json:1"]):
+    with raises(FormatError, code="missing_argument", mentions=["transforms_train.json:1"]):
         raycam.load_cameras(tmp_path)
     picture(tmp_path / "train/r_1.png")
     cameras = raycam.load_cameras(tmp_path)
@@ -121,7 +121,7 @@ def test_panoramas_with_inconsistent_intrinsics_give_a_notice(
 @pytest.mark.parametrize("model", ["ORTHOPHOTO", "VR180_L", "OMNIDIRECTIONALSTEREO_R"])
 def test_unsupported_camera_models_are_refused(tmp_path: Path, model: str) -> None:
     keys: dict[str, Any] = {"w": 800, "h": 400, "fl_x": 400, "fl_y": 400, "cx": 400, "cy": 200}
-    with raises(FormatError, code="syntax", mentions=[model]):
+    with raises(FormatError, code="unsupported_feature", mentions=[model]):
         raycam.load_cameras(nerf(tmp_path / "a.json", camera_model=model, **keys))
 
 

@@ -11,10 +11,17 @@ from raycam.io.html_form import html_table
 def test_html_table_escapes_text_and_limits_rows() -> None:
     made = html_table("<a>", ("x", "y"), [(i, "<b>") for i in range(25)], ["& more"])
     assert "<b>&lt;a&gt;</b>" in made
-    assert made.count("<td>&lt;b&gt;</td>") == 20
+    assert made.count(">&lt;b&gt;</td>") == 20
     assert "... and 5 more" in made
     assert "&amp; more" in made
     assert "<table>" not in html_table("nothing", ("x",), [])
+
+
+def test_cells_have_their_own_space_between_columns() -> None:
+    made = html_table("objects", ("id", "name"), [(0, "crate")])
+    cells = re.findall(r"<t[hd][^>]*>", made)
+    assert len(cells) == 4
+    assert all("padding" in each for each in cells)  # marimo's own style sheet has no space between cells
 
 
 def test_notebook_objects_have_an_html_representation() -> None:
@@ -28,9 +35,9 @@ def test_notebook_objects_have_an_html_representation() -> None:
     rig = raycam.Rig.stereo(camera.pinhole(), baseline=0.1)
     frames = raycam.render_many(world, [small] * 9, channels=["depth"])
     said = [
-        (world, ["&lt;crate&gt;", "<td>12</td>", "light: sky"]),
+        (world, ["&lt;crate&gt;", ">12</td>", "light: sky"]),
         (camera, ["640 x 480", "812.3", "opencv"]),
-        (recipe, ["crate", "<td>3</td>"]),
+        (recipe, ["crate", ">3</td>"]),
         (cameras, ["camera", "640 x 480", "opencv"]),
         (rig, ["left", "right", "640 x 480"]),
         (frames, ["9 Frames"]),

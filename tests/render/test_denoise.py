@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 import raycam
-from support.raises import raises
+from support.raises import has_notice, raises
 
 
 def world() -> raycam.World:
@@ -24,7 +24,7 @@ def test_missing_denoiser_is_reported_with_its_extra(monkeypatch: pytest.MonkeyP
     monkeypatch.setitem(sys.modules, "pyoidn", None)
     with raises(raycam.SettingsError, code="missing_dependency", mentions=["'raycam[denoise]'"]):
         raycam.render(world(), denoise=True)
-    assert not any("denoise" in str(notice) for notice in raycam.render(world(), samples=1).notices)
+    assert not has_notice(raycam.render(world(), samples=1).notices, "denoised")
 
 
 @pytest.mark.parametrize("radiance", [0.8, 0.2])

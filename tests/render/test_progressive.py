@@ -83,7 +83,7 @@ def test_clamp_notice_equals_that_of_render(camera: raycam.Camera, integrator: A
         frame = raycam.render(world, camera, integrator=integrator, clamp=0.05, samples=picture.samples)
         notices = picture.frame().notices
         assert notices == picture.frame().notices == frame.notices
-        counts |= {int(str(notice).split()[0]) for notice in notices if "clamp" in str(notice)}
+        counts |= {int(str(notice).split()[0]) for notice in notices if notice.code == "clamped_samples"}
     assert len(counts) == 5
 
 
@@ -103,7 +103,7 @@ def test_clamp_notice_excludes_cancelled_samples(world: raycam.World, camera: ra
 
 
 @pytest.mark.parametrize("time_limit", [0.05, 0.5])
-def test_clamp_notice_with_a_time_limit_equals_a_render_of_equal_samples(
+def test_notices_of_a_render_with_a_time_limit_equal_those_with_its_sample_count(
     world: raycam.World, camera: raycam.Camera, time_limit: float
 ) -> None:
     options: dict[str, Any] = {"integrator": "path", "clamp": 0.05, "channels": "color"}

@@ -102,6 +102,26 @@ def test_colours_are_srgb(load: Callable[..., raycam.World]) -> None:
     np.testing.assert_allclose(colors[0], [0.2140411, 0.0508761, 1], atol=1e-5)
 
 
+@pytest.mark.parametrize(("diffuse", "emissive"), [("0.5 0.25 1", False), ("0 0 0", True)])
+def test_emission_is_light_only_without_a_diffuse_colour(
+    tmp_path: Path, diffuse: str, emissive: bool
+) -> None:
+    text = cube(extra="<emission><color>0.25 0.25 0.25 1</color></emission>")
+    path = tmp_path / "a.dae"
+    path.write_text(text.replace("0.5 0.25 1 1", f"{diffuse} 1"), encoding="utf-8")
+    data, notices = collada_to_glb(path, Path)
+    material = json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])["materials"][0]
+    expected = ((0.25 + 0.055) / 1.055) ** 2.4
+    assert material.get("emissiveFactor") == (pytest.approx([expected] * 3) if emissive else None)
+    assert has_notice(notices, "ignored_feature", "'red'") is not emissive
+
+
+def test_a_robot_with_emission_gets_default_lights(load: Callable[..., raycam.World]) -> None:
+    world = load(cube(extra="<emission><color>0.1 0.1 0.1 1</color></emission>"))
+    world.prepare()
+    assert world._core.lit_by_default_lights
+
+
 @pytest.mark.parametrize(
     ("mode", "opacity"), [("A_ONE", 0.6), ("A_ZERO", 0.4), ("RGB_ONE", 0.4), ("RGB_ZERO", 0.6)]
 )

@@ -152,7 +152,7 @@ def test_objects_and_cameras_follow_the_joints_as_mujocos_rays_show(arm: Path) -
         assert agree > 290  # round shapes are tessellated
 
 
-def test_collision_shapes_and_placement(arm: Path) -> None:
+def test_collision_shapes_are_shown_at_the_robots_location(arm: Path) -> None:
     world = raycam.World()
     robot = world.add_robot(arm, name="two", location=[0, 0, 1], geometry="collision", category="robot")
     assert "two/upper/2" in robot.objects
@@ -244,3 +244,26 @@ def test_lights_are_loaded_and_reported_when_a_robot_is_added(tmp_path: Path) ->
     assert list(world.robots) == ["lit"]
     with warns(raycam.Notice, code="ignored_element", mentions=["lights"]):
         raycam.World().add_robot(path)
+
+
+def test_a_model_with_only_a_headlight_has_no_lights(tmp_path: Path) -> None:
+    path = tmp_path / "dark.xml"
+    path.write_text('<mujoco><worldbody><geom size=".1"/></worldbody></mujoco>')
+    assert raycam.load(path).lights == []
+
+
+@pytest.mark.parametrize("mode", ["track", "trackcom", "targetbody"])
+def test_tracking_cameras_have_mujocos_initial_pose(tmp_path: Path, mode: str) -> None:
+    path = tmp_path / "tracked.xml"
+    camera = f'<camera name="side" pos="0 -2 1" euler="70 5 0" mode="{mode}" target="a"/>'
+    body = f'<body name="a" pos="1 0 .5" euler="0 0 30"><freejoint/><geom size=".1"/>{camera}</body>'
+    path.write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    with warns(raycam.Notice, code="approximated_value", mentions=["'side'"]):
+        world = raycam.load(path)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    world.set_joints("tracked", [5, 0, 0, 0, 0, 0, 1])  # the camera stays
+    camera = world.camera("tracked/side")
+    np.testing.assert_allclose(camera.C, data.cam_xpos[0], atol=1e-9)
+    np.testing.assert_allclose(camera.R, data.cam_xmat[0].reshape(3, 3).T * [[1], [-1], [-1]], atol=1e-9)

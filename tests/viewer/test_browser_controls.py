@@ -241,3 +241,28 @@ def test_narrow_page_has_no_horizontal_scrolling(tab: Tab, small_world: raycam.W
     finally:
         tab.show(1280, 800)
         server.close()
+
+
+def test_object_of_the_tree_stays_selected_while_a_pixel_is_held(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    tab.click(*place_of(tab, session.view.size[0] / 2, session.view.size[1] / 2, session.view.size))
+    tab.wait("document.getElementById('object').value === '0'")
+    tab.wait("document.querySelector('#values tr')")
+    tab.evaluate("document.querySelector('#tree [title=floor]').click()")
+    until(lambda: session.selection.number == 1)
+    number = session.connection.sent
+    type_into(tab, "#exposure", "1")
+    tab.evaluate("document.getElementById('exposure').dispatchEvent(new Event('input'))")
+    until(lambda: session.connection.acknowledged > number)  # the image and the pixel's values are sent again
+    tab.evaluate("new Promise((done) => setTimeout(done, 500))")
+    assert tab.evaluate("document.getElementById('object').value") == "1"
+    assert session.selection.number == 1
+
+
+def test_buttons_keep_the_view_as_a_camera_and_as_b(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    tab.evaluate("document.getElementById('camera-add').click()")
+    until(lambda: "view" in session.view.base.cameras)
+    tab.evaluate("document.getElementById('compare-button').click()")
+    tab.wait("document.getElementById('compare').open")
+    tab.wait("!document.getElementById('compare-mode').disabled")

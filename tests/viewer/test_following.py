@@ -294,12 +294,15 @@ def test_browser_follows_looks_around_and_follows_again(class_server: Server, jo
     tab.wait("document.getElementById('exposure-text').textContent === '+1 stops'")
     (session,) = (each for each in class_server.sessions.values() if each.role.is_attached)
     view = session.view
-    drag(tab, place_of(tab, 300, 200, view.size), place_of(tab, 340, 200, view.size))
+    begin, end = place_of(tab, 24, 16, view.size), place_of(tab, 27, 16, view.size)
+    drag(tab, begin, end)
+    tab.wait("!document.getElementById('message').hidden")  # how to move freely
     assert session.view is view
     tab.wait("document.getElementById('camera').value === 'side'")
+    tab.wait("document.getElementById('pixel-place').textContent === 'column 24, row 16 (held)'")
     tab.evaluate("document.getElementById('following-button').click()")
     tab.wait("document.getElementById('following-text').textContent === 'You look around by yourself.'")
-    drag(tab, place_of(tab, 300, 200, view.size), place_of(tab, 340, 200, view.size))
+    drag(tab, begin, end)
     until(lambda: session.view.camera != view.camera)
     assert class_server.following is not None
     assert class_server.following.leader.view.camera == view.camera

@@ -16,6 +16,7 @@ from raycam.viewer.messages import BadMessage, field_types, packed, parse_messag
 from support.raises import raises
 
 GOOD: dict[str, dict[str, Any]] = {
+    "panes": {"names": ["", "front", "side", "top"]},
     "hello": {"width": 640, "height": 480, "ratio": 1.5, "session": ""},
     "size": {"width": 1, "height": 10000, "ratio": 2},
     "move": {
@@ -105,6 +106,7 @@ TAKEN = {
     **{("lens", field): (1.5, -1) for field in ("cx", "cy")},
     ("lens", "distortion"): ([],),
     ("open", "others"): ([],),
+    ("panes", "names"): ([],),
     ("hold", "pixel"): ([],),
     **{("overlay", field): (True,) for field in ("cameras", "explained", "grid")},
     **{("pose", field): (1.5, -1) for field in ("roll", "pitch", "yaw")},

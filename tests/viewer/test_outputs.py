@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 import raycam
+from raycam.viewer.files import outputs
 from raycam.viewer.files.outputs import _stem, snapshot
 from raycam.viewer.session import Session
+from support.patience import PATIENCE
 from support.raises import raises
 from support.session_messages import receive
 
 
-def test_snapshot_before_the_first_still_image_raises(small_world: raycam.World) -> None:
+def test_snapshot_without_a_still_image_raises(
+    small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(outputs, "SAMPLES_TIMEOUT_S", 0.0)
     session = Session(small_world, small_world.camera("front"))
     with raises(raycam.SettingsError, code="no_samples"):
         snapshot(session, "png")
+
+
+def test_snapshot_waits_for_the_first_still_image(small_world: raycam.World) -> None:
+    session = Session(small_world, small_world.camera("front"), samples=1)
+    receive(session, {"type": "size", "width": 48, "height": 32, "ratio": 1})
+    with ThreadPoolExecutor() as pool:
+        saved = pool.submit(snapshot, session, "png")
+        frame = session.images.refinement_of(session.view).refine(raycam.Cancel())
+        assert frame is not None
+        assert not saved.done()
+        session.images.keep_still(session.images.version, frame)
+        assert saved.result(PATIENCE)[2].startswith(b"\x89PNG")
 
 
 def test_png_snapshot_equals_the_frame(small_world: raycam.World) -> None:

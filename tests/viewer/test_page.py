@@ -133,7 +133,7 @@ def test_half_rounds_only_the_color_with_a_notice(frame: raycam.Frame) -> None:
     found = planes(text)
     assert found["a-color"].tobytes() == frame["color"].astype(np.float16).tobytes()
     assert found["a-depth"].tobytes() == frame["depth"].tobytes()
-    assert any("float16" in str(notice) for notice in document(text)["notices"])
+    assert len(document(text)["notices"]) == len(frame.notices) + 1
 
 
 def test_additional_arrays_are_shown_as_planes(frame: raycam.Frame) -> None:

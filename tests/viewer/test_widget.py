@@ -5,14 +5,17 @@ from __future__ import annotations
 import base64
 import json
 import queue
+import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 import raycam
+from raycam.viewer import widget as widget_module
 from raycam.viewer.server import MOST_SESSIONS
 from raycam.viewer.session import Session
-from raycam.viewer.widget import Views, cell_page, make_widget
+from raycam.viewer.widget import Views, cell_page, is_unattended, make_widget
 from raycam.viewer.wire import data_url
 from support.patience import PATIENCE
 
@@ -111,6 +114,30 @@ def test_widget_forwards_messages(small_world: raycam.World) -> None:
         assert widget.page == cell_page("small")
     finally:
         widget.close()
+
+
+@pytest.mark.parametrize(
+    ("accepts_input", "software", "expected"),
+    [(True, "", False), (False, "", True), (False, "voila/0.5", False)],
+    ids=["notebook", "nbconvert", "voila"],
+)
+def test_notebooks_that_a_program_executes_are_recognised(
+    monkeypatch: pytest.MonkeyPatch, accepts_input: bool, software: str, expected: bool
+) -> None:
+    request = {"content": {"code": "1", "allow_stdin": accepts_input}}
+    shell = SimpleNamespace(kernel=SimpleNamespace(get_parent=lambda: request))
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
+    monkeypatch.setenv("SERVER_SOFTWARE", software)
+    assert is_unattended() is expected
+
+
+def test_cell_that_a_program_executes_contains_only_an_image(
+    small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("anywidget")
+    monkeypatch.setattr(widget_module, "is_unattended", lambda: True)
+    with raycam.view(small_world, small_world.camera("front"), cell=True) as viewer:
+        assert viewer._repr_mimebundle_().keys() == {"text/plain", "image/jpeg"}
 
 
 @pytest.mark.parametrize(("size", "first"), [((48, 32), (480, 320)), ((1, 2000), (1, 480))])

@@ -60,8 +60,12 @@ def ball(subdivisions: int = 4, matrix: npt.ArrayLike | None = None) -> raycam.W
     return world
 
 
-def closest_by_fractions(corners: Floats, origin: Floats, direction: Floats) -> tuple[Fraction, int] | None:
-    """The smallest (t, triangle) at t >= 0 of closed triangles, by rational arithmetic."""
+def closest_by_fractions(
+    corners: Floats, origin: Floats, direction: Floats, objects: npt.NDArray[np.integer[Any]] | None = None
+) -> tuple[Fraction, int] | None:
+    """The smallest (t, triangle) at t >= 0 of closed triangles, by rational arithmetic; of several objects at equal t,
+    the last one counts.
+    """
 
     def exact(values: Floats) -> list[Fraction]:
         return [Fraction(float(x)) for x in values]
@@ -73,16 +77,17 @@ def closest_by_fractions(corners: Floats, origin: Floats, direction: Floats) -> 
         return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
     d, o = exact(direction), exact(origin)
-    best: tuple[Fraction, int] | None = None
+    best: tuple[Fraction, int, int] | None = None
     for number, triangle in enumerate(corners):
         a, b, c = ([x - y for x, y in zip(exact(p), o, strict=True)] for p in triangle)
         sides = [dot(d, cross(a, b)), dot(d, cross(b, c)), dot(d, cross(c, a))]
         if any(s > 0 for s in sides) == any(s < 0 for s in sides):
             continue
         t = dot(a, cross(b, c)) / sum(sides, Fraction(0))
-        if t >= 0 and (best is None or (t, number) < best):
-            best = (t, number)
-    return best
+        hit = (t, 0 if objects is None else -int(objects[number]), number)
+        if t >= 0 and (best is None or hit < best):
+            best = hit
+    return best and (best[0], best[2])
 
 
 def agree(world: raycam.World, origins: Floats, directions: Floats) -> int:
@@ -166,7 +171,7 @@ def test_hits_of_grids_and_coplanar_triangles_equal_exact_rational_arithmetic() 
     for directions in (down, slanted):
         hits = world.cast_rays(grid, directions)
         for i, (origin, direction) in enumerate(zip(grid, directions, strict=True)):
-            expected = closest_by_fractions(corners, origin, direction)
+            expected = closest_by_fractions(corners, origin, direction, ids[:, 0])
             if expected is None:
                 assert hits["instance"][i] == -1
             else:

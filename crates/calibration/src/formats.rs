@@ -508,7 +508,7 @@ fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
     Some(about_cameras(NoticeCode::RepairedRotation, repaired.iter().map(|(name, _)| name.as_str()), message))
 }
 
-/// Gives poses of one time, of which a trajectory may have several, names of their own; returns the notice of it.
+/// Gives unique names to poses with equal times, which a trajectory may contain; returns a notice about them.
 fn name_repeated_times(records: &mut [CameraRecord]) -> Option<Notice> {
     let mut counts = HashMap::<String, usize>::new();
     let mut repeated = Vec::new();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter};
 
 use crate::CameraRecord;
 use raycam_formats::{FormatError, Result};
@@ -65,10 +65,10 @@ pub(crate) fn require_known_size(size: Option<[u32; 2]>, path: &Path, format: &s
     size.ok_or_else(|| {
         FormatError::whole(
             path,
-            format!(
+            ErrorCode::MissingArgument.message(format!(
                 "{format} does not contain the image size, which K requires, and the images were not found; set the \
                  size with --size WIDTHxHEIGHT or size=(width, height)"
-            ),
+            )),
         )
     })
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
-use raycam_scene::{Camera, Lens, PixelCenter};
+use raycam_scene::{Camera, ErrorCode, Lens, PixelCenter};
 
 use crate::Pose;
 use crate::rig_mount::RigMount;
@@ -96,12 +96,12 @@ impl CameraRecord {
 
     pub(crate) fn require_size(&self, what: &str) -> Result<[u32; 2]> {
         self.size.ok_or_else(|| {
-            FormatError::encode(format!(
+            FormatError::encode(ErrorCode::MissingArgument.message(format!(
                 "camera {:?}: its file does not contain the image size, which {what} requires; set it with --size \
                  WIDTHxHEIGHT or size=(width, height) or, for a file with only poses, pass a calibration (--intrinsics \
                  FILE, intrinsics=)",
                 self.name
-            ))
+            )))
         })
     }
 
@@ -110,11 +110,11 @@ impl CameraRecord {
         match (self.k, self.matrix) {
             (Some(k), _) => Ok(k),
             (None, Some(matrix)) => Ok(self.with_a_center(matrix)?.k()),
-            (None, None) => Err(FormatError::encode(format!(
+            (None, None) => Err(FormatError::encode(ErrorCode::MissingArgument.message(format!(
                 "camera {:?}: its file has a pose but no intrinsics, which {what} requires; pass a camera as \
                  intrinsics= (--intrinsics FILE)",
                 self.name
-            ))),
+            )))),
         }
     }
 

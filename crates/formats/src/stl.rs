@@ -3,7 +3,8 @@
 //! A file is recognised as binary by its length instead of its first bytes, because many binary files also begin with
 //! "solid". Corners at exactly the same position become one vertex. Facet normals follow from the corners and are
 //! ignored. The two bytes after each binary facet are colours if bit 15 is set (VisCAM, SolidView) or the header
-//! contains `COLOR=` (Materialise Magics): five bits per channel, sRGB.
+//! contains `COLOR=` (Materialise Magics): five bits per channel, sRGB. If no facet has a colour, the header's colour is
+//! the material's base colour.
 
 use std::fs::File;
 use std::io::Read;
@@ -41,6 +42,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         assets.budget.take_elements(path, corners as u64)?;
         solids
     };
+    let whole = solids.first().and_then(|solid| solid.color);
     let parts: Vec<MeshPart> = solids
         .into_iter()
         .filter(|solid| !solid.triangles.is_empty())
@@ -61,8 +63,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
             ErrorCode::NothingVisible.message("no facets; there is nothing to render"),
         ));
     }
-    let materials = vec![Material::for_mesh(&parts[0].mesh)];
-    Ok(MeshFile { parts, materials, notices, ..MeshFile::default() })
+    let mut material = Material::for_mesh(&parts[0].mesh);
+    material.color = whole.unwrap_or(material.color);
+    Ok(MeshFile { parts, materials: vec![material], notices, ..MeshFile::default() })
 }
 
 /// Triangles of a solid, with corners at the same position merged.
@@ -72,6 +75,8 @@ struct Solid {
     triangles: Vec<[u32; 3]>,
     /// Linear colours of the triangles.
     colors: Option<Vec<Rgb>>,
+    /// Linear colour of the whole object, if no triangle has its own.
+    color: Option<Rgb>,
 }
 
 /// Number of bytes of a file that must be in memory: for a file that is certainly binary, the bytes before the facets.
@@ -166,8 +171,16 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     };
     let (vertices, triangles) = weld::weld_triangles(used, BLOCK_FACETS, read)?;
     let any = all_attributes.load(Ordering::Relaxed) != 0;
-    let colors = facet_colors(path, &bytes[..80], &facets, used, any, notices)?;
-    Ok(Solid { name: String::new(), vertices, triangles, colors })
+    let whole = header_color(&bytes[..80]);
+    let colors = if any { facet_colors(path, whole, &facets, used, notices)? } else { None };
+    let color = whole.filter(|_| colors.is_none()).map(|[r, g, b, _]| linear_from_srgb8([r, g, b]));
+    if whole.is_some_and(|[.., alpha]| alpha < 255) {
+        notices.push(Notice::new(
+            NoticeCode::IgnoredTransparency,
+            format!("{}: its transparency is ignored", path.display()),
+        ));
+    }
+    Ok(Solid { name: String::new(), vertices, triangles, colors, color })
 }
 
 /// The two bytes after a facet.
@@ -180,36 +193,33 @@ fn color_of_bits(bits: u16) -> Rgb {
     [0, 5, 10].map(|shift| linear_from_srgb(f32::from(bits >> shift & 31) / 31.0))
 }
 
-/// Colours of facets, if the file has them. `any` is true if any byte after a facet is not 0.
+/// Red, green, blue and alpha of the whole object from the header. Some programs write no alpha, but a space between the
+/// colour and the next word; these colours are opaque.
+fn header_color(header: &[u8]) -> Option<[u8; 4]> {
+    const COLOR: &[u8] = b"COLOR=";
+    let at = header.windows(COLOR.len()).position(|window| window == COLOR)? + COLOR.len();
+    let &[r, g, b, alpha] = header.get(at..at + 4)?.first_chunk::<4>()?;
+    let is_opaque = header[at + 3..].starts_with(b" MATERIAL=");
+    Some([r, g, b, if is_opaque { 255 } else { alpha }])
+}
+
+/// Colours of facets, if the bytes after them are colours. `whole` is the colour in the header.
 fn facet_colors(
     path: &Path,
-    header: &[u8],
+    whole: Option<[u8; 4]>,
     facets: &ByteSource<'_>,
     count: usize,
-    any: bool,
     notices: &mut Vec<Notice>,
 ) -> Result<Option<Vec<Rgb>>> {
-    const COLOR: &[u8] = b"COLOR=";
-    let at = header.windows(COLOR.len()).position(|window| window == COLOR).map(|at| at + COLOR.len());
-    let whole = at.and_then(|at| header.get(at..at + 4)?.first_chunk::<4>());
-    if !any && whole.is_none() {
-        return Ok(None);
-    }
     let mut attributes = Vec::with_capacity(count);
     let window = |_, bytes: &[u8]| attributes.extend(bytes.as_chunks::<FACET_BYTES>().0.iter().map(attribute));
     let read = facets.for_each_window(0, count, FACET_BYTES, FACET_BYTES, window);
     read.map_err(|source| FormatError::Io { path: path.into(), source })?;
     const OWN: u16 = 1 << 15;
-    if let Some(&[r, g, b, alpha]) = whole {
-        if alpha < 255 {
-            notices.push(Notice::new(
-                NoticeCode::IgnoredTransparency,
-                format!("{}: its transparency is ignored", path.display()),
-            ));
-        }
+    if let Some([r, g, b, _]) = whole {
         let whole = linear_from_srgb8([r, g, b]);
         // Bit 15 means that a facet has the colour of the whole object.
-        let of = |&bits: &u16| if !any || bits & OWN != 0 { whole } else { color_of_bits(bits) };
+        let of = |&bits: &u16| if bits & OWN != 0 { whole } else { color_of_bits(bits) };
         return Ok(Some(attributes.iter().map(of).collect()));
     }
     let without = attributes.iter().filter(|&&bits| bits & OWN == 0).count();
@@ -452,6 +462,7 @@ fn text(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<Soli
         vertices: weld.points,
         triangles,
         colors: None,
+        color: None,
     };
     let solids = parser.solids.into_iter().map(solid).collect();
     notices.extend(parser.odd.into_notices(path));

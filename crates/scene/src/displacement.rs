@@ -302,7 +302,7 @@ fn copy_vertices(mesh: &mut Mesh, originals: &[u32]) {
     mesh.vertex_opacities.iter_mut().for_each(|opacities| append(opacities, originals));
 }
 
-/// The corners at each point.
+/// The triangle corners at each distinct point.
 struct CornersOfPoints {
     starts: Vec<u32>,
     /// Triangles and their corners 0 to 2.

@@ -23,6 +23,9 @@ codes! {
         MissingValue "missing_value":
             "A required key, value or argument is missing.",
             "Add it.";
+        MissingArgument "missing_argument":
+            "A file lacks a value that an argument can provide: an image size, intrinsics, or a pose's direction.",
+            "Pass the argument that the message names.";
         UnknownKey "unknown_key":
             "A key or an argument does not exist.",
             "Correct its spelling; the message lists the valid names.";
@@ -106,7 +109,7 @@ codes! {
             "Convert it to one of the formats that the message lists.";
         OutsideRoot "outside_root":
             "A file name inside a file points outside its folder.",
-            "Move the file into the folder of the file that names it.";
+            "Load with a folder= that contains all files, or move the file into the folder of the file that names it.";
         FileNotFound "file_not_found":
             "A file does not exist.",
             "Check the path.";

@@ -126,7 +126,7 @@ codes! {
             "Pixels show surfaces of several objects in the same plane, up to rounding to float32; the last object is shown.",
             "Move the objects apart, or remove the surface that must not be visible.";
         CoarseMotionBlur "coarse_motion_blur":
-            "Objects move by more than a pixel between two of the moments of which motion blur is the mean.",
+            "Objects move by more than a pixel between two of the moments that motion blur averages.",
             "Shorten the exposure, or render shorter exposures and average the images.";
         ExceededTextureMemory "exceeded_texture_memory":
             "The textures require more than texture_memory and are in a temporary file.",
@@ -179,6 +179,9 @@ codes! {
         MissingFile "missing_file":
             "A file that another file refers to is missing, or must not be read, and is skipped.",
             "Put the file inside the folder of the file that refers to it.";
+        OutsideRoot "outside_root":
+            "A file that another file refers to is outside the folder from which files may be read, and is skipped.",
+            "Load with the folder= that the message contains, or put the file into the folder.";
         UnreadableFile "unreadable_file":
             "A file that another file refers to is damaged or has an unknown format, and is skipped.",
             "Repair or convert the file.";

@@ -120,7 +120,7 @@ def check_rectified(left: Camera, right: Camera) -> None:
     for camera in (left, right):
         if camera.is_parallel:
             raise CameraError(
-                "not a rectified pair, because of parallel rays; raycam.flow supports any two cameras",
+                "not a rectified pair, because the rays are parallel; raycam.flow supports any two cameras",
                 code="unsupported_camera",
             )
         if camera.shutter is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,7 +30,7 @@ from ..render.arguments import camera_of, world_of
 from ..world import World
 from ..world.parts import Object
 
-__all__ = ["Box3D", "Label", "box3d", "label"]
+__all__ = ["Box3D", "Label", "box3d", "join_labels", "label"]
 
 Region = tuple[int, int, int, int]
 
@@ -131,6 +131,29 @@ class Label:
         if left < right and top < bottom:
             whole_mask[top:bottom, left:right] = mask[top - y : bottom - y, left - x : right - x]
         return whole_mask
+
+
+def join_labels(labels: Sequence[Label], name: str) -> Label:
+    """Returns one label for the parts of an object: the union of the masks, under a new name.
+
+    The other values, such as the id and the box in space, are those of the first part.
+    """
+    first = labels[0]
+    left, top = (min(item.region[axis] for item in labels) for axis in (0, 1))
+    right, bottom = (max(item.region[axis] + item.region[axis + 2] for item in labels) for axis in (0, 1))
+    amodal, visible = np.zeros((2, bottom - top, right - left), bool)
+    for item in labels:
+        x, y, width, height = item.region
+        part = np.s_[y - top : y - top + height, x - left : x - left + width]
+        amodal[part] |= item.amodal_mask
+        visible[part] |= item.visible_mask
+    return replace(
+        first,
+        name=name,
+        region=(left, top, right - left, bottom - top),
+        amodal_mask=amodal,
+        visible_mask=visible,
+    )
 
 
 def label(

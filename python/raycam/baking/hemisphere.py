@@ -13,7 +13,7 @@ __all__ = ["hemisphere_directions"]
 def hemisphere_directions(
     normals: Floats, keys: npt.NDArray[np.int64], sample: int, samples: int, cone: float = np.pi
 ) -> Floats:
-    """Returns unit directions [n, 3], the `sample`-th of `samples` for each normal, with a density like the cosine.
+    """Returns unit directions [n, 3]: for each normal the `sample`-th of `samples`, by cosine density.
 
     They are in a cone with the opening angle `cone` in radians: pi is the hemisphere, with the density cosine / pi.
 

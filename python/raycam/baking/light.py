@@ -29,7 +29,7 @@ def light_values(
     max_depth: int | None,
     threads: int | None,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """The light [n, 3] of a map at points, and the standard errors [n] of its luminance; 0 at points of no surface.
+    """The light [n, 3] of a map at points, and the standard errors [n] of its luminance; 0 without a surface.
 
     `pixels` [n, 2] select the random numbers.
     """

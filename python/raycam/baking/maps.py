@@ -209,7 +209,7 @@ def _bake_texture(
 
 
 def _empty_map(name: str, wide: int) -> npt.NDArray[Any]:
-    """A map of no surface."""
+    """A map whose texels have no surface."""
     if name in ID_MAPS:
         return np.full(wide * wide, -1, np.int32)
     is_scalar = name in SCALARS or name.endswith("_error")

@@ -128,7 +128,7 @@ class BakedObject:
         return found
 
     def _curvature(self, points: SurfacePoints) -> Floats:
-        """The mean curvatures [n], interpolated between the vertices; 0 at points of no surface."""
+        """The mean curvatures [n], interpolated between the vertices; 0 for points without a surface."""
         found = np.zeros(len(points.instance))
         for number in np.unique(points.instance[points.instance >= 0]).tolist():
             if number not in self._curvatures:

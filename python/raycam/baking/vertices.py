@@ -28,7 +28,7 @@ UNIT_VECTOR_MAPS = ("normal", "shading_normal", "bent_normal")
 
 
 def bake_vertices(baked: BakedObject, name: int | str) -> BakedMaps:
-    """The maps at the vertices, the different positions of the corners: means over the faces there, by their area."""
+    """The maps at the vertices, which are the distinct positions of corners: means over faces, weighted by area."""
     corners = baked.mesh.corners
     vertices, vertex = unique_rows(corners.reshape(-1, 3))
     count = len(vertices)

@@ -215,7 +215,7 @@ def _whole_centers(camera: Camera) -> Camera:
 
 
 def _pixels(camera: Camera, points: Floats) -> Floats:
-    """The images [n, 2] of points, pixel centres at integers."""
+    """Returns the projections [n, 2] of points, with pixel centres at integers."""
     return camera.project(points)[0] - (0.5 + camera.corner)
 
 

@@ -152,7 +152,7 @@ class Camera(Constructors, Copies):
     if not TYPE_CHECKING:  # type checkers must report missing attributes
 
         def __getattr__(self, name: str) -> Any:
-            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            """Raises `AttributeError`, with raycam's counterpart for names of other libraries."""
             raise no_attribute(self, name)
 
     def __repr__(self) -> str:

@@ -16,22 +16,23 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         nargs="+",
         default=["ao"],
-        help="ao (default), bent_normal, thickness, curvature, position, normal, shading_normal, tangent_normal, "
-        "irradiance, direct, radiance, instance, material, triangle; with --from: albedo, roughness, metallic, "
-        "emission",
+        help="maps to bake: ao (default), bent_normal, thickness, curvature, position, normal, shading_normal, "
+        "tangent_normal, irradiance, direct, radiance, instance, material, triangle; with --from: albedo, "
+        "roughness, metallic, emission",
     )
     command.add_argument(
         "-o",
         "--output",
         metavar="PATH",
         required=True,
-        help="folder to write to, or the file of a single map (.png or .exr, as in the folder; .glb of vertices)",
+        help="folder to write to, or the file of a single map: .png or .exr, as in the folder, or .glb with "
+        "--to vertices",
     )
     command.add_argument(
         "--to",
         choices=("texture", "vertices"),
         default="texture",
-        help="texture (default), or vertices: a mesh in vertex colours for each map",
+        help="bake to texture (default) or to vertices (one mesh with vertex colours for each map)",
     )
     command.add_argument("--object", metavar="NAME", default=None, help="object to bake (default: the first)")
     command.add_argument(

@@ -20,7 +20,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         nargs="+",
         default=["depth"],
-        help="depth (default), distance, normal, mask, instance, position, valid, confidence",
+        help="channels to write: depth (default), distance, normal, mask, instance, position, valid, confidence",
     )
     command.add_argument(
         "--layout",

@@ -12,7 +12,7 @@ CALIBRATION_ENDINGS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
 
 
 def _add(command: argparse.ArgumentParser) -> None:
-    command.add_argument("world", metavar="FILE", help="world, mesh or calibration")
+    command.add_argument("world", metavar="FILE", help="world, mesh or calibration to describe")
     add_folder(command)
     add_known(command)
     command.set_defaults(run=_run)

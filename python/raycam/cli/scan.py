@@ -37,7 +37,11 @@ def _add(command: argparse.ArgumentParser) -> None:
     add_lidar_pose(command)
     settings = command.add_argument_group("lidar settings")
     settings.add_argument("--rate", metavar="HZ", type=float, help="frames per second")
-    settings.add_argument("--returns", metavar="MODE", help="first, last, strongest, dual or all")
+    settings.add_argument(
+        "--returns",
+        metavar="MODE",
+        help="echoes to report: first, last, strongest, dual (last and strongest) or all",
+    )
     settings.add_argument(
         "--beam-samples", metavar="N", type=int, help="rays per pulse: 1 (default), 7, 19 or 37"
     )

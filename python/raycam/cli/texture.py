@@ -50,7 +50,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--exposure",
         metavar="NAME",
         default="auto",
-        help="auto (default): make the colours of overlapping photographs equal; off: use them as they are",
+        help="auto (default): equalise the exposure and white balance of overlapping photographs; "
+        "off: use the photographs unchanged",
     )
     command.add_argument(
         "--memory",

@@ -62,7 +62,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--lossless",
         action="store_true",
-        help="lossless compression: .mp4 (H.264 in RGB), .mov (PNG), .webm (VP9 in RGB); .mkv (FFV1) always is",
+        help="lossless compression: .mp4 (H.264 in RGB), .mov (PNG), .webm (VP9 in RGB); .mkv (FFV1) is always "
+        "lossless",
     )
     group.add_argument(
         "--keep-frames", action="store_true", help="keep the frames in FILE.job when the video is complete"
@@ -71,7 +72,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--trajectory",
         metavar="FILE",
         help="joint values of the robot over time: .csv with the header time, JOINT, ...; .npy; or a ROS 2 bag (.mcap, "
-        ".db3 or a folder) with joint states, followed by :/TOPIC if they have several topics",
+        ".db3 or a folder) with joint states, followed by :/TOPIC if it has several topics with joint states",
     )
     add_job(command)
     command.set_defaults(run=_run)

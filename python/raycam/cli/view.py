@@ -112,7 +112,7 @@ def _add_server(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--follow",
         action="store_true",
-        help="print a second address for followers, for example a class of up to 40: they show the leader's camera, "
+        help="print a second address for up to 40 followers, for example a class: their pages show your camera, "
         "channel, exposure and held pixel",
     )
     command.add_argument(

@@ -63,7 +63,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--facing",
         metavar="SIDE",
         default="auto",
-        help="front: ignore cameras behind a face; both; auto (default): front unless the mesh is inside out",
+        help="front: ignore cameras behind a face; both: count them; auto (default): front, unless the mesh is "
+        "inside out",
     )
     command.add_argument(
         "--heat",

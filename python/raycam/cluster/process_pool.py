@@ -43,7 +43,7 @@ class FrameError(Exception):
 class ProcessPool:
     """Renders in `count` processes on this machine with `threads` each (default: the cores divided among them).
 
-    Fewer processes are started if the memory would not suffice.
+    Fewer processes are started if memory is insufficient.
     """
 
     apart = True

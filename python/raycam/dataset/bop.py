@@ -41,7 +41,7 @@ def check(plan: Plan) -> None:
         isinstance(name, str) and isinstance(number, int) and number > 0 for name, number in given.items()
     ):
         raise SettingsError(
-            f'model_ids must map categories or object names to whole numbers from 1, as {{"mug": 5}}; got {given!r}',
+            f'model_ids must map categories or object names to whole numbers from 1, as in {{"mug": 5}}; got {given!r}',
             code="wrong_type",
         )
     if len(set(given.values())) < len(given):

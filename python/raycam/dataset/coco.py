@@ -10,9 +10,9 @@ import numpy as np
 
 from .. import _core
 from ..annotations.keypoints import keypoints
-from ..annotations.labels import Label
+from ..annotations.labels import Label, join_labels
 from ..arguments import Bools
-from ..errors import SettingsError
+from ..errors import SettingsError, nearest
 from .plan import Format, Index, Made, Plan, Record, Shot
 
 __all__ = ["FORMAT"]
@@ -28,24 +28,50 @@ def check(plan: Plan) -> None:
     for name, points in plan.options["keypoints"].items():
         if name not in plan.categories.values():
             raise SettingsError(
-                f"keypoints: unknown category {name!r}, only {list(plan.categories.values())}",
+                f"keypoints: unknown category {name!r}, available: {list(plan.categories.values())}",
                 code="unknown_name",
             )
         wanted = {"names", "points"}
-        if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | {"skeleton", "triangles"}):
+        more = {"skeleton", "triangles", "objects"}
+        if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | more):
             raise SettingsError(
-                f'keypoints of {name!r}: expected the keys "names", "points" and optionally "triangles", "skeleton"',
+                f'keypoints of {name!r}: expected the keys "names", "points" and optionally "triangles", "objects", '
+                '"skeleton"',
                 code="wrong_shape",
             )
         if np.shape(points["points"]) != (len(points["names"]), 3):
             raise SettingsError(
                 f"keypoints of {name!r}: expected one point [3] for each of the names", code="wrong_shape"
             )
+        _check_owners(plan, name, points)
         triangles = points.get("triangles")
         if triangles is not None and len(triangles) != len(points["names"]):
             raise SettingsError(
                 f"keypoints of {name!r}: expected one triangle for each of the names", code="wrong_shape"
             )
+
+
+def _check_owners(plan: Plan, category: str, points: dict[str, Any]) -> None:
+    """Raises `SettingsError` for objects of points that do not exist or have another category."""
+    owners = points.get("objects")
+    if owners is None:
+        return
+    if not isinstance(owners, list | tuple) or len(owners) != len(points["names"]):
+        raise SettingsError(
+            f"keypoints of {category!r}: expected one entry of objects for each of the names",
+            code="wrong_shape",
+        )
+    known = [item.name for item in plan.objects if (item.category or "object") == category]
+    for name in (name for each in owners for name in _names(each)):
+        if name not in known:
+            raise SettingsError(
+                nearest(f"object of the category {category!r}", name, known), code="unknown_name"
+            )
+
+
+def _names(owners: str | list[str]) -> list[str]:
+    """The objects of a point: the one with which it moves, and those that do not occlude it."""
+    return [owners] if isinstance(owners, str) else list(owners)
 
 
 def make(plan: Plan, number: int) -> Made:
@@ -56,7 +82,7 @@ def make(plan: Plan, number: int) -> Made:
     name = f"images/{plan.picture_name(number)}.png"
     annotations = [
         annotation(shot, item)
-        for item in shot.labels(frame["instance"])
+        for item in _annotated(shot, shot.labels(frame["instance"]))
         if item.visible_pixels >= max(int(plan.options["min_pixels"]), 1)
     ]
     image = {"id": number + 1, "width": width, "height": height, "file_name": name.removeprefix("images/")}
@@ -90,6 +116,20 @@ def camera_of(shot: Shot) -> Record:
     return found
 
 
+def _annotated(shot: Shot, labels: list[Label]) -> list[Label]:
+    """The labels, with the objects of each category whose keypoints name objects joined to one label."""
+    plan = shot.plan
+    found: list[Label] = []
+    parts: dict[str, list[Label]] = {}
+    for item in labels:
+        category = plan.categories[shot.category(item.object)]
+        if "objects" in plan.options["keypoints"].get(category, ()):
+            parts.setdefault(category, []).append(item)
+        else:
+            found.append(item)
+    return [*found, *(join_labels(items, category) for category, items in parts.items())]
+
+
 def annotation(shot: Shot, item: Label) -> Record:
     """Returns a COCO annotation, with two additional keys: `amodal_bbox` and `visible_fraction`."""
     plan = shot.plan
@@ -106,17 +146,25 @@ def annotation(shot: Shot, item: Label) -> Record:
     points = plan.options["keypoints"].get(plan.categories[shot.category(item.object)])
     if points is not None:
         places = points["points"]
+        ids = {each.name: each.id for each in shot.objects}
+        owners = [
+            [ids[name] for name in _names(each)] for each in points.get("objects", [item.name] * len(places))
+        ]
         seen = keypoints(
             shot.world,
             shot.camera,
             places,
-            [item.object] * len(places),
+            [first for first, *_ in owners],
             triangles=points.get("triangles"),
             threads=plan.threads,
         )
+        own = [
+            "objects" in points and int(occluder) in each
+            for occluder, each in zip(seen.occluder, owners, strict=True)
+        ]
         triples = [
             [*(pixel - shot.camera.corner).tolist(), 2 if visible else 1] if inside else [0, 0, 0]
-            for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible, strict=True)
+            for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible | own, strict=True)
         ]
         found["keypoints"] = [value for triple in triples for value in triple]
         found["num_keypoints"] = int(seen.in_picture.sum())

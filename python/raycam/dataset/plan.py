@@ -45,7 +45,7 @@ MAX_CACHED_WORLDS = 2
 NO_LENSES = (
     "use pinhole cameras without skew, or the formats coco or webdataset (any lens), colmap or nerf (most)"
 )
-"""Advice in errors of formats without lenses."""
+"""Advice in the errors of formats that do not support lens models."""
 
 Record = dict[str, Any]
 Made = tuple[Mapping[str, bytes | Iterable[Piece]], Record]

@@ -32,6 +32,7 @@ from ..rig import Rig
 from ..world import World
 from .formats import FORMATS
 from .job_units import job_package, record_name
+from .joint_keypoints import JOINTS, joint_keypoints
 from .lidars import other_sensors, world_sensors
 from .lost import lost_notices
 from .per_world import each_index
@@ -157,7 +158,10 @@ def write(
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
-      with "triangles": [...], which follow meshes that deform, "skeleton": [...]}})
+      with "triangles": [...], which follow meshes that deform, "skeleton": [...]}}). With "objects", the names of the
+      objects whose coordinates the points have, all objects of the category are one annotation; instead of a name, a
+      list also contains objects that do not occlude the point. "joints": the joints of robots whose category is the
+      robot
     * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: for each image, the finest that can
       represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model.
       Without `model_ids`, the obj_id is the category if that is a whole number, or else an unused number in the order
@@ -241,12 +245,15 @@ def write(
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}
     threads = rendering.pop("threads", None)
     own = resolve_options(options, kind.options, format)
+    joints: list[Notice] = []
+    if own.get("keypoints") == JOINTS:
+        own["keypoints"], joints = joint_keypoints(source, format)
     plan = make_plan(source, cameras, times, count, dict(sorted(rendering.items())), own, threads)
     if kind.posed:
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
-    late = [*late_times(plan), *unposed_cameras(plan), *kind.notices(plan)]
+    late = [*joints, *late_times(plan), *unposed_cameras(plan), *kind.notices(plan)]
     what = job_package(format, plan)
     job = Job(target, what, resume=resume)
     damaged = job.status().notices

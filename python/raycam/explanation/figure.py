@@ -41,7 +41,7 @@ def figure(e: PixelSteps) -> str:
     third = (WIDTH - 4 * MARGIN) / 3
     below = [Box(MARGIN + i * (third + MARGIN), 524, third, 382) for i in range(2)]
 
-    marked_picture(svg, panel(svg, top, "The picture, and the pixel"), e, picture)
+    marked_picture(svg, panel(svg, top, "The image, and the pixel"), e, picture)
     shown = e.winner or (e.candidates[0] if e.candidates else None)
     inner = panel(svg, low, "The ray, the plane and the triangle" if shown else "The ray")
     if shown is None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["BeamExplanation", "explain_beam"]
 
 MAX_ROWS = 40
-"""Surfaces that the text lists."""
+"""Maximum number of surfaces listed in the text."""
 
 
 class BeamExplanation(BeamSteps):

@@ -20,8 +20,6 @@ BEAM = (90.0, 290.0)
 WAVE = (360.0, 560.0)
 """Top and bottom of the waveform."""
 POINTS = 900
-LEAST_HEIGHT = 1e-6
-"""Energies below this share of the highest are drawn on the axis."""
 
 
 def beam_figure(e: BeamSteps) -> str:

@@ -113,7 +113,7 @@ def lighting(explanation: PixelSteps, samples: int = 256) -> Lighting:
             terms.append(_term(world, surface, f"{light['type']} {index}", light, found, emission))
         found = radiance(only_light(world, None), origin, direction, samples)
         if found.value.max() > 1e-6 + emission.max() * (1 + 1e-4):
-            terms.append(_extended("objects that shine", found, emission))
+            terms.append(_extended("emissive objects", found, emission))
     return Lighting(
         surface=surface,
         emission=emission,

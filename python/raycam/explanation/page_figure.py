@@ -16,15 +16,15 @@ from .steps import PixelSteps
 __all__ = ["lines_figure", "page_figure"]
 
 TRIANGLES = 300
-"""The triangles around the hit that figures show."""
+"""Maximum number of triangles around the hit in a figure."""
 MAX_COARSE_TRIANGLES = 2000
-"""The triangles around the ray that figures of lines show; larger meshes are drawn coarser."""
+"""Maximum number of triangles around the ray in figures of lines; larger meshes are simplified."""
 GRIDS = (192, 128, 96, 64, 48, 32, 24, 16, 12, 8)
 """Cells along the drawn part of the world, on which the vertices of larger meshes are merged."""
 RADIUS = 0.75
 """The radius of the drawn part of the world, as a share of the ray's length."""
 DIGITS = 3
-"""The digits of a point, relative to the figure's size."""
+"""Number of digits of a point, relative to the figure's size."""
 
 
 def page_figure(e: PixelSteps) -> dict[str, Any]:

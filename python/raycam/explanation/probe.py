@@ -17,7 +17,7 @@ __all__ = ["Estimate", "emitted", "facing_light", "lit_world", "only_light", "ra
 WIDTH = 1e-5
 """The angle of the pixel, in radians."""
 ROUNDING = 1e-6
-"""The relative error of samples that are all the same, in float32."""
+"""Relative rounding error of the mean of equal samples in float32."""
 DARK = {"type": "sun", "direction": [0, 0, -1], "irradiance": [0, 0, 0]}
 """A light of zero strength, which prevents default lights."""
 

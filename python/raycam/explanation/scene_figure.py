@@ -39,11 +39,11 @@ INK, FAINT, RULE = "#1d2330", "#69707f", "#d9dce3"
 DASHES = "6 5"
 WIDTH, HEIGHT, MARGIN, HEADING = 1280.0, 560.0, 24.0, 34.0
 BOXES = 60
-"""The boxes that are drawn."""
+"""Maximum number of boxes drawn."""
 FAR = 0.75
 """The drawn length of a segment without an end, as a fraction of the ray's length."""
 PIECES = 24
-"""Pieces of a line, which a lens bends."""
+"""Number of pieces of a line, which a lens bends."""
 CORNERS = [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)]
 
 

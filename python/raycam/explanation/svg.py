@@ -22,7 +22,7 @@ NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 
 
 def escape(text: str) -> str:
-    """A text for XML; characters that XML does not allow become U+FFFD."""
+    """Escapes a text for XML; characters that XML does not allow become U+FFFD."""
     return html.escape(NOT_IN_XML.sub("\ufffd", text))
 
 

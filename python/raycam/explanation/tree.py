@@ -21,9 +21,9 @@ from .steps import PixelSteps
 __all__ = ["Box", "TreeSearch", "entered", "tree_search"]
 
 LEAF = 4
-"""The triangles of a leaf at most."""
+"""Maximum number of triangles in a leaf."""
 SHOWN = 40
-"""The boxes that the text lists."""
+"""Maximum number of boxes listed in the text."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class Box:
     depth: int
     """The level; 0 for the outermost box."""
     triangles: int
-    """The number of triangles in it."""
+    """The number of triangles in the box."""
     enters: float
     """The ray parameter where the ray enters; 0 if it starts inside."""
     leaves: float
     """The ray parameter where the ray leaves."""
     is_leaf: bool
-    """True if its triangles are tested."""
+    """True if the box's triangles are tested."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ class TreeSearch:
     triangles: int
     """The number of triangles in the world."""
     winner: int
-    """The index of the closest triangle among all; -1 for a miss."""
+    """The index of the closest triangle in the world; -1 for a miss."""
     t: float
-    """Its ray parameter; +inf for a miss."""
+    """The closest triangle's ray parameter; +inf for a miss."""
 
     def __str__(self) -> str:
         """The search as text."""

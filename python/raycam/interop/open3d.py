@@ -103,7 +103,7 @@ COLORS = {"base_color": (1.0, 1.0, 1.0, 1.0), "emissive_color": (0.0, 0.0, 0.0, 
 
 
 def _record(material: Any) -> Any:
-    """A stand-in for the `MaterialRecord` of a tensor mesh's `Material`, because a real record needs a display."""
+    """A substitute for the `MaterialRecord` of a tensor mesh's `Material`, because a real record needs a display."""
     maps, scalars, vectors = (
         dict(table)
         for table in (material.texture_maps, material.scalar_properties, material.vector_properties)

@@ -21,13 +21,13 @@ PLACEHOLDER = b"not written yet\n"
 """The contents of a temporary file before anything is written to it."""
 
 MAX_STEM_BYTES = 100
-"""Bytes of a file's stem in its temporary name: file systems limit a name to 255 bytes."""
+"""Maximum number of bytes of a file's stem in its temporary name: file systems limit a name to 255 bytes."""
 
 MAX_ENDING_BYTES = 40
-"""Bytes of the longest ending that a temporary name keeps."""
+"""Maximum number of bytes of an ending that a temporary name keeps."""
 
 MAX_LINKS = 40
-"""Symbolic links that are followed one after another, as in Linux."""
+"""Maximum number of symbolic links followed one after another, as in Linux."""
 
 
 @contextlib.contextmanager

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Sequence
 __all__ = ["html_table"]
 
 MAX_ROWS = 20
-"""Rows that are shown; the rest is counted."""
+"""Maximum number of rows shown; further rows are counted."""
+CELL = 'style="padding: 2px 14px 2px 0; text-align: left"'
+"""The style of a cell. Some notebooks, such as marimo, show cells without one directly next to each other."""
 
 
 def html_table(
@@ -19,9 +21,9 @@ def html_table(
     every = list(rows)
     parts = [f"<div><b>{escape(title)}</b>"]
     if every:
-        parts.append("<table><tr>" + "".join(f"<th>{escape(name)}</th>" for name in head) + "</tr>")
+        parts.append("<table><tr>" + "".join(f"<th {CELL}>{escape(name)}</th>" for name in head) + "</tr>")
         for row in every[:MAX_ROWS]:
-            parts.append("<tr>" + "".join(f"<td>{escape(str(value))}</td>" for value in row) + "</tr>")
+            parts.append("<tr>" + "".join(f"<td {CELL}>{escape(str(value))}</td>" for value in row) + "</tr>")
         parts.append("</table>")
     more = [f"... and {len(every) - MAX_ROWS} more"] if len(every) > MAX_ROWS else []
     parts += [f"<div>{escape(line)}</div>" for line in [*more, *notes]]

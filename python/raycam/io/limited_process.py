@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 __all__ = ["apply_rlimits", "describe_status", "run_limited"]
 
 OUTPUT_BYTES = 2000
-"""Bytes of a process's output that are kept, from its end."""
+"""Number of bytes kept from the end of a process's output."""
 
 
 def apply_rlimits(memory: int, seconds: float, size: int) -> None:
-    """Limits the resources of this process, on systems that can: address space, processor time, size of files."""
+    """Limits the address space, processor time and file size of this process, on systems that support such limits."""
     try:
         import resource
     except ImportError:  # Windows

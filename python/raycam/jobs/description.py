@@ -69,7 +69,7 @@ def world_differences(there: World, asked: World) -> list[str]:
             if not moved and (there.triangles(old.id) != asked.triangles(new.id)).any():
                 found.append(f"object.{new.name}: the mesh differs")
             if (before[part] != after[part]).any():
-                found.append(f"object.{new.name}: the color differs")
+                found.append(f"object.{new.name}: the colour differs")
     if not found:
         found.append("a material, a texture or a motion differs; the rest of the world is equal")
     more = len(found) - MAX_REPORTED

@@ -21,7 +21,6 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from ..errors import JobError
@@ -93,7 +92,7 @@ def read_entry(path: Path, place: int) -> JournalEntry:
         lines.seek(place)
         entry = _entry(lines.readline())
     if entry is None:
-        raise JobError(f"{path}: another program changed the file at byte {place}", code="damaged_job")
+        raise JobError(f"{path}: another program has changed the file at byte {place}", code="damaged_job")
     return entry
 
 
@@ -190,8 +189,6 @@ class Journal:
         """Returns the journal."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         """Closes the file."""
         self.close()

@@ -23,7 +23,7 @@ from .worker import FrameResult, FrameTask, WorkerUnfit
 __all__ = ["FailedFrame", "Pool", "PoolLost", "WorkerDied", "schedule", "shared_threads"]
 
 MAX_ATTEMPTS = 3
-"""Attempts per frame with transient errors, such as a lack of memory; also how many workers a frame may kill."""
+"""Attempts per frame with transient errors, such as a lack of memory; also of workers that die while rendering it."""
 STRAGGLER_TIMEOUT = 30.0
 """Minimum time in seconds after which a frame is a straggler, which another worker gets too."""
 MAX_COPIES = 6

@@ -22,7 +22,7 @@ APART = 8.0
 MERGED = 2.0
 """Surfaces within this many standard deviations have a single maximum."""
 BLOCK = 1 << 21
-"""Numbers that are worked on at a time."""
+"""Number of values processed at a time."""
 
 
 @dataclass
@@ -33,7 +33,7 @@ class Echoes:
     length: Floats
     """Position of the maximum: half the optical length, in metres."""
     energy: Floats
-    """Sum of the contributions that belong to the maximum."""
+    """Sum of the energies of the echo's contributions."""
     main: npt.NDArray[np.int64]
     """The largest contribution of the surface with most of the energy."""
     purity: npt.NDArray[np.float32]
@@ -144,7 +144,7 @@ def _leaders(number: npt.NDArray[np.int64], ranks: Sequence[npt.NDArray[Any]]) -
 
 
 def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma: float) -> Floats:
-    """Returns for each contribution the maximum to which its cluster's waveform rises from there."""
+    """Returns, for each contribution, the maximum that is reached by climbing its cluster's waveform from there."""
     starts = (
         np.flatnonzero(np.concatenate([[True], np.diff(cluster) != 0])) if len(cluster) else np.zeros(0, int)
     )

@@ -17,9 +17,9 @@ BACKSCATTER = 0.046
 OVERLAP = (0.9, 1.0)
 """Distances in metres at which the receiver begins to see the beam, and sees all of it (Hahner et al. 2021)."""
 STEP = 0.01
-"""Metres between the points of the integral."""
+"""Step of the numerical integral, in metres."""
 REACH = 12.0
-"""Metres after which fog adds nothing to the maximum."""
+"""Distance in metres beyond which fog adds nothing to the maximum."""
 
 
 def attenuation(visibility: float) -> float:

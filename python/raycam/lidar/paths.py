@@ -34,9 +34,9 @@ LEAST_ENERGY = 1e-4
 """A path ends if it carries less than this share of its pulse."""
 NOTHING = -1
 LEAST_LENGTH = 1e-6
-"""Metres; nearer surfaces return as much light as at this distance."""
+"""Minimum distance in metres: nearer surfaces return as much light as surfaces at this distance."""
 CLEARANCE = 1e-7
-"""Metres after an interface within which a ray meets nothing: neighbours of the triangle that it leaves."""
+"""Distance in metres after an interface within which hits are ignored: they are neighbours of its triangle."""
 
 
 COLUMNS = ("pulse", "ray", "length", "energy", "bounces", "first_instance")

@@ -41,7 +41,7 @@ def velodyne_lasers(table: dict[str, Any]) -> list[Laser]:
 
 
 def ouster_unit(table: dict[str, Any]) -> OusterUnit:
-    """Returns the calibration of a description."""
+    """Returns the calibration of the Ouster that a device description describes."""
     angles = table["beam_azimuth_angles"]
     shifts = table.get("pixel_shift_by_row")
     return OusterUnit(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["warn_of_assumed_reflectance", "warn_of_device", "warn_of_empty_scan", "warn_of_times"]
 
-LOST = ("kept", "nothing hit", "too weak", "too near", "too far", "reflected away", "missed by chance")
+LOST = ("kept", "nothing hit", "too weak", "too near", "too far", "reflected away", "missed at random")
 """The meaning of the values of the field `lost`."""
 
 
@@ -49,7 +49,7 @@ def warn_of_times(world: World, lidar: Lidar) -> None:
     ends.extend([video.frames / video.fps] if video is not None else [])
     end, last = max(ends, default=np.inf), time + 1.0 / lidar.rate
     if last > end + 1e-9:
-        text = f"the frame ends at {last:g} s, but the world's motion ends at {end:g} s; after it, objects do not move"
+        text = f"the frame ends at {last:g} s, but the world's motion ends at {end:g} s; objects do not move after that"
         warn(Notice(text, "outside_times"))
 
 

@@ -185,5 +185,5 @@ def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:
 def _pixel_shifts(lidar: Lidar, pattern: Pattern) -> list[int]:
     """Returns the columns by which Ouster shifts each row to the right; raises `LidarError` for other devices."""
     if lidar.family != "ouster":
-        raise LidarError(f"{lidar.name}: staggered=False is for Ouster's devices", code="wrong_device")
+        raise LidarError(f"{lidar.name}: staggered=False requires an Ouster device", code="wrong_device")
     return lidar.pixel_shifts(pattern.shape[1])

@@ -54,7 +54,7 @@ def velodyne_rings(lasers: Sequence[Laser]) -> list[int]:
 
 
 def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: float, rate: float) -> Pattern:
-    """Returns one turn: complete firing cycles of `cycle` seconds, whose laser i fires `offsets[i]` after the start.
+    """Returns one turn: complete firing cycles of `cycle` seconds, in which laser i fires after `offsets[i]` seconds.
 
     The azimuth of the rotor is 360 degrees * rate * time, clockwise as seen from above, and 0 is x.
     """

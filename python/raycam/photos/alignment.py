@@ -13,13 +13,13 @@ from .survey import Survey
 __all__ = ["Alignment", "measure_alignment"]
 
 CELLS = 3
-"""Parts of a photograph along each side, each with its own shift."""
+"""Number of parts along each side of a photograph; each part has its own shift."""
 MAX_SHIFT_PX = 2.0
-"""Standard deviation of the shifts that are expected before anything is measured."""
+"""Prior standard deviation of the shifts, in pixels."""
 MIN_VIEWS = 30
-"""Views of a part of a photograph below which it is not measured."""
+"""Minimum number of views for which a part of a photograph is measured."""
 ROUNDS = 5
-"""Rounds of reweighting."""
+"""Number of reweighting rounds."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,12 +13,12 @@ Single = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int64]
 
 MAX_BLENDED_VIEWS = 8
-"""Views of a texel that are blended: those with the largest weights."""
+"""Number of views blended per texel: those with the largest weights."""
 LUMINANCE_TOLERANCE = 0.06
 """Relative difference of luminance within which views agree."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 CHUNK_TEXELS = 1 << 16
-"""Texels in work at the same time, about 50 MB."""
+"""Number of texels processed at a time, about 50 MB."""
 
 
 class TexelViews:

@@ -23,9 +23,9 @@ Ids = npt.NDArray[np.int32]
 Single = npt.NDArray[np.float32]
 
 EDGE_PLACES = (0.0, 0.5, 1.0)
-"""Places on an edge between two photographs at which their colours are compared."""
+"""Number of places on an edge between two photographs at which their colours are compared."""
 EDGE_INSET = 0.01
-"""Share of the way to a face's centroid by which these places are inside of the face."""
+"""Distance of these places from the edge, as a fraction of the way to the face's centroid."""
 EDGE_WIDTH_TEXELS = 4.0
 """Width over which these colours are averaged."""
 FINE_TEXELS, COARSE_TEXELS = 8, 32

@@ -9,7 +9,7 @@ from ..arguments import Floats
 __all__ = ["MAX_SAMPLES", "MIN_SAMPLES", "sample_pattern"]
 
 MIN_SAMPLES = 4
-"""Samples of a face by default, at least: the centroid and the corners."""
+"""Default minimum number of samples per face: the centroid and the corners."""
 MAX_SAMPLES = 256
 """Maximum number of samples per face."""
 CORNER_INSET = 0.01

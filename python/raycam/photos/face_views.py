@@ -17,13 +17,13 @@ Ids = npt.NDArray[np.int32]
 Single = npt.NDArray[np.float32]
 
 MAX_FACE_VIEWS = 6
-"""Photographs between which a face chooses: those with the largest weights."""
+"""Number of candidate photographs per face: those with the largest weights."""
 QUALITY_SCALE = 4.0
-"""Cost of a photograph without weight, in seams; a photograph with half the best weight costs half of it."""
+"""Cost of a photograph of weight 0, in seams; a photograph with half the best weight costs half as much."""
 ROUNDS = 40
-"""Rounds of messages."""
+"""Number of message-passing rounds."""
 ABSENT = 1e6
-"""Cost of a place in the table without a photograph."""
+"""Cost of an empty entry in the table of photographs."""
 
 
 class FaceTotals:

@@ -15,9 +15,9 @@ Ids = npt.NDArray[np.int32]
 DARKEST, BRIGHTEST = 0.003, 0.95
 """Linear values between which pixels are neither noise nor clipped."""
 ROUNDS = 6
-"""Rounds of reweighting."""
+"""Number of reweighting rounds."""
 MAX_POINT_VIEWS = 16
-"""Views of a point that are compared, those with the largest weights."""
+"""Number of views compared per point: those with the largest weights."""
 RIDGE = 1e-10
 """Weight of the prior that gains are 1, relative to the views'; it decides for photographs without overlap."""
 OUTLIER_SCALE = 0.05

@@ -23,7 +23,7 @@ __all__ = ["PhotoSource", "Photos", "Pyramid"]
 Photos = str | os.PathLike[str] | Mapping[str, Any]
 """A folder with the photographs, or a mapping from their names to paths or arrays."""
 LISTED_NAMES = 3
-"""Photographs that an error lists; further ones are counted."""
+"""Maximum number of photographs listed in an error; further ones are counted."""
 
 
 class PhotoSource:
@@ -98,7 +98,7 @@ class PhotoSource:
         if (width, height) != camera.size:
             turned = (height, width) == camera.size
             remedy = (
-                "its pixels are turned by 90 degrees: turn the pixels, or the camera"
+                "its pixels are rotated by 90 degrees; rotate the photograph or the camera"
                 if turned
                 else "resize the camera: load_cameras(..., size=) or --size"
             )

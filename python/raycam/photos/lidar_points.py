@@ -16,13 +16,13 @@ from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 __all__ = ["FacePoints", "points_on_faces"]
 
 POINTS_PER_SAMPLE = 16
-"""Points of a lidar on a face for each of the face's samples.
+"""Number of lidar points on a face for each of the face's samples.
 
 The rows of most lidars are ten times as far apart as their points, so that fewer points per sample would leave samples
 of measured surfaces without a point.
 """
 PAIRS_AT_ONCE = 1 << 18
-"""Pairs of a point and a sample whose distance is computed at a time."""
+"""Number of pairs of a point and a sample whose distances are computed at a time."""
 
 
 @dataclass(frozen=True, eq=False)

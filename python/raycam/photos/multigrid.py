@@ -17,9 +17,9 @@ Ints = npt.NDArray[np.int64]
 Single = npt.NDArray[np.float32]
 
 RIDGE = 1e-6
-"""Weight of values of zero, which selects one solution for texels without a boundary."""
+"""Weight of the additional equations value = 0, which select one solution for texels without a boundary."""
 DAMPING = 0.85
-"""Part of a Jacobi step that smooths."""
+"""Damping factor of the Jacobi smoother."""
 COARSE_STIFFNESS = 0.5
 """Factor of coarse links: constants for each square make a surface's equation twice too stiff (Braess 1995)."""
 
@@ -71,7 +71,7 @@ class _Level:
         return found
 
     def coarser(self) -> _Level:
-        """The level of squares, with values that are constant in each."""
+        """Returns the coarser level, whose values are constant in squares of 2 x 2 cells."""
         links = self.links
         row, column = links.row >> 1, links.column >> 1
         wide = int(column.max(initial=0)) + 1

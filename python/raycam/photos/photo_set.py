@@ -21,7 +21,7 @@ from .survey import ViewedPhotograph
 __all__ = ["PART_TEXELS", "BlendedTexels", "PhotoSet", "blend_texels"]
 
 PART_TEXELS = 1 << 16
-"""Texels that are looked up in a photograph at the same time."""
+"""Number of texels looked up in a photograph at a time."""
 
 
 @dataclass(frozen=True, eq=False)

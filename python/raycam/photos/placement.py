@@ -20,7 +20,7 @@ SCALE_FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.28
 OTHER_FACTORS = tuple(2.0**power for step in range(1, 13) for power in (step, -step))
 """Factors of models without a unit, such as a reconstruction from photographs alone."""
 INSIDE_SHARE = 0.9
-"""Share of cameras that another scale must turn from backs of faces to fronts to be the likelier explanation."""
+"""Share of cameras that must show fronts instead of backs at another scale before that scale is reported."""
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
@@ -47,7 +47,7 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     if inside and counts[best] < INSIDE_SHARE * len(given):
         return []
     problem = (
-        f"{seeing - fronts} of {len(given)} cameras see only the backs of its faces, as from inside of the mesh"
+        f"{seeing - fronts} of {len(given)} cameras show only the backs of its faces, as from inside the mesh"
         if inside
         else f"the mesh is visible to only {seeing} of {len(given)} cameras"
     )

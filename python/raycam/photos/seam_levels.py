@@ -19,9 +19,9 @@ Ids = npt.NDArray[np.int32]
 SMOOTHNESS = 0.1
 """Weight of equal adjustments at neighbouring vertices, relative to equal colours at seams."""
 RIDGE = 1e-4
-"""Weight of adjustments of zero."""
+"""Weight of the additional equations adjustment = 0."""
 BAND_TEXELS = 20
-"""Texels from a seam within which colours change."""
+"""Distance from a seam, in texels, within which colours change."""
 MAX_STEP = 4.0
 """Distance of neighbouring texels on the surface, in texel widths, above which they belong to different islands."""
 

@@ -27,11 +27,11 @@ from .visibility import side_of
 __all__ = ["SurfaceSamples", "sample_surface"]
 
 MIN_BATCH = 1 << 12
-"""Points that are drawn at a time, at least."""
+"""Minimum number of points drawn at a time."""
 MAX_BATCH = 1 << 17
-"""Points that are drawn at a time, at most."""
+"""Maximum number of points drawn at a time."""
 MAX_DRAWS = 1 << 22
-"""Points that are drawn without finding the requested number of visible ones."""
+"""Maximum number of points drawn; an error is raised if fewer visible ones than requested were found."""
 
 
 @one_line

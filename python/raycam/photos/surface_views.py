@@ -26,11 +26,11 @@ Single = npt.NDArray[np.float32]
 MIN_COSINE = float(np.cos(np.radians(80)))
 """Cosine of the largest angle of incidence."""
 BORDER_WIDTH_PX = 32.0
-"""Pixels from the image's edge, and from jumps of depth, over which the weight rises to 1."""
+"""Distance in pixels from the image's edge, and from jumps of depth, over which the weight rises to 1."""
 MIN_BORDER = 1e-6
 """Weight of a pixel at the image's edge, so that a texel that is visible only there still gets a colour."""
 MAX_TAPS = 4
-"""Lookups along the longer axis of a footprint."""
+"""Maximum number of lookups along the longer axis of a footprint."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class PartView:
     """The points of a part that a photograph shows [k]."""
 
     index: Ints
-    """Their numbers in the part, ascending."""
+    """The points' indices in the part, ascending."""
     places: Floats
     """The pixel coordinates [k, 2], measured from the image's corner."""
     colors: Single

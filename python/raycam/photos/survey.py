@@ -23,9 +23,9 @@ __all__ = ["Survey", "ViewedPhotograph", "take_survey"]
 Single = npt.NDArray[np.float32]
 
 MAX_POINTS = 1 << 14
-"""Texels of a survey."""
+"""Number of texels in a survey."""
 MAX_VIEWS = 1 << 20
-"""Views of a survey, 48 MB."""
+"""Maximum number of views in a survey, 48 MB."""
 COLUMNS: tuple[tuple[type[np.generic], tuple[int, ...]], ...] = (
     (np.int32, ()),
     (np.int32, ()),

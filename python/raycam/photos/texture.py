@@ -49,9 +49,9 @@ COMPOSED_TEXEL_BYTES = 400
 MAX_TEXEL_PX = 4.0
 """Pixels of the photographs for each side of a texel above which the texture is too small."""
 MISALIGNED_PX = 0.5
-"""Shift of a photograph against the others above which it may be misaligned ..."""
+"""Shift in pixels of a photograph against the others above which it may be misaligned."""
 MISALIGNED_RATIO = 3.0
-"""... if it is also this many times the median shift."""
+"""Multiple of the median shift that the shift must also exceed."""
 
 
 def texture_from_photos(

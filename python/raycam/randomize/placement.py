@@ -30,7 +30,7 @@ FIRST_BATCH, MAX_BATCH = 8, 512
 MAX_HULL_TRIANGLES = 20_000
 """Largest surface whose convex hull is computed to find out whether an object fits at all."""
 SLACK = 1e-6
-"""Share by which an object may seem larger than its surface, because of rounding."""
+"""Relative excess of an object's size over its surface that counts as rounding."""
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ def render_triangles(
 
 
 def render(world: World, camera: Camera, progress: Progress | None = None) -> dict[str, npt.NDArray[Any]]:
-    """`render_triangles` of a :class:`raycam.World` seen by a :class:`raycam.Camera`.
+    """Renders a :class:`raycam.World` with a :class:`raycam.Camera` by `render_triangles`.
 
     A triangle has one colour: its object's, its face's, or the mean of its vertex colours. Raises
     :class:`raycam.CameraError` for a camera with lens distortion, which P cannot express.

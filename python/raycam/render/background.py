@@ -101,7 +101,7 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
     if own != taker.size:
         raise SettingsError(
             f"{name} has {_size(pixels)} pixels, but the camera that took it has {taker.size[0]} x {taker.size[1]}; "
-            "both sizes must be equal;  camera.resized((width, height)) returns the camera of a scaled photograph",
+            "both sizes must be equal; camera.resized((width, height)) returns the camera of a scaled photograph",
             code="wrong_shape",
         )
     if camera is None:

@@ -202,7 +202,7 @@ def _by_joints(
     twice = [which for which, _ in moved if which in moving]
     if twice:
         raise SettingsError(
-            f"poses and joints both place {', '.join(map(repr, twice))}; give one of them",
+            f"poses and joints both place {', '.join(map(repr, twice))}; use only one of them",
             code="conflicting_values",
         )
     return [*moved, *moving.items()], follow_joints(world, cameras, joints)

@@ -144,7 +144,7 @@ class _Image:
         """The frame in front of `background`, or of the camera's own background."""
         if background is not None and transparent:
             raise SettingsError(
-                "background and transparent_background cannot be combined; give one of them",
+                "background and transparent_background cannot be combined; use only one of them",
                 code="conflicting_values",
             )
         if background is not None and "color" not in names:

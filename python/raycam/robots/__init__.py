@@ -4,6 +4,7 @@ from .collada import collada_to_glb
 from .description import Geometry, Link, Material, RobotDescription, Visual
 from .joint_bag_writer import write_joint_states
 from .joint_bags import is_bag, read_joint_states
+from .joint_points import JointPoint, joint_points
 from .kinematics import WIDTHS
 from .mjcf import CompiledModel
 from .mounted import MountedCamera, place_camera
@@ -18,6 +19,7 @@ __all__ = [
     "CompiledModel",
     "FileResolver",
     "Geometry",
+    "JointPoint",
     "JointValues",
     "Link",
     "Material",
@@ -31,6 +33,7 @@ __all__ = [
     "collada_to_glb",
     "find_root",
     "is_bag",
+    "joint_points",
     "place_camera",
     "read_joint_states",
     "read_robots",

@@ -209,7 +209,7 @@ class _Converter:
         if effect is not None:
             alpha = self._opacity(effect, material.id)
             if isinstance(effect.emission, tuple) and effect.shadingtype != "constant":
-                emission = _linear(np.clip(effect.emission[:3], 0, 1)).tolist()
+                emission = self._emission(effect.emission, color, material.id)
         return self._glb.add(
             "materials",
             name=None if material is None else material.id,
@@ -223,6 +223,18 @@ class _Converter:
             alphaMode="BLEND" if alpha < 1 else None,
             doubleSided=True,
         )
+
+    def _emission(self, emission: tuple[float, ...], color: tuple[float, ...], name: str) -> list[float]:
+        """The emitted radiance, linear; zero for coloured materials, to which exporters add emission as a fill light.
+
+        As light, this emission would replace the light of a world that has no other lights.
+        """
+        found: list[float] = _linear(np.clip(emission[:3], 0, 1)).tolist()
+        if any(found) and any(color):
+            text = f"material {name!r}: emission is ignored, because the material has a diffuse colour"
+            self._note("ignored_feature", text)
+            return [0.0, 0.0, 0.0]
+        return found
 
     def _opacity(self, effect: Any, name: str) -> float:
         """The opacity in the four modes of Collada 1.5 (chapter 7, "Determining transparency")."""

@@ -61,7 +61,7 @@ def read_robots(
         found.notices[:0] = notices
         return [RobotModel(found, np.eye(4), [])]
     if xacro_args:
-        raise SettingsError(f"{name}: xacro_args are for .xacro files", code="conflicting_values")
+        raise SettingsError(f"{name}: xacro_args requires an .xacro file", code="conflicting_values")
     data = read_bytes(Path(path), XmlLimits().bytes)
     if suffix == ".xml":
         root = parse_xml(data, name)

@@ -269,7 +269,7 @@ def _floating_values(matrices: Floats) -> Floats:
 
 
 def _quaternion(r: Floats) -> Floats:
-    """The quaternion x y z w of a rotation: the largest column of its outer product with itself."""
+    """The quaternion x y z w of a rotation, from the largest column of the outer product q qᵀ."""
     outer = np.array(
         [
             [1 + r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],

@@ -23,9 +23,9 @@ from .xml_tree import Element, XmlLimits, parse_xml
 __all__ = ["SdfModel", "read_sdf"]
 
 MAX_INCLUDES = 20
-"""Files that may include each other in a row."""
+"""Maximum depth of nested includes."""
 MAX_MODELS = 10_000
-"""Models of a file, with those that it includes."""
+"""Maximum number of models in a file, including its included files."""
 JOINTS: dict[str, JointType] = {
     "revolute": "revolute",
     "continuous": "continuous",
@@ -33,7 +33,7 @@ JOINTS: dict[str, JointType] = {
     "fixed": "fixed",
 }
 UNLIMITED = 1e15
-"""Limits from which a revolute joint turns without end."""
+"""Limit in radians from which a revolute joint counts as continuous."""
 PBR_VALUES = {"roughness": "roughness", "metalness": "metallic"}
 """Numbers of `<pbr><metal>`, and the fields of `Material`."""
 SILENT = {

@@ -17,7 +17,7 @@ __all__ = ["MODEL_FRAME", "FrameGraph", "read_numbers", "read_pose"]
 MODEL_FRAME = "__model__"
 """The name of a model's own frame (SDF 1.7 and later)."""
 MAX_CHAIN = 200
-"""Frames that may refer to each other in a row."""
+"""Maximum number of frames in a chain of references."""
 
 Fail = Callable[[Element, str, str], FormatError]
 

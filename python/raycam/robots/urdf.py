@@ -73,7 +73,7 @@ class _Reader:
         return found
 
     def _prefixes(self) -> set[str]:
-        """Contains "xacro" if the document still has macros, properties or expressions."""
+        """Contains "xacro" if the document has unexpanded macros, properties or expressions; otherwise empty."""
         tags = {"property", "macro", "include", "if", "unless", "arg"}
         return {"xacro"} if any(child.tag in tags for child in self._root.children) else set()
 

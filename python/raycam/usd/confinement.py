@@ -56,6 +56,11 @@ class Fault(NamedTuple):
     text: str
 
 
+def notice_code(code: str) -> str:
+    """Returns the code of the notice about a file that is ignored because of an error with this code."""
+    return {"file_not_found": "missing_file", "outside_root": "outside_root"}.get(code, "unreadable_file")
+
+
 class UsdRejected(Exception):
     """The file is rejected, with the reason and the code of the error."""
 
@@ -75,7 +80,7 @@ class Confinement:
         self._own = Path(os.path.realpath(path))
         self._path = path
         self._most = self._left = most
-        self._layers: dict[str, Sdf.Layer | str] = {}  # the layer, or the reason why it is missing
+        self._layers: dict[str, Sdf.Layer | Fault] = {}  # the layer, or the reason why it is missing
 
     @property
     def stage_folder(self) -> Path:
@@ -142,16 +147,21 @@ class Confinement:
         found = []
         # An empty asset path means the layer itself.
         for asset in filter(None, layer.GetCompositionAssetDependencies()):
-            named, reason = asset, None
+            named = asset
+            reason: Fault | None = None
             if Sdf.VariableExpression.IsExpression(asset):
                 value = Sdf.VariableExpression(asset).Evaluate(variables)
                 named = value.value if isinstance(value.value, str) else ""
-                reason = None if named else f"it has no value: {'; '.join(value.errors) or 'no string'}"
+                if not named:
+                    errors = "; ".join(value.errors) or "no string"
+                    reason = Fault("file_unreadable", f"its expression has no value: {errors}")
             known = len(self._layers)
             opened = reason or (self._opened(layer, named) if named else None)
-            if isinstance(opened, str):
-                text = f"layer {asset!r} is ignored: {opened}"
-                self.notices.append(StageNotice("missing_file", text, f"layer {self._shown(layer)}"))
+            if isinstance(opened, Fault):
+                text = f"layer {asset!r} is ignored: {opened.text}"
+                self.notices.append(
+                    StageNotice(notice_code(opened.code), text, f"layer {self._shown(layer)}")
+                )
                 self.has_lost = self.has_lost or not named.endswith(".mtlx")
                 replaced[asset] = ""
                 continue
@@ -166,10 +176,11 @@ class Confinement:
                 layer.UpdateCompositionAssetDependency(asset, other)
         return found
 
-    def _opened(self, layer: Sdf.Layer, asset: str) -> Sdf.Layer | str:
+    def _opened(self, layer: Sdf.Layer, asset: str) -> Sdf.Layer | Fault:
         """The layer named by another layer, or the reason why it cannot be opened."""
         if re.match(r"[A-Za-z][\w+.-]+:", asset) and ":SDF_FORMAT_ARGS:" not in asset:
-            return "raycam does not read from networks or databases; download it into the folder"
+            text = "networks and databases are not supported; download it into the folder"
+            return Fault("file_not_found", text)
         place = layer.ComputeAbsolutePath(asset)
         if place in self._layers:
             return self._layers[place]
@@ -178,22 +189,23 @@ class Confinement:
             self._layers[found.identifier] = found
         return found
 
-    def _open(self, file: str, identifier: str) -> Sdf.Layer | str:
+    def _open(self, file: str, identifier: str) -> Sdf.Layer | Fault:
         outer, inner = Ar.SplitPackageRelativePathOuter(file)
         if not os.path.isabs(outer):
-            return "no such file"
+            return Fault("file_not_found", "no such file")
         if fault := self.fault(Path(outer)):
-            return fault.text
+            return fault
         suffix = os.path.splitext(inner or outer)[1].lstrip(".")
         if Sdf.FileFormat.FindByExtension(suffix) is None:
-            return f"the installed version of Pixar's library cannot read .{suffix} files"
+            text = f"the installed version of Pixar's library cannot read .{suffix} files"
+            return Fault("unknown_format", text)
         if not inner:
             self.charge(Path(outer).stat().st_size)
         try:
             found = Sdf.Layer.FindOrOpen(identifier)
         except Tf.ErrorException as error:
-            return "; ".join(part.commentary.strip() for part in error.args)
-        return "Pixar's library cannot read it as a layer" if found is None else found
+            return Fault("syntax", "; ".join(part.commentary.strip() for part in error.args))
+        return Fault("syntax", "Pixar's library cannot read it as a layer") if found is None else found
 
     def _shown(self, layer: Sdf.Layer) -> str:
         """The layer's path, relative to the folder of the stage."""

@@ -19,7 +19,7 @@ from .faces import Faces
 __all__ = ["GPRIMS", "gprim_faces"]
 
 SEGMENTS = 64
-"""Sides of a circle's polygon, which stays outside 0.9988 of the radius."""
+"""Number of sides of a polygon that replaces a circle; its edges are at least 0.9988 radii from the centre."""
 
 
 def gprim_faces(prim: Usd.Prim, time: Usd.TimeCode) -> Faces:

@@ -16,7 +16,7 @@ from .arrays import write_arrays
 __all__ = ["Handover", "MeshArrays"]
 
 MAX_OBJECTS = 1 << 22
-"""Objects of one stage; point instancers within point instancers multiply them."""
+"""Maximum number of objects of one stage, which nested point instancers multiply."""
 
 
 @dataclass

@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Ar, Sdf
 
 from .. import _core
-from .confinement import Confinement, UsdRejected
+from .confinement import Confinement, UsdRejected, notice_code
 from .image_search import found_elsewhere
 from .notices import StageNotice
 
@@ -55,7 +55,8 @@ class Images:
                 self._known[key] = name = self._copied(place)
                 self.files[name] = asset.path
             except (OSError, KeyError, ValueError, zipfile.BadZipFile, UsdRejected) as error:
-                self._note("missing_file", asset.path, f"ignored: {error}")
+                code = error.code if isinstance(error, UsdRejected) else "file_unreadable"
+                self._note(notice_code(code), asset.path, f"ignored: {error}")
         return self._known[key]
 
     def _note(self, code: str, path: str, text: str) -> None:

@@ -22,7 +22,7 @@ IN_PROTOTYPE = Usd.TraverseInstanceProxies(
 """Prims of a prototype that are shown, as in Storm: the prototype may be below an `over`."""
 
 MAX_DEPTH = 16
-"""Point instancers within each other."""
+"""Maximum depth of nested point instancers."""
 
 INSTANCE_PRIMVARS = {"displayColor", "displayOpacity"}
 """Primvars of instances whose values are applied to all instances at once."""
@@ -62,7 +62,7 @@ class PointInstancers:
     def expand(self, prim: Usd.Prim, outer: InstanceValues | None = None, depth: int = 0) -> Instances:
         """The objects of all instances that are shown."""
         if depth > MAX_DEPTH:
-            self._note("ignored_element", prim, f"more than {MAX_DEPTH} point instancers within each other")
+            self._note("ignored_element", prim, f"more than {MAX_DEPTH} nested point instancers")
             return Instances()
         source = UsdGeom.PointInstancer(prim)
         which, matrices, numbers = self._shown_instances(source)

@@ -14,7 +14,7 @@ from .notices import StageNotice
 __all__ = ["find_layer_problems", "read_unit"]
 
 MAX_LINE = 300
-"""Characters of one composition error that are shown."""
+"""Maximum number of characters shown of one composition error."""
 
 
 def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:

@@ -15,7 +15,7 @@ from .meshes import rows
 __all__ = ["cylinder_light", "light_spec"]
 
 CYLINDER_SIDES = 32
-"""Sides of the prism that is shown for a cylinder light."""
+"""Number of sides of the prism that replaces a cylinder light."""
 
 Found = tuple[dict[str, Any] | None, str | None]
 

@@ -94,7 +94,7 @@ class Map:
     alpha: tuple[Any, ...] | None = None
     """The arguments of `bake_opacity`, for an image of opacities."""
     change: ValueChange | None = None
-    """The change of an image whose numbers are not those that its map means."""
+    """The conversion of the image's values to those of the map; None if both are equal."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ class Materials:
             self._note(
                 "ignored_feature",
                 path,
-                "not a UsdPreviewSurface: displayColor is shown instead, or grey",
+                "not a UsdPreviewSurface; displayColor is shown instead, or grey",
             )
             return ["Kd 0.8 0.8 0.8"]
         values: dict[str, Any] = dict(FALLBACK)
@@ -364,7 +364,7 @@ class Materials:
         return " ".join([MAPS[found.key], *options, file])
 
     def _unwrap(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
-        """An image to be repeated or clamped with the effect of `found.wraps`, its matrix, and True if clamped."""
+        """Returns an image that looks like `found` without its wrap modes, its matrix, and True to clamp it."""
         ends = np.array([own.low, own.high]) * np.diag(found.matrix[:, :2]) + found.matrix[:, 2]
         clamp = not {"clamp", "black"}.isdisjoint(found.wraps)
         tiles = []

@@ -32,7 +32,7 @@ def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
 
 
 class Reason(Exception):
-    """A prim shows nothing, for this reason."""
+    """Error of a prim that cannot be shown, with the reason."""
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Shape:
     normals: Attribute | None = None
     smooth: bool = False
     unusable: Any = None
-    """Mask [faces] of those that cannot be shown."""
+    """Mask [faces] of the faces that cannot be shown."""
 
 
 @dataclass
@@ -215,7 +215,7 @@ class Meshes:
             self._note(
                 "approximated_value",
                 prim,
-                "subdivision surface: its control mesh is shown, with smooth shading",
+                "subdivision is not supported; the control mesh is shown with smooth shading",
             )
         elif kind not in GPRIMS:
             shape.normals = self._normals(prim, shape.faces, instance)
@@ -327,7 +327,7 @@ class Meshes:
     def _known_group(
         self, prim: Usd.Prim, material: UsdShade.Material, chosen: Any, instance: InstanceValues | None
     ) -> Group:
-        """Faces in a UsdPreviewSurface, with the primvar that may determine its colour."""
+        """The group of faces with a UsdPreviewSurface, with the primvar that may determine its colour."""
         number = self._materials.add(material)
         reader = self._materials.color_reader(number)
         if reader is None:
@@ -472,7 +472,8 @@ class Meshes:
             self._note(
                 "missing_value",
                 prim,
-                f"without usable texture coordinates {name}, each image is one colour: that at ({place})",
+                f"texture coordinates {name} are missing or unusable; "
+                f"each image is shown in the colour of one point, ({place})",
             )
         zeros = np.zeros(len(faces.indices), np.int64)
         return Attribute(np.array([constant], np.float32), zeros)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 __all__ = ["StageNotice", "group_notices"]
 
 MAX_SINGLE = 3
-"""Notices of one kind that are listed prim by prim."""
+"""Maximum number of equal notices that are listed prim by prim."""
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ class StageReader:
     def notices(self) -> list[StageNotice]:
         """All notices, grouped by their source."""
         left_out = [
-            StageNotice("ignored_element", f"{count} {what} are not shown")
+            StageNotice("ignored_element", f"{what} are not shown: {count}")
             for what, count in sorted(self._skipped.items())
         ]
         return [
@@ -149,7 +149,7 @@ class StageReader:
     def _read_prim(self, prim: Usd.Prim, role: Role) -> None:
         if reason := self._visibility.hidden_reason(prim):
             if prim.IsA(UsdGeom.Gprim) or role is Role.INSTANCER:
-                self._skipped[f"prims that are {reason}"] += 1
+                self._skipped["invisible prims" if reason == "invisible" else f"prims {reason}"] += 1
             return
         self._report_unused(prim, unused_of_model(prim))
         from_local = self._places.GetLocalToWorldTransform(prim)

@@ -10,7 +10,7 @@ from pxr import Usd
 __all__ = ["UnknownVariant", "list_variants", "select_variants"]
 
 MAX_SETS = 10_000
-"""Variant sets of one stage that are listed."""
+"""Maximum number of listed variant sets of a stage."""
 
 
 class UnknownVariant(Exception):

@@ -27,7 +27,7 @@ from .variants import UnknownVariant, list_variants, select_variants
 __all__: list[str] = []
 
 MAX_VARIANTS = 20
-"""Variants that a notice lists."""
+"""Maximum number of variants listed in a notice."""
 
 
 @dataclass(frozen=True)

@@ -12,18 +12,31 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from ..render.frame import CHANNELS, VIEWS
 from ..world.framing import DIRECTIONS
+from .scene.floor_handle import FLOOR_HANDLE
 from .scene.gizmo import HANDLES, TOOLS
 from .scene.look import LIGHTS
 from .scene.texture_slots import SLOTS
 
-__all__ = ["MAX_IMAGE_SIZE", "MESSAGES", "Base64", "Color", "Length", "Message", "OneOf", "Range"]
+__all__ = [
+    "MAX_IMAGE_SIZE",
+    "MAX_PANES",
+    "MESSAGES",
+    "Base64",
+    "Color",
+    "Length",
+    "Message",
+    "OneOf",
+    "Range",
+]
 
 MAX_IMAGE_SIZE = (2560, 1600)
 """The largest image that a client may request, in pixels."""
+MAX_PANES = 4
+"""Cameras that are shown at once."""
 MAX_CHUNK_LENGTH = 60_000
 """The longest piece of an upload, in characters of base64."""
 MAX_MODELS = 100
-"""Models that are opened together."""
+"""Maximum number of models opened together."""
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 BASE64 = re.compile(r"(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?")
 
@@ -106,7 +119,7 @@ class Message:
     UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
     """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
     CHANGES: ClassVar[Literal["nothing", "view", "world"]] = "nothing"
-    """What it changes: nothing that others see, the client's view, or the world and what all clients share.
+    """What the message changes: nothing that others see, the client's view, or the world and what all clients share.
 
     With `follow=True`, followers cannot change the world, nor the view while it is the leader's.
     """
@@ -187,6 +200,16 @@ class LookThrough(Message):
     CHANGES = "view"
     seq: Number
     name: Name
+
+
+@dataclass(frozen=True)
+class Panes(Message):
+    """Shows several cameras of the world at once, or only the main view if the list is empty. An empty name is the
+    camera of the main view."""
+
+    KIND = "panes"
+    CHANGES = "view"
+    names: Annotated[list[Name], Length(MAX_PANES)]
 
 
 @dataclass(frozen=True)
@@ -392,7 +415,7 @@ class Gizmo(Message):
 
     KIND = "gizmo"
     CHANGES = "world"
-    handle: Annotated[str, OneOf(HANDLES)]
+    handle: Annotated[str, OneOf((*HANDLES, FLOOR_HANDLE))]
     stroke: Number
     begin: Annotated[list[float], Length(2, 2), Range(-1e4, 1e4)]
     end: Annotated[list[float], Length(2, 2), Range(-1e4, 1e4)]

@@ -13,7 +13,7 @@ from .scene.edits import Edits
 __all__ = ["JointSliders"]
 
 MAX_SLIDERS = 200
-"""Joints with a slider; a text reports further ones."""
+"""Maximum number of joints with a slider; a text reports the number of the others."""
 STEP = 0.001
 """Step of the sliders in radians and metres."""
 UNLIMITED_RANGE = 1.0
@@ -99,7 +99,7 @@ def _single_values(robot: Robot) -> dict[str, float]:
 
 
 def _range(robot: Robot, joint: str, value: float) -> tuple[float, float]:
-    """The ends of a joint's slider."""
+    """The minimum and maximum of a joint's slider."""
     low, high = robot.limits[joint]
     turns = robot.description.joints[joint].type != "prismatic"
     reach = math.pi if turns else UNLIMITED_RANGE

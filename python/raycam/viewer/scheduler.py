@@ -18,7 +18,7 @@ from ..notices import collected
 from ..render import render
 from ..render.channel_picture import encode_jpeg
 from ..render.frame import Frame
-from .session import Session, View
+from .session import Pane, Session, View
 from .stills import SAMPLED, Refinement, truth
 from .wire import pack, reduced
 
@@ -112,6 +112,10 @@ class Scheduler(threading.Thread):
                 return session, lambda session=session: self._rest(session)
             if view.channel in SAMPLED and images.still is not None and not images.is_shown():
                 return session, lambda session=session: self._show_still(session)
+            panes = [each for each in session.panes if each.is_due]
+            if panes:
+                pane = min(panes, key=lambda each: each.samples)
+                return session, lambda session=session, pane=pane: self._refine_pane(session, pane)
             if images.is_coarse and view.channel == "color":
                 return session, lambda session=session: self._settle(session)
             if images.refinement_of(view).samples < images.samples_of(view):
@@ -185,6 +189,35 @@ class Scheduler(threading.Thread):
         else:
             session.connection.broadcast(_progress(session, view, refinement))
 
+    def _refine_pane(self, session: Session, pane: Pane) -> None:
+        """Adds samples to one of several cameras, and sends its image."""
+        images = pane.images
+        with session.lock:
+            view, version, cancel, frame = pane.view, images.version, images.cancel, images.still
+            is_sent_again = pane.is_still_due
+            refinement = images.refinement_of(view)
+        if view.channel not in SAMPLED:
+            channels = (view.channel,)
+            frame = truth(view.world, view.still_camera, channels, threads=images.threads, cancel=cancel)
+        elif not is_sent_again:
+            frame = refinement.step(cancel)
+            if frame is not None and not images.keep_still(version, frame):
+                return
+        if frame is None:
+            return
+        images.mark_shown(version, view.channel)
+        wanted = images.samples_of(view)
+        samples = refinement.samples if view.channel in SAMPLED else wanted
+        fields, data = _encoded(view, frame, is_finished=samples >= wanted)
+        message = {
+            "type": "pane",
+            "name": pane.name,
+            "channel": view.channel,
+            "samples": samples,
+            "wanted": wanted,
+        }
+        session.connection.send_pane({**message, **fields}, [data])
+
     def _show_still(self, session: Session) -> None:
         """Sends the chosen channel of the existing samples."""
         images = session.images
@@ -221,17 +254,10 @@ class Scheduler(threading.Thread):
         fields: dict[str, Any] = {"moving": False, "samples": samples, "rate": rate, "change": change}
         if refinement is not None:
             fields["wanted"] = session.images.samples_of(view)
-        if view.channel == "color" and not is_exact:
-            fields["encoding"] = "jpeg"
-            quality = STILL_QUALITY if is_finished else REFINING_QUALITY
-            data = encode_jpeg(frame.to_srgb8(view.exposure, view.transform), quality)
-        else:
-            plane = frame[view.channel] if is_exact else reduced(frame[view.channel])
-            header, data = pack(view.channel, plane, level=6 if is_finished else 1)
-            fields |= {"encoding": "plane", "plane": header, "exact": is_exact or plane.dtype.kind == "i"}
-            if is_exact:
-                connection.mark_exact_sent()
-        self._send(session, view, version, fields, [data], seconds)
+        encoding, data = _encoded(view, frame, is_finished=is_finished, is_exact=is_exact)
+        if is_exact:
+            connection.mark_exact_sent()
+        self._send(session, view, version, fields | encoding, [data], seconds)
 
     def _send(
         self,
@@ -258,6 +284,21 @@ class Scheduler(threading.Thread):
             **fields,
         }
         session.connection.send_image(message, buffers)
+
+
+def _encoded(
+    view: View, frame: Frame, *, is_finished: bool, is_exact: bool = False
+) -> tuple[dict[str, Any], bytes]:
+    """The shown channel of a still image: fields that describe the encoding, and the bytes.
+
+    Colors are a compressed image and other channels rounded numbers, unless exact numbers are required.
+    """
+    if view.channel == "color" and not is_exact:
+        quality = STILL_QUALITY if is_finished else REFINING_QUALITY
+        return {"encoding": "jpeg"}, encode_jpeg(frame.to_srgb8(view.exposure, view.transform), quality)
+    plane = frame[view.channel] if is_exact else reduced(frame[view.channel])
+    header, data = pack(view.channel, plane, level=6 if is_finished else 1)
+    return {"encoding": "plane", "plane": header, "exact": is_exact or plane.dtype.kind == "i"}, data
 
 
 def _progress(session: Session, view: View, refinement: Refinement) -> dict[str, Any]:

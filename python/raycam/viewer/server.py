@@ -28,7 +28,7 @@ from .tokens import Tokens
 __all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "Server"]
 
 PORTS = range(7421, 7431)
-"""The ports that are tried where none is given."""
+"""The ports that are tried if none is given."""
 MOST_SESSIONS = MOST_FREE
 MOST_CONNECTIONS = 32
 CONNECTIONS_OF_FOLLOWERS = 96
@@ -72,7 +72,7 @@ class Server:
             self.sessions[leader.connection.id] = leader
         self._left: dict[str, float] = {}
         self.emptied: float | None = None
-        """The monotonic time when the last client left; None while there is one, or none has come yet."""
+        """The monotonic time when the last client left; None while a client is connected, and before the first one."""
         self._connections = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ending: asyncio.Event | None = None

@@ -44,7 +44,8 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Weights of linear Rec. 709."""
 Floats32 = npt.NDArray[np.float32]
 SLICE = 0.03  # maximum seconds that other sessions wait
-LONGEST_WAIT = 0.5  # seconds of sampling until an image is shown although the samples have not doubled
+FIRST_WAIT = 0.5  # seconds of sampling until an image is shown although the samples have not doubled
+WAIT_GROWTH = 1.4  # factor of this time after each image, so that a slow refinement sends few images
 SHOWING = 0.25  # maximum fraction of the time spent on showing images before the last one
 
 
@@ -155,7 +156,7 @@ class Slices(Refinement):
         affordable = self._spent >= self._showing / SHOWING
         if self.samples >= 2 * self._told > 0:
             return affordable
-        return self._told > 0 and affordable and self._spent >= LONGEST_WAIT * (1 + self._shown)
+        return self._told > 0 and affordable and self._spent >= FIRST_WAIT * WAIT_GROWTH**self._shown
 
 
 class FromScratch(Refinement):

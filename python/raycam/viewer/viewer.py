@@ -35,8 +35,6 @@ from .stills import truth
 from .wire import data_url
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     import numpy.typing as npt
 
 __all__ = ["Viewer"]
@@ -44,7 +42,7 @@ __all__ = ["Viewer"]
 QUEUED_PICKS = 16
 """Maximum number of clicked pixels that wait for callbacks; further ones are dropped."""
 FIRST_SIDE = 480
-"""Pixels of the image for those who read a notebook without a kernel."""
+"""Longer side in pixels of the image that a notebook shows without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
 
@@ -368,9 +366,7 @@ class Viewer:
         """Returns the viewer, which is closed when the block ends."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         """Closes the viewer."""
         self.close()
 
@@ -379,15 +375,23 @@ class Viewer:
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell, and an image for readers without a kernel; else the address."""
+        """The widget at the end of a cell, and an image for readers without a kernel; else the address.
+
+        A notebook that a program executes, such as nbconvert, contains only the image.
+        """
         if self._server is not None:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()
+        from .widget import is_unattended
+
+        image = {"text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
+        if is_unattended():
+            return image
         self._widget.still = data_url("image/jpeg", picture)
         self._widget.views.owner = self
         shown = self._widget._repr_mimebundle_(**options)
         data, *more = shown if isinstance(shown, tuple) else (shown,)
-        data = {**data, "text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
+        data = {**data, **image}
         return (data, *more) if more else data
 
     def _first_picture(self) -> Frame:

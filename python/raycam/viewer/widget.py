@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import os
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -20,7 +22,7 @@ from .server import MOST_SESSIONS
 from .session import Session
 from .web.document import filled, title_text
 
-__all__ = ["RELAY", "Views", "cell_page", "make_widget"]
+__all__ = ["RELAY", "Views", "cell_page", "is_unattended", "make_widget"]
 
 Say = Callable[[dict[str, Any], Sequence[bytes]], None]
 
@@ -82,6 +84,19 @@ export default {
   },
 };
 """
+
+
+def is_unattended() -> bool:
+    """True if a program executes the notebook, as `jupyter nbconvert --execute` does: its kernel ends before a widget
+    is shown, and a page with a widget is empty without a network.
+
+    Such programs do not accept input for the cell. Voilà does not either, but it keeps the kernel.
+    """
+    ipython = sys.modules.get("IPython")
+    kernel = None if ipython is None else getattr(ipython.get_ipython(), "kernel", None)
+    if kernel is None or os.environ.get("SERVER_SOFTWARE", "").startswith("voila"):
+        return False
+    return not kernel.get_parent().get("content", {}).get("allow_stdin", True)
 
 
 def cell_page(title: str) -> str:

@@ -37,7 +37,7 @@ def cull_faces(world: Building, which: int | str, keep: npt.ArrayLike) -> Buildi
     if mesh.slots.any():
         raise WorldError(
             f"object {which!r} has {mesh.slots.max() + 1} materials, and cull_faces supports objects with one; add "
-            "the parts of each material as objects of their own",
+            "the part with each material as a separate object",
             code="unsupported_feature",
         )
     matrix = np.linalg.inv(world.objects[number].matrix)

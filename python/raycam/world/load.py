@@ -87,7 +87,7 @@ def load(
         return _load_bytes(data, kind_suffix(kind, data), options)
     if kind is not None:
         raise SettingsError(
-            f"kind={kind!r} is for bytes and file objects; {os.fspath(source)} is a path",
+            f"kind={kind!r} requires bytes or a file object; {os.fspath(source)} is a path",
             code="conflicting_values",
         )
     return _load_path(source, folder, packages, options)
@@ -115,7 +115,9 @@ def _load_path(
     check_exists(path)
     suffix = path_suffix(path)
     if options.xacro_args and suffix != ".xacro":
-        raise SettingsError(f"{os.fspath(path)}: xacro_args are for .xacro files", code="conflicting_values")
+        raise SettingsError(
+            f"{os.fspath(path)}: xacro_args requires an .xacro file", code="conflicting_values"
+        )
     if options.scale is not None:
         with open(path, "rb") as file:
             check_scalable(os.fspath(path), suffix, file.read(HEAD_BYTES))
@@ -157,7 +159,7 @@ def _load_bytes(data: bytes, suffix: str, options: _Options) -> World:
 def _check_time(path: str | os.PathLike[str], time: float | None) -> None:
     if time is not None:
         raise SettingsError(
-            f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)",
+            f"{os.fspath(path)}: time= requires a USD file; for other files, use world.at(time)",
             code="conflicting_values",
         )
 

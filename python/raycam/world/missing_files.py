@@ -37,7 +37,7 @@ def check_exists(path: str | os.PathLike[str]) -> None:
         way = "; to download it, run git annex get" if "annex/objects" in target else ""
         raise with_code(
             FileNotFoundError(
-                errno.ENOENT, f"a symbolic link to {target}, which leads to no file{way}", os.fspath(path)
+                errno.ENOENT, f"a symbolic link to {target}, which does not exist{way}", os.fspath(path)
             )
         )
     raise with_code(
@@ -65,8 +65,8 @@ def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
         if Path(path).suffix.lower() != ".toml" or not DRAWS.search(Path(path).read_text(errors="replace")):
             raise
         raise WorldError(
-            f"{error}; it looks like a recipe, which makes many worlds: raycam.sample({os.fspath(path)!r}, 0) is one"
-            " of them; on the command line: raycam dataset RECIPE --sample 10 --format coco -o DIR",
+            f"{error}; it looks like a recipe, which describes many worlds: raycam.sample({os.fspath(path)!r}, 0) is "
+            "one of them; on the command line: raycam dataset RECIPE --sample 10 --format coco -o DIR",
             code=error.code,
         ) from None
 

@@ -72,7 +72,7 @@ def scale_factor(scale: float | None, units: str | None) -> float | None:
     """The factor for a mesh file's coordinates; None without either argument. Raises `SettingsError`."""
     if scale is not None and units is not None:
         raise SettingsError(
-            f"scale={scale!r} and units={units!r} exclude each other; expected one of them",
+            f"scale={scale!r} and units={units!r} cannot be combined; use only one of them",
             code="conflicting_values",
         )
     if units is not None:
@@ -93,7 +93,7 @@ def check_scalable(name: str, suffix: str, head: bytes) -> None:
     is_scene = suffix in MODEL_ENDINGS and suffix not in MESH_ENDINGS
     if is_scene or _content_suffix(head) or head.lstrip()[:1] == b"{":
         raise SettingsError(
-            f"{name}: scale= and units= are for mesh files ({', '.join(MESH_ENDINGS)}); other formats state their "
+            f"{name}: scale= and units= require a mesh file ({', '.join(MESH_ENDINGS)}); other formats state their "
             "unit; add the file to a world instead: world.add_object(mesh=..., scale=...)",
             code="conflicting_values",
         )

@@ -12,7 +12,7 @@ from . import rust_facts
 from .python_imports import imported_packages
 from .source import CRATES, python_files, text_of
 
-# A crate may use the crates listed; a ninth crate needs an argument in the design notes.
+# Crates that each crate may use. Another crate must be justified in the design notes.
 MAY_USE: dict[str, set[str]] = {
     "bvh": set(),
     "scene": set(),

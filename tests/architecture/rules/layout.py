@@ -8,9 +8,10 @@ ORDER = {
     "bvh": """
         error exact simd platform aabb ray node limits
         build blas scene
-        traverse/stack traverse/trav_ray traverse/node_test traverse/triangle traverse/single traverse/packet
+        traverse/stack traverse/trav_ray traverse/near_ties traverse/node_test traverse/triangle traverse/single
+        traverse/packet
         traverse/stream traverse/exact traverse/point traverse/closest traverse/occluded traverse/mod
-        scene/query lib
+        scene/ties scene/query lib
     """,
     "scene": """
         codes notice error_code error written named_enum up foreign_terms math color medium mesh texture material

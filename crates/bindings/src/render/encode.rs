@@ -61,7 +61,7 @@ pub(crate) fn read_exr(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, b
     channels.into_iter().map(|(name, is_whole, bits)| Ok((name, is_whole, array(py, bits, &shape)?))).collect()
 }
 
-/// Rejects bytes that only stand in for the file at a path: a Git LFS pointer, an HTML page, or no bytes at all.
+/// Rejects contents that are only a placeholder for the file at a path: a Git LFS pointer, an HTML page, or nothing.
 #[pyfunction]
 pub(crate) fn check_stand_in(path: PathBuf, data: &[u8]) -> PyResult<()> {
     raycam_formats::check_stand_in(&path, data).or_raise()

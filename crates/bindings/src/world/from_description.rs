@@ -97,7 +97,7 @@ pub(crate) fn name_array(light: &mut Light) {
     }
 }
 
-/// Gives the world a `[fog]`, another one, or none.
+/// Sets, replaces or removes the `[fog]` of the world.
 #[pyfunction]
 pub(crate) fn world_set_fog(world: &World, description: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     let fog = match description {

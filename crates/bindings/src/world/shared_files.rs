@@ -9,10 +9,10 @@ use raycam_formats::{AssetRoot, FormatError};
 use raycam_render::PreparedFamily;
 use raycam_scene::{ColorUse, Image, Notice, SingleMesh, Texture, Up, Wrap};
 
-/// Most bytes of shared files; files beyond are read again for each world.
+/// Maximum number of bytes of shared files; further files are read again for each world.
 const MAX_BYTES: usize = 1 << 30;
 
-/// A file as it was read, and the notices of its reader outside of it.
+/// A file as it was read, and its reader's notices.
 type Read<T> = (T, Vec<Notice>);
 
 /// The files of one folder that were read for a world, and what was built of them. Files are assumed not to change.

@@ -192,7 +192,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
             chunks.iter().for_each(|chunk| source.prims(chunk.ids(cell), prims));
         };
         if count > 2 * TREELET_SIZE {
-            // The sample missed them, or missed that they are apart.
+            // The sample did not contain them, or too few of them to separate them.
             let mut prims = Vec::with_capacity(count);
             make(&mut prims);
             let range = parallel_split::prim_info(self.shared.dispatch, &prims);

@@ -2,7 +2,7 @@
 //! doc/Calibration.md and its data files.
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -44,9 +44,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             "kb4" => (Some(LensModel::Fisheye), &["k1", "k2", "k3", "k4"]),
             "pinhole-radtan8" => (Some(LensModel::OpenCv), &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]),
             other => {
-                return Err(kind.fail(format_args!(
-                    "unsupported camera_type {other:?}; expected ds, eucm, kb4, pinhole or pinhole-radtan8"
-                )));
+                return Err(kind.fail_as(
+                    ErrorCode::UnsupportedFeature,
+                    format_args!(
+                        "unsupported camera_type {other:?}; expected ds, eucm, kb4, pinhole or pinhole-radtan8"
+                    ),
+                ));
             }
         };
         let known = [&["fx", "fy", "cx", "cy", "rpmax"], keys].concat();
@@ -54,7 +57,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let coefficients: Result<Vec<f64>, _> = keys.iter().map(|key| term(key)).collect();
         record.lens = match model {
             None => Lens::Pinhole,
-            Some(model) => lens_of(model, &coefficients?).map_err(|message| kind.fail(message))?,
+            Some(model) => {
+                lens_of(model, &coefficients?).map_err(|message| kind.fail_as(ErrorCode::InvalidLens, message))?
+            }
         };
         on_a_body(&mut record, "rig");
         calibration.records.push(record);

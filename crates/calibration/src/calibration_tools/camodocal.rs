@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use raycam_scene::{LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::yaml_float;
 use crate::document::{Cursor, yaml};
@@ -83,20 +83,24 @@ pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord> {
             ([all[4], all[5], all[6], all[7]], LensModel::Fisheye, all[..4].to_vec())
         }
         "SCARAMUZZA" => {
-            return Err(kind.fail(
+            return Err(kind.fail_as(
+                ErrorCode::UnsupportedFeature,
                 "raycam does not support SCARAMUZZA, the polynomial of OCamCalib; calibrate as MEI or KANNALA_BRANDT \
                  (camodocal supports both)",
             ));
         }
         other => {
-            return Err(kind.fail(format_args!(
-                "unsupported model_type {other:?}; expected PINHOLE, PINHOLE_FULL, MEI \
+            return Err(kind.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported model_type {other:?}; expected PINHOLE, PINHOLE_FULL, MEI \
                 or KANNALA_BRANDT"
-            )));
+                ),
+            ));
         }
     };
     record.k = Some(pinhole_matrix(focals));
-    record.lens = lens_of(model, &coefficients).map_err(|message| kind.fail(message))?;
+    record.lens = lens_of(model, &coefficients).map_err(|message| kind.fail_as(ErrorCode::InvalidLens, message))?;
     Ok(record)
 }
 

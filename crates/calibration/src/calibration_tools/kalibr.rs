@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::Cursor;
 use crate::document::number_format::{joined, matrix_rows34, quoted};
@@ -112,10 +112,13 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
         "omni" => 1,
         "eucm" | "ds" => 2,
         _ => {
-            return Err(model.fail(format_args!(
-                "unsupported camera_model {name:?}; expected pinhole, omni, eucm or \
+            return Err(model.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported camera_model {name:?}; expected pinhole, omni, eucm or \
             ds"
-            )));
+                ),
+            ));
         }
     };
     let all = values.numbers()?;
@@ -137,7 +140,10 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
         ("eucm", _) if distortion == "none" || zero => new(LensModel::Eucm, shape)?,
         ("ds", _) if distortion == "none" || zero => new(LensModel::DoubleSphere, shape)?,
         _ => {
-            return Err(model.fail(format_args!("raycam does not support {name} with {distortion} {coefficients:?}")));
+            return Err(model.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!("raycam does not support {name} with {distortion} {coefficients:?}"),
+            ));
         }
     };
     Ok((Some(k), lens))

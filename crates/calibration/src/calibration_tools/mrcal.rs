@@ -2,7 +2,7 @@
 //! camera_from_reference) and `imagersize`. Source: mrcal's documentation, "Camera model file formats".
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -75,10 +75,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         ("PINHOLE", _) => 0,
         (_, Some(count @ (4 | 5 | 8 | 12))) => count,
         _ => {
-            return Err(model.fail(format_args!(
-                "unsupported lens model {word}; expected LENSMODEL_PINHOLE or OPENCV4, 5, 8, 12 \
+            return Err(model.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported lens model {word}; expected LENSMODEL_PINHOLE or OPENCV4, 5, 8, 12 \
                  (mrcal-convert-lensmodel can fit one)"
-            )));
+                ),
+            ));
         }
     };
     if values.len() != 4 + coefficients {
@@ -87,7 +90,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
     record.lens = match coefficients {
         0 => Lens::Pinhole,
-        _ => lens_of(LensModel::OpenCv, &values[4..]).map_err(|message| at.fail(message))?,
+        _ => lens_of(LensModel::OpenCv, &values[4..]).map_err(|message| at.fail_as(ErrorCode::InvalidLens, message))?,
     };
     let size = root.any(&["imagersize", "imager_size"]).map(|at| at.list()).transpose()?;
     if let Some([width, height]) = size.as_deref() {

@@ -3,7 +3,7 @@
 //! and lens.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rigid, check_rotation, rigid, yaml};
 use crate::intrinsics::pinhole_matrix;
@@ -62,7 +62,10 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     }
     let model = root.get("cameraModel").map_or(Ok("pinhole"), |at| at.word())?;
     if model != "pinhole" {
-        return Err(root.fail(format_args!("cameraModel is {model:?}, whose lens is not supported; expected pinhole")));
+        return Err(root.fail_as(
+            ErrorCode::UnsupportedFeature,
+            format_args!("cameraModel is {model:?}, whose lens is not supported; expected pinhole"),
+        ));
     }
     let focal = root.require("cameraFocalLength")?.number()?;
     let [film_x, film_y] = root.require("cameraAperture")?.array()?;

@@ -2,7 +2,7 @@
 //! hot3d, data_loaders; hand_tracking_toolkit, camera.py and camera_distortion.py.
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms};
@@ -56,7 +56,7 @@ fn pose(at: &Cursor<'_>) -> Result<Pose> {
     Ok(Pose::world_from_camera(rotation, DVec3::from_array(t)))
 }
 
-/// Size, K and lens of a model of the toolkit.
+/// Size, K and lens of a camera model of hand_tracking_toolkit.
 pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     let first_of = |keys: &[&str]| at.any(keys).ok_or_else(|| at.fail(format_args!("{} is missing", keys[0])));
     record.size = Some([
@@ -111,10 +111,13 @@ pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result
             (first_four(&values), lens_of(LensModel::OpenCv, &d))
         }
         _ => {
-            return Err(kind.fail(format_args!(
-                "unsupported model {word:?}; expected FISHEYE624, OculusVisionFishEye62, PinholePlane, OpenCV or \
+            return Err(kind.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported model {word:?}; expected FISHEYE624, OculusVisionFishEye62, PinholePlane, OpenCV or \
                  Rational"
-            )));
+                ),
+            ));
         }
     };
     record.k = Some(pinhole_matrix(focals));

@@ -2,7 +2,7 @@
 //! Source: librealsense, rs_types.h. The meaning of "Inverse Brown Conrady" differs between versions, so it is never
 //! guessed.
 
-use raycam_scene::{LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, yaml};
@@ -60,10 +60,13 @@ fn camera(at: &Cursor<'_>, name: String) -> Result<CameraRecord> {
             ));
         }
         _ => {
-            return Err(model.fail(format_args!(
-                "{:?} with coefficients is not supported; expected Brown Conrady or Kannala Brandt4",
-                model.word()?
-            )));
+            return Err(model.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "{:?} with coefficients is not supported; expected Brown Conrady or Kannala Brandt4",
+                    model.word()?
+                ),
+            ));
         }
     }
     .map_err(|message| coefficients.fail(message))?;

@@ -15,7 +15,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::nearest_rotation;
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, suggestion};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, suggestion};
 
 use raycam_formats::{FormatError, Result};
 
@@ -66,10 +66,15 @@ impl<'a> Cursor<'a> {
         Self { node, path, key: String::new() }
     }
 
-    /// Error of this node.
+    /// Error of this node, with the code `syntax`.
     pub(crate) fn fail(&self, message: impl std::fmt::Display) -> FormatError {
+        self.fail_as(ErrorCode::Syntax, message)
+    }
+
+    /// Error of this node, with another code.
+    pub(crate) fn fail_as(&self, code: ErrorCode, message: impl std::fmt::Display) -> FormatError {
         let key = if self.key.is_empty() { "the file" } else { &self.key };
-        FormatError::line(self.path, self.node.line, format!("{key}: {message}"))
+        FormatError::line(self.path, self.node.line, code.message(format!("{key}: {message}")))
     }
 
     /// The file.
@@ -121,21 +126,23 @@ impl<'a> Cursor<'a> {
 
     /// Value of a required key.
     pub(crate) fn require(&self, key: &str) -> Result<Cursor<'a>> {
-        self.get(key).ok_or_else(|| self.fail(format_args!("{key} is missing")))
+        self.get(key).ok_or_else(|| self.fail_as(ErrorCode::MissingValue, format_args!("{key} is missing")))
     }
 
     pub(crate) fn word(&self) -> Result<&'a str> {
         match &self.node.value {
             Value::Scalar(word) => Ok(word),
-            _ => Err(self.fail("expected a word")),
+            _ => Err(self.fail_as(ErrorCode::WrongType, "expected a word")),
         }
     }
 
     pub(crate) fn number(&self) -> Result<f64> {
-        let Value::Scalar(word) = &self.node.value else { return Err(self.fail("expected a number")) };
+        let Value::Scalar(word) = &self.node.value else {
+            return Err(self.fail_as(ErrorCode::WrongType, "expected a number"));
+        };
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(self.fail(format_args!("{word:?}; expected a finite number"))),
+            _ => Err(self.fail_as(ErrorCode::WrongType, format_args!("{word:?}; expected a finite number"))),
         }
     }
 
@@ -148,14 +155,16 @@ impl<'a> Cursor<'a> {
     pub(crate) fn count(&self) -> Result<u32> {
         let number = self.number()?;
         if number.fract() != 0.0 || !(0.0..=4294967295.0).contains(&number) {
-            return Err(self.fail(format_args!("{number}; expected a whole number >= 0")));
+            return Err(self.fail_as(ErrorCode::OutOfRange, format_args!("{number}; expected a whole number >= 0")));
         }
         Ok(number as u32)
     }
 
     /// Elements of a list.
     pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>> {
-        let Value::List(items) = &self.node.value else { return Err(self.fail("expected a list")) };
+        let Value::List(items) = &self.node.value else {
+            return Err(self.fail_as(ErrorCode::WrongType, "expected a list"));
+        };
         let item = |(i, node)| Self { node, path: self.path, key: format!("{}[{i}]", self.key) };
         Ok(items.iter().enumerate().map(item).collect())
     }
@@ -172,17 +181,19 @@ impl<'a> Cursor<'a> {
                     Err(_) => f64::from(sizes.count()?),
                 };
                 if count != numbers.len() as f64 {
-                    return Err(
-                        sizes.fail(format_args!("data has {} numbers, which does not match its sizes", numbers.len()))
-                    );
+                    return Err(sizes.fail_as(
+                        ErrorCode::WrongShape,
+                        format_args!("data has {} numbers, which does not match its sizes", numbers.len()),
+                    ));
                 }
                 return Ok(numbers);
             }
             let (rows, cols) = (self.require("rows")?.count()?, self.require("cols")?.count()?);
             if u64::from(rows) * u64::from(cols) != numbers.len() as u64 {
-                return Err(
-                    self.fail(format_args!("{rows} rows of {cols} columns, but data has {} numbers", numbers.len()))
-                );
+                return Err(self.fail_as(
+                    ErrorCode::WrongShape,
+                    format_args!("{rows} rows of {cols} columns, but data has {} numbers", numbers.len()),
+                ));
             }
             return Ok(numbers);
         }
@@ -211,7 +222,9 @@ impl<'a> Cursor<'a> {
     pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N]> {
         let numbers = self.numbers()?;
         let count = numbers.len();
-        numbers.try_into().map_err(|_| self.fail(format_args!("{count} numbers; expected {N}")))
+        numbers
+            .try_into()
+            .map_err(|_| self.fail_as(ErrorCode::WrongShape, format_args!("{count} numbers; expected {N}")))
     }
 
     /// 3x3 matrix, row by row.
@@ -223,16 +236,20 @@ impl<'a> Cursor<'a> {
     pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3)> {
         let numbers = self.numbers()?;
         let m: [f64; 12] = match numbers.len() {
-            16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| self.fail(message))?,
+            16 => check_rigid(&std::array::from_fn(|i| numbers[i]))
+                .map_err(|message| self.fail_as(ErrorCode::InvalidMatrix, message))?,
             12 => std::array::from_fn(|i| numbers[i]),
-            count => return Err(self.fail(format_args!("{count} numbers; expected a 4x4 matrix"))),
+            count => {
+                let message = format_args!("{count} numbers; expected a 4x4 matrix");
+                return Err(self.fail_as(ErrorCode::WrongShape, message));
+            }
         };
         Ok(rigid(&m))
     }
 
     /// Lens with a name that calibration tools use, and its coefficients.
     pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens> {
-        lens_named(name, coefficients).map_err(|message| self.fail(message))
+        lens_named(name, coefficients).map_err(|message| self.fail_as(ErrorCode::InvalidLens, message))
     }
 
     /// Adds a notice for every key that is not in `known`; a key that looks like a lens is an error.

@@ -206,7 +206,7 @@ impl NumpyArray {
         }
     }
 
-    /// Reason why there are no numbers.
+    /// Reason why the array contains no numbers that can be read.
     pub(crate) fn reason(&self) -> &str {
         match &self.elements {
             Elements::Unread(reason) => reason,

@@ -5,6 +5,7 @@ use std::path::Path;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use raycam_formats::{FormatError, Result};
+use raycam_scene::ErrorCode;
 
 /// Parsed XML file.
 pub(crate) struct XmlFile<'a> {
@@ -34,8 +35,13 @@ impl<'a> XmlFile<'a> {
 
 impl<'f> XmlElement<'f> {
     pub(crate) fn fail(&self, message: impl std::fmt::Display) -> FormatError {
+        self.fail_as(ErrorCode::Syntax, message)
+    }
+
+    /// Error of this element, with another code.
+    pub(crate) fn fail_as(&self, code: ErrorCode, message: impl std::fmt::Display) -> FormatError {
         let line = self.file.document.text_pos_at(self.node.range().start).row as usize;
-        FormatError::line(self.file.path, line, format!("<{}>: {message}", self.name()))
+        FormatError::line(self.file.path, line, code.message(format!("<{}>: {message}", self.name())))
     }
 
     pub(crate) fn name(&self) -> &'f str {

@@ -352,7 +352,7 @@ pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
     found
 }
 
-/// The rest of a key that begins or ends with one of some words, set off by `_`, `-`, `.`, a digit or a capital.
+/// The rest of a key that begins or ends with one of some words, separated by `_`, `-`, `.`, a digit or a capital.
 fn mark_of(key: &str, words: &[&str]) -> Option<String> {
     // The places in the key at which a word can end or begin.
     let chars: Vec<(usize, char)> = key.char_indices().collect();
@@ -374,7 +374,7 @@ fn mark_of(key: &str, words: &[&str]) -> Option<String> {
             _ => None,
         }
     });
-    // The longest word: `camera_matrix_0` is no `matrix` of "camera".
+    // The longest word: `camera_matrix_0` is not the `matrix` of "camera".
     marks.max_by_key(|(length, _)| *length).map(|(_, mark)| mark)
 }
 
@@ -413,7 +413,7 @@ impl<'a> KeyView<'a> {
         own.map_or_else(above, |own| Ok(Some(own)))
     }
 
-    /// The key without the mark of the side, and the same without `camera`; empty for keys of another side.
+    /// The key without the side's marker, and the same key without `camera`; both empty for keys of another side.
     pub(super) fn base(&self, key: &str) -> Vec<String> {
         let key = plain(key);
         let mut bases = match &self.side[..] {

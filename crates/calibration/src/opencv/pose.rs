@@ -8,7 +8,7 @@ use crate::opencv::keys::{self, KeyView};
 use crate::pose_map;
 use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
-use raycam_scene::NoticeCode;
+use raycam_scene::{ErrorCode, NoticeCode};
 
 /// Words in keys that mean camera_from_world, and keys that consist of such a word.
 const CAMERA_FROM_WORLD: [&str; 10] = [
@@ -324,7 +324,10 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
     let rows = rows_of(at)?;
     let convention = match (world_from_camera(key), hints.poses) {
         (Some(world_from_camera), Some(given)) if given.world_from_camera != world_from_camera => {
-            return Err(at.fail("direction= contradicts the key's name; expected only one of them"));
+            return Err(at.fail_as(
+                ErrorCode::ConflictingValues,
+                "direction= contradicts the key's name; expected only one of them",
+            ));
         }
         (_, Some(given)) => {
             calibration.used_convention = true;
@@ -346,7 +349,8 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
             crate::PoseConvention { world_from_camera, opengl: false }
         }
         (None, None) => {
-            return Err(at.fail(
+            return Err(at.fail_as(
+                ErrorCode::MissingArgument,
                 "a pose of unknown direction; specify it (direction=\"camera_from_world\" or \"world_from_camera\", \
                  --direction), or rename the key to w2c or c2w",
             ));

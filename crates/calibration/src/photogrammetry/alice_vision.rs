@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -31,11 +31,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         numbers?.try_into().map_err(|_| at.fail("expected three numbers, such as \"1\", \"2\", \"11\""))?;
     let shown = version.map(|number| number.to_string()).join(".");
     if version[..2] > NEWEST[..2] || version[0] < 1 {
-        return Err(at.fail(format_args!("unsupported AliceVision version {shown}; expected 1.0 to 1.2.14")));
+        let text = format_args!("unsupported AliceVision version {shown}; expected 1.0 to 1.2.14");
+        return Err(at.fail_as(ErrorCode::UnsupportedFeature, text));
     }
     if version > NEWEST {
-        calibration
-            .note(NoticeCode::AssumedConvention, format!("version {shown} is newer than 1.2.14, whose rules are used"));
+        let text = format!("version {shown} is newer than 1.2.14, whose rules are used");
+        calibration.note(NoticeCode::AssumedConvention, text);
     }
     let mut intrinsics = HashMap::new();
     for at in items(&root, "intrinsics")? {
@@ -156,10 +157,12 @@ fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
     let (undistortion, parameters) = (listed("undistortionParams")?, listed("distortionParams")?);
     let undistorts = at.get("undistortionType").map_or(Ok("none"), |at| at.word())?;
     if !undistorts.eq_ignore_ascii_case("none") && undistortion.iter().any(|value| *value != 0.0) {
-        return Err(at.fail(format_args!("unsupported undistortionType {undistorts:?}")));
+        return Err(
+            at.fail_as(ErrorCode::UnsupportedFeature, format_args!("unsupported undistortionType {undistorts:?}"))
+        );
     }
     if !["pinhole", "radial1", "radial3", "brown", "fisheye4", "fisheye1", "fisheye"].contains(&kind) {
-        return Err(at.fail(format_args!("unsupported intrinsics type {kind:?}")));
+        return Err(at.fail_as(ErrorCode::UnsupportedFeature, format_args!("unsupported intrinsics type {kind:?}")));
     }
     let word = match version < [1, 2, 8] {
         true if kind == "pinhole" => "none",
@@ -185,10 +188,13 @@ fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
         "fisheye" | "fisheye4" => lens_of(LensModel::Fisheye, d(4)?),
         "fisheye1" => lens_of(LensModel::Fov, d(1)?),
         _ => {
-            return Err(at.fail(format_args!(
-                "unsupported distortion {word:?} with {parameters:?}; export undistorted images (PrepareDenseScene), \
-                 or calibrate with brown, radialk3 or fisheye4"
-            )));
+            return Err(at.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported distortion {word:?} with {parameters:?}; export \
+                 undistorted images (PrepareDenseScene), or calibrate with brown, radialk3 or fisheye4"
+                ),
+            ));
         }
     };
     made.map_err(|message| at.fail(message))

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::check_rigid;
 use crate::document::rigid;
@@ -299,12 +299,16 @@ fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Res
             lens_of(LensModel::Fisheye, &[k1, k2, k3, k4]).map_err(fail)?
         }
         "fisheye" | "equidistant_fisheye" => {
-            Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0]).map_err(|e| at.fail(e))?
+            Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0])
+                .map_err(|e| at.fail_as(ErrorCode::InvalidLens, e))?
         }
         _ => {
-            return Err(at.fail(format_args!(
-                "unsupported sensor type {kind:?}; expected frame, fisheye, equidistant_fisheye or spherical"
-            )));
+            return Err(at.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported sensor type {kind:?}; expected frame, fisheye, equidistant_fisheye or spherical"
+                ),
+            ));
         }
     };
     Ok(())

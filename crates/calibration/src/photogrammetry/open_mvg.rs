@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -126,10 +126,13 @@ fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
         }
         "fisheye" => lens_of(LensModel::Fisheye, &require("fisheye")?.array::<4>()?),
         _ => {
-            return Err(data.fail(format_args!(
-                "unsupported intrinsics type {kind:?}; expected pinhole, pinhole_radial_k1, pinhole_radial_k3, \
+            return Err(data.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported intrinsics type {kind:?}; expected pinhole, pinhole_radial_k1, pinhole_radial_k3, \
                  pinhole_brown_t2, fisheye or spherical"
-            )));
+                ),
+            ));
         }
     };
     record.lens = made.map_err(|message| data.fail(message))?;

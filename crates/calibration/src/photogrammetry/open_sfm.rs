@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
@@ -148,10 +148,13 @@ fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
         "fisheye_opencv" => &["k1", "k2", "k3", "k4"],
         "fisheye62" | "fisheye624" => &["k1", "k2", "k3", "k4", "p1", "p2", "s0", "s2"],
         _ => {
-            return Err(at.fail(format_args!(
-                "unsupported projection_type {word:?}; expected perspective, brown, radial, simple_radial, fisheye, \
-                 fisheye_opencv, fisheye62, fisheye624 or spherical"
-            )));
+            return Err(at.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported projection_type {word:?}; expected perspective, brown, \
+                 radial, simple_radial, fisheye, fisheye_opencv, fisheye62, fisheye624 or spherical"
+                ),
+            ));
         }
     };
     let unused = names.into_iter().zip(terms).filter(|(name, _)| !used.contains(name));

@@ -2,7 +2,7 @@
 //! Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Notice, NoticeCode, PixelCenter};
 
 use crate::document::check_rotation;
 use crate::document::xml_element::{XmlElement, XmlFile};
@@ -108,10 +108,13 @@ fn add(
     let model = value(&at, "DistortionModel").unwrap_or("perspective");
     let zero = terms == [0.0; 6];
     if !zero && !["brown3", "brown4", "brown3t2", "brown4t2"].contains(&model) {
-        return Err(at.fail(format_args!(
-            "unsupported DistortionModel {model:?} with DistortionCoeficients {terms:?}; expected brown3, brown4, \
+        return Err(at.fail_as(
+            ErrorCode::UnsupportedFeature,
+            format_args!(
+                "unsupported DistortionModel {model:?} with DistortionCoeficients {terms:?}; expected brown3, brown4, \
              brown3t2 or brown4t2"
-        )));
+            ),
+        ));
     }
     let (made, matters) = lens(terms).map_err(|message| at.fail(message))?;
     record.lens = made;
@@ -121,7 +124,7 @@ fn add(
     if value(&at, "Coordinates") == Some("relative") {
         calibration.note(
             NoticeCode::PlacedCameras,
-            "Coordinates is relative; the world's origin is RealityCapture's local origin",
+            "Coordinates is \"relative\"; the world's origin is RealityCapture's local origin",
         );
     }
     let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {

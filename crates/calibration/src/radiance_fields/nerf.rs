@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DMat3;
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::Cursor;
 use crate::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
@@ -206,7 +206,8 @@ fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, 
             record.k = Some(pinhole_matrix([fx, focals[1].unwrap_or(fx), cx, cy]));
             return lens(record, frame, root);
         }
-        return Err(root.fail(
+        return Err(root.fail_as(
+            ErrorCode::MissingArgument,
             "w and h are missing, and K requires the image size; set it with --size WIDTHxHEIGHT or size=(width, \
              height)",
         ));
@@ -268,10 +269,14 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
         // nerfstudio applies the tangential terms on the plane of angles, like COLMAP's model.
         "OPENCV_FISHEYE" | "FISHEYE" => Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0]),
         _ => {
-            return Err(at.fail(format_args!(
-                "unsupported {model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}; expected PINHOLE, OPENCV \
+            return Err(at.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported {model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 \
+                 {p2}; expected PINHOLE, OPENCV \
                  without k4, OPENCV_FISHEYE or EQUIRECTANGULAR"
-            )));
+                ),
+            ));
         }
     };
     record.lens = made.map_err(|error| at.fail(error))?;

@@ -2,7 +2,7 @@
 //! the flat `cam_model`, `cam_fx` of SVO and FAST-LIVO2. Sources: rpg_svo_pro_open, vikit; aslam_cv2,
 //! ncamera-yaml-serialization.
 
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, rigid, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -91,7 +91,8 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
         ("pinhole", [fx, fy, cx, cy]) => ([*fx, *fy, *cx, *cy], None),
         ("omni" | "unified-projection", [xi, fx, fy, cx, cy]) => ([*fx, *fy, *cx, *cy], Some(*xi)),
         ("omni", _) => {
-            return Err(kind.fail(
+            return Err(kind.fail_as(
+                ErrorCode::UnsupportedFeature,
                 "raycam does not support the polynomial of OCamCalib (Scaramuzza); calibrate as unified-projection or \
                  equidistant (Kalibr supports both)",
             ));
@@ -147,9 +148,13 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
             ([fx * width, fy * height, cx * width - 0.5, cy * height - 0.5], lens_of(LensModel::Fov, &d[..1]))
         }
         other => {
-            return Err(model.fail(format_args!(
-                "unsupported cam_model {other:?}; expected Pinhole, PinholeRadialTangential, ATAN or EquidistantCamera"
-            )));
+            return Err(model.fail_as(
+                ErrorCode::UnsupportedFeature,
+                format_args!(
+                    "unsupported cam_model {other:?}; expected Pinhole, \
+                 PinholeRadialTangential, ATAN or EquidistantCamera"
+                ),
+            ));
         }
     };
     record.k = Some(pinhole_matrix(focals));

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, matrix_rows34, yaml_float};
 use crate::document::{Cursor, DocumentNode, Value, check_rotation, rigid, yaml};
@@ -105,10 +105,13 @@ fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str> {
         "perspective" => Ok("PinHole"),
         "fisheye" => Ok("KannalaBrandt8"),
         "equirectangular" => Ok("equirectangular"),
-        other => Err(at.fail(format_args!(
-            "unsupported Camera.model {other:?}; expected perspective, fisheye or \
+        other => Err(at.fail_as(
+            ErrorCode::UnsupportedFeature,
+            format_args!(
+                "unsupported Camera.model {other:?}; expected perspective, fisheye or \
             equirectangular"
-        ))),
+            ),
+        )),
     }
 }
 

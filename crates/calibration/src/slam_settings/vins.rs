@@ -30,7 +30,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     if root.get("model_type").is_some() {
         let stem = source.stem().unwrap_or_else(|| "camera".into());
         let mut record = camodocal::camera(&root, stem)?;
-        // The file of a single camera has the index of that camera.
+        // If the configuration lists a single camera file, its name contains the camera's index.
         record.pose = (0..8).find_map(|i| mount(&root, i).transpose()).transpose()?;
         calibration.records.push(record);
     } else {
@@ -58,7 +58,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     let others = root.entries()?.len() - used;
     if others > 0 {
-        calibration.note(NoticeCode::IgnoredKey, format!("{others} other keys, settings of the program, are ignored"));
+        calibration
+            .note(NoticeCode::IgnoredKey, format!("{others} other keys are settings of the program and are ignored"));
     }
     Ok(calibration)
 }

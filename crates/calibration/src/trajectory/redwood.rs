@@ -35,7 +35,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let values: Option<Vec<f64>> =
             block[1..].iter().flat_map(|(_, row)| words(row)).map(|word| word.parse().ok()).collect();
         let matrix = values.and_then(|values| <[f64; 16]>::try_from(values).ok());
-        let matrix = matrix.ok_or_else(|| fail("expected four lines of four numbers after it".into()))?;
+        let matrix = matrix.ok_or_else(|| fail("expected four lines of four numbers after this line".into()))?;
         let Some(rows) = checked(matrix).map_err(fail)? else {
             lost += 1;
             continue;

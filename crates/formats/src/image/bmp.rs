@@ -64,20 +64,20 @@ impl BmpHeader {
     fn runs_fit(&self, bytes: &[u8]) -> Option<()> {
         let mut bytes = bytes.iter();
         let mut next = || bytes.next().map(|&byte| usize::from(byte));
-        // `told` is the column according to the sum of the run lengths, `at` the number of pixels in the row.
-        let (mut row, mut at, mut told) = (0, 0, 0);
+        // `column` is the sum of the run lengths, `at` the number of pixels in the row.
+        let (mut row, mut at, mut column) = (0, 0, 0);
         while row < self.rows {
             match (next()?, next()?) {
-                (0, 0) => (row, at, told) = (row + 1, 0, 0),
+                (0, 0) => (row, at, column) = (row + 1, 0, 0),
                 (0, 1) => return Some(()),
                 (0, 2) => {
                     let [right, up] = [next()?, next()?];
                     if up > 0 {
                         row += up;
-                        at = told;
+                        at = column;
                     }
                     at += right;
-                    told += right;
+                    column += right;
                     (row < self.rows).then_some(())?;
                 }
                 (0, count) => {
@@ -86,11 +86,11 @@ impl BmpHeader {
                         next()?;
                     }
                     at += count;
-                    told += count;
+                    column += count;
                 }
                 (count, _) => {
                     at += count;
-                    told += count;
+                    column += count;
                     if self.bits == 8 {
                         at = at.min(self.columns);
                     }

@@ -52,7 +52,10 @@ impl Decoder<'_> {
     pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {
-            return Err(self.fault(ErrorCode::OutOfRange, format!("an image of {columns} x {rows} pixels")));
+            return Err(self.fault(
+                ErrorCode::OutOfRange,
+                format!("the image has {columns} x {rows} pixels; both must be at least 1"),
+            ));
         }
         self.budget.take_pixels(self.path, pixels)?;
         let (unpacked, length) = (pixels * texel, self.bytes.len() as u64);

@@ -12,7 +12,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Notice, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile, reference};
@@ -39,7 +39,11 @@ pub(crate) fn optional_file(
 ) -> Result<Option<InputFile>> {
     match companion_file(from, name, assets, notices) {
         Err(error) if can_be_left_out(&error) => {
-            notices.push(Notice::new(NoticeCode::MissingFile, format!("{}: omitted: {error}", from.display())));
+            let code = match error.code() {
+                ErrorCode::OutsideRoot => NoticeCode::OutsideRoot,
+                _ => NoticeCode::MissingFile,
+            };
+            notices.push(Notice::new(code, format!("{}: omitted: {error}", from.display())));
             Ok(None)
         }
         source => source.map(Some),

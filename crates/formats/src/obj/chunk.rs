@@ -28,8 +28,8 @@ pub(crate) type LineError = (usize, Message);
 #[derive(Default)]
 pub(crate) struct Chunk {
     pub(crate) positions: Vec<DVec3>,
-    /// Linear, with the length of `positions` as soon as one has a colour; white for positions without a colour. Values
-    /// outside 0..=1 are stored as in the file.
+    /// Linear colours: empty, or one per position if any position has a colour; white for positions without a colour.
+    /// Values outside 0..=1 are stored as in the file.
     pub(crate) colors: Vec<Rgb>,
     /// Colours that ZBrush writes in comments, sRGB, one per vertex.
     pub(crate) polypaint: Vec<[u8; 3]>,

@@ -1,5 +1,5 @@
 use raycam_formats::{Budget, load, read_model};
-use raycam_scene::NoticeCode;
+use raycam_scene::{MeshFile, NoticeCode};
 
 use crate::support::{area, data, error, mesh, model, mutations, texts, truncations, vector_area};
 
@@ -145,14 +145,18 @@ fn damaged_stl_files_cause_an_error_or_a_notice() {
 
 /// The tetrahedron with these two bytes after its facets and this text in its header.
 fn colored(header: &str, attributes: [u16; 4]) -> (Option<Vec<[f32; 3]>>, Vec<String>) {
+    let model = with_attributes(header, attributes);
+    (model.parts[0].mesh.face_colors.clone(), texts(&model.notices))
+}
+
+fn with_attributes(header: &str, attributes: [u16; 4]) -> MeshFile {
     let mut bytes = binary(4);
     bytes[..80].fill(b' ');
     bytes[..header.len().min(80)].copy_from_slice(header.as_bytes());
     for (facet, attribute) in attributes.into_iter().enumerate() {
         bytes[84 + 50 * facet + 48..][..2].copy_from_slice(&attribute.to_le_bytes());
     }
-    let model = model("a.stl", bytes);
-    (model.parts[0].mesh.face_colors.clone(), texts(&model.notices))
+    model("a.stl", bytes)
 }
 
 #[test]
@@ -170,12 +174,26 @@ fn facet_colours_of_viscam_and_magics_are_read() {
     assert_eq!(colors[..3], [red, green, blue]);
     assert!((colors[3][1] - whole).abs() < 1e-6 && colors[3][0] == 0.0, "{colors:?}");
     assert_eq!(notices, ["a.stl: its transparency is ignored"]);
-    let (colors, _) = colored(header, [0; 4]);
-    assert!(colors.unwrap().iter().all(|color| color[0] == 0.0 && color[1] > 0.2));
     // Other bytes are not colours.
     let (colors, notices) = colored("other", [1, 0, 2, 0]);
     assert_eq!(colors, None);
     assert_eq!(notices, ["a.stl: 2 facets are followed by bytes that are not colours and are ignored"]);
+}
+
+#[test]
+fn a_header_colour_without_facet_colours_is_the_base_colour() {
+    let whole = ((0x7f as f64 / 255.0 + 0.055) / 1.055).powf(2.4) as f32;
+    // Some programs write a space instead of the alpha value.
+    for (header, notices) in [
+        ("COLOR=\u{0}\u{7f}\u{0}\u{7f},MATERIAL=", &["a.stl: its transparency is ignored"][..]),
+        ("COLOR=\u{0}\u{7f}\u{0} MATERIAL=\u{7f}\u{7f}\u{7f} ", &[]),
+    ] {
+        let model = with_attributes(header, [0; 4]);
+        assert_eq!(model.parts[0].mesh.face_colors, None);
+        let color = model.materials[0].color;
+        assert!(color[0] == 0.0 && (color[1] - whole).abs() < 1e-6 && color[2] == 0.0, "{color:?}");
+        assert_eq!(texts(&model.notices), notices);
+    }
 }
 
 #[test]

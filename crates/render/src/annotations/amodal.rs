@@ -14,10 +14,10 @@ use crate::ground_truth::convert::exact_ray;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// Amodal masks: all pixels that an object would cover if nothing occluded it.
+/// Amodal mask of one object: all pixels that it would cover if nothing occluded it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AmodalMask {
-    /// Amodal mask of one object.
+    /// Index of the object.
     pub object: usize,
     /// First column and row (negative within the margin), width and height of the bounding box.
     pub region: [i32; 4],
@@ -25,11 +25,13 @@ pub struct AmodalMask {
     pub mask: Vec<bool>,
 }
 
-/// True if the exact centre ray hits the object: `height * width` values, row by row.
+/// Amodal masks of those `objects` that cover any pixel centre, in the given order.
 ///
-/// Amodal masks of those `objects` that cover any pixel centre, in the given order. `margin` columns on either side and
-/// rows above and below extend the image, so that objects cut off by its edge are complete. With a rolling shutter,
-/// each row shows the world at its own time.
+/// `margin` columns on either side and rows above and below extend the image, so that objects cut off by its edge are
+/// complete. With a rolling shutter, each row shows the world at its own time.
+///
+/// # Errors
+///
 /// [`RenderError::Settings`] for a missing object, [`RenderError::TooLarge`] for a margin beyond memory,
 /// [`RenderError::Cancelled`], and errors of [`with_pool`].
 pub fn amodal_masks(

@@ -1,4 +1,4 @@
-//! Away from the middle of its row, a point deviates slightly from the row's world.
+//! A camera in a world. With a rolling shutter, each row of the image shows the world at its own time.
 
 use raycam_scene::{Camera, World};
 

@@ -246,11 +246,11 @@ mod tests {
         let matte = world.add_material(Material::default()).unwrap();
         let clear = Material { model: reflectance, ..Material::default() };
         let clear = world.add_material(clear).unwrap();
-        let mut things = vec![(floor, matte, DVec3::ZERO), (ball, clear, MIDDLE)];
+        let mut objects = vec![(floor, matte, DVec3::ZERO), (ball, clear, MIDDLE)];
         if roof {
-            things.push((floor, matte, 2.0 * DVec3::Z));
+            objects.push((floor, matte, 2.0 * DVec3::Z));
         }
-        for (mesh, material, at) in things {
+        for (mesh, material, at) in objects {
             let place = DAffine3::from_translation(at);
             let object = Object::new("", mesh, vec![material], place);
             world.add_object(object).unwrap();

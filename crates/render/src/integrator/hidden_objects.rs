@@ -58,7 +58,7 @@ impl PathTracer<'_> {
         if stops_light || path.light_search == LightSearch::Scattered {
             return (!is_search, None);
         }
-        // Lights in front of the object belong to this path.
+        // Lights in front of the hidden object are added to this path.
         let passed_distance = distance as f32;
         let behind = PathState { light_search: LightSearch::Sampled, passed_distance, ..*path };
         (!is_search, Some((behind, hits.interactions.lane(lane).ray_beyond(path.direction, f32::INFINITY))))

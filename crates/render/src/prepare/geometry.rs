@@ -198,7 +198,7 @@ impl Geometry {
         }
     }
 
-    /// Camera whose ray origins are outside the scene, if its rays come from infinity.
+    /// Camera with its ray origins moved outside the scene, if its rays come from infinity; otherwise unchanged.
     pub fn camera_outside(&self, camera: &Camera) -> Camera {
         camera.with_ray_origins_outside(self.origin, self.radius)
     }

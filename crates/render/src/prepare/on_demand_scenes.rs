@@ -1,6 +1,6 @@
 //! Scenes for many rays: all instances in one flattened BVH, or two levels with re-braided leaves.
 //!
-//! If instances overlap or are close together, like things on a floor, most rays traverse several BVHs from their
+//! If instances overlap or are close together, like objects on a floor, most rays traverse several BVHs from their
 //! roots. A single BVH over all triangles has one root, but its build time and memory are justified only for many rays:
 //! the samples of one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep
 //! the two-level scene. Its leaves are whole instances until many rays are traced.
@@ -21,11 +21,11 @@ const SAMPLES_TO_PAY: u64 = 4;
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
 /// Exact rays per triangle that justify the build; there are fewer of them, and they are coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
-/// The same for a world that was created from another by moving things, and will probably be moved again.
+/// The same for a world that was created from another by moving objects, and will probably be moved again.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
 /// Rays per triangle that justify re-braiding, which creates one reference per 64 triangles.
 const RAYS_TO_PAY_REBRAIDING: u64 = 1;
-/// The same for a world that was created from another by moving things, and will probably be moved again.
+/// The same for a world that was created from another by moving objects, and will probably be moved again.
 const RAYS_TO_PAY_REBRAIDING_MOVED: u64 = 4;
 /// Minimum number of rays that justify re-braiding, even for few triangles.
 const MIN_RAYS_TO_PAY_REBRAIDING: u64 = 1 << 15;
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn exact_rays_use_the_flattened_scene_after_enough_rays() {
         let mut world = world();
-        // Coincident objects: the first object is hit.
+        // Coincident objects: the last object is hit.
         for i in [0, 1, 0, 2, 0] {
             let object = world.objects[i].clone();
             world.add_object(object).unwrap();
@@ -319,7 +319,7 @@ mod tests {
         assert!(prepared.geometry.on_demand.flattened.get().is_some_and(Option::is_some));
         assert!(without.planes[..2] == with.planes[..2]);
         match &with.planes[0].1 {
-            ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
+            ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&7)),
             other => panic!("{other:?}"),
         }
         let bits = |frame: &crate::Frame| match &frame.planes[2].1 {

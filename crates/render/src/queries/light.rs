@@ -137,7 +137,7 @@ struct PointTracer<'a> {
     control: &'a Control,
 }
 
-/// Rays towards points, as if they had just met them.
+/// Rays that end at the points, as if they had just hit the surfaces there.
 #[derive(Default)]
 struct ArrivedRays {
     origins: Vec<DVec3>,

@@ -253,7 +253,7 @@ impl SelectedRays {
         Self { objects: rays.selection.objects.map(|mask| reachable.select(mask)), skip, range }
     }
 
-    /// Query of these rays, with the kernel and the surfaces of `rays`.
+    /// Query of these rays; the kernel and the surfaces that count are those of `rays`.
     fn arrays<'a>(&'a self, rays: &RayArrays<'a>) -> RayArrays<'a> {
         let own = |limits: &'a [f64]| if limits.len() == 1 { limits } else { &limits[self.range.clone()] };
         let skip = self.skip.as_ref().map(|(objects, triangles)| (&objects[..], &triangles[..]));

@@ -10,15 +10,15 @@ use crate::mesh::Mesh;
 /// Displacements that a morph target of weight 1 adds to each vertex.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MorphTarget {
-    /// Added to the position.
+    /// Displacements of the position.
     pub vertices: Option<Vec<[f32; 3]>>,
-    /// Added to the normal.
+    /// Displacements of the normal.
     pub normals: Option<Vec<[f32; 3]>>,
-    /// Added to the tangent.
+    /// Displacements of the tangent.
     pub tangents: Option<Vec<[f32; 3]>>,
-    /// Added to the first texture coordinates.
+    /// Displacements of the first set of texture coordinates.
     pub uvs: Option<Vec<[f32; 2]>>,
-    /// Added to the linear colour.
+    /// Displacements of the linear colour.
     pub colors: Option<Vec<[f32; 3]>>,
 }
 

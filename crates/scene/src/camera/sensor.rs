@@ -48,7 +48,7 @@ impl NamedSensor {
     pub fn validate(&self) -> Result<()> {
         let is_path = self.name.contains(['/', '\\']) || self.name.chars().any(char::is_control);
         if self.name.is_empty() || is_path || self.name == "." || self.name == ".." {
-            let message = format!("sensor name {:?}: expected a name without \"/\" that can name a folder", self.name);
+            let message = format!("sensor name {:?}: expected a valid folder name without \"/\"", self.name);
             return Err(SceneError::world(ErrorCode::InvalidValue.message(message)));
         }
         if self.pose.is_some_and(|pose| !pose.r.is_finite() || !pose.c.is_finite()) {

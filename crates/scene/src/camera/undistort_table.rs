@@ -10,7 +10,7 @@ use crate::camera::lens::Lens;
 /// Pixels per cell, and the maximum number of cells per side.
 const CELL_PIXELS: u32 = 5;
 const MAX_CELLS: u32 = 128;
-/// One more cell around the image, and the nodes of another one for the polynomials at the border.
+/// Cells around the image: one for pixels just outside, and one for the polynomials at the border.
 const BORDER_CELLS: u32 = 2;
 
 /// Table of one camera, shared by its copies; not part of the camera's value.

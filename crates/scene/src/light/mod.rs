@@ -153,7 +153,7 @@ pub enum Light {
         /// the centres of texels. An image whose size differs from the camera's is stretched over the camera's image.
         #[schemars(with = "String")]
         image: FileRef<Image>,
-        /// The camera that is run backwards; descriptions contain it as [`CameraSpec`](crate::schema::CameraSpec).
+        /// The camera along whose rays the light is projected; descriptions contain it as [`CameraSpec`](crate::schema::CameraSpec).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(skip)]
         camera: Option<Box<Camera>>,

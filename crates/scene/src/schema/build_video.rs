@@ -82,7 +82,7 @@ impl VideoSpec {
     }
 }
 
-/// Keyframes of one mover, as they are read.
+/// Keyframes of one object or camera, collected while they are read.
 #[derive(Default)]
 struct Mover {
     /// Time of the last keyframe so far.

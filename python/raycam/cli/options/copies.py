@@ -34,17 +34,18 @@ def add_copies(command: argparse.ArgumentParser) -> None:
         nargs="?",
         type=float,
         const=0.0,
-        help="pinhole cameras of the undistorted images, after --crop; 0 (default): no black border, 1: all pixels",
+        help="undistort the images, after --crop: return pinhole cameras whose images have no black border "
+        "(0, default) or show all pixels (1)",
     )
     either.add_argument(
         "--pinhole",
         action="store_true",
-        help="cameras without distortion and with the same K, after --crop",
+        help="remove the distortion and keep K, after --crop",
     )
     either.add_argument(
         "--rectify",
         action="store_true",
-        help="rectified pair of two cameras, the left one first, after --crop",
+        help="rectify two cameras, the left one first, after --crop",
     )
     command.add_argument(
         "--maps",

@@ -26,8 +26,8 @@ def add_framing(group: argparse._ArgumentGroup) -> None:
         "--view-from",
         metavar="SIDE",
         type=parse_side,
-        help="front, back, left, right, top, bottom, iso, or X,Y,Z (vector from the centre to the camera); with "
-        "--camera: keep its lens, but move it so that the world fits",
+        help="view from front, back, left, right, top, bottom, iso, or X,Y,Z (vector from the centre to the camera); "
+        "with --camera: keep its lens, but move it so that the world fits",
     )
     group.add_argument(
         "--zoom", metavar="N", type=float, help="scale of the subject in the image; 1 fills 90 %% of it"

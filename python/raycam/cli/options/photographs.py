@@ -39,7 +39,7 @@ def add_photograph_cameras(
             nargs="?",
             type=float,
             const=0.0,
-            help="for undistorted photographs; 0 (default): no black border, 1: all pixels",
+            help="the photographs are undistorted, with no black border (0, default) or with all pixels (1)",
         )
 
 

@@ -146,4 +146,4 @@ for _shape in SHAPES:
 
 def __getattr__(name: str) -> Any:
     """Raises `AttributeError` with an alternative."""
-    return raise_missing("open3d.geometry", name, "install Open3D for it, or use trimesh")
+    return raise_missing("open3d.geometry", name, "install Open3D, or use trimesh")

@@ -27,4 +27,4 @@ def read_triangle_mesh(filename: str | os.PathLike[str], *_: Any, **__: Any) -> 
 
 def __getattr__(name: str) -> Any:
     """Raises `AttributeError` with an alternative."""
-    return raise_missing("open3d.io", name, "install Open3D for it, or use raycam.load")
+    return raise_missing("open3d.io", name, "install Open3D, or use raycam.load")

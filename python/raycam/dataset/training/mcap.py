@@ -154,7 +154,7 @@ def check(plan: Plan) -> None:
         raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
     if not (isinstance(topic, str) and topic.startswith("/")):
         raise SettingsError(
-            f"topic is {topic!r}, expected a name that begins with /, as /camera", code="invalid_value"
+            f"topic is {topic!r}, expected a name that begins with /, such as /camera", code="invalid_value"
         )
     start = plan.options["start_time"]
     if isinstance(start, bool) or not (isinstance(start, int | float) and 0 <= start < 2**31):

@@ -23,7 +23,7 @@ IMU_DEFINITION = {
 """The message definition without its nested types."""
 MAX_RATE = 1e5
 BLOCK = 4096
-"""Messages that are computed at a time."""
+"""Number of messages computed at a time."""
 
 
 def check_imu(plan: Plan) -> None:

@@ -19,7 +19,7 @@ def check(plan: Plan) -> None:
     for name in plan.options["stuff"]:
         if name not in plan.categories.values():
             raise SettingsError(
-                f"stuff: unknown category {name!r}, only {list(plan.categories.values())}",
+                f"stuff: unknown category {name!r}, available: {list(plan.categories.values())}",
                 code="unknown_name",
             )
 

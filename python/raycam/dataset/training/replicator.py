@@ -184,7 +184,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes no files, because all files belong to single images."""
+    """Yields no index files, because all files belong to single images."""
     return iter(())
 
 

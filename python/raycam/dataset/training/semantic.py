@@ -31,7 +31,7 @@ def check(plan: Plan) -> None:
         for name in plan.options[option]:
             if name not in plan.categories.values():
                 raise SettingsError(
-                    f"{option}: unknown category {name!r}, only {list(plan.categories.values())}",
+                    f"{option}: unknown category {name!r}, available: {list(plan.categories.values())}",
                     code="unknown_name",
                 )
     for number in [plan.options["void"], *label_ids(plan).values()]:

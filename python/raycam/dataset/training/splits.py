@@ -27,7 +27,7 @@ def check_splits(plan: Plan) -> None:
     )
     if not named or not math.isclose(sum(splits.values()), 1.0, abs_tol=1e-9):
         raise SettingsError(
-            f'splits is {splits!r}; expected shares whose sum is 1, as {{"train": 0.8, "val": 0.2}}',
+            f'splits is {splits!r}; expected fractions with the sum 1, as in {{"train": 0.8, "val": 0.2}}',
             code="out_of_range",
         )
     if not isinstance(seed, int):

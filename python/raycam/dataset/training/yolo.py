@@ -31,7 +31,7 @@ def check(plan: Plan) -> None:
         raise SettingsError(f"task is {task!r}, expected one of {', '.join(TASKS)}", code="invalid_value")
     if bool(points) != (task == "pose"):
         raise SettingsError(
-            'task "pose" requires the option keypoints and vice versa: keypoints={"points": [[x, y, z], ...]}',
+            'task "pose" and the option keypoints require each other: keypoints={"points": [[x, y, z], ...]}',
             code="missing_value",
         )
     if points and (not isinstance(points, dict) or np.ndim(points.get("points", 0)) != 2):

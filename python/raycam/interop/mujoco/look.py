@@ -246,7 +246,7 @@ class MujocoLook:
         blend_layers(colors, layers, view.order)
 
     def _reflection(self, hits: dict[str, Any], directions: Floats, view: _View) -> Single:
-        """What the reflecting plane or box top shows at hits [n, 3]; without shadows, as in MuJoCo."""
+        """The colours that the reflecting plane or box top mirrors at hits [n, 3]; without shadows, as in MuJoCo."""
         assert self._surfaces.mirror is not None
         number, strength = self._surfaces.mirror
         colors = np.zeros((len(directions), 3), np.float32)
@@ -363,7 +363,7 @@ def _pixel_angle(camera: Camera) -> float:
 
 
 def _towards(light: Light, position: Floats) -> tuple[Single, Single]:
-    """Unit directions [n, 3] to a light, and the share [n] that is left by distance and cone."""
+    """Unit directions [n, 3] to a light, and the fraction [n] that distance and cone leave of its strength."""
     if light.kind == DIRECTIONAL:
         towards = np.broadcast_to(-light.direction / np.linalg.norm(light.direction), position.shape)
         return towards.astype(np.float32), np.ones(len(position), np.float32)

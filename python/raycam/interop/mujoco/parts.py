@@ -21,7 +21,8 @@ from .shapes import covered_geoms, element_shape, with_texture
 __all__ = ["LinkCamera", "LinkGeom", "add_model_lights", "link_cameras", "link_geoms"]
 
 VISIBLE_GROUPS = (0, 1, 2)
-ALL_GROUPS = (0, 1, 2, 3, 4, 5)
+WORLD_BODY = 0
+"""The body that contains all others, which becomes the root link."""
 FIXED_MODE = 0
 """The value of `mjtCamLight` for cameras that move with their body."""
 
@@ -78,13 +79,19 @@ def link_geoms(model: Any, geometry: str) -> tuple[list[LinkGeom], list[Notice]]
 
 
 def link_cameras(model: Any) -> tuple[list[LinkCamera], list[Notice]]:
-    """Returns the cameras that move with their bodies, and a notice for each other one."""
+    """Returns the cameras on their bodies, and notices.
+
+    Cameras that track or target a body keep their pose at the initial state, as cameras of the body `world`.
+    """
     found, notices = [], []
+    initial = None
     for number in range(model.ncam):
         name = element_name(model, "cam", number)
         if int(model.cam_mode[number]) != FIXED_MODE:
-            text = f"camera {name!r}: tracking cameras do not move with a link; the camera is omitted"
-            notices.append(Notice(text, "ignored_element"))
+            initial = initial_state(model) if initial is None else initial
+            found.append(LinkCamera(name, WORLD_BODY, model_camera(model, number, initial)))
+            text = f"camera {name!r} tracks a body in MuJoCo; here, it keeps its pose at the initial state"
+            notices.append(Notice(text, "approximated_value"))
             continue
         rotation = rotation_of(np.asarray(model.cam_quat[number], np.float64))
         poses = SimpleNamespace(cam_xmat={number: rotation.ravel()}, cam_xpos={number: model.cam_pos[number]})
@@ -92,14 +99,25 @@ def link_cameras(model: Any) -> tuple[list[LinkCamera], list[Notice]]:
     return found, notices
 
 
-def add_model_lights(world: World, model: Any) -> list[Notice]:
-    """Adds a model's lights to a world, at its initial state, as `from_mujoco` does; returns notices."""
+def initial_state(model: Any) -> Any:
+    """Returns MuJoCo's data of a model at its initial state."""
     import mujoco
 
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    return data
+
+
+def add_model_lights(world: World, model: Any) -> list[Notice]:
+    """Adds a model's lights to a world, at its initial state, as `from_mujoco` does; returns notices.
+
+    A model that has only a headlight adds none, so that raycam's own lights show its shape: uniform ambient light
+    instead of the headlight would not.
+    """
     notices: list[Notice] = []
-    LightSources(world, model, data, notices)
+    if not np.asarray(model.light_active).any():
+        return notices
+    LightSources(world, model, initial_state(model), notices)
     moving = [
         element_name(model, "light", light) for light in range(model.nlight) if model.light_bodyid[light]
     ]

@@ -156,7 +156,7 @@ def _kind_and_size(model: Any, element: int, number: int) -> tuple[int, Floats]:
 
 
 def _half_sizes(kind: int, size: Floats) -> Floats:
-    """Half the sizes of a shape as MuJoCo's visualizer has them (`mjvGeom.size`), 0 for infinite planes [3]."""
+    """Half the sizes of a shape as in MuJoCo's visualizer (`mjvGeom.size`), 0 for infinite planes [3]."""
     if kind == SPHERE:
         return np.full(3, size[0])
     if kind in (CAPSULE, CYLINDER):

@@ -133,15 +133,21 @@ class _Pyramid:
         return np.clip(index, 0, count - 1) if self._cube else index % count
 
 
+MIN_AREA = 1e-20
+"""Smallest squared sine of the angle between two edges of a triangle with an area."""
+
+
 def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats:
     """Returns the largest number of texels per metre [t] of triangles with corners [t, 3, 3] and uvs [t, 3, 2].
 
-    `size` is the texture's width and height.
+    `size` is the texture's width and height. The result is 0 for triangles without area, which no ray hits.
     """
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     steps = (uvs[:, 1:] - uvs[:, :1]) * np.asarray(size, np.float64)
     aa, ab, bb = (np.einsum("tc,tc->t", p, q) for p, q in ((first, first), (first, second), (second, second)))
-    area = np.maximum(aa * bb - ab * ab, np.finfo(np.float64).tiny)
+    area = aa * bb - ab * ab
+    is_flat = area <= MIN_AREA * aa * bb
+    area[is_flat] = np.inf
     gram = np.empty((len(corners), 2, 2))
     gram[:, 0, 0], gram[:, 0, 1], gram[:, 1, 0], gram[:, 1, 1] = bb / area, -ab / area, -ab / area, aa / area
     product = np.einsum("tji,tjk,tkl->til", steps, gram, steps)
@@ -151,7 +157,7 @@ def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats
 
 
 def _halved(levels: Single, axis: int) -> Single:
-    """Averages pairs of rows or columns; of an odd number, the last is left out."""
+    """Averages pairs of rows or columns; if their number is odd, the last one is omitted."""
     count = levels.shape[axis]
     if count == 1:
         return levels

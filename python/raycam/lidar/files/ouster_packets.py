@@ -162,7 +162,7 @@ def _millimetres(distances: npt.NDArray[np.float64], largest: int) -> npt.NDArra
 def save_ouster_packets(
     path: Path, columns: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, Any], returns: str
 ) -> None:
-    """Writes the packets to `path`, and the metadata without which they cannot be decoded to the same name with .json.
+    """Writes the packets to `path`, and the metadata, which decoders require, to the same name with .json.
 
     Raises `LidarError` for returns other than "strongest", "last" and "dual", and if the .json file exists and was not
     written by raycam.

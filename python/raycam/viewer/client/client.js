@@ -71,6 +71,7 @@ export class Client {
     this.onMessage = () => {};
     /** Called with the pixel that is held. @type {(pixel: Pixel | null) => void} */
     this.onHold = () => {};
+    this.onRepaint = () => {}; // called when the image is painted again, with another range or map
     this.controls.onWrong = (text) => this.say(text, "error");
     this.controls.onExact = () => this.wantPlanes();
     this.picture.onZoom = () => this.showZoom();
@@ -175,6 +176,7 @@ export class Client {
   /** Paints the image again, after the display settings, the channel or the mode changed. */
   repaint() {
     const { plane, controls } = this;
+    this.onRepaint();
     if (!plane) return this.showCompare(null, []);
     const b = this.frameB || this.taken?.plane;
     const kind = differenceKind(this.mode);

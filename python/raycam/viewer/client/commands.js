@@ -47,6 +47,13 @@ function commandsOf(client) {
     copy: () => client.copy(),
     explain: () => client.explain(),
     "take-b": () => client.takeB(),
+    "start-compare": () => {
+      client.takeB();
+      document.body.classList.remove("no-panel");
+      byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", "true");
+      byId("compare", HTMLDetailsElement).open = true;
+      byId("compare", HTMLElement).scrollIntoView({ block: "nearest" });
+    },
     compare: () => client.nextMode(),
     flip: () => client.flip(),
     panel: () => {
@@ -101,7 +108,7 @@ export function bindCommands(client, live) {
   });
   for (const [id, command] of [
     ["fit", "fit"], ["one-to-one", "one-to-one"], ["panel-button", "panel"], ["tree-button", "tree"], ["palette-button", "palette"], ["help-button", "help"], ["save-button", "save"],
-    ["copy", "copy"], ["explain", "explain"], ["leave", "leave"], ["take-b", "take-b"],
+    ["copy", "copy"], ["explain", "explain"], ["leave", "leave"], ["take-b", "take-b"], ["compare-button", "start-compare"],
   ]) {
     byId(id, HTMLButtonElement).addEventListener("click", () => perform(command));
   }

@@ -50,6 +50,7 @@ export const KEYS = [
   { keys: ["C"], command: "camera-step 1", does: "next camera", live: true },
   { keys: ["Shift+C"], command: "camera-step -1", does: "previous camera", live: true },
   { keys: ["O"], command: "next-scan", does: "show the points of the next lidar, or hide them", live: true },
+  { keys: ["U"], command: "panes", does: "show up to four cameras at once, or one", live: true },
   { keys: ["V"], command: "look-through", does: "look through the camera, or continue with a free camera", live: true },
   { keys: ["N"], command: "drive", does: "next navigation mode: orbit, fly or walk (W A S D Q E, Shift: fast, wheel: speed)", live: true },
   { keys: ["K"], command: "play", does: "play or pause", live: true },

@@ -11,6 +11,7 @@ import { FollowingControls } from "./panel/following.js";
 import { Hint } from "./panel/hint.js";
 import { LookControls } from "./panel/look.js";
 import { Measure } from "./panel/measure.js";
+import { Panes } from "./panel/panes.js";
 import { ViewLink } from "./panel/view_link.js";
 import { PhotographControls } from "./panel/photograph.js";
 import { PoseControls } from "./panel/pose.js";
@@ -65,6 +66,7 @@ export class LiveView {
     this.look = new LookControls((look) => client.transport.send(/** @type {any} */ ({ type: "look", ...look })));
     this.measure = new Measure(client);
     this.kept = new CameraControls(client);
+    this.panes = new Panes(client, (name) => this.lookThrough(name));
     this.script = new ScriptControls((id, value) => client.transport.send({ type: "control", id, value }));
     this.axes = new Axes((side) => this.viewFrom(side));
     this.navigator = new Navigator((message) => client.transport.send(message));
@@ -82,6 +84,8 @@ export class LiveView {
     this.bar = new ProgressBar();
     /** @type {string[]} */
     this.cameras = [];
+    /** The held pixel whose object was selected. @type {import("./picture.js").Pixel | null} */
+    this.selectedBy = null;
     /** The camera that was looked through last. */
     this.looked = "";
     this.camera = byId("camera", HTMLSelectElement);
@@ -127,11 +131,14 @@ export class LiveView {
       this.photograph.begin(message.photographs || []);
     }
     this.scan.receive(message);
+    if (message.type === "following") this.panes.follow(message.attached);
+    if (message.type === "pane") this.panes.receive(message);
     if (message.type === "photograph") this.photograph.receive(message);
     if (message.type === "welcome") {
       this.resume(message.camera);
       this.begin(message);
       if (message.look) this.look.begin(message.look);
+      this.panes.begin(message.cameras);
       this.world.tree.show({ cameras: message.cameras });
     }
     if (message.type === "look") {
@@ -159,7 +166,10 @@ export class LiveView {
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
     if (message.type === "values" && this.client.held) {
       this.measure.receive(message);
-      this.world.pick(message.values.instance?.numbers[0]);
+      const { held } = this.client;
+      const isNew = held !== this.selectedBy && message.u === held.column && message.v === held.row;
+      if (isNew) this.world.pick(message.values.instance?.numbers[0]); // not again with each image: another object may be selected since
+      if (isNew) this.selectedBy = held;
     }
     if (message.type === "controls") this.script.show(message.controls);
     if (message.type === "contents") this.world.show(message);
@@ -348,6 +358,7 @@ export class LiveView {
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),
       redo: () => client.transport.send({ type: "redo" }),
+      panes: () => this.panes.toggle(),
       measure: () => this.measure.toggle(),
       "copy-link": () => this.link.copy(),
       play: () => this.timeline.play(!this.timeline.playing),

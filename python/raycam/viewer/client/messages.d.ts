@@ -57,6 +57,13 @@ export interface LookThrough {
   name: string;
 }
 
+/** Shows several cameras of the world at once, or only the main view if the list is empty. An empty name is the
+    camera of the main view. */
+export interface Panes {
+  type: "panes";
+  names: string[];
+}
+
 /** Requests the photograph of a camera of the world. */
 export interface Photograph {
   type: "photograph";
@@ -179,7 +186,7 @@ export interface RemoveCamera {
 /** A drag of a handle between two image positions; the messages of one drag are one undo step. */
 export interface Gizmo {
   type: "gizmo";
-  handle: "x" | "y" | "z" | "all";
+  handle: "x" | "y" | "z" | "all" | "floor";
   stroke: number;
   begin: number[];
   end: number[];
@@ -338,6 +345,7 @@ export type ClientMessage =
   | Locate
   | Ground
   | LookThrough
+  | Panes
   | Photograph
   | Time
   | Variant

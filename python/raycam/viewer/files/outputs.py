@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
+
 from ..._core import world_to_gltf
 from ...errors import Notice, SettingsError
 from ...render.frame import Frame
 from ..page import page
 from ..scene.world_file import world_file
-from ..session import Session
+from ..session import Session, View
 from ..stills import shares, truth
 from .film import filmed
 
@@ -22,10 +24,14 @@ MEDIA = {
 }
 
 
+SAMPLES_TIMEOUT_S = 15.0
+"""Seconds for which a snapshot waits for the first samples of a view that was just changed."""
+STILL_INTERVAL_S = 0.05
+
+
 def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     """Name, media type and bytes of the current still image. Raises `SettingsError` if there is none yet."""
-    with session.lock:
-        view, still = session.view, session.images.still
+    view = session.view
     title = view.opened.title
     if format == "glb":
         data, notices = world_to_gltf(view.base._core)
@@ -35,10 +41,7 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     if format == "toml":
         text = world_file(view.opened.source, view.opened.edits.opened, view.base, view.camera)
         return f"{_stem(title)}_changed.toml", MEDIA[format], text.encode()
-    if still is None:
-        raise SettingsError(
-            "the image has no samples yet; save it when the view is at rest", code="no_samples"
-        )
+    view, still = _first_still(session)
     channels = dict(still)
     if format != "png":
         if "alpha" not in channels:
@@ -59,6 +62,21 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     else:
         data = page(frame, world=view.world, title=title).encode()
     return f"{_stem(title)}.{format}", MEDIA[format], data
+
+
+def _first_still(session: Session) -> tuple[View, Frame]:
+    """Returns the view and its still image; waits for its first samples. Raises `SettingsError` if there are none."""
+    deadline = time.monotonic() + SAMPLES_TIMEOUT_S
+    while True:
+        with session.lock:
+            view, still = session.view, session.images.still
+        if still is not None:
+            return view, still
+        if time.monotonic() > deadline:
+            raise SettingsError(
+                "the image has no samples yet; save it when the view is at rest", code="no_samples"
+            )
+        time.sleep(STILL_INTERVAL_S)
 
 
 def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:

@@ -16,7 +16,7 @@ from ...render.channel_picture import encode_jpeg
 __all__ = ["Photographs"]
 
 LONGEST_SIDE = 2560
-"""Pixels of the longer side of a photograph that is sent; larger ones are averaged over blocks of pixels."""
+"""Maximum length in pixels of a sent photograph's longer side; larger photographs are averaged over blocks."""
 QUALITY = 90
 
 

@@ -22,7 +22,7 @@ MAX_ARCHIVE_FILES = 10_000
 MAX_ARCHIVE_BYTES = 4 * 2**30
 """Limits of an archive on disk, unpacked."""
 MAX_LISTED_FILES = 10_000
-"""Files of a folder that are searched for worlds."""
+"""Maximum number of files in a folder that are searched for worlds."""
 MAX_DEPTH = 16
 MAX_PART_BYTES = 255
 """The longest name of a file or folder in a path, as UTF-8."""

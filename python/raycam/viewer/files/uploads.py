@@ -46,7 +46,7 @@ class Uploads:
         self._sizes: dict[str, int] = {}
         self._received: dict[str, int] = {}
         self._opened: set[str] = set()
-        """The files that existed when a world was opened last."""
+        """The files that existed when a world was last opened."""
         self._worlds, companions = (tuple(f".{each}" for each in group) for group in file_extensions())
         self._known = (*self._worlds, *companions, ARCHIVE)
 

@@ -28,9 +28,9 @@ from .placement import matrix_of_placement, placement_of_matrix
 __all__ = ["READ_ONLY", "Edits", "edited", "is_animated", "material", "next_step_number"]
 
 MOST_STEPS = 100
-"""Steps that can be undone."""
+"""Maximum number of steps that can be undone."""
 MOST_LISTED = 1000
-"""Objects and lights that are listed by name."""
+"""Maximum number of objects and of lights listed by name."""
 READ_ONLY = "this view is read-only, because it was started with edit=False"
 
 

@@ -18,7 +18,7 @@ from .contents import matrix_of_object
 from .overlay import AXES, polylines
 from .rotation import rotation_about
 
-__all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
+__all__ = ["COLORS", "HANDLES", "TOOLS", "axis_length", "dragged", "handles", "middle_of", "point_on_plane"]
 
 TOOLS = ("move", "turn", "scale")
 HANDLES = ("x", "y", "z", "all")
@@ -42,7 +42,7 @@ def middle_of(world: World, number: int) -> Floats:
 def handles(matrix: Floats, middle: Floats, camera: Camera, tool: str) -> list[dict[str, Any]]:
     """Name, colour and lines (in pixels) of each handle, for an object's matrix and the centre of its mesh."""
     center = placed(matrix, middle)
-    length = _length(camera, center)
+    length = axis_length(camera, center)
     axes = axes_of(matrix, tool)
     made = []
     for name, axis in zip(HANDLES, axes, strict=False):
@@ -99,8 +99,8 @@ def axes_of(matrix: Floats, tool: str) -> Floats:
     return np.asarray((left @ right).T)
 
 
-def _length(camera: Camera, center: Floats) -> float:
-    """The length of an axis, metres."""
+def axis_length(camera: Camera, center: Floats) -> float:
+    """The length of a gizmo's axis at a point, metres."""
     focal = math.sqrt(abs(camera.K[0, 0] * camera.K[1, 1]))
     away = 1.0 if camera.is_parallel else float(np.linalg.norm(center - camera.location))
     return LENGTH * max(away, 1e-9) / focal
@@ -138,11 +138,12 @@ def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camer
         axis = np.eye(3)[HANDLES.index(handle)]
         first, second = (_along(ray, center, axis) for ray in rays)
         return np.asarray((second - first) * axis)
-    points = [_on_plane(ray, center, camera.forward) for ray in rays]
+    points = [point_on_plane(ray, center, camera.forward) for ray in rays]
     return np.zeros(3) if points[0] is None or points[1] is None else points[1] - points[0]
 
 
-def _on_plane(ray: tuple[Floats, Floats], center: Floats, normal: Floats) -> Floats | None:
+def point_on_plane(ray: tuple[Floats, Floats], center: Floats, normal: Floats) -> Floats | None:
+    """The point [3] where a ray meets the plane through `center`; None if it does not."""
     origin, direction = ray
     slope = float(direction @ normal)
     if abs(slope) < 1e-9:
@@ -155,7 +156,7 @@ def _angle(
     rays: list[tuple[Floats, Floats]], center: Floats, axis: Floats, begin: Floats, end: Floats
 ) -> float:
     """The angle by which the pointer turns around an axis; from its path in pixels if the circle is seen edge-on."""
-    spokes = [_on_plane(ray, center, axis) for ray in rays]
+    spokes = [point_on_plane(ray, center, axis) for ray in rays]
     if abs(float(rays[0][1] @ axis)) < EDGE_ON or spokes[0] is None or spokes[1] is None:
         way = np.asarray(end) - np.asarray(begin)
         return float(0.01 * (way[0] - way[1]))

@@ -13,6 +13,7 @@ from ...arguments import Floats
 from ...errors import SettingsError, WorldError
 from ...srgb import linear_from_srgb
 from ...world import World
+from ...world.framing import without_ground
 from ...world.keys import STRENGTH_KEYS
 
 __all__ = ["NEW_LIGHTS", "UNITS", "describe_light", "edit_light"]
@@ -142,14 +143,15 @@ def _vector(key: str, value: Any, before: Sequence[float]) -> list[float]:
 
 
 def _new_light(world: World, kind: Any) -> dict[str, Any]:
-    """A light above the world that lights its centre with `IRRADIANCE`. Raises `SettingsError`."""
+    """A light above the world's objects that lights their centre with `IRRADIANCE`. Raises `SettingsError`."""
     if kind not in NEW_LIGHTS:
         raise SettingsError(
             f"a new light is one of {', '.join(NEW_LIGHTS)}, not {kind!r}", code="unknown_name"
         )
-    low, high = np.array([[-1.0] * 3, [1.0] * 3]) if world.bounds is None else world.bounds
+    bounds = without_ground(world).bounds
+    low, high = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
     up = np.array([0, 0, 1.0] if world.up == "z" else [0, 1.0, 0])
-    side = np.array([0.5, -0.5, 0.0] if world.up == "z" else [0.5, 0.0, 0.5])
+    side = np.array([0.35, -0.35, 0.0] if world.up == "z" else [0.35, 0.0, 0.35])
     size = max(float(np.linalg.norm(high - low)), 1e-6)
     center = (low + high) / 2
     position = center + size * (up + side)

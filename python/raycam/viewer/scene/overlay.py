@@ -15,14 +15,14 @@ from ...errors import Error
 __all__ = ["MAX_CAMERAS", "frusta", "grid", "polylines"]
 
 MAX_CAMERAS = 100
-"""The largest number of cameras that are drawn."""
+"""Maximum number of cameras that are drawn."""
 CELLS = 10
-"""The cells of a side of the grid, about."""
+"""Approximate number of cells along a side of the grid."""
 PIECES_OF_CELL = 4
 AXES = {"x": "#ff4d4d", "y": "#4cd964", "z": "#5aa9ff"}
 GRID_COLOR = "#9aa3b2"
 STEPS = 12
-"""Pieces of an edge."""
+"""Number of pieces of an edge, which a lens bends."""
 NARROW = 0.2
 """The cosine at the image's edge down to which a view ends in a plane."""
 FARTHEST = 1e5  # pixels outside of the image at which lines are clipped

@@ -12,6 +12,7 @@ from ...world import World
 from ..client_messages import Gizmo
 from .contents import matrix_of_object, names_of_objects, visibilities
 from .edits import Edits, is_animated, material
+from .floor_handle import FLOOR_HANDLE, drag_on_floor, floor_handle
 from .gizmo import dragged, handles, middle_of
 from .overlay import polylines
 from .placement import placement_of_matrix
@@ -21,7 +22,7 @@ __all__ = ["Selection"]
 
 OUTLINE_COLOR = "#ff9f1a"
 OUTLINE_PIECES = 8
-"""Pieces of an outline's edge, which is curved in the image of a lens with distortion."""
+"""Number of pieces of an outline's edge, which a lens bends."""
 
 
 class Selection:
@@ -34,7 +35,7 @@ class Selection:
         """The selected light, whose position has handles; None if an object is selected."""
         self._edits = edits
         self._stroke: tuple[object, Floats] = (None, np.eye(4))
-        """The drag, and the object's matrix at its begin."""
+        """The drag, and the object's matrix when it began."""
         self._middles: dict[tuple[int, int], Floats] = {}
 
     def choose(self, number: int, tool: str) -> None:
@@ -87,7 +88,8 @@ class Selection:
         place = _place_of_light(world, number)
         if place is None or not self._edits.allowed:
             return []
-        return handles(place, np.zeros(3), camera, "move")
+        below = floor_handle(world, place[:3, 3], camera)
+        return [*below, *handles(place, np.zeros(3), camera, "move")]
 
     def _outline(self, world: World, camera: Camera) -> list[dict[str, Any]]:
         """The edges of the object's bounds."""
@@ -118,7 +120,7 @@ class Selection:
         if self.light is not None:
             self._drag_light(camera, message, stroke, self.light)
             return
-        if self.tool in ("none", "outline") or not self.is_there():
+        if self.tool in ("none", "outline") or not self.is_there() or message.handle == FLOOR_HANDLE:
             return
         if stroke != self._stroke[0]:
             self._stroke = (stroke, matrix_of_object(self.world, self.number))
@@ -136,9 +138,13 @@ class Selection:
         if stroke != self._stroke[0]:
             self._stroke = (stroke, place)
         begin, end = (np.array(each, np.float64) for each in (message.begin, message.end))
-        after = dragged(self._stroke[1], np.zeros(3), camera, "move", message.handle, begin, end)
+        before = self._stroke[1]
+        if message.handle == FLOOR_HANDLE:
+            after = drag_on_floor(self.world, before[:3, 3], camera, begin, end)
+        else:
+            after = dragged(before, np.zeros(3), camera, "move", message.handle, begin, end)[:3, 3]
         if np.isfinite(after).all():
-            self._edits.place_light(number, after[:3, 3], stroke)
+            self._edits.place_light(number, after, stroke)
 
     def _middle(self) -> Floats:
         """The centre of the object in its mesh's coordinates, which edits do not change."""

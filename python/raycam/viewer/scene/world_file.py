@@ -17,7 +17,6 @@ from ...world import World
 __all__ = ["toml_text", "world_file"]
 
 PLACE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
-MATERIAL = ("color", "type", "roughness", "metallic", "emission")
 
 
 def world_file(source: Path | None, opened: World, world: World, camera: Camera) -> str:

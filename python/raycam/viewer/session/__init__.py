@@ -3,6 +3,7 @@
 from .connection import Connection
 from .following import MOST_FOLLOWERS, MOST_FREE, Following
 from .images import DEFAULT_SAMPLES, Images
+from .panes import Pane
 from .session import Session
 from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of, world_at
 
@@ -15,6 +16,7 @@ __all__ = [
     "Following",
     "Images",
     "Opened",
+    "Pane",
     "Session",
     "View",
     "lens_of",

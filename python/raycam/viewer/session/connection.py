@@ -11,7 +11,7 @@ from typing import Any
 __all__ = ["MAX_UNACKNOWLEDGED", "Connection", "Send"]
 
 MAX_UNACKNOWLEDGED = 2
-"""Images on their way to a client at the same time."""
+"""Maximum number of images that are sent to a client before it confirms one."""
 
 MAX_MOVING_RATE = 2.4e6
 """Bytes per second of moving images: 19.2 Mbit/s."""
@@ -36,6 +36,8 @@ class Connection:
         """True if the next still image is sent as exact numbers, although it may not be finished."""
         self.followers: tuple[Connection, ...] = ()
         """Clients that receive the same images, while this client leads them."""
+        self.last_move = 0
+        """The number of the client's last camera move, which camera messages contain."""
         self._latest: tuple[dict[str, Any], Sequence[bytes]] | None = None
         self._pending: tuple[dict[str, Any], Sequence[bytes]] | None = None
         """The newest image, if it waits until earlier ones have been confirmed."""
@@ -139,6 +141,12 @@ class Connection:
         self._followers_free_at = now + count / MAX_FOLLOWERS_RATE
         for each in followers:
             each._deliver(message, buffers)
+
+    def send_pane(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
+        """Sends the image of a pane, which the client acknowledges as other images."""
+        with self._sharing:
+            number = self.number_image()
+        self.send({**message, "picture": number}, buffers)
 
     def send_latest(self, follower: Connection) -> None:
         """Sends the newest image to a client that has begun to follow."""

@@ -12,9 +12,9 @@ from .session import Session
 __all__ = ["MOST_FOLLOWERS", "MOST_FREE", "Following"]
 
 MOST_FREE = 8
-"""Sessions with images of their own: the leader, and followers that look around independently."""
+"""Maximum number of sessions with their own images: the leader, and followers that look around independently."""
 MOST_FOLLOWERS = 40
-"""Sessions that show the leader's images."""
+"""Maximum number of sessions that show the leader's images."""
 BLOCKED = {
     change: tuple(kind for kind, message in MESSAGES.items() if change == message.CHANGES)
     for change in ("view", "world")

@@ -30,7 +30,8 @@ class Images:
         """Stops what is being rendered for this version."""
         self.still: Frame | None = None
         """The newest image with samples of this version."""
-        self._samples = samples
+        self.samples = samples
+        """The samples per pixel of a finished image; None for `DEFAULT_SAMPLES`."""
         self._refinement: Refinement | None = None
         self._moved = -1
         self.is_coarse = False
@@ -52,7 +53,7 @@ class Images:
 
     def samples_of(self, view: View) -> int:
         """The samples per pixel with which the still image is finished."""
-        return self._samples or DEFAULT_SAMPLES[view.integrator]
+        return self.samples or DEFAULT_SAMPLES[view.integrator]
 
     def refinement_of(self, view: View) -> Refinement:
         """The refinement of this version; a new one if necessary."""

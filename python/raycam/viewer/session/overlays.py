@@ -47,7 +47,7 @@ class Overlays:
 
 
 def _projected(line: Line, camera: Camera) -> dict[str, Any]:
-    """A line of the world in pixels of a camera."""
+    """Projects a line of the world to pixels of a camera."""
     share = np.linspace(0, 1, PIECES_PER_LINE + 1)[:, None]
     pieces = [a + share * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
     return {"name": line.name, "color": line.color, "lines": polylines(pieces, camera)}

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..._core import __version__
+from ...arguments import one_of
 from ...camera import Camera
 from ...errors import Error, SettingsError, WorldError
 from ...explanation.scene_figure import Line
@@ -33,6 +34,7 @@ from .connection import Connection
 from .history import History
 from .images import Images
 from .overlays import Overlays
+from .panes import Pane, update_panes
 from .role import Role
 from .view import Opened, View
 
@@ -87,12 +89,13 @@ class Session:
         self.role = Role(self.images, self.view.space, allows_open)
         self.selection = Selection(edits)
         self.overlays = Overlays()
+        self.panes: tuple[Pane, ...] = ()
+        """The cameras that are shown at once; empty if only the main view is shown."""
         self.history = History()
         self._picked = picked
         self.controls = Controls() if controls is None else controls
         self.controls.listen(self)
         self._changes = threading.RLock()
-        self._last_move = 0
         self._outline: tuple[Any, ...] = ()
         edits.listen(self)
 
@@ -111,6 +114,8 @@ class Session:
                 self.view = view
                 if not view.renders_like(before) or self.images.version == 0:
                     self.images.restart()
+                if self.panes and view is not before:
+                    self._update_panes([each.name for each in self.panes])
             self._send_changes(before)
             if self.role.on_show is not None:
                 self.role.on_show()
@@ -121,6 +126,7 @@ class Session:
             before = self.view
             with self.lock:
                 self.role.is_attached, self.view, self.images = True, leader.view, leader.images
+                self.panes = ()
             if begins:
                 self.role.own_images.cancel.cancel()
                 self.overlays = Overlays()
@@ -212,7 +218,7 @@ class Session:
             "lidars": lidar_names(self.view.base),
             **self.view.welcome(),
             **self.about(),
-            "camera": self.view.camera_message(self._last_move),
+            "camera": self.view.camera_message(self.connection.last_move),
         }
 
     def about(self) -> dict[str, Any]:
@@ -225,7 +231,7 @@ class Session:
 
     def send_camera(self) -> None:
         """Sends the current camera of the view."""
-        self.connection.send(self.view.camera_message(self._last_move))
+        self.connection.send(self.view.camera_message(self.connection.last_move))
 
     def rebase(self) -> None:
         """Shows the world after an edit, or another world from a script."""
@@ -325,7 +331,7 @@ class Session:
             self.show(self.view.with_space(space))
 
     def _move(self, message: messages.Move) -> None:
-        self._last_move = message.seq
+        self.connection.last_move = message.seq
         try:
             view = self.view.moved(
                 np.reshape(message.R, (3, 3)),
@@ -338,8 +344,20 @@ class Session:
             raise
         self.show(view)
 
+    def _update_panes(self, names: Sequence[str]) -> None:
+        own = self.role.own_images
+        self.panes = update_panes(self.panes, names, self.view, own.samples, own.threads)
+
+    def _show_panes(self, message: messages.Panes) -> None:
+        for name in filter(None, message.names):
+            one_of("camera", name, list(self.view.base.cameras), error=WorldError)
+        with self.lock:
+            self._update_panes(message.names)
+            for each in self.panes:
+                each.images.show_again()  # the client may have reconnected
+
     def _go_home(self, message: messages.Home) -> None:
-        self._last_move = message.seq
+        self.connection.last_move = message.seq
         self.show(self.view.at_home())
         self.send_camera()
 
@@ -448,12 +466,12 @@ class Session:
                 self.send_camera()
 
     def _view_from(self, message: messages.FromSide) -> None:
-        self._last_move = message.seq
+        self.connection.last_move = message.seq
         self.show(self.view.from_side(message.name))
         self.send_camera()
 
     def _look_through(self, message: messages.LookThrough) -> None:
-        self._last_move = message.seq
+        self.connection.last_move = message.seq
         try:
             self.show(self.view.through(message.name))
         finally:
@@ -472,6 +490,7 @@ class Session:
         messages.Locate: _locate,
         messages.Ground: _find_ground,
         messages.LookThrough: _look_through,
+        messages.Panes: _show_panes,
         messages.Look: _set_look,
         messages.FromSide: _view_from,
         messages.Channel: _choose_channel,

@@ -64,7 +64,7 @@ class Opened:
 
     @property
     def first_shape(self) -> Literal["own", "home"]:
-        """Whose shape the first camera has: its own, or that of the window ("home")."""
+        """The shape of the first camera: its own, or that of the window ("home")."""
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
@@ -278,7 +278,7 @@ class View:
 
     @property
     def _shows_light(self) -> bool:
-        """False for the sampled channels of the world without its look."""
+        """True unless the channel is alpha or coverage, which do not depend on the look's light."""
         return self.channel not in COLORS[1:]
 
     def camera_of(self, name: str) -> Camera:

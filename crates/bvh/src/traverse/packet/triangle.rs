@@ -197,7 +197,7 @@ fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     (V::select(backwards, upper, lower), V::select(backwards, lower, upper))
 }
 
-/// Replaces the depths of slivers that begin behind the ray by float64's.
+/// Replaces the depths of slivers that begin behind the ray by depths computed in float64.
 #[cold]
 #[inline(never)]
 fn sliver_depths(

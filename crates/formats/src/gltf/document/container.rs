@@ -206,7 +206,7 @@ fn check_version(version: &str, path: &Path) -> Result<()> {
     Err(FormatError::unsupported(path, message))
 }
 
-/// A document of which no list stands for an object.
+/// Parses a document. A list in place of an object is an error, although serde would accept it as the object's fields.
 fn parse_objects<T: DeserializeOwned>(text: &str) -> serde_json::Result<T> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let root = T::deserialize(ObjectsOnly(&mut reader))?;

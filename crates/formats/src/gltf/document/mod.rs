@@ -47,7 +47,7 @@ impl Document<'_> {
 
     /// Error for an index that does not exist.
     pub(crate) fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
-        let message = format!("{place}: {index}, but there are only {count} (UNRESOLVED_REFERENCE)");
+        let message = format!("{place}: {index} does not exist; the file has {count} (UNRESOLVED_REFERENCE)");
         self.fault(ErrorCode::IndexOutOfRange, message)
     }
 

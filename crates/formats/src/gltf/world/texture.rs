@@ -77,7 +77,7 @@ impl Builder<'_, '_> {
     fn item_or_notice<'b, T>(&mut self, all: &'b [T], index: usize, place: &str) -> Option<&'b T> {
         let found = all.get(index);
         if found.is_none() {
-            let message = format!("{index}, but there are only {} (UNRESOLVED_REFERENCE); omitted", all.len());
+            let message = format!("omitted: {index} does not exist; the file has {} (UNRESOLVED_REFERENCE)", all.len());
             self.diagnostics.note(NoticeCode::IgnoredElement, place.to_owned(), message);
         }
         found

@@ -175,7 +175,10 @@ impl Layout {
         let area = u64::from(self.chunk[0]) * u64::from(self.chunk[1]);
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         if area > (4 * pixels).max(1 << 16) {
-            let message = format!("tiles of {} x {} pixels in an image of {pixels}", self.chunk[0], self.chunk[1]);
+            let message = format!(
+                "tiles of {} x {} pixels are more than four times as large as the image of {pixels} pixels",
+                self.chunk[0], self.chunk[1]
+            );
             return Err(file.fault(ErrorCode::OutOfRange, message));
         }
         Ok(())

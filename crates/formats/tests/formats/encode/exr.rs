@@ -59,7 +59,7 @@ fn exr_files_round_trip_values_and_camera_through_another_reader() {
     let FlatSamples::U32(read_ids) = &channels[4].sample_data else { panic!() };
     assert_eq!(read_ids.iter().map(|&v| v.cast_signed()).collect::<Vec<_>>(), ids);
 
-    // The reader divides them by kind between the image and its only layer.
+    // The exr crate stores some attributes with the image and others with its only layer.
     let mut attributes = image.attributes.other.clone();
     attributes.extend(image.layer_data.attributes.other.clone());
     let doubles = |name: &str, of: &str| {

@@ -43,7 +43,7 @@ struct CommonKeys {
     /// Only `point`, `spot`, `ies`, `projector`, `area` and `disk`: luminous flux of all emitted light in lm, instead of `power` or
     /// `radiance`.
     lumen: Option<f64>,
-    /// Only `projector`: the camera that is run backwards, with the keys of a camera (size, intrinsics, lens and pose).
+    /// Only `projector`: the camera along whose rays the image is projected, with the keys of a camera (size, intrinsics, lens and pose).
     camera: Option<CameraSpec>,
     /// Only `area`, `disk` and `sky`: luminance in cd/m², instead of `radiance`.
     nit: Option<f64>,

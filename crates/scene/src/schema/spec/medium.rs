@@ -58,7 +58,7 @@ impl MediumSpec {
     pub fn build(&self) -> Result<Medium> {
         let medium = match self {
             Self::Name(name) => Medium::named(name).ok_or_else(|| {
-                let message = format!("no medium {name:?}{}", suggestion(name, preset::names()));
+                let message = format!("unknown medium {name:?}{}", suggestion(name, preset::names()));
                 SceneError::schema(ErrorCode::UnknownName, "", message)
             })?,
             Self::Table(MediumTable { absorption, scattering, g }) => {

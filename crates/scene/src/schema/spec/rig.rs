@@ -64,8 +64,7 @@ impl RigSpec {
         spec
     }
 
-    /// The rig it describes, with the files of its lidars read by `files`. `place` is its place in the description, for
-    /// errors.
+    /// Creates the rig. `files` reads the files of its lidars; errors name `place`, its place in the description.
     ///
     /// # Errors
     /// The errors of [`RigSpec::build_cameras`], of its sensors, and of `files`.

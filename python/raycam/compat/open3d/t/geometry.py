@@ -200,4 +200,4 @@ def _odd(nsamples: int) -> None:
 
 def __getattr__(name: str) -> Any:
     """Raises `AttributeError` with an alternative."""
-    return raise_missing("open3d.t.geometry", name, "install Open3D for it, or use trimesh")
+    return raise_missing("open3d.t.geometry", name, "install Open3D, or use trimesh")

@@ -106,7 +106,7 @@ class OffscreenRenderer:
         return (picture if flags & RenderFlags.RGBA else np.ascontiguousarray(picture[..., :3])), depth
 
     def _lit(self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]) -> npt.NDArray[np.uint8]:
-        """The image [h, w, 4] with the shading selected by the package."""
+        """The image [h, w, 4] with the shading that the module's setting `shading` selects."""
         shading = sys.modules[__package__.rpartition(".")[0]].shading
         if shading not in ("pyrender", "raycam"):
             raise ValueError(f'shading is {shading!r}: expected "pyrender" or "raycam"')

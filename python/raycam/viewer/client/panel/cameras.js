@@ -15,6 +15,8 @@ export class CameraControls {
     /** The name of the current camera; empty if the camera was moved. */
     this.shown = "";
     byId("camera-keep", HTMLButtonElement).addEventListener("click", () => this.keep());
+    this.add = byId("camera-add", HTMLButtonElement);
+    this.add.addEventListener("click", () => this.keep());
     this.remove.addEventListener("click", () => client.transport.send({ type: "remove_camera", name: this.shown }));
   }
 

@@ -56,7 +56,7 @@ export class LightControls {
   show(lights) {
     const before = this.light.value;
     this.lights = lights;
-    byId("lights", HTMLElement).hidden = !lights.length;
+    byId("lights", HTMLElement).hidden = byId("light-remove", HTMLElement).hidden = !lights.length;
     fillSelect(this.light, lights.map(({ name }, i) => [String(i), name]));
     if (this.isAdding && lights.length) {
       this.isAdding = false;

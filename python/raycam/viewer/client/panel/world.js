@@ -40,7 +40,11 @@ export class WorldControls {
     /** True once the user has selected an object: only then is it outlined. */
     this.isChosen = false;
     this.tree = new SceneTree({
-      select: (number) => this.pick(number),
+      select: (number) => {
+        this.pick(number);
+        byId("edit", HTMLDetailsElement).open = true;
+        byId("edit", HTMLElement).scrollIntoView({ block: "start" });
+      },
       show: (number, visible) => this.change("object", number, "visible", visible),
       isolate: (number) => this.change("object", number, "isolate", this.objects.filter(({ visible }) => visible).length > 1),
       light: (number) => {
@@ -105,7 +109,7 @@ export class WorldControls {
     byId("edit", HTMLElement).hidden = !editable || !objects.length;
     for (const button of this.tools) button.hidden = !editable || !objects.length;
     byId("light-group", HTMLElement).hidden = !editable;
-    byId("camera-edit", HTMLElement).hidden = !editable;
+    byId("camera-edit", HTMLElement).hidden = byId("camera-add", HTMLElement).hidden = !editable;
     this.tree.show({ objects, lights: lights.map((/** @type {any} */ each) => each.name), editable });
     this.lights.show(lights);
     this.choose(object && Number(object) < this.count ? Number(object) : 0);

@@ -40,6 +40,6 @@ export class FrameTransport {
    */
   async receive({ message, buffers }, say) {
     say(await completed(message, buffers));
-    if (message.type === "picture") this.send({ type: "ack", picture: message.picture });
+    if (message.type === "picture" || message.type === "pane") this.send({ type: "ack", picture: message.picture });
   }
 }

@@ -10,7 +10,7 @@ const LAST_RETRY = 4000;
 const TOO_MANY = 1013;
 const MISBEHAVED = 1008;
 /** Types of messages that may be dropped while the socket is closed: they are sent again after a welcome or when needed. */
-const DROPPABLE = ["hello", "ack", "probe", "size", "visible", "display", "channel"];
+const DROPPABLE = ["hello", "ack", "probe", "size", "visible", "display", "channel", "panes"];
 const NOT_SAID = "The server is not connected, so this was not done. The page reconnects by itself when the server is back.";
 const OTHER_TOKEN =
   "A live view answers at this address, but it was restarted and refuses this page. Open the address that it printed. The last " +
@@ -128,7 +128,7 @@ export class SocketTransport {
     if (message.type === "token") return sessionStorage.setItem("raycam-token", (this.token = message.token));
     await completed(message, buffers);
     this.say?.(message);
-    if (message.type === "picture") this.send({ type: "ack", picture: message.picture });
+    if (message.type === "picture" || message.type === "pane") this.send({ type: "ack", picture: message.picture });
   }
 
   /** @param {Message} message */

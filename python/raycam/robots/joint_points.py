@@ -1,0 +1,108 @@
+"""The positions of a robot's joints as points of its objects, for keypoints of data sets."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arguments import Floats
+from ..errors import Notice
+from .description import Joint
+from .robot import Robot
+
+__all__ = ["JointPoint", "joint_points"]
+
+ROTATING = ("revolute", "continuous", "ball")
+"""Types of joints whose origin is a fixed point of both links."""
+
+
+class JointPoint(NamedTuple):
+    """The origin of a joint."""
+
+    joint: str
+    point: Floats
+    """Position [3] in the coordinates of the first object's mesh."""
+    objects: list[str]
+    """The object with which the point moves, and then the other objects of the links that the joint connects."""
+    parent: str | None
+    """The nearest of the given joints between this joint and the root, or None."""
+
+
+def joint_points(robot: Robot, objects: Container[str]) -> tuple[list[JointPoint], list[Notice]]:
+    """Returns the origins of a robot's joints that are not fixed, in the order of the file, and notices.
+
+    A point moves with an object of the joint's child link, or of a link that is fixed to it; if there is none, and the
+    joint rotates, with one of the parent link. Joints without such an object are omitted with a notice. `objects` are
+    the names of the objects to use.
+    """
+    shapes: dict[str, list[tuple[str, Floats]]] = {}
+    for name, link, link_from_mesh in robot._parts:
+        if name in objects and abs(np.linalg.det(link_from_mesh[:3, :3])) > 0:
+            shapes.setdefault(link, []).append((name, link_from_mesh))
+    joints = robot.description.joints
+    above = {joint.child: joint for joint in joints.values()}
+    bodies = _rigid_bodies(list(robot.links), list(joints.values()))
+    found: dict[str, JointPoint] = {}
+    notices = []
+    for joint in joints.values():
+        if joint.type == "fixed":
+            continue
+        ends = [
+            (joint.child, _child_from_joint(joint)[:3, 3]),
+            (joint.parent, joint.parent_from_joint[:3, 3]),
+        ]
+        near = [
+            (link, *shape)
+            for end, _ in ends
+            for link in robot.links
+            if bodies[link][0] == bodies[end][0]
+            for shape in shapes.get(link, [])
+        ]
+        point = None
+        for end, origin in ends[: 2 if joint.type in ROTATING else 1]:
+            body, body_from_end = bodies[end]
+            for link, name, link_from_mesh in near:
+                if point is None and bodies[link][0] == body:
+                    mesh_from_body = np.linalg.inv(bodies[link][1] @ link_from_mesh)
+                    point = name, (mesh_from_body @ body_from_end @ [*origin, 1.0])[:3]
+        if point is None:
+            text = (
+                f"robot {robot.name!r}: joint {joint.name!r} has no keypoint, because its links have no shape"
+            )
+            notices.append(Notice(text, "ignored_element"))
+            continue
+        others = [name for _, name, _ in near if name != point[0]]
+        found[joint.name] = JointPoint(joint.name, point[1], [point[0], *dict.fromkeys(others)], None)
+    named = [each._replace(parent=_parent(above, joints[name], found)) for name, each in found.items()]
+    return named, notices
+
+
+def _child_from_joint(joint: Joint) -> Floats:
+    joint_from_child: Floats = np.eye(4) if joint.joint_from_child is None else joint.joint_from_child
+    return np.asarray(np.linalg.inv(joint_from_child), np.float64)
+
+
+def _rigid_bodies(links: list[str], joints: list[Joint]) -> dict[str, tuple[str, Floats]]:
+    """The first link of the group of links that fixed joints connect, and body_from_link [4, 4], by link."""
+    above = {joint.child: joint for joint in joints if joint.type == "fixed"}
+    bodies: dict[str, tuple[str, Floats]] = {}
+    for link in links:
+        body = link
+        pose: Floats = np.eye(4)
+        while body in above:
+            joint = above[body]
+            pose = joint.parent_from_joint @ np.linalg.inv(_child_from_joint(joint)) @ pose
+            body = joint.parent
+        bodies[link] = (body, pose)
+    return bodies
+
+
+def _parent(above: dict[str, Joint], joint: Joint, found: Container[str]) -> str | None:
+    """The nearest joint towards the root that has a point."""
+    while joint.parent in above:
+        joint = above[joint.parent]
+        if joint.name in found:
+            return joint.name
+    return None
