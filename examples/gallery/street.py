@@ -1,4 +1,4 @@
-"""A street through a fisheye lens: the calibration of a camera of the TUM VI data set, 155 degrees wide."""
+"""A street through a fisheye lens: the calibration of a camera of the TUM VI data set, 154 degrees wide."""
 
 from __future__ import annotations
 

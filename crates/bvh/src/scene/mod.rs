@@ -1,5 +1,5 @@
 //! The scene: instances of BLAS under a TLAS. This file defines the data. `build` and `flattened` create it, `rebraid`
-//! opens instances for the TLAS, and `query`, on top of the crate, traces rays. Uses `blas` and `build`.
+//! opens instances for the TLAS, and `query` traces rays.
 
 pub mod backoff;
 pub(crate) mod build;

@@ -92,7 +92,7 @@ impl TravRay {
         t_scale: 1.0,
     };
 
-    /// A ray set up by [`TravRay::setup`], or `None` if it misses by definition.
+    /// A ray set up by [`TravRay::setup`], or `None` for a ray that cannot hit anything.
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3], bounds: &Aabb, padding: f32) -> Option<TravRay> {
         let mut ray = TravRay::EMPTY;

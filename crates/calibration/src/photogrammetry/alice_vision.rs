@@ -31,7 +31,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         numbers?.try_into().map_err(|_| at.fail("expected three numbers, such as \"1\", \"2\", \"11\""))?;
     let shown = version.map(|number| number.to_string()).join(".");
     if version[..2] > NEWEST[..2] || version[0] < 1 {
-        let text = format_args!("unsupported AliceVision version {shown}; expected 1.0 to 1.2.14");
+        let text = format!("unsupported AliceVision version {shown}; expected 1.0 to 1.2.14");
         return Err(at.fail_as(ErrorCode::UnsupportedFeature, text));
     }
     if version > NEWEST {
