@@ -123,11 +123,12 @@ fn pick(format: &str) -> u8 {
 }
 
 /// Files in formats that raycam reads but does not write.
-const READ: [(&str, &str); 9] = [
+const READ: [(&str, &str); 10] = [
     ("bundler", "# Bundle file v0.3\n1 0\n500 -0.1 0.02\n1 0 0\n0 1 0\n0 0 1\n1 2 3\n"),
     ("middlebury", "cam0=[500 0 32; 0 500 24; 0 0 1]\ncam1=[500 0 33; 0 500 24; 0 0 1]\ndoffs=1\nbaseline=193\n\
         width=64\nheight=48\nndisp=10\n"),
     ("mvsnet", "extrinsic\n1 0 0 1\n0 1 0 2\n0 0 1 3\n0 0 0 1\n\nintrinsic\n500 0 32\n0 500 24\n0 0 1\n\n1 0.1\n"),
+    ("pmvs", "CONTOUR\n500 0 32 16\n0 500 24 12\n0 0 1 3\n"),
     ("metashape", "<document><chunk><sensors><sensor id='0' type='frame'><resolution width='64' height='48'/>\
         <calibration class='adjusted'><f>500</f><k1>0.1</k1></calibration></sensor></sensors><cameras><camera id='0' \
         sensor_id='0' label='a'><transform>1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1</transform></camera></cameras></chunk></document>"),

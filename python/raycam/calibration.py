@@ -175,7 +175,8 @@ def load_cameras(
     * "poses": 4x4 matrices: one in a file (ScanNet, 7-Scenes, a folder of them), 16 numbers a line (Replica),
       `.npy`
     * "open3d", "redwood", "arkit": Open3D's JSON, `.log`, ARKitScenes' `.traj` and `.pincam`
-    * "mvsnet", "neus" (also DVR's), "llff", "middlebury", "realestate10k": cameras of these benchmarks
+    * "mvsnet", "neus" (also DVR's), "pmvs" (also DTU's camera matrices, and `.npy`), "llff", "middlebury",
+      "realestate10k": cameras of these benchmarks
     * "kapture": a folder with `sensors/`, or a file in it
     * "cityscapes", "virtual-kitti", "tartanair", "scannetpp-iphone": cameras and poses of these data sets
     * "aria-mps": trajectories and `online_calibration.jsonl` of Project Aria's machine perception services

@@ -52,6 +52,16 @@ def check(path: Path) -> raycam.Cameras:
         ("# timestamp, position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, "
          "orientation.w, scale", "tx ty tz qx qy qz qw scale", True),
         ("# t[s] north east down qw qx qy qz", "tx ty tz qw qx qy qz", False),
+        ("# format: timestamp tx ty tz qw qx qy qz", "tx ty tz qw qx qy qz", False),
+        ("# TUM format timestamp tx ty tz qx qy qz qw (camera to world)", "tx ty tz qx qy qz qw", False),
+        ("timestamp;tx;ty;tz;qw;qx;qy;qz", "tx ty tz qw qx qy qz", False),
+        ("# time (s) | x (m) | y (m) | z (m) | qw | qx | qy | qz", "tx ty tz qw qx qy qz", False),
+        ("timestamp(ns) translation(x y z) quaternion(w x y z)", "tx ty tz qw qx qy qz", False),
+        ("secs tx ty tz rw rx ry rz", "tx ty tz qw qx qy qz", False),
+        ("# timestamp x y z w i j k", "tx ty tz qw qx qy qz", False),
+        ("t,cam_x,cam_y,cam_z,cam_qw,cam_qx,cam_qy,cam_qz", "tx ty tz qw qx qy qz", True),
+        ('"timestamp","tx","ty","tz","qw","qx","qy","qz"', "tx ty tz qw qx qy qz", True),
+        ("\ufeff# timestamp tx ty tz qw qx qy qz", "tx ty tz qw qx qy qz", False),
     ],
 )  # fmt: skip
 def test_column_names_determine_the_order(tmp_path: Path, header: str, columns: str, comma: bool) -> None:
@@ -79,12 +89,38 @@ def test_gnss_poses_of_4seasons_have_w_last(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "header",
-    ["# timestamp tx ty tz qx qy qz", "# timestamp tx ty tz qx qy qz qw scale", "# t x y z qx qx qz qw"],
+    [
+        "# timestamp tx ty tz qx qy qz",
+        "# timestamp tx ty tz qx qy qz qw scale",
+        "# t x y z qx qx qz qw",
+        "# timestamp tx ty tz q0 q1 q2 q3",
+    ],
 )
 def test_headers_that_contradict_the_rows_are_refused(tmp_path: Path, header: str) -> None:
     (tmp_path / "poses.txt").write_text(f"{header}\n1.0 1 2 3 0 0 0 1\n2.0 1 2 3 0 0 0 1\n")
     with raises(FormatError, code="syntax", mentions=["poses.txt"]):
         raycam.load_cameras(tmp_path / "poses.txt")
+
+
+def test_semicolons_separate_columns_of_rows_too(tmp_path: Path) -> None:
+    names = ["qw", "qx", "qy", "qz", "tx", "ty", "tz"]
+    rows = [";".join([str(i), *(repr(float(VALUES[name][i])) for name in names)]) for i in range(4)]
+    (tmp_path / "a.csv").write_text("\r\n".join([";".join(["time", *names]), *rows]))
+    check(tmp_path / "a.csv")
+
+
+def test_seconds_and_nanoseconds_in_two_columns_are_one_time(tmp_path: Path) -> None:
+    head = "header.stamp.sec,header.stamp.nanosec,"
+    names = "position.x,position.y,position.z,orientation.x,orientation.y,orientation.z,orientation.w"
+    rows = [f"1600000000,{nanoseconds},1,2,3,0,0,0,1" for nanoseconds in (5, 500_000_000)]
+    (tmp_path / "a.csv").write_text("\n".join([head + names, *rows]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cameras = raycam.load_cameras(tmp_path / "a.csv")
+    assert cameras.times == {
+        "1600000000.000000005": 1_600_000_000.000000005,
+        "1600000000.500000000": 1_600_000_000.5,
+    }
 
 
 def test_times_keep_their_unit(tmp_path: Path) -> None:

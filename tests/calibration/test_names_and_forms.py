@@ -354,3 +354,115 @@ def test_lens_next_to_p_is_refused(tmp_path: Path) -> None:
 def test_recognised_files_name_their_format(tmp_path: Path, text: str, mentions: list[str]) -> None:
     with raises(FormatError, code="unsupported_feature", mentions=mentions):
         load(tmp_path / "a.txt", text)
+
+
+CAMERA = {"K": K.tolist(), "dist_coeffs": COEFFICIENTS, "image_size": SIZE}
+
+
+@pytest.mark.parametrize("key", ["C", "camera_center", "center"])
+def test_rotation_next_to_the_centre_is_camera_from_world(tmp_path: Path, key: str) -> None:
+    cameras, _ = load(tmp_path / "a.json", {**CAMERA, "R": R.tolist(), key: C.tolist()})
+    check(next(iter(cameras.values())), K, R, C, lens)
+
+
+def test_rotation_next_to_a_position_requires_its_direction(tmp_path: Path) -> None:
+    content = {**CAMERA, "rotation": R.T.tolist(), "position": C.tolist()}
+    with raises(FormatError, code="syntax", mentions=["rotation", "direction="]):
+        load(tmp_path / "a.json", content)
+    cameras, _ = load(tmp_path / "a.json", content, direction="world_from_camera")
+    check(next(iter(cameras.values())), K, R, C, lens)
+
+
+@pytest.mark.parametrize(
+    "pose",
+    [
+        {"position": [1, 2, 3]},
+        {"quaternion": [0.5, 0.5, 0.5, 0.5], "translation": [1, 2, 3]},
+        {"euler": [10, 20, 30], "T": [1, 2, 3]},
+        {"roll": 10, "pitch": 20, "yaw": 30},
+    ],
+)
+def test_pose_that_is_not_complete_is_refused(tmp_path: Path, pose: dict[str, Any]) -> None:
+    with raises(FormatError, code="syntax", mentions=["a.json:1", next(iter(pose))]):
+        load(tmp_path / "a.json", {**CAMERA, **pose})
+
+
+def test_qvec_and_tvec_are_read_as_in_colmap(tmp_path: Path) -> None:
+    x, y, z, w = Rotation.from_matrix(R).as_quat()
+    cameras, _ = load(tmp_path / "a.json", {**CAMERA, "qvec": [w, x, y, z], "tvec": (-R @ C).tolist()})
+    check(next(iter(cameras.values())), K, R, C, lens)
+
+
+@pytest.mark.parametrize(
+    ("key", "inverse"),
+    [
+        ("world_T_cam", True),
+        ("cam_T_world", False),
+        ("viewmat", False),
+        ("T_cam_lidar", False),
+        ("lidar_to_camera", False),
+        ("Tr_velo_to_cam", False),
+        ("cam2base", True),
+        ("camera_from_imu", False),
+        ("T_gripper_camera", True),
+    ],
+)
+def test_key_of_a_transform_specifies_its_direction(tmp_path: Path, key: str, inverse: bool) -> None:
+    matrix = matrix4(R, -R @ C)
+    cameras, codes = load(
+        tmp_path / "a.json", {**CAMERA, key: (np.linalg.inv(matrix) if inverse else matrix).tolist()}
+    )
+    check(next(iter(cameras.values())), K, R, C, lens)
+    assert codes == ["assumed_convention"]
+
+
+def test_notices_about_the_poses_of_several_cameras_are_grouped(tmp_path: Path) -> None:
+    content = {"cameras": {name: {**CAMERA, "w2c": matrix4(R, -R @ C).tolist()} for name in "abcdef"}}
+    cameras, codes = load(tmp_path / "a.json", content)
+    assert (len(cameras), codes) == (6, ["assumed_convention"])
+
+
+def test_r_and_t_below_the_root_place_the_second_camera(tmp_path: Path) -> None:
+    content = {"result": {"left": CAMERA, "right": CAMERA, "R": np.eye(3).tolist(), "T": [-0.1, 0, 0]}}
+    cameras, _ = load(tmp_path / "a.json", content)
+    np.testing.assert_allclose(cameras["right"].C, [0.1, 0, 0])
+
+
+@pytest.mark.parametrize("mark", ["\ufeff", "// camera to world\n", "% pose\n", "# pose\r\n"])
+def test_marks_and_comments_before_a_matrix_are_skipped(tmp_path: Path, mark: str) -> None:
+    text = mark + "\n".join(
+        " ".join(f"{value:f}" for value in row) for row in np.linalg.inv(matrix4(R, -R @ C))
+    )
+    (tmp_path / "pose").mkdir()
+    for name in ("0.txt", "pose/0.txt", "pose/1.txt"):
+        (tmp_path / name).write_text(text, encoding="utf-8", newline="")
+    for path in (tmp_path / "0.txt", tmp_path / "pose"):
+        cameras = raycam.load_cameras(path, intrinsics=raycam.Camera(K, ROTATION, CENTRE, SIZE))
+        np.testing.assert_allclose(next(iter(cameras.values())).C, C, atol=1e-5)
+
+
+def test_parameter_file_of_ros_2_is_read_like_its_parameters(tmp_path: Path) -> None:
+    parameters = {
+        "cam_model": "Pinhole",
+        "cam_width": 640,
+        "cam_height": 480,
+        "cam_fx": 500.0,
+        "cam_fy": 501.0,
+    }
+    parameters |= {"cam_cx": 320.5, "cam_cy": 240.5} | {
+        f"cam_d{i}": value for i, value in enumerate(COEFFICIENTS)
+    }
+    for node in (
+        {"/**": {"ros__parameters": parameters}},
+        {"/ns": {"node": {"ros__parameters": parameters}}},
+    ):
+        (tmp_path / "a.yaml").write_text(yaml.dump(node))
+        cameras = raycam.load_cameras(tmp_path / "a.yaml")
+        check(next(iter(cameras.values())), K, ROTATION, CENTRE, lens)
+
+
+@pytest.mark.parametrize("key", ["noise", "white_balance", "per_view_errors", "weights"])
+def test_numbers_whose_key_names_something_else_are_not_a_lens(tmp_path: Path, key: str) -> None:
+    cameras, codes = load(tmp_path / "a.json", {"K": K.tolist(), "size": SIZE, key: [0.1, 0.2, 0.3, 0.4]})
+    assert next(iter(cameras.values())).distortion is None
+    assert codes == ["ignored_key"]

@@ -163,3 +163,46 @@ def test_unrelated_numbers_are_not_read_as_distortion(tmp_path: Path, key: str, 
 def test_image_size_with_exchanged_sides_is_refused(tmp_path: Path) -> None:
     with raises(FormatError, code="syntax", mentions=["a.json:1", "img_size"]):
         read(tmp_path, {"K": [[682, 0, 625], [0, 714, 478], [0, 0, 1]], "img_size": [720, 1280]})
+
+
+@pytest.mark.parametrize("key", ["calibration_type", "method", "lens_distortion_model", "opencv_model"])
+def test_fisheye_under_another_key_than_a_model_is_read(tmp_path: Path, key: str) -> None:
+    for content in (
+        {**CAMERA, key: "cv2.fisheye"},
+        {key: "fisheye", "a": {"b": {"left": CAMERA, "right": CAMERA}}},
+    ):
+        for camera in read(tmp_path, content).values():
+            check_fisheye(camera)
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        {"model": "fisheye", "D": D},
+        {"type": "fisheye", "coefficients": D},
+        {"model": "equidistant", "parameters": D},
+        {"model": "fisheye", **dict(zip(["k1", "k2", "k3", "k4"], D, strict=True))},
+    ],
+)
+def test_model_in_the_map_of_the_coefficients_is_read(tmp_path: Path, lens: dict[str, Any]) -> None:
+    content = {"camera_matrix": K, "distortion": lens, "width": 640, "height": 480}
+    (camera,) = read(tmp_path, content).values()
+    check_fisheye(camera)
+
+
+@pytest.mark.parametrize("place", ["root", "metadata", "camera"])
+def test_fisheye_of_anipose_is_read_wherever_it_is(tmp_path: Path, place: str) -> None:
+    mark = {place: "fisheye = true\n"}
+    (tmp_path / "calibration.toml").write_text(
+        f"{mark.get('root', '')}[cam_0]\nname = 'a'\nsize = [640, 480]\nmatrix = {K}\ndistortions = {D}\n"
+        f"rotation = [0.0, 0.0, 0.0]\ntranslation = [0.0, 0.0, 0.0]\n{mark.get('camera', '')}"
+        f"[metadata]\nerror = 0.1\n{mark.get('metadata', '')}"
+    )
+    (camera,) = raycam.load_cameras(tmp_path / "calibration.toml").values()
+    check_fisheye(camera)
+
+
+@pytest.mark.parametrize("word", ["None", "NONE", "no_distortion"])
+def test_none_in_any_spelling_is_no_lens(tmp_path: Path, word: str) -> None:
+    (camera,) = read(tmp_path, {"K": K, "img_size": [640, 480], "distortion_model": word}).values()
+    assert camera.distortion is None

@@ -458,3 +458,117 @@ def test_single_cameras_of_a_folder_keep_their_mounts(tmp_path: Path) -> None:
     (rig,) = cameras.rigs.values()
     first, second = rig.values()
     assert np.linalg.norm(first.C - second.C) == pytest.approx(0.3)
+
+
+def matrix_text(k: np.ndarray, first: str = "") -> str:
+    P = 0.37 * k @ np.column_stack([R, T])
+    return first + "\n".join(" ".join(repr(float(value)) for value in row) for row in P) + "\n"
+
+
+def check_matrix(camera: raycam.Camera) -> None:
+    P = 0.37 * K @ np.column_stack([R, T])
+    k, rotation, centre = cv2.decomposeProjectionMatrix(P)[:3]
+    np.testing.assert_allclose(camera.K, k / k[2, 2], atol=1e-6)
+    np.testing.assert_allclose(camera.R, rotation, atol=1e-9)
+    np.testing.assert_allclose(camera.C, (centre[:3] / centre[3]).ravel(), atol=1e-9)
+
+
+def test_camera_matrices_of_pmvs_and_dtu_are_read(tmp_path: Path) -> None:
+    (tmp_path / "txt").mkdir()
+    for i in range(70):
+        (tmp_path / "txt" / f"{i:08}.txt").write_text(matrix_text(K, "CONTOUR\n"))
+    (tmp_path / "pos_001.txt").write_text(matrix_text(K))
+    np.save(tmp_path / "P.npy", np.stack([0.37 * K @ np.column_stack([R, T])] * 3))
+    for name, count in (("", 70), ("txt", 70), ("txt/00000003.txt", 1), ("pos_001.txt", 1), ("P.npy", 3)):
+        cameras = load(tmp_path / name, size=(640, 480))
+        assert len(cameras) == count
+        check_matrix(next(iter(cameras.values())))
+
+
+def test_camera_matrix_instead_of_a_pose_is_named(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(json.dumps({"P": (K @ np.column_stack([R, T])).tolist()}))
+    with raises(FormatError, code="syntax", mentions=["a.json:1", "from_matrix"]):
+        load(tmp_path / "a.json")
+
+
+def test_neus_without_intrinsics_is_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "cameras.npz", world_mat_0=np.vstack([np.column_stack([R, T]), [0, 0, 0, 1]]))
+    with raises(FormatError, code="syntax", mentions=["cameras.npz", "camera_mat_i"]):
+        load(tmp_path / "cameras.npz", size=(640, 480))
+
+
+@pytest.mark.parametrize("mark", ["b", "u", ""])
+def test_lens_model_of_mrcal_may_be_a_byte_string(tmp_path: Path, mark: str) -> None:
+    (tmp_path / "a.cameramodel").write_text(
+        f"{{'lensmodel': {mark}'LENSMODEL_OPENCV4', 'intrinsics': [500, 501, 320, 240, 0.1, 0.02, 0.001, 0.002], "
+        "'imagersize': [640, 480], 'rt_cam_ref': [0, 0, 0, 1, 2, 3], 'optimization_inputs': b'a\\'b\\\\'}\n"
+    )
+    (camera,) = load(tmp_path / "a.cameramodel").values()
+    assert camera.distortion is not None
+    np.testing.assert_allclose(camera.distortion, [0.1, 0.02, 0.001, 0.002])
+
+
+SHOT = {"camera": "c", "rotation": [10, 20, 30], "translation": [0, 0, 0]}
+LENS = {"projection_type": "perspective", "width": 640, "height": 480, "focal": 0.9, "k1": 0, "k2": 0}
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("reconstruction.json", json.dumps([{"cameras": {"c": LENS}, "shots": {"a": SHOT}}])),
+        ("lowres_wide.traj", "1.0 10 20 30 0 0 0\n2.0 10 20 30 0 0 0\n"),
+        ("SN1.conf", "".join(f"[{side}_CAM_HD]\nfx=700\nfy=700\ncx=640\ncy=360\n" for side in ("LEFT", "RIGHT"))
+         + "[STEREO]\nBaseline=120\nRX_HD=10\nCV_HD=20\nRZ_HD=30\n"),
+    ],
+)  # fmt: skip
+def test_rotation_vectors_in_degrees_are_refused_in_every_format(
+    tmp_path: Path, name: str, text: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    with raises(FormatError, code="syntax", mentions=[name, "2 pi"]):
+        load(tmp_path / name)
+
+
+CAMODOCAL = """%YAML:1.0
+---
+model_type: PINHOLE
+camera_name: camera
+image_width: 640
+image_height: 480
+distortion_parameters: {k1: 0.1, k2: 0.02, p1: 0.001, p2: 0.002}
+projection_parameters: {fx: 500, fy: 501, cx: 320, cy: 240}
+"""
+
+
+def test_folder_of_vins_is_read_by_its_settings(tmp_path: Path) -> None:
+    mount = "%YAML:1.0\nimu: 1\nnum_of_cam: 2\n"
+    for i, x in enumerate((0.0, 0.11)):
+        (tmp_path / f"cam{i}.yaml").write_text(CAMODOCAL)
+        mount += (
+            f'cam{i}_calib: "cam{i}.yaml"\nbody_T_cam{i}: !!opencv-matrix\n  rows: 4\n  cols: 4\n  dt: d\n'
+        )
+        mount += f"  data: [1, 0, 0, {x}, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+    (tmp_path / "stereo.yaml").write_text(mount)
+    first, second = load(tmp_path).values()
+    np.testing.assert_allclose(second.C - first.C, [0.11, 0, 0])
+
+
+def test_folders_of_single_cameras_are_read_with_their_poses(tmp_path: Path) -> None:
+    for side, x in (("left", 0.0), ("right", -0.11)):
+        (tmp_path / side).mkdir()
+        camera = {"K": K.tolist(), "image_size": [640, 480], "R": np.eye(3).tolist(), "T": [x, 0, 0]}
+        (tmp_path / side / "calib.json").write_text(json.dumps(camera))
+    cameras = load(tmp_path)
+    assert list(cameras) == ["left", "right"]
+    np.testing.assert_allclose(cameras["right"].C, [0.11, 0, 0])
+
+
+def test_pose_of_one_camera_of_a_pair_refers_to_the_other(tmp_path: Path) -> None:
+    camera = {"K": K.tolist(), "image_size": [640, 480]}
+    (tmp_path / "left.json").write_text(json.dumps(camera))
+    pose = {"R": np.eye(3).tolist(), "T": [-0.11, 0, 0]}
+    (tmp_path / "right.json").write_text(json.dumps(camera | pose))
+    cameras = load(tmp_path)
+    np.testing.assert_allclose(cameras["right"].C - cameras["left"].C, [0.11, 0, 0])
+    assert [notice.code for notice in cameras.notices] == ["assumed_convention"]
+    assert len(cameras.rigs) == 1

@@ -1,9 +1,9 @@
 //! Table of calibration formats, and reading and writing by it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
+use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{Budget, FormatError, Result};
 use raycam_scene::{ErrorCode, Notice, NoticeCode};
 
@@ -20,7 +20,7 @@ use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg,
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
 use crate::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
-use crate::view_synthesis::{llff, middlebury, mvsnet, neus, real_estate};
+use crate::view_synthesis::{llff, middlebury, mvsnet, neus, pmvs, real_estate};
 use crate::{
     Calibration, CameraRecord, Folder, OutputFiles, ReadHints, bop, colmap, kitti, open_folder, opencv, plausibility,
     ros,
@@ -97,6 +97,7 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("middlebury", middlebury::detect, middlebury::read),
     reader("mvsnet", mvsnet::detect, mvsnet::read).in_folders(mvsnet::detect_folder, mvsnet::read_folder),
     reader("neus", neus::detect, neus::read),
+    reader("pmvs", pmvs::detect, pmvs::read).in_folders(pmvs::detect_folder, pmvs::read_folder),
     reader("llff", llff::detect, llff::read),
     reader("realestate10k", real_estate::detect, real_estate::read),
     reader("open3d", open3d::detect, open3d::read),
@@ -253,6 +254,13 @@ fn read_only_file(
             found.push((source, format, inside));
         }
     }
+    if let Some(whole) = naming_the_others(&found) {
+        let (source, format, mut inside) = found.swap_remove(whole);
+        return decode_in(source, Some(format), known, &mut inside);
+    }
+    if found.is_empty() {
+        found = of_camera_folders(folder, wanted, budget)?;
+    }
     match &found[..] {
         [] => Err(FormatError::unsupported(
             &folder.path,
@@ -291,6 +299,47 @@ fn read_only_file(
     }
 }
 
+/// Index of the only file that names all others, such as VINS' settings, which name the file of each camera.
+fn naming_the_others(found: &[(InputFile, &'static CalibrationFormat, AssetRoot)]) -> Option<usize> {
+    let names = |source: &InputFile, other: &InputFile| {
+        let name = other.path.file_name().unwrap_or_default().to_string_lossy();
+        source.text().is_ok_and(|text| text.contains(&*name))
+    };
+    let mut whole = (0..found.len())
+        .filter(|&i| found.len() > 1 && (0..found.len()).all(|j| i == j || names(&found[i].0, &found[j].0)));
+    whole.next().filter(|_| whole.next().is_none())
+}
+
+/// The calibration of each subfolder, if there is one per camera: `left/calib.json` and `right/calib.json`, `cam0/` and
+/// `cam1/`. The camera has the name of its folder.
+fn of_camera_folders(
+    folder: &Folder,
+    wanted: &dyn Fn(&CalibrationFormat) -> bool,
+    budget: &Budget,
+) -> Result<Vec<(InputFile, &'static CalibrationFormat, AssetRoot)>> {
+    let mut found = Vec::new();
+    let inner = folder.names.iter().filter(|name| folder.path.join(name).is_dir());
+    let inner: Vec<&String> = inner.take(open_folder::MAX_FILES).collect();
+    if !is_set_of_names(inner.iter().map(|name| name.to_lowercase())) {
+        return Ok(found);
+    }
+    for name in inner {
+        let (inner, _) = open_folder::open(&folder.path.join(name), budget);
+        let mut own = Vec::new();
+        for file in open_folder::small_files(&inner) {
+            let (source, inside) = open_folder::read_file(&folder.path, &file, budget)?;
+            if let Some(format) = detected(&source).filter(|format| wanted(format)) {
+                own.push((source, format, inside));
+            }
+        }
+        match own.pop() {
+            Some(only) if own.is_empty() => found.push(only),
+            _ => return Ok(vec![]),
+        }
+    }
+    Ok(found)
+}
+
 /// True for a left and a right file that no format before OpenCV's recognises.
 fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     let sides = opencv::pair_folder::sides(folder, assets);
@@ -299,12 +348,19 @@ fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
 
 /// True for files whose names differ only in a number or in left and right: one file per camera.
 fn is_set_of_cameras<'a>(sources: impl Iterator<Item = &'a InputFile>) -> bool {
-    let base = |source: &InputFile| {
-        let stem = source.stem().unwrap_or_default().to_lowercase();
-        let sides = stem.replace("left", "").replace("right", "");
+    let sources: Vec<&InputFile> = sources.collect();
+    let stems = sources.iter().map(|source| source.stem().unwrap_or_default().to_lowercase());
+    let folders: HashSet<_> = sources.iter().map(|source| source.path.parent()).collect();
+    is_set_of_names(stems) || folders.len() == sources.len() && sources.len() > 1
+}
+
+/// True for names that differ only in a number or in left and right.
+fn is_set_of_names(names: impl Iterator<Item = String>) -> bool {
+    let base = |name: String| {
+        let sides = name.replace("left", "").replace("right", "");
         sides.chars().filter(|c| !c.is_ascii_digit()).collect::<String>()
     };
-    let bases: Vec<String> = sources.map(base).collect();
+    let bases: Vec<String> = names.map(base).collect();
     bases.len() > 1 && bases.iter().all(|name| *name == bases[0])
 }
 
@@ -317,7 +373,8 @@ fn read_single_cameras(
     let mut all = Calibration::default();
     let format = found[0].1;
     for (source, format, mut inside) in found {
-        let stem = source.stem().unwrap_or_default();
+        let inner = source.path.parent().filter(|parent| *parent != folder.path).and_then(Path::file_name);
+        let stem = inner.map_or_else(|| source.stem().unwrap_or_default(), |name| name.to_string_lossy().into_owned());
         let calibration = (format.read)(&source, &mut inside, known)?;
         let alone = calibration.records.len() == 1;
         for mut record in calibration.records {
@@ -331,9 +388,9 @@ fn read_single_cameras(
         all.notices.extend(calibration.notices.into_iter().map(|notice| notice.in_context(&stem)));
         all.used_convention |= calibration.used_convention;
     }
-    let placed = all.records.iter().filter(|record| record.pose.is_some()).count();
-    if placed < all.records.len() {
-        let missing = all.records.iter().filter(|record| record.pose.is_none());
+    let is_placed = |record: &CameraRecord| record.pose.is_some() || record.matrix.is_some();
+    if !all.records.iter().all(is_placed) {
+        let missing = all.records.iter().filter(|record| !is_placed(record));
         let names: Vec<&str> = missing.map(|record| record.name.as_str()).collect();
         let message = "the file contains no pose; the camera is at the origin";
         all.notices.push(about_cameras(NoticeCode::MissingValue, names.into_iter(), message));
@@ -374,7 +431,6 @@ fn decode_in(
     assets: &mut AssetRoot,
 ) -> Result<Calibration> {
     source = zip_members::unpacked(source, &mut assets.budget)?;
-    source.bytes = without_utf16(source.bytes);
     let named = format.is_some();
     let Some(format) = format.or_else(|| detected(&source)) else { return Err(unknown_file(&source)) };
     let calibration = (format.read)(&source, assets, known);

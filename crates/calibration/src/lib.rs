@@ -15,7 +15,7 @@
 //! | `slam_settings` | `orb-slam`, `ov2slam`, `vins`, `ncamera`: settings files of SLAM and odometry programs |
 //! | `devices` | `realsense`, `zed`, `hot3d`, `aria-mps`: calibrations stored in a device or printed by its SDK |
 //! | `photogrammetry` | `metashape`, `realitycapture`, `realitycapture-xmp`, `bundler`, `openmvg`, `alicevision`, `opensfm`, `kapture` |
-//! | `view_synthesis` | `middlebury`, `mvsnet`, `neus`, `llff`, `realestate10k`: benchmarks for stereo and view synthesis |
+//! | `view_synthesis` | `middlebury`, `mvsnet`, `neus`, `pmvs`, `llff`, `realestate10k`: benchmarks for stereo and view synthesis |
 //! | `radiance_fields` | `nerf`, `blender`, `blender-splits`, `3dgs`, `polycam`, `record3d`, `camera-path` |
 //! | `trajectory` | `tum`, `tum-intrinsics`, `euroc`, `poses`, `open3d`, `arkit`, `kitti-360`, `redwood` |
 //! | `datasets` | `coco`, `nuscenes`, `replicator`, `argoverse`, `waymo`, `cityscapes`, `virtual-kitti`, `tartanair`, `scannetpp-iphone`, and the folders of BOP, EuRoC and KITTI |

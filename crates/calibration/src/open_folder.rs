@@ -6,7 +6,7 @@ use crate::Folder;
 use crate::document::zip_members;
 use raycam_formats::Budget;
 use raycam_formats::Result;
-use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
+use raycam_formats::io::{AssetRoot, InputFile};
 
 /// Files that by their name are the calibration of a whole folder; only the first one in each line counts.
 const FILES: [&[&str]; 29] = [
@@ -64,7 +64,7 @@ const ENDINGS: [&str; 18] = [
     "r3d",
 ];
 const MAX_BYTES: u64 = 4 << 20;
-const MAX_FILES: usize = 64;
+pub(crate) const MAX_FILES: usize = 64;
 
 /// Folder with the assets that its files may refer to, including those next to it.
 pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
@@ -115,7 +115,6 @@ pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(
     };
     let mut assets = AssetRoot::of_file(file, Some(root), budget);
     let packed = assets.read(file)?;
-    let mut source = zip_members::unpacked(packed, &mut assets.budget)?;
-    source.bytes = without_utf16(source.bytes);
+    let source = zip_members::unpacked(packed, &mut assets.budget)?;
     Ok((source, assets))
 }

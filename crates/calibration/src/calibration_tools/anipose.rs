@@ -23,7 +23,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut long = 0.0_f64;
     for (key, at) in root.entries()? {
         if at.get("matrix").is_none() {
-            if key != "metadata" {
+            if !matches!(key, "metadata" | "fisheye") {
                 at.refuse_lens(key)?;
                 calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "ignored");
             }
@@ -40,7 +40,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             record.size = Some([width.count()?, height.count()?]);
         }
         let values = at.get("distortions").map_or(Ok(vec![]), |at| at.numbers())?;
-        let fisheye = matches!(at.get("fisheye").map(|at| at.word()).transpose()?, Some("true" | "1"));
+        let metadata = root.get("metadata");
+        let stated = at.get("fisheye").or_else(|| root.get("fisheye"));
+        let stated = stated.or_else(|| metadata.as_ref().and_then(|metadata| metadata.get("fisheye")));
+        let fisheye = matches!(stated.map(|at| at.word()).transpose()?, Some("true" | "1"));
         record.lens = match fisheye {
             true => lens_of(LensModel::Fisheye, &values),
             false => lens_of(LensModel::OpenCv, &values),

@@ -14,8 +14,11 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("LENSMODEL_") && text.contains("lensmodel")
 }
 
-/// Converts the literal to YAML: strings in double quotes, tuples as lists, without comments, and with empty byte
-/// strings (`b'...'`, the packed input of the optimization).
+/// First letters of the name of a lens model.
+const MODEL_PREFIX: &str = "LENSMODEL_";
+
+/// Converts the literal to YAML: strings in double quotes, tuples as lists, without comments. Of the byte strings
+/// (`b'...'`), the name of the lens model is kept; the packed input of the optimization is not.
 fn yaml_of(literal: &str) -> String {
     let mut text = String::with_capacity(literal.len());
     let mut chars = literal.chars().peekable();
@@ -23,7 +26,9 @@ fn yaml_of(literal: &str) -> String {
     while let Some(c) = chars.next() {
         match c {
             'b' if matches!(chars.peek(), Some('\'' | '"')) => bytes = true,
+            'u' if matches!(chars.peek(), Some('\'' | '"')) => {}
             '\'' | '"' => {
+                bytes &= !chars.clone().take(MODEL_PREFIX.len()).eq(MODEL_PREFIX.chars());
                 text.push('"');
                 while let Some(inner) = chars.next() {
                     match inner {
@@ -62,7 +67,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let model = root.any(&["lensmodel", "lens_model", "distortion_model"]);
     let model = model.ok_or_else(|| root.fail("lensmodel is missing"))?;
     let word = model.word()?;
-    let name = word.trim_start_matches("LENSMODEL_");
+    let name = word.trim_start_matches(MODEL_PREFIX);
     let at = root.require("intrinsics")?;
     let values = at.numbers()?;
     let count = name.strip_prefix("OPENCV").and_then(|count| count.parse::<usize>().ok());

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::intrinsics::{brown_lens, pinhole_matrix, refuse_terms};
@@ -63,10 +63,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         Baseline",
         )
     })?;
-    let vector = DVec3::new(turn("RX")?, turn("CV")?, turn("RZ")?);
-    let r = DMat3::from_quat(DQuat::from_scaled_axis(vector));
+    let rotation = Rotation::from_vector([turn("RX")?, turn("CV")?, turn("RZ")?])
+        .map_err(|message| FormatError::whole(path, format!("[STEREO] RX, CV and RZ: {message}")))?;
     let t = DVec3::new(-base, find("STEREO", "TY")?.unwrap_or(0.0), find("STEREO", "TZ")?.unwrap_or(0.0)) / 1000.0;
-    calibration.records[1].pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
+    calibration.records[1].pose = Some(Pose::camera_from_world(rotation, t));
     one_rig(&mut calibration.records, "rig");
     calibration.note(
         NoticeCode::FirstOnly,

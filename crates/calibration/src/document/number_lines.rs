@@ -4,10 +4,11 @@ use std::path::Path;
 
 use raycam_formats::{FormatError, Result};
 
-/// Lines that are neither empty nor comments (`#`), with their numbers from 1.
+/// Lines that are neither empty nor comments (`#`, `%`, `//`), with their numbers from 1.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let text = text.trim_start_matches('\u{feff}');
     let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
-    numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+    numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']) && !line.starts_with("//"))
 }
 
 /// The `N` finite numbers of a line.

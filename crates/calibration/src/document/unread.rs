@@ -72,7 +72,7 @@ const fn unread_format(name: &'static str, detect: fn(&str) -> bool, remedy: &'s
 const AS_JSON: &str = "write K, dist, img_size and R, T (camera_from_world) of each camera as JSON";
 
 /// Formats that readers of other formats would mistake for their own; they are checked before these.
-const UNREAD_FORMATS: [UnreadFormat; 20] = [
+const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "BAL (bundle adjustment in the large)",
         is_bal,
@@ -125,6 +125,23 @@ const UNREAD_FORMATS: [UnreadFormat; 20] = [
         "DSEC",
         |text| text.contains("camRect0:"),
         "write camera_matrix and distortion_coeffs of a camera with the resolution as JSON (K, dist, img_size); extrinsics T_10 go into T_cn_cnm1 of a Kalibr camchain",
+    ),
+    unread_format(
+        "Virtual KITTI 1",
+        |text| text.starts_with("frame r1,1 r1,2 r1,3 t1"),
+        "remove the first line, then load the rest as poses (format=\"poses\", direction=\"camera_from_world\"); K is 725 725 620.5 187 for 1242 x 375",
+    ),
+    unread_format(
+        "KITTI's GPS and IMU (oxts)",
+        |text| matches!(&first_numbers(text, 2)[..], [Some(only)] if only.len() == 30),
+        "convert the folder to poses.txt (pykitti's oxts.T_w_imu), then load that",
+    ),
+    unread_format(
+        "EuRoC's IMU (imu0/data.csv)",
+        |text| {
+            text.lines().next().is_some_and(|line| has_all(line, &["w_RS_S_x", "a_RS_S_x"]) && !line.contains("q_RS"))
+        },
+        "load data.csv of state_groundtruth_estimate0 or mocap0, which contain poses",
     ),
     unread_format(
         "WoodScape",

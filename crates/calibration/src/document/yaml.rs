@@ -27,6 +27,26 @@ enum Open {
 /// accepts keys without a space before their value. Both are therefore accepted in these files, and in files that would
 /// otherwise not be valid YAML. JSON may contain tabs, and comments in OpenCV's notation.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
+    parse_any(text, path).map(without_node_name)
+}
+
+/// The parameters of the only node in a parameter file of ROS 2, `/**: {ros__parameters: {...}}`; any other document
+/// unchanged.
+fn without_node_name(node: DocumentNode) -> DocumentNode {
+    let mut inner = &node;
+    // The name of the node may have a namespace of its own.
+    for _ in 0..3 {
+        let Value::Map(entries) = &inner.value else { break };
+        let [(key, below)] = &entries[..] else { break };
+        if key == "ros__parameters" {
+            return below.clone();
+        }
+        inner = below;
+    }
+    node
+}
+
+fn parse_any(text: &str, path: &Path) -> Result<DocumentNode> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if text.trim_start().starts_with(['{', '[']) && (text.contains('\t') || text.contains("//")) {
         return parse_strict(&without_comments(&text.replace('\t', " ")), path);

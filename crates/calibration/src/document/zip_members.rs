@@ -6,7 +6,7 @@ use std::path::Path;
 use flate2::read::{DeflateDecoder, MultiGzDecoder};
 
 use raycam_formats::Budget;
-use raycam_formats::io::InputFile;
+use raycam_formats::io::{InputFile, without_utf16};
 use raycam_formats::{FormatError, Result};
 
 /// File in a ZIP file.
@@ -24,14 +24,21 @@ pub(crate) fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-/// Returns the contents of a gzip file, and any other file unchanged.
-pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFile> {
-    if !source.bytes.starts_with(b"\x1f\x8b") {
-        return Ok(source);
+/// Returns a file with the contents of a gzip file, with UTF-16 as UTF-8, and without the byte order mark of UTF-8.
+pub(crate) fn unpacked(mut source: InputFile, budget: &mut Budget) -> Result<InputFile> {
+    if source.bytes.starts_with(b"\x1f\x8b") {
+        let bytes = unpack(MultiGzDecoder::new(&source.bytes[..]), &source.path, budget)?;
+        source = InputFile::new(source.path, bytes);
     }
-    let bytes = unpack(MultiGzDecoder::new(&source.bytes[..]), &source.path, budget)?;
-    Ok(InputFile::new(source.path, bytes))
+    source.bytes = without_utf16(source.bytes);
+    if source.bytes.starts_with(BYTE_ORDER_MARK) {
+        source.bytes.drain(..BYTE_ORDER_MARK.len());
+    }
+    Ok(source)
 }
+
+/// Byte order mark of UTF-8, which Windows programs write at the beginning of text files.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// All bytes of a reader, within the budget.
 fn unpack(packed: impl Read, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {

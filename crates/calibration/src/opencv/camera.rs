@@ -133,7 +133,9 @@ pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibrat
     }
     record.time = view.find_value(&["time"])?.map(|at| at.number()).transpose()?;
     record.lens = lens::read(view, hints)?;
-    record.pose = pose::read_r_t(view)?;
+    let given = hints.poses.map(|given| given.world_from_camera);
+    record.pose = pose::read_pose(view, given)?;
+    calibration.used_convention |= given.is_some() && record.pose.is_some() && pose::needs_direction(view)?;
     if record.pose.is_none() {
         record.pose = pose::read_mount(view)?;
         if record.pose.is_some() {

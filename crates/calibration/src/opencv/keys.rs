@@ -73,6 +73,8 @@ pub(super) const LENS: [&str; 37] = [
     "kc",
     "d",
 ];
+/// Coefficients in a map that also specifies the lens model.
+pub(super) const PARAMETERS: [&str; 6] = ["params", "parameters", "values", "coeff", "coefs", "vector"];
 /// Coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
 pub(super) const RADIAL: [&str; 4] =
     ["radialdistortion", "radialdistortioncoefficients", "radialcoefficients", "radialcoeffs"];

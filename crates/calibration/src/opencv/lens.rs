@@ -43,7 +43,16 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
 
 /// Coefficients in a list or by name, and the position of the list.
 fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
-    let list = view.find_value(&keys::LENS)?;
+    let mut list = view.find_value(&keys::LENS)?;
+    // A map with the model and the coefficients.
+    while let Some(at) = list.as_ref().filter(|at| keys::is_keyed(at)) {
+        let inner = KeyView::new(at.clone());
+        let Some(found) = inner.find_value(&keys::LENS)?.or(inner.find_value(&keys::PARAMETERS)?) else { break };
+        at.unread_keys(|key| {
+            inner.has_name(key, &keys::LENS) || inner.has_name(key, &keys::PARAMETERS) || is_model(key)
+        })?;
+        list = Some(found);
+    }
     if let Some(at) = view.find_value(&keys::RADIAL)? {
         return radial_and_tangential(view, list, at);
     }
@@ -73,7 +82,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
         return Ok((list.clone(), numbers));
     }
     if let Some(at) = &list {
-        at.unread_keys(|key| keys::COEFFICIENTS.contains(&plain(key).as_str()))?;
+        at.unread_keys(|key| keys::COEFFICIENTS.contains(&plain(key).as_str()) || is_model(key))?;
     }
     let is_fisheye = stated(view)?.is_some_and(|(_, word)| word == "fisheye");
     let fisheye = |i: usize| [0, 1, 4, 5].iter().position(|&k| k == i);
@@ -123,6 +132,13 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     if let Some(found) = stated_here(view)? {
         return Ok(Some(found));
     }
+    // In the map of the coefficients, and in the map of the intrinsics.
+    let inner = view.find_value(&keys::LENS)?.filter(keys::is_keyed).map(KeyView::new);
+    for inner in inner.into_iter().chain(view.intrinsics()) {
+        if let Some(found) = stated_here(&inner)? {
+            return Ok(Some(found));
+        }
+    }
     // Under a key such as `fisheye_params`.
     let key = plain(&view.at.key);
     if key.contains("fisheye") && !key.contains("nonfisheye") {
@@ -157,7 +173,48 @@ fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> 
         }
         found = Some((at, name));
     }
-    Ok(found)
+    Ok(found.or_else(|| fisheye_under_another_key(view)))
+}
+
+/// True for a key of the lens model.
+fn is_model(key: &str) -> bool {
+    let key = plain(key);
+    keys::MODEL.contains(&&key[..]) || keys::FISHEYE.contains(&&key[..])
+}
+
+/// Parts of keys whose text is a name or a remark, not a lens model.
+const NAMES: [&str; 17] = [
+    "name",
+    "file",
+    "path",
+    "image",
+    "comment",
+    "description",
+    "note",
+    "title",
+    "id",
+    "serial",
+    "topic",
+    "date",
+    "device",
+    "brand",
+    "folder",
+    "frame",
+    "camera",
+];
+
+/// "fisheye" as the text of a key that is neither a known one nor a name: `calibration_method: cv2.fisheye`.
+fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a str)> {
+    let entries = view.at.entries().unwrap_or_default();
+    entries.into_iter().find_map(|(key, at)| {
+        let key = plain(key);
+        // `camera` alone may be a name; `camera_method` is none.
+        let is_name = NAMES.iter().any(|word| if *word == "camera" { key == *word } else { key.contains(word) });
+        let word = at.word().ok().map(plain)?;
+        let fisheye =
+            word.contains("fisheye") && !["non", "fisheye6", "prism"].iter().any(|other| word.contains(other));
+        (fisheye && !is_name && !keys::MODEL.contains(&&key[..])).then_some((at, "fisheye"))
+    })
 }
 
 /// Lens model named by the value of a key of [`keys::MODEL`]; None for a projection, or for the name of a product.

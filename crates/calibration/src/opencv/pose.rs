@@ -11,11 +11,49 @@ use raycam_formats::{FormatError, Result};
 use raycam_scene::{ErrorCode, NoticeCode};
 
 /// Words in keys that mean camera_from_world, and keys that consist of such a word.
-const CAMERA_FROM_WORLD: [&str; 8] =
-    ["w2c", "world2cam", "worldtocam", "camfromworld", "camerafromworld", "tcamworld", "tcameraworld", "viewmatrix"];
+const CAMERA_FROM_WORLD: [&str; 10] = [
+    "w2c",
+    "world2cam",
+    "worldtocam",
+    "camfromworld",
+    "camerafromworld",
+    "tcamworld",
+    "tcameraworld",
+    "camtworld",
+    "cameratworld",
+    "viewmat",
+];
 /// Words in keys that mean world_from_camera.
-const WORLD_FROM_CAMERA: [&str; 7] =
-    ["c2w", "cam2world", "camera2world", "camtoworld", "cameratoworld", "worldfromcam", "tworldcam"];
+const WORLD_FROM_CAMERA: [&str; 8] =
+    ["c2w", "cam2world", "camera2world", "camtoworld", "cameratoworld", "worldfromcam", "tworldcam", "worldtcam"];
+/// Names of other sensors and bodies in keys of poses.
+const BODIES: [&str; 20] = [
+    "lidar", "velodyne", "velo", "livox", "laser", "radar", "imu", "body", "base", "robot", "ego", "vehicle",
+    "gripper", "hand", "flange", "rig", "marker", "board", "target", "map",
+];
+/// Names of a camera's centre in the world, next to R; then R is camera_from_world.
+const CENTER: [&str; 8] =
+    ["c", "center", "centre", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
+/// Names of a position that do not specify the direction of a rotation next to it.
+const POSITION: [&str; 8] =
+    ["position", "pos", "campos", "camposition", "camerapos", "cameraposition", "location", "cameralocation"];
+/// Names of rotations that are neither a matrix nor a rotation vector.
+const OTHER_ROTATIONS: [&str; 14] = [
+    "quaternion",
+    "quat",
+    "q",
+    "qvec",
+    "orientation",
+    "euler",
+    "eulerangles",
+    "rpy",
+    "rollpitchyaw",
+    "ypr",
+    "angles",
+    "rotationdeg",
+    "roll",
+    "yaw",
+];
 /// Words in keys of poses whose direction the key does not specify.
 const OPEN_DIRECTION: [&str; 5] = ["extrinsic", "pose", "rtmatrix", "transformation", "transformmatrix"];
 
@@ -24,19 +62,73 @@ const OPEN_DIRECTION: [&str; 5] = ["extrinsic", "pose", "rtmatrix", "transformat
 /// # Errors
 /// Only one of the two, a vector longer than 2 pi, and contradictory values.
 pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
+    read_pose(view, None)
+}
+
+/// True for a key that is a part of a pose by R and T.
+pub(super) fn is_part(view: &KeyView<'_>, key: &str) -> bool {
+    [&keys::R[..], &keys::T, &keys::RVEC, &keys::TVEC].iter().any(|names| view.has_name(key, names))
+}
+
+/// Values of a camera's own pose that [`read_r_t`] does not accept.
+struct OtherPose<'a> {
+    center: Option<Cursor<'a>>,
+    position: Option<Cursor<'a>>,
+    rotation: Option<Cursor<'a>>,
+}
+
+impl<'a> OtherPose<'a> {
+    fn of(view: &KeyView<'a>) -> Result<Self> {
+        let three = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| numbers.len() == 3);
+        let first = |names: &[&str]| Ok::<_, FormatError>(view.find_value(names)?.filter(three));
+        // A word (`orientation: landscape`), a 4x4 matrix Q and zero angles are no rotations.
+        let turned = |at: &Cursor<'_>| match at.numbers() {
+            Ok(numbers) => matches!(numbers.len(), 3 | 4) && numbers.iter().any(|value| *value != 0.0),
+            Err(_) => at.number().is_ok_and(|angle| angle != 0.0),
+        };
+        let rotation = OTHER_ROTATIONS.iter().find_map(|name| view.all(&[name]).into_iter().find(turned));
+        Ok(Self { center: first(&CENTER)?, position: first(&POSITION)?, rotation })
+    }
+}
+
+/// As [`read_r_t`], for a camera, whose rotation may also be next to its position. `world_from_camera` is the direction
+/// given by the caller.
+pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> Result<Option<Pose>> {
+    let other = OtherPose::of(view)?;
     let (matrix, vector) = (view.find_value(&keys::R)?, view.find_value(&keys::RVEC)?);
     let (t, tvec) = (view.find_value(&keys::T)?, view.find_value(&keys::TVEC)?);
     // A transform of 4x4 numbers under T is read by its key.
     let t = t.filter(|at| !matches!(at.numbers().map(|numbers| numbers.len()), Ok(12 | 16)));
     let rectified = !view.all(&["p", "projectionmatrix"]).is_empty() || !view.all(&keys::RECTIFIED).is_empty();
     let (r_at, t_at) = match (matrix.as_ref().or(vector.as_ref()), t.or(tvec)) {
-        (None, None) => return Ok(None),
+        (None, None) => return unread_pose(view, other),
         (Some(r), Some(t)) => (r.clone(), t),
+        (Some(r), None) if other.center.is_some() || other.position.is_some() => {
+            let rotation_at = r;
+            let r = Rotation::Matrix(rotation(rotation_at)?);
+            let (at, inverse) = match (other.center, other.position) {
+                (Some(at), _) => (at, world_from_camera.unwrap_or(false)),
+                (None, at) => (
+                    at.unwrap_or_else(|| rotation_at.clone()),
+                    world_from_camera.ok_or_else(|| {
+                        rotation_at.fail(
+                            "a rotation of unknown direction next to a position; specify it \
+                         (direction=\"camera_from_world\" or \"world_from_camera\", --direction), or rename the \
+                         position to camera_center if R maps from the world to the camera",
+                        )
+                    })?,
+                ),
+            };
+            let r = if inverse { r.matrix() } else { r.matrix().transpose() };
+            let center = DVec3::from_array(at.array::<3>()?);
+            return Ok(Some(Pose::world_from_camera(Rotation::Matrix(r), center)));
+        }
         // R and P of a rectified camera.
         (Some(_), None) if rectified => return Ok(None),
         (Some(r), None) => {
             return Err(r.fail("a rotation without a translation; add T (0 0 0 if the camera is at the origin)"));
         }
+        (None, Some(_)) if other.rotation.is_some() => return unread_pose(view, other),
         (None, Some(t)) => {
             return Err(t.fail("a translation without a rotation; add R (the identity if the camera is not rotated)"));
         }
@@ -49,6 +141,44 @@ pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
     }
     let t = DVec3::from_array(t_at.array::<3>()?);
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
+}
+
+/// True for a rotation next to a position, to which the caller's direction applies.
+pub(super) fn needs_direction(view: &KeyView<'_>) -> Result<bool> {
+    let other = OtherPose::of(view)?;
+    Ok(view.find_value(&keys::T)?.or(view.find_value(&keys::TVEC)?).is_none()
+        && (other.center.is_some() || other.position.is_some()))
+}
+
+/// COLMAP's pose `qvec` and `tvec`, or the error about a position or a rotation that would be lost.
+fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>> {
+    let tvec = view.find_value(&keys::TVEC)?;
+    if let (Some(q), Some(t)) = (view.find_value(&["qvec"])?, &tvec) {
+        let rotation = Rotation::unit_quaternion(q.array::<4>()?).map_err(|message| q.fail(message))?;
+        return Ok(Some(Pose::camera_from_world(rotation, DVec3::from_array(t.array::<3>()?))));
+    }
+    // A quaternion alone may belong to another sensor.
+    let placed = other.center.is_some()
+        || other.position.is_some()
+        || view.find_value(&keys::T)?.or(tvec).is_some_and(|at| at.numbers().is_ok_and(|numbers| numbers.len() == 3));
+    let angles = |at: &Cursor<'_>| !at.numbers().is_ok_and(|numbers| numbers.len() == 4);
+    if let Some(at) = other.rotation.filter(|at| !keys::is_keyed(at) && (placed || angles(at))) {
+        return Err(at.fail(match at.numbers().map(|numbers| numbers.len()) {
+            Ok(4) => {
+                "a quaternion whose order is not specified; write R, the 3x3 matrix camera_from_world, and T, or a map \
+                 (c2w: {rotation: {w: ..., x: ..., y: ..., z: ...}, translation: [...]})"
+            }
+            _ => {
+                "angles whose axes and order are not specified; write R, the 3x3 matrix camera_from_world \
+                 (scipy.spatial.transform.Rotation.from_euler), and T"
+            }
+        }));
+    }
+    let away = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| numbers.iter().any(|value| *value != 0.0));
+    match other.center.or(other.position).filter(away) {
+        Some(at) => Err(at.fail("a position without a rotation; add R, the 3x3 matrix camera_from_world")),
+        None => Ok(None),
+    }
 }
 
 /// Rotation of nine numbers, or of three: a rotation vector.
@@ -78,7 +208,9 @@ pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
 /// True for a key of the camera's side with a word of a pose.
 pub(super) fn is_named(view: &KeyView<'_>, key: &str) -> bool {
     let words = [&CAMERA_FROM_WORLD[..], &WORLD_FROM_CAMERA, &OPEN_DIRECTION];
-    let named = |name: &String| words.iter().any(|words| words.iter().any(|word| name.contains(word)));
+    let named = |name: &String| {
+        words.iter().any(|words| words.iter().any(|word| name.contains(word))) || between(name).is_some()
+    };
     // `pose_timestamp_0` of OpenCV's multi-camera calibration is a pose of the board.
     let board = |name: &String| name.contains("timestamp");
     view.base(key).iter().any(|name| !board(name) && named(name) || matches!(&name[..], "rt" | "tcw" | "twc"))
@@ -104,7 +236,8 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
     let named = [&CAMERA_FROM_WORLD[..], &WORLD_FROM_CAMERA, &OPEN_DIRECTION]
         .iter()
         .any(|words| words.iter().any(|word| name.contains(word)))
-        || matches!(&name[..], "rt" | "tcw" | "twc");
+        || matches!(&name[..], "rt" | "tcw" | "twc")
+        || between(&name).is_some();
     let value = transform
         || keys::is_keyed(at)
             && (read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some()) || pose_map::is_pose_map(at));
@@ -130,7 +263,8 @@ pub(super) fn read_named(
         if !own {
             continue;
         }
-        if known.is_some() && hints.poses.is_none() && world_from_camera(key).is_none() && !keys::is_keyed(&at) {
+        let another = world_from_camera(key).is_none() || between(&plain(key)).is_some();
+        if known.is_some() && hints.poses.is_none() && another && !keys::is_keyed(&at) {
             let subject = format!("{} (line {})", at.key, at.node.line);
             calibration.note_about(
                 NoticeCode::IgnoredKey,
@@ -157,6 +291,27 @@ fn world_from_camera(key: &str) -> Option<bool> {
     match (has(&CAMERA_FROM_WORLD) || name == "tcw", has(&WORLD_FROM_CAMERA) || name == "twc") {
         (true, false) => Some(false),
         (false, true) => Some(true),
+        _ => between(&name).map(|(_, body_from_camera)| body_from_camera),
+    }
+}
+
+/// The other sensor or body of a transform between it and the camera, and whether the key means body_from_camera:
+/// `lidar_to_camera`, `T_cam_velo` (as in Kalibr, camera from velo), `imu_T_cam`, `cam2base`.
+fn between(name: &str) -> Option<(&'static str, bool)> {
+    let name = name.trim_end_matches("matrix").trim_end_matches("link");
+    let body = *BODIES.iter().find(|body| name.contains(**body))?;
+    let at = name.find(body)?;
+    let (camera, word) = ["camera", "cam"].into_iter().find_map(|word| Some((name.find(word)?, word)))?;
+    let (camera_first, first, start, end) = match camera < at {
+        true => (true, camera, camera + word.len(), at),
+        false => (false, at, at + body.len(), camera),
+    };
+    let (before, link) = (&name[..first], name.get(start..end)?);
+    let link = link.trim_matches(|c: char| c.is_ascii_digit() && c != '2');
+    match link {
+        "to" | "2" => Some((body, camera_first)),
+        "from" | "t" => Some((body, !camera_first)),
+        "" if before == "t" || before == "tf" => Some((body, !camera_first)),
         _ => None,
     }
 }
@@ -179,14 +334,18 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
             given
         }
         (Some(world_from_camera), None) => {
-            calibration.note(
-                NoticeCode::AssumedConvention,
-                format!(
-                    "{}: read as {} with OpenCV axes (use axes=\"opengl\" if y points up and z backward)",
-                    at.key,
-                    if world_from_camera { "world_from_camera" } else { "camera_from_world" }
-                ),
-            );
+            let axes = "OpenCV axes (use axes=\"opengl\" if y points up and z backward)";
+            let message = match (between(&plain(key)), world_from_camera) {
+                (Some((body, true)), _) => {
+                    format!("read as {body}_from_camera with {axes}; the world has the axes of {body}")
+                }
+                (Some((body, false)), _) => {
+                    format!("read as camera_from_{body} with {axes}; the world has the axes of {body}")
+                }
+                (None, true) => format!("read as world_from_camera with {axes}"),
+                (None, false) => format!("read as camera_from_world with {axes}"),
+            };
+            calibration.note_about(NoticeCode::AssumedConvention, at.key.clone(), message);
             crate::PoseConvention { world_from_camera, opengl: false }
         }
         (None, None) => {

@@ -99,43 +99,57 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
     Ok(calibration)
 }
 
+/// Maximum depth of cameras below the root.
+const MAX_CAMERA_DEPTH: usize = 5;
+
+/// True if a map contains cameras, at most `depth` maps below.
+fn contains_cameras(at: &Cursor<'_>, depth: usize) -> bool {
+    let below = |at: &Cursor<'_>| has_camera(at) || depth > 0 && at.is_map() && contains_cameras(at, depth - 1);
+    let in_list = |at: &Cursor<'_>| at.list().is_ok_and(|items| items.iter().any(below));
+    at.entries().is_ok_and(|entries| entries.iter().any(|(_, at)| below(at) || in_list(at)))
+}
+
 /// Maps below the root by key, and the maps of a list by index.
 fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
     let mut found = Vec::new();
-    let below = |at: Cursor<'a>, above: Vec<Cursor<'a>>| KeyView { at, side: vec![], above };
     if let Ok(items) = root.list() {
-        let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), below(at, vec![]));
+        let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), KeyView::new(at));
         return Ok(items.into_iter().enumerate().map(named).collect());
     }
-    let own = || vec![root.clone()];
-    for (name, inner) in root.entries()? {
+    append_cameras(root, "", &[], &mut found)?;
+    Ok(found)
+}
+
+/// Same, for the entries of one map, whose key is `parent`.
+fn append_cameras<'a>(
+    at: &Cursor<'a>,
+    parent: &str,
+    above: &[Cursor<'a>],
+    found: &mut Vec<(String, KeyView<'a>)>,
+) -> Result<()> {
+    let own: Vec<Cursor<'a>> = [at.clone()].into_iter().chain(above.iter().cloned()).collect();
+    let below = |at: Cursor<'a>| KeyView { at, side: vec![], above: own.clone() };
+    for (name, inner) in at.entries()? {
         match inner.node.value {
             Value::List(_) => {
                 let before = found.len();
                 for (i, item) in inner.list()?.into_iter().enumerate().filter(|(_, item)| item.is_map()) {
-                    found.push((format!("{name}{i}"), below(item, own())));
+                    found.push((format!("{name}{i}"), below(item)));
                 }
                 if found.len() == before {
-                    found.push((name.to_owned(), below(inner, own())));
+                    found.push((name.to_owned(), below(inner)));
                 }
             }
-            Value::Map(_) if !has_camera(&inner) => {
-                let entries = inner.entries()?;
-                if entries.iter().any(|(_, at)| has_camera(at)) {
-                    let above = || vec![inner.clone(), root.clone()];
-                    let named = |(key, at): (&str, Cursor<'a>)| {
-                        let holder = has_camera(&at) && PARAMETERS.contains(&&plain(key)[..]);
-                        (if holder { name } else { key }.to_owned(), below(at, above()))
-                    };
-                    found.extend(entries.into_iter().map(named));
-                } else {
-                    found.push((name.to_owned(), below(inner, own())));
-                }
+            Value::Map(_) if above.len() < MAX_CAMERA_DEPTH && !has_camera(&inner) && contains_cameras(&inner, 3) => {
+                append_cameras(&inner, name, &own, found)?;
             }
-            _ => found.push((name.to_owned(), below(inner, own()))),
+            _ => {
+                let holder = has_camera(&inner) && !parent.is_empty() && PARAMETERS.contains(&&plain(name)[..]);
+                found.push((if holder { parent } else { name }.to_owned(), below(inner)));
+            }
         }
     }
-    Ok(found)
+    Ok(())
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
@@ -197,16 +211,59 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
 }
 
 /// Parts of keys whose numbers are not coefficients.
-const NO_LENS: [&str; 27] = [
-    "trans", "position", "quat", "orient", "rot", "pose", "extrin", "range", "box", "roi", "rect", "proj", "matrix",
-    "plane", "limit", "bound", "min", "max", "fov", "angle", "color", "colour", "gravity", "time", "depth", "crop",
+const NO_LENS: [&str; 46] = [
+    "trans",
+    "position",
+    "quat",
+    "orient",
+    "rot",
+    "pose",
+    "extrin",
+    "range",
+    "box",
+    "roi",
+    "rect",
+    "proj",
+    "matrix",
+    "plane",
+    "limit",
+    "bound",
+    "min",
+    "max",
+    "fov",
+    "angle",
+    "color",
+    "colour",
+    "gravity",
+    "time",
+    "depth",
+    "crop",
     "center",
+    "noise",
+    "balance",
+    "gain",
+    "offset",
+    "covar",
+    "error",
+    "rms",
+    "std",
+    "sigma",
+    "weight",
+    "gamma",
+    "vignet",
+    "temperature",
+    "scale",
+    "exposure",
+    "stamp",
+    "score",
+    "delay",
+    "rate",
 ];
 
 /// True for numbers of one row that may be coefficients, judged by their count, values and key.
 fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     let name = plain(key);
-    let other = matches!(&name[..], "p" | "t" | "q" | "r") || NO_LENS.iter().any(|word| name.contains(word));
+    let other = matches!(&name[..], "p" | "t" | "q" | "r" | "ts") || NO_LENS.iter().any(|word| name.contains(word));
     let data = at.get("data").unwrap_or_else(|| at.clone());
     let rows =
         data.list().unwrap_or_default().iter().filter_map(|row| Some(row.list().ok()?.len())).collect::<Vec<_>>();
@@ -217,7 +274,9 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     let quaternion = numbers.len() == 4 && (length - 1.0).abs() < 1e-2;
     // The first coefficient is the largest, and none is in the hundreds.
     let small = numbers.iter().all(|value| value.abs() < 100.0);
-    matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
+    // p1 and p2 are small; four numbers may belong to a fisheye lens.
+    let tangential = numbers.len() == 4 || numbers.get(2..4).is_some_and(|p| p.iter().all(|value| value.abs() < 0.1));
+    tangential && matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
 }
 
 /// Refuses coefficients next to which K is missing.
@@ -248,6 +307,9 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
             let is_pose = pair_pose.is_none() && keys::is_keyed(&inner.at);
             if is_pose {
                 pair_pose = pose::read_r_t(&KeyView::new(inner.at.clone()))?;
+            } else if let (None, true, Some(around)) = (&pair_pose, pose::is_part(view, &name), inner.above.first()) {
+                // R and T next to the cameras, in a map below the root.
+                pair_pose = pose::read_r_t(&KeyView::new(around.clone()))?;
             } else if pose::is_pose_key(view, &name, &inner.at) {
                 return Err(inner.at.fail(
                     "a pose next to several cameras; write it into the map of its camera or, for a pair, as R and T, \

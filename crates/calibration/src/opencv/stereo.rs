@@ -77,7 +77,20 @@ pub(super) fn read(
 pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) -> Result<()> {
     let Some(pose) = pose else {
         let mounted = |record: &CameraRecord| record.pose.is_some();
-        if !calibration.records.iter().all(mounted) {
+        let placed = calibration.records.iter().filter(|record| mounted(record)).count();
+        if let [first, second] = &mut calibration.records[..]
+            && placed == 1
+            && [&*first, &*second].iter().all(|record| record.mount.is_none())
+        {
+            let (origin, other) = if mounted(first) { (second, first) } else { (first, second) };
+            origin.pose = Some(Pose::identity());
+            let message = format!(
+                "R and T of {} are interpreted as mapping points from {}, which has none and is at the origin",
+                other.name, origin.name
+            );
+            one_rig(&mut calibration.records, "rig");
+            calibration.note(NoticeCode::AssumedConvention, message);
+        } else if placed < calibration.records.len() {
             let message = "R and T are missing; cameras without a pose are at the origin";
             calibration.note(NoticeCode::MissingValue, message);
         } else if calibration.records.iter().all(|record| record.mount.is_none()) {

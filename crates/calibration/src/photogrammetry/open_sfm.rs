@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
@@ -50,10 +50,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         })?;
         let mut record = model.clone();
         (record.name, record.image) = (name.to_owned(), Some(name.to_owned()));
-        let vector = DVec3::from_array(shot.require("rotation")?.array()?);
+        let at = shot.require("rotation")?;
+        let rotation = Rotation::from_vector(at.array()?).map_err(|message| at.fail(message))?;
         let t = DVec3::from_array(shot.require("translation")?.array()?);
-        let r = DMat3::from_quat(DQuat::from_scaled_axis(vector));
-        record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
+        record.pose = Some(Pose::camera_from_world(rotation, t));
         turned += usize::from(shot.number_or("orientation", 1.0)? > 1.0);
         calibration.records.push(record);
     }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::{data_lines, numbers};
@@ -55,8 +55,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let name = row.split_whitespace().next().unwrap_or_default();
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         record.time = Some(time);
-        let r = DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(rx, ry, rz)));
-        record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), DVec3::new(tx, ty, tz)));
+        let rotation = Rotation::from_vector([rx, ry, rz])
+            .map_err(|message| FormatError::line(&source.path, line, format!("columns 2 to 4: {message}")))?;
+        record.pose = Some(Pose::camera_from_world(rotation, DVec3::new(tx, ty, tz)));
         let near = |camera: &&(f64, String)| (camera.0 - time).abs() <= TOLERANCE;
         match cameras.iter().find(near) {
             Some((_, file)) => {

@@ -17,12 +17,15 @@ pub(crate) struct NamedColumns {
     position: [usize; 3],
     /// w, x, y, z.
     quaternion: [usize; 4],
+    /// Nanoseconds in addition to a time in whole seconds.
+    nanoseconds: Option<usize>,
     count: usize,
     /// Names of columns that are not read.
     pub(crate) unread: Vec<String>,
     /// True if the position is north, east, down.
     pub(crate) north_east_down: bool,
-    comma: bool,
+    /// Character between columns; None for white space.
+    separator: Option<char>,
     /// Number of the header's line, from 1.
     line: usize,
 }
@@ -31,9 +34,19 @@ pub(crate) struct NamedColumns {
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Time(Option<f64>),
+    /// The fraction of a second, in nanoseconds.
+    Nanoseconds,
     Position(usize),
     /// Index, counted from w.
     Quaternion(usize),
+    /// The same for `rw rx ry rz`; without w, the others are a rotation vector or angles.
+    RotationLetter(usize),
+    /// A number of a quaternion whose order is not specified: `q0` to `q3`, `q1` to `q4`.
+    Numbered,
+    /// x, y or z after another word: a position if no other column is one.
+    Other(usize),
+    /// i, j or k without a group: x, y and z of a quaternion if all three are present.
+    Imaginary(usize),
     /// x, y, z or w without a group.
     Letter(usize),
     North(usize),
@@ -45,57 +58,177 @@ enum Role {
 /// # Errors
 /// The reason if the header names only a part of a pose.
 pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
-    let is_data = |line: &str| line.split([',', ' ', '\t', ';']).next().is_some_and(|word| word.parse::<f64>().is_ok());
+    let is_data = |line: &str| words_of(line, None).next().is_some_and(|word| word.parse::<f64>().is_ok());
+    let text = text.trim_start_matches('\u{feff}');
     let lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty()).take(32);
-    let headers: Vec<(usize, &str)> = lines.take_while(|(_, line)| !is_data(line)).collect();
-    headers.into_iter().rev().find_map(|(i, line)| {
-        let columns = columns_of_line(line.trim_start_matches(['#', '%', '/', ' ', '\t']))?;
+    let (headers, rows): (Vec<_>, Vec<_>) = lines.partition(|(_, line)| !is_data(line));
+    let first_row = rows.first().map_or(usize::MAX, |(i, _)| *i);
+    headers.into_iter().rev().filter(|(i, _)| *i < first_row).find_map(|(i, line)| {
+        let line = line.trim_start_matches(['#', '%', '/', ' ', '\t']);
+        // A label ends with a colon: "format: timestamp tx ty tz qx qy qz qw".
+        let labelled = line.rsplit_once(':').map(|(_, names)| names);
+        let names = labelled.into_iter().chain([line]).map(Header::new).find(Header::names_a_quaternion)?;
+        let count = rows.first().map(|(_, row)| words_of(row, names.separator).count());
+        let columns = count.map_or(names.clone(), |count| names.without_labels(count)).assign();
         Some(columns.map(|columns| NamedColumns { line: i + 1, ..columns }))
     })
 }
 
-fn columns_of_line(line: &str) -> Option<Result<NamedColumns, String>> {
-    // In "translation (tx, ty, tz)" the brackets group names; in "time (s)" they contain a unit.
-    let mut plain = String::new();
-    let mut rest = line;
-    while let Some(open) = rest.find('(') {
-        let Some(close) = rest[open..].find(')').map(|length| open + length) else { break };
-        let inner = &rest[open + 1..close];
-        let grouped = inner.contains(',');
-        if grouped {
-            let start = rest[..open].rfind(',').map_or(0, |comma| comma + 1);
-            plain.push_str(&rest[..start]);
-            let group = rest[start..open].trim();
-            let names: Vec<String> = inner.split(',').map(|name| format!("{group} {}", name.trim())).collect();
-            plain.push_str(&names.join(", "));
-        } else {
-            plain.push_str(&rest[..=close]);
+/// Separators of columns other than white space, by precedence.
+const SEPARATORS: [char; 3] = [',', ';', '|'];
+
+/// Words before the names of columns that are not names themselves.
+const LABELS: [&str; 12] =
+    ["tum", "euroc", "format", "trajectory", "columns", "column", "fields", "data", "each", "line", "header", "order"];
+
+/// Words of a row.
+fn words_of(row: &str, separator: Option<char>) -> Box<dyn Iterator<Item = &str> + '_> {
+    match separator.filter(|separator| row.contains(*separator)) {
+        Some(separator) => {
+            let row = row.trim_matches(|c: char| c == '|' || c.is_whitespace());
+            Box::new(row.strip_suffix(separator).unwrap_or(row).split(separator).map(|word| unquoted(word.trim())))
         }
-        rest = &rest[close + 1..];
+        None => {
+            let words = row.split(|c: char| SEPARATORS.contains(&c) || c.is_whitespace());
+            Box::new(words.filter(|word| !word.is_empty()).map(unquoted))
+        }
     }
-    plain.push_str(rest);
-    let comma = plain.contains(',');
-    let names: Vec<String> = if comma {
-        plain.split(',').map(|name| name.trim().to_lowercase()).collect()
-    } else {
-        // Units are separate words: "timestamp [ns] x [m]".
-        let words = plain.split_whitespace().map(str::to_lowercase);
-        words.fold(Vec::new(), |mut names: Vec<String>, word| {
-            match (word.starts_with(['[', '(']), names.last_mut()) {
-                (true, Some(last)) => last.push_str(&word),
-                _ => names.push(word),
-            }
-            names
-        })
-    };
-    let roles: Vec<Role> = names.iter().map(|name| role_of(name)).collect();
-    let has_quaternion = roles.iter().filter(|role| matches!(role, Role::Quaternion(_))).count();
-    let letters = roles.iter().filter(|role| matches!(role, Role::Letter(_))).count();
-    if has_quaternion == 0 && letters < 7 || names.len() < 7 {
-        return None;
-    }
-    Some(assign(&names, &roles, comma))
 }
+
+fn unquoted(word: &str) -> &str {
+    word.trim_matches('"')
+}
+
+/// Names of columns in lower case, with their roles.
+#[derive(Clone)]
+struct Header {
+    names: Vec<String>,
+    roles: Vec<Role>,
+    separator: Option<char>,
+}
+
+impl Header {
+    fn new(line: &str) -> Self {
+        // In "translation (tx, ty, tz)" and "quaternion(w x y z)" the brackets group names; in "time (s)" they contain a
+        // unit, and "(camera to world)" is a remark.
+        let mut plain = String::new();
+        let mut rest = line;
+        while let Some(open) = rest.find('(') {
+            let Some(close) = rest[open..].find(')').map(|length| open + length) else { break };
+            let inner = &rest[open + 1..close];
+            let members: Vec<&str> = inner.split([',', ' ']).filter(|name| !name.is_empty()).collect();
+            let letters =
+                members.iter().all(|name| name.len() <= 2 && name.to_lowercase().ends_with(['w', 'x', 'y', 'z']));
+            if members.len() > 1 && (inner.contains(',') || letters) {
+                let before = rest[..open].trim_end();
+                let start = before.rfind(|c: char| SEPARATORS.contains(&c));
+                let start = start.or_else(|| before.rfind(char::is_whitespace).filter(|_| !inner.contains(',')));
+                let start = start.map_or(0, |at| at + 1);
+                plain.push_str(&rest[..start]);
+                let group = rest[start..open].trim();
+                let joint = if inner.contains(',') { ", " } else { " " };
+                let names: Vec<String> = members
+                    .iter()
+                    .map(|name| if joint == " " { format!("{group}_{name}") } else { format!("{group} {name}") })
+                    .collect();
+                plain.push_str(&names.join(joint));
+            } else if members.len() < 2 {
+                plain.push_str(&rest[..=close]);
+            } else {
+                plain.push_str(&rest[..open]);
+            }
+            rest = &rest[close + 1..];
+        }
+        plain.push_str(rest);
+        let separator = SEPARATORS.into_iter().find(|separator| plain.contains(*separator));
+        let names: Vec<String> = if separator.is_some() {
+            words_of(&plain, separator).map(str::to_lowercase).collect()
+        } else {
+            // Units are separate words: "timestamp [ns] x [m]".
+            let words = plain.split_whitespace().map(|word| unquoted(word).to_lowercase());
+            words.fold(Vec::new(), |mut names: Vec<String>, word| {
+                match (word.starts_with(['[', '(']), names.last_mut()) {
+                    (true, Some(last)) => last.push_str(&word),
+                    _ => names.push(word),
+                }
+                names
+            })
+        };
+        let mut roles: Vec<Role> = names.iter().map(|name| role_of(name)).collect();
+        let has = |role: Role| roles.contains(&role);
+        let rotation = has(Role::RotationLetter(0));
+        let imaginary = (1..4).all(|i| has(Role::Imaginary(i)));
+        for role in &mut roles {
+            *role = match *role {
+                Role::RotationLetter(i) if rotation => Role::Quaternion(i),
+                Role::Imaginary(i) if imaginary => Role::Quaternion(i),
+                Role::Letter(0) if imaginary => Role::Quaternion(0),
+                Role::RotationLetter(_) | Role::Imaginary(_) => Role::None,
+                role => role,
+            };
+        }
+        Self { names, roles, separator }
+    }
+
+    /// Whether the names include those of a quaternion.
+    fn names_a_quaternion(&self) -> bool {
+        let count = |is: fn(&Role) -> bool| self.roles.iter().filter(|role| is(role)).count();
+        let quaternion = count(|role| matches!(role, Role::Quaternion(_)));
+        let letters = count(|role| matches!(role, Role::Letter(_)));
+        let numbered = count(|role| *role == Role::Numbered);
+        (quaternion > 0 || letters >= 7 || numbered == 4) && self.names.len() >= 7
+    }
+
+    /// Without the words of a label before the names, if the rows have fewer columns.
+    fn without_labels(mut self, count: usize) -> Self {
+        let words = self.names.iter().take_while(|name| LABELS.contains(&&name[..])).count();
+        let labels = self.names.len().saturating_sub(count).min(words);
+        self.names.drain(..labels);
+        self.roles.drain(..labels);
+        self
+    }
+
+    fn assign(self) -> Result<NamedColumns, String> {
+        if self.roles.contains(&Role::Numbered) {
+            let numbered = self.names.iter().zip(&self.roles).filter(|(_, role)| **role == Role::Numbered);
+            let names: Vec<&str> = numbered.map(|(name, _)| name.as_str()).collect();
+            return Err(format!(
+                "the columns {} do not specify which number of the quaternion is w; rename them in the header, to qw \
+                 qx qy qz or qx qy qz qw",
+                names.join(" ")
+            ));
+        }
+        assign(&self.names, &self.roles, self.separator)
+    }
+}
+
+/// Parts of the names of velocities, biases, covariances and other quantities, whose letters are no part of a pose.
+const OTHER_QUANTITIES: [&str; 24] = [
+    "ecef",
+    "v",
+    "vel",
+    "velocity",
+    "b",
+    "ba",
+    "bg",
+    "bias",
+    "a",
+    "acc",
+    "accel",
+    "acceleration",
+    "gyr",
+    "gyro",
+    "mag",
+    "omega",
+    "cov",
+    "gravity",
+    "std",
+    "angular",
+    "linear",
+    "euler",
+    "rpy",
+    "scale",
+];
 
 /// Role of a name in lower case.
 fn role_of(name: &str) -> Role {
@@ -105,27 +238,34 @@ fn role_of(name: &str) -> Role {
     let Some(last) = parts.last() else { return Role::None };
     let has = |words: &[&str]| parts.iter().any(|part| words.contains(part));
     if parts.iter().any(|part| part.contains("time") || part.contains("stamp"))
-        || has(&["t", "sec", "nsec", "seconds"]) && parts.len() == 1
+        || has(&["t", "ts", "sec", "secs", "nsec", "seconds", "epoch"]) && parts.len() == 1
     {
+        if parts.len() > 1 && matches!(*last, "nsec" | "nsecs" | "nanosec") {
+            return Role::Nanoseconds;
+        }
         let stated = unit.clone().find(|(unit, _)| {
             name.contains(&format!("[{unit}]")) || name.contains(&format!("({unit})")) || parts.contains(unit)
         });
         return Role::Time(stated.map(|(_, length)| length));
     }
-    // Velocities, biases and covariances have separate groups.
-    if has(&[
-        "ecef", "v", "vel", "velocity", "b", "bias", "acc", "gyro", "omega", "cov", "gravity", "std", "angular",
-        "linear",
-    ]) {
+    if has(&OTHER_QUANTITIES) {
         return Role::None;
     }
     let letter = |text: &str| ["w", "x", "y", "z"].iter().position(|letter| *letter == text);
+    let imaginary = |text: &str| ["r", "i", "j", "k"].iter().position(|letter| *letter == text);
     for part in &parts {
         let (group, rest) = part.split_at(part.len().saturating_sub(1));
         match (group, letter(rest)) {
             ("q" | "quat" | "rot" | "o", Some(i)) => return Role::Quaternion(i),
+            ("r", Some(i)) if parts.len() == 1 => return Role::RotationLetter(i),
             ("t" | "p" | "pos" | "trans", Some(i @ 1..)) => return Role::Position(i - 1),
             _ => {}
+        }
+        if let ("q" | "quat", Some(i)) = (group, imaginary(rest)) {
+            return Role::Quaternion(i);
+        }
+        if matches!(group, "q" | "quat") && matches!(rest, "0" | "1" | "2" | "3" | "4") {
+            return Role::Numbered;
         }
     }
     let quaternion = ["q", "quat", "quaternion", "orientation", "rotation", "rot", "attitude", "qvec"];
@@ -134,7 +274,11 @@ fn role_of(name: &str) -> Role {
         (Some(i), true, _) => Role::Quaternion(i),
         (Some(i @ 1..), false, true) => Role::Position(i - 1),
         (Some(i), false, _) if parts.len() == 1 => Role::Letter(i),
+        (Some(i @ 1..), false, false) => Role::Other(i - 1),
+        _ if has(&quaternion) && matches!(*last, "0" | "1" | "2" | "3" | "4") => Role::Numbered,
+        _ if has(&quaternion) && imaginary(last).is_some() => Role::Quaternion(imaginary(last).unwrap_or_default()),
         _ => match *last {
+            "i" | "j" | "k" if parts.len() == 1 => Role::Imaginary(imaginary(last).unwrap_or_default()),
             "n" | "north" | "northing" => Role::North(0),
             "e" | "east" | "easting" => Role::North(1),
             "d" | "down" => Role::North(2),
@@ -143,11 +287,15 @@ fn role_of(name: &str) -> Role {
     }
 }
 
-fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns, String> {
-    let (mut time, mut position, mut quaternion) = (None, [None; 3], [None; 4]);
+fn assign(names: &[String], roles: &[Role], separator: Option<char>) -> Result<NamedColumns, String> {
+    let (mut time, mut nanoseconds, mut position, mut quaternion) = (None, None, [None; 3], [None; 4]);
     let (mut unread, mut north_east_down) = (Vec::new(), false);
     let twice = |name: &str| format!("the header contains column {name:?} twice");
     let quaternion_named = roles.iter().any(|role| matches!(role, Role::Quaternion(1..)));
+    let own_position = |role: &Role| matches!(role, Role::Position(_) | Role::North(_) | Role::Letter(_));
+    // Only if a single group has an x, a y and a z.
+    let other_is_position = !roles.iter().any(own_position)
+        && (0..3).all(|i| roles.iter().filter(|role| **role == Role::Other(i)).count() == 1);
     for (column, (name, role)) in names.iter().zip(roles).enumerate() {
         let (slot, is_position) = match *role {
             Role::Time(unit) => {
@@ -158,13 +306,18 @@ fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns,
                 }
                 continue;
             }
+            Role::Nanoseconds => {
+                nanoseconds = Some(column);
+                continue;
+            }
             Role::Position(i) | Role::North(i) => (i, true),
+            Role::Other(i) if other_is_position => (i, true),
             Role::Quaternion(i) => (i, false),
             // Single letters: first the position, then the quaternion.
             Role::Letter(0) => (0, false),
             Role::Letter(i) if quaternion_named || position[i - 1].is_none() => (i - 1, true),
             Role::Letter(i) => (i, false),
-            Role::None => {
+            _ => {
                 unread.push(name.clone());
                 continue;
             }
@@ -182,12 +335,13 @@ fn assign(names: &[String], roles: &[Role], comma: bool) -> Result<NamedColumns,
     let [Some(qw), Some(qx), Some(qy), Some(qz)] = quaternion else { return Err(missing("complete quaternion")) };
     Ok(NamedColumns {
         time,
+        nanoseconds,
         position: [x, y, z],
         quaternion: [qw, qx, qy, qz],
         count: names.len(),
         unread,
         north_east_down,
-        comma,
+        separator,
         line: 0,
     })
 }
@@ -216,11 +370,7 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
     let rows = below.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     for (line, row) in rows {
         let fail = |message: String| FormatError::line(path, line, message);
-        let words: Vec<&str> = if columns.comma && row.contains(',') {
-            row.split(',').map(str::trim).collect()
-        } else {
-            row.split([',', ' ', '\t', ';']).filter(|word| !word.is_empty()).collect()
-        };
+        let words: Vec<&str> = words_of(row, columns.separator).collect();
         if words.len() != columns.count {
             return Err(fail(format!("the row has {} columns, but the header has {}", words.len(), columns.count)));
         }
@@ -234,13 +384,18 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         let [x, y, z] = columns.position;
         let center = DVec3::new(number(x)?, number(y)?, number(z)?);
         let name = match columns.time {
-            Some((column, _)) => words[column].to_owned(),
+            Some((column, _)) => match columns.nanoseconds.and_then(|column| words[column].parse::<u32>().ok()) {
+                Some(nanoseconds) => format!("{}.{nanoseconds:09}", words[column]),
+                None => words[column].to_owned(),
+            },
             None => format!("{:06}", calibration.records.len()),
         };
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         if let Some((column, unit)) = columns.time {
             let seconds = seconds_of(words[column], unit);
-            record.time = Some(seconds.ok_or_else(|| fail(format!("{:?}; expected a time", words[column])))?);
+            let seconds = seconds.ok_or_else(|| fail(format!("{:?}; expected a time", words[column])))?;
+            let fraction = columns.nanoseconds.map_or(Ok(0.0), number)?;
+            record.time = Some(seconds + fraction * 1e-9);
         }
         record.pose = Some(Pose::world_from_camera(rotation, center));
         calibration.records.push(record);

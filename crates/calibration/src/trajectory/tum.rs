@@ -16,7 +16,7 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    looks_like(text, 8) && line_of_intrinsics(text).is_none() || matches!(columns_of(text), Some(Ok(_)))
+    looks_like(text, 8) && line_of_intrinsics(text).is_none() || columns_of(text).is_some()
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {

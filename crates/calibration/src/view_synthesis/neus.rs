@@ -59,6 +59,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
                 place_by(&mut record, camera, &rows, size);
                 separate += 1;
             }
+            None if is_rigid(&rows) => {
+                return Err(fail(
+                    "a rotation and a translation [R t] without K, and the file contains no camera_mat_i; multiply it \
+                     by K (world_mat_i = K [R t]), or add camera_mat_i",
+                ));
+            }
             None => record.matrix = Some(rows),
         }
         calibration.records.push(record);
@@ -76,17 +82,26 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
              world_from_normalised",
         );
     }
-    if let Some(size) = calibration.records.first().and_then(|record| record.size) {
+    if let Some(size) = calibration.records.first().and_then(|record| record.size)
+        && found.is_some()
+    {
         calibration
             .note(NoticeCode::UsedOtherFile, format!("the sizes were read from the images: {} x {}", size[0], size[1]));
     }
     Ok(calibration)
 }
 
+/// True for a rotation and a translation.
+fn is_rigid(rows: &[[f64; 4]; 3]) -> bool {
+    let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
+    check_rotation(rigid(&flat).0).is_ok()
+}
+
 /// Returns `camera_mat_i`, if `world_mat_i` is a rotation and a translation without K.
 fn separate_intrinsics(arrays: &[(String, NumpyArray)], number: &str, rows: &[[f64; 4]; 3]) -> Option<[f64; 9]> {
-    let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
-    check_rotation(rigid(&flat).0).ok()?;
+    if !is_rigid(rows) {
+        return None;
+    }
     let (_, camera) = arrays.iter().find(|(name, _)| name.strip_prefix("camera_mat_") == Some(number))?;
     let numbers = camera.numbers().filter(|numbers| numbers.iter().all(|value| value.is_finite()))?;
     let columns = *camera.shape.last()?;
