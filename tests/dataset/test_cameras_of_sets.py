@@ -81,5 +81,5 @@ def test_replicator_camera_is_read_without_raycams_own_key(tmp_path: Path) -> No
     (found,) = raycam.load_cameras(path).values()
     np.testing.assert_allclose(found.project(POINTS)[0] - 0.5, camera.project(POINTS)[0], atol=1e-6)
     path.write_text(json.dumps({**params, "cameraModel": "fisheyePolynomial"}))
-    with raises(raycam.errors.FormatError, code="syntax", mentions=["fisheyePolynomial"]):
+    with raises(raycam.errors.FormatError, code="unsupported_feature", mentions=["fisheyePolynomial"]):
         raycam.load_cameras(tmp_path)

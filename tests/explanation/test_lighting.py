@@ -125,7 +125,7 @@ def test_emissive_object_emits_light_and_lights_other_objects() -> None:
     shines = raycam.explain(world, camera(), (24, 12)).lighting()
     assert np.allclose(shines.emission, [2, 1, 0.5])
     lit = raycam.explain(world, camera(), (8, 25)).lighting(samples=1024)
-    assert [term.name for term in lit.terms] == ["objects that shine"]
+    assert [term.name for term in lit.terms] == ["emissive objects"]
     assert lit.total == pytest.approx(lit.rendered.value, abs=5 * lit.rendered.error + 1e-6)
 
 

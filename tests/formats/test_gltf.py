@@ -330,7 +330,7 @@ def test_orthographic_camera_with_negative_magnification_gives_a_notice(tmp_path
     document.node(mesh=document.square())
     world = load(document, tmp_path)
     assert len(world.cameras) == 1
-    assert has_notice(world.notices, "invalid_file", "CAMERA_XMAG_YMAG_NEGATIVE")
+    assert has_notice(world.notices, "replaced_value", "CAMERA_XMAG_YMAG_NEGATIVE")
 
 
 def test_punctual_lights_are_read(tmp_path: Path) -> None:

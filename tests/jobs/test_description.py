@@ -33,7 +33,7 @@ def room(**changed: Any) -> raycam.World:
 
 CHANGES: dict[str, tuple[dict[str, Any], str]] = {
     "a material": ({"specular": 0.5}, "a material, a texture or a motion differs"),
-    "a color": ({"color": "#c83c29"}, "object.box: the color differs"),
+    "a color": ({"color": "#c83c29"}, "object.box: the colour differs"),
     "a shape": ({"size": 1.5}, "object.box: the mesh differs"),
     "a place": ({"location": [0, 0, 1]}, "object.box.matrix was [[1.0, 0.0, 0.0, 0.0], [0.0, "),
     "a name": ({"name": "crate"}, 'object.box was {"category": null,'),
