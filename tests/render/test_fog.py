@@ -87,7 +87,7 @@ def test_fog_dims_each_part_of_a_mirrored_path() -> None:
     np.testing.assert_allclose(foggy / clear, math.exp(-0.04 * 25), rtol=1e-4)
 
 
-def test_surfaces_that_let_rays_through_do_not_dim_them_twice() -> None:
+def test_transparent_surfaces_do_not_apply_fog_twice() -> None:
     world = raycam.World()
     for distance in (2, 3, 4):
         world.add_object(plane=40, location=[0, distance, 0], pitch=90, yaw=-90, color=0.5, opacity=0.0)

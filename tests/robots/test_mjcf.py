@@ -234,7 +234,7 @@ def test_models_in_an_mjcf_folder_may_use_the_parent_folder(tmp_path: Path) -> N
     assert "arm" in raycam.load(tmp_path / "mjcf/arm.xml").robots
 
 
-def test_lights_are_loaded_and_reported_when_a_robot_is_added(tmp_path: Path) -> None:
+def test_lights_are_loaded_with_the_model_and_reported_as_ignored_by_add_robot(tmp_path: Path) -> None:
     path = tmp_path / "lit.xml"
     path.write_text(
         '<mujoco><worldbody><light type="directional" dir="0 0 -1"/><geom size=".1"/></worldbody></mujoco>'

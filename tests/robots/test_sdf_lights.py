@@ -44,7 +44,7 @@ def test_directional_light_shows_its_colour_on_a_facing_white_surface(tmp_path: 
 
 
 @pytest.mark.parametrize("x", [0.0, 3.0])
-def test_lamp_with_quadratic_attenuation_has_its_strength_everywhere(tmp_path: Path, x: float) -> None:
+def test_lamp_with_quadratic_attenuation_is_exact_at_every_distance(tmp_path: Path, x: float) -> None:
     light = (
         '<light name="lamp" type="point"><pose>0 0 4.1 0 0 0</pose><diffuse>1 1 1 1</diffuse><attenuation>'
         "<constant>0</constant><linear>0</linear><quadratic>0.5</quadratic></attenuation></light>"

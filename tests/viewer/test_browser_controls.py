@@ -259,7 +259,7 @@ def test_object_of_the_tree_stays_selected_while_a_pixel_is_held(tab: Tab, live:
     assert session.selection.number == 1
 
 
-def test_buttons_keep_the_view_as_a_camera_and_as_b(tab: Tab, live: Server) -> None:
+def test_buttons_store_the_view_as_a_camera_and_as_comparison_image_b(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     tab.evaluate("document.getElementById('camera-add').click()")
     until(lambda: "view" in session.view.base.cameras)

@@ -132,7 +132,7 @@ def test_lights_of_gltf_have_the_names_of_their_nodes(tmp_path: Any) -> None:
     assert [each.get("name") for each in lights] == ["Lamp.001", None]
 
 
-def test_spots_with_a_radius_have_soft_shadows_and_the_same_light() -> None:
+def test_radius_of_a_spot_softens_shadows_and_keeps_the_brightness() -> None:
     def floor(radius: float, edge: bool) -> np.ndarray:
         world = raycam.World()
         world.add_object(plane={"size": 8}, color=[1, 1, 1], diffuse=1)

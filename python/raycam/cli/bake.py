@@ -83,7 +83,7 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
         type=float,
         default=180.0,
         help="opening angle in degrees of the cone of rays that measure thickness "
-        "(default: 180; 120 is the shape diameter function)",
+        "(default: 180; 120 gives the shape diameter function)",
     )
     command.add_argument(
         "--green",

@@ -52,7 +52,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--photos",
         metavar="DIR",
-        help="folder with the photographs of --cameras, which are shown behind their cameras",
+        help="folder with the photographs taken by --cameras; each is the background of its camera's view",
     )
     command.add_argument("--integrator", metavar="NAME", help="integrator of still images: direct or path")
     command.add_argument("--samples", metavar="N", type=int, help="samples per pixel of still images")

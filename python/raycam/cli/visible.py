@@ -50,7 +50,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="N",
         type=int,
         default=1,
-        help="minimum number of cameras and lidars to which a kept face is visible (default: 1)",
+        help="with --cull: keep faces that are visible to at least this number of cameras and lidars (default: 1)",
     )
     command.add_argument(
         "--samples",

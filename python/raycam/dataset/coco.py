@@ -188,7 +188,7 @@ def polygons(mask: Bools) -> list[list[list[int]]]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the annotation file of all images in pieces, so that memory does not grow."""
+    """Writes the annotation file in pieces, so that memory does not grow with the number of images."""
     yield "annotations/instances.json", parts(plan, records)
 
 

@@ -218,7 +218,7 @@ def projected(points: Floats, camera: Camera) -> Floats:
 
 
 def runs(line: Line, camera: Camera) -> list[Floats]:
-    """The visible parts of a line in pixels [n, 2]; a lens bends them."""
+    """The visible parts of a line in pixels [n, 2], curved by the lens distortion."""
     spread = np.linspace(0, 1, PIECES + 1)[:, None]
     pieces = [a + spread * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
     flat = projected(np.concatenate(pieces), camera).reshape(len(pieces), PIECES + 1, 2)

@@ -58,7 +58,7 @@ class TexturedSurface:
         self.spacing = np.sqrt(face_areas(mesh.corners) / np.maximum(in_texels, 1e-30))
 
     def part(self, some: slice | Ints) -> SurfacePart:
-        """The points of some texels."""
+        """The surface points of some of the texels."""
         face = self.texels.face[some]
         points = np.einsum("nk,nkj->nj", self.texels.weights(some), self.mesh.corners[face])
         return SurfacePart(face, points, self.normals[face], self.spacing[face])

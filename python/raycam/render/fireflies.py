@@ -42,7 +42,7 @@ Vector = npt.NDArray[np.float64]
 def firefly_notices(
     world: World, camera: Camera, color: npt.NDArray[np.float32], request: dict[str, Any]
 ) -> Iterator[Notice]:
-    """Yields a notice of the fireflies of a whole image [h, w, 3] of 256 samples per pixel or more, if it has any.
+    """Yields a notice if a whole image [h, w, 3] contains fireflies; requires at least 256 samples per pixel.
 
     The notice names the lights and objects that cause the fireflies; for this, their paths are traced again.
     """

@@ -84,7 +84,7 @@ class Handover:
         return int(self.add_plains(np.array([[*color, opacity]], np.float32))[0])
 
     def add_plains(self, table: Any) -> Any:
-        """Returns the numbers [n] of materials for colours and opacities [n, 4]."""
+        """Adds plain materials for colours and opacities [n, 4]; returns the index of the material of each row [n]."""
         table = np.ascontiguousarray(table, np.float32) + np.float32(0)  # no negative zeros
         keys, index = np.unique(table.view("V16").ravel(), return_inverse=True)
         numbers = []

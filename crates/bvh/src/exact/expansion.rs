@@ -55,7 +55,7 @@ impl Expansion {
         self.len = kept;
     }
 
-    /// Adds the product of a float and a sum of two.
+    /// Adds `factor * (high + low)`.
     pub fn add_product(&mut self, factor: f64, (high, low): (f64, f64)) {
         for part in [low, high] {
             if part != 0.0 {

@@ -87,7 +87,7 @@ struct ClosestQuery<'a, 'b, const MAY_DIVERGE: bool> {
 }
 
 impl<const MAY_DIVERGE: bool> ClosestQuery<'_, '_, MAY_DIVERGE> {
-    /// The index in the batch of a ray of the chunk.
+    /// Converts the index of a ray in the chunk to its index in the batch.
     #[inline(always)]
     fn ray_id(&self, index: usize) -> usize {
         self.chunk.ray_ids[index] as usize

@@ -20,6 +20,6 @@ pub(crate) fn place_on_body(calibration: &mut Calibration, hints: &ReadHints, bo
     }
     calibration.note(
         NoticeCode::PlacedCameras,
-        format!("the poses belong to {body}; the cameras are placed by the pose in the intrinsics (T_BS, the mount)"),
+        format!("the poses belong to {body}; the cameras are placed by the mount's pose T_BS in the intrinsics file"),
     );
 }

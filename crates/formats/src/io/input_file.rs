@@ -20,7 +20,7 @@ pub struct InputFile {
 }
 
 impl InputFile {
-    /// Creates a complete file.
+    /// A file whose bytes are all in memory.
     pub fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
         Self { path: path.into(), bytes, rest: None }
     }

@@ -144,7 +144,7 @@ fn off_errors_contain_the_line() {
 }
 
 #[test]
-fn colours_of_other_ranges_cause_notices() {
+fn colours_outside_the_specified_range_cause_notices() {
     for (color, expected, said) in [
         ("300 0 0", None, "colours of faces up to 300 are ignored; expected 0 to 255"),
         ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are treated as 0 to 255"),

@@ -8,7 +8,7 @@ use crate::notice::{Notice, NoticeCode};
 use crate::world::World;
 
 impl World {
-    /// Notes a medium inside of an object whose mesh is not closed.
+    /// Adds a notice about a medium inside of an object whose mesh is not closed.
     pub(crate) fn note_open_medium(&mut self, id: usize) {
         let object = &self.objects[id];
         if object.materials.iter().all(|&material| self.materials[material].medium.is_none()) {

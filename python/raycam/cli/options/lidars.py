@@ -28,9 +28,9 @@ def add_lidar_pose(command: argparse._ActionsContainer) -> None:
         help="position of the lidar in the world (default: the world file's pose, or 0 0 0)",
     )
     for name, text in (
-        ("yaw", "turn to the left, seen from above"),
-        ("pitch", "turn downwards"),
-        ("roll", "turn to the right, seen from behind"),
+        ("yaw", "rotate the lidar counterclockwise, seen from above"),
+        ("pitch", "tilt the lidar's front downwards"),
+        ("roll", "rotate the lidar clockwise about its forward axis, seen from behind"),
     ):
         pose.add_argument(f"--{name}", metavar="DEGREES", type=float, help=f"{text} (default: 0)")
 

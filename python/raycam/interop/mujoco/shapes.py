@@ -73,7 +73,7 @@ def element_shape(model: Any, element: int, number: int) -> Shape | None:
 
 
 def covered_geoms(model: Any, groups: tuple[int, ...]) -> list[int]:
-    """Returns the opaque geoms of `groups` that a later opaque one of the same body, shape and place covers exactly."""
+    """Returns the opaque geoms of `groups` that a later opaque geom repeats, with the same body, shape and pose."""
     last: dict[tuple[Any, ...], int] = {}
     covered = []
     for geom in range(model.ngeom):

@@ -100,7 +100,9 @@ def _tinted(light: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
         return {name: (share * _number(key, value, 0.0, MAX_LEVEL)).tolist()}
     share = _linear(value)
     if not share.max() > 0:
-        raise SettingsError("color: black is no light; set the strength to 0", code="out_of_range")
+        raise SettingsError(
+            "color: a light cannot be black; to turn it off, set its strength to 0", code="out_of_range"
+        )
     return {name: (share / share.max() * largest).tolist()}
 
 

@@ -41,8 +41,8 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
     if changed and len(entries) != len(after):
         names = ", ".join(after[i].name for i in changed[:3])
         raise WorldError(
-            f"{names}: a world file cannot change single objects of a file with several; use Save GLB to keep the "
-            "changes",
+            f"{names}: a world file cannot store changes to single objects of a model file with several objects; to "
+            "keep them, use Save GLB",
             code="cannot_write",
         )
     for i in changed:

@@ -143,7 +143,7 @@ class Connection:
             each._deliver(message, buffers)
 
     def send_pane(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
-        """Sends the image of a pane, which the client acknowledges as other images."""
+        """Sends the image of a pane; the client acknowledges it like any other image."""
         with self._sharing:
             number = self.number_image()
         self.send({**message, "picture": number}, buffers)

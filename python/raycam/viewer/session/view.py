@@ -379,7 +379,7 @@ class View:
         return replace(self, camera=camera, camera_name="", shape=shape)
 
     def moved(self, R: Floats, C: Floats, fx: float, pivot: Floats) -> View:
-        """The view from another pose, around another pivot. Parallel rays show objects of `fx` pixels per metre."""
+        """The view with a new pose and pivot. For an orthographic camera, `fx` is the scale in pixels per metre."""
         view = replace(self, pivot=pivot)
         camera = self.camera
         if camera.is_parallel:

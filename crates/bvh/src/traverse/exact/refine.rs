@@ -62,7 +62,7 @@ impl Intersections {
     }
 }
 
-/// Refines hits of rays: hit i is one of ray `owner(i)`. Misses stay.
+/// Refines hits; `hits[i]` belongs to the ray `owner(i)`. Misses are not changed.
 #[inline(always)]
 pub fn refine_hits<I: Isa>(
     rays: &[ExactRay],

@@ -11,7 +11,7 @@ pub struct Frustum {
     pub apex: [f32; 3],
     /// The least and the greatest reciprocal direction.
     pub reciprocal: [[f32; 2]; 3],
-    /// Padding of entry and exit in t, because rays start off the apex and are rounded.
+    /// Padding of the t of entry and exit, because rays are rounded and do not start exactly at the apex.
     pub t_near_pad: [f32; 3],
     pub t_far_pad: [f32; 3],
     pub near_rows: [usize; 3],

@@ -167,7 +167,7 @@ impl<'a> Resources<'a> {
             _ => {
                 let held = bytes.len();
                 let message = format!(
-                    ": {length} bytes from {offset}, but buffers[{buffer}] has {held} bytes (BUFFER_VIEW_TOO_LONG)"
+                    ": {length} bytes from offset {offset}, but buffers[{buffer}] has {held} bytes (BUFFER_VIEW_TOO_LONG)"
                 );
                 Err((ErrorCode::TruncatedFile, message))
             }
