@@ -48,12 +48,13 @@ class JointSliders:
                 self._shown = described
                 self._replace(robots)
                 return
+            if getattr(self._moved, "is_moving", False):
+                # No other joint changes, and other sliders may already have newer values than the world.
+                return
             for robot in robots:
                 for joint, value in _single_values(robot).items():
                     slider = self._sliders.get((robot.name, joint))
-                    # A slider that is being moved may already have a newer value than the world.
-                    is_moved = getattr(self._moved, "slider", None) is slider
-                    if slider is not None and slider.value != value and not is_moved:
+                    if slider is not None and slider.value != value:
                         low, high = _range(robot, joint, value)
                         slider.set_range(min(low, value), max(high, value), value)
 
@@ -77,13 +78,13 @@ class JointSliders:
 
     def _move(self, robot: str, joint: str, slider: Control) -> None:
         """Moves a joint to the slider's value; consecutive changes of one slider are one step of undo."""
-        self._moved.slider = slider
+        self._moved.is_moving = True
         try:
             self._edits.change(
                 lambda world: world.set_joints(robot, {joint: float(slider.value)}), ("joint", robot, joint)
             )
         finally:
-            self._moved.slider = None
+            self._moved.is_moving = False
 
 
 def _single_values(robot: Robot) -> dict[str, float]:
