@@ -37,46 +37,52 @@ def joint_points(robot: Robot, objects: Container[str]) -> tuple[list[JointPoint
     joint rotates, with one of the parent link. Joints without such an object are omitted with a notice. `objects` are
     the names of the objects to use.
     """
-    shapes: dict[str, list[tuple[str, Floats]]] = {}
-    for name, link, link_from_mesh in robot._parts:
-        if name in objects and abs(np.linalg.det(link_from_mesh[:3, :3])) > 0:
-            shapes.setdefault(link, []).append((name, link_from_mesh))
     joints = robot.description.joints
     above = {joint.child: joint for joint in joints.values()}
     bodies = _rigid_bodies(list(robot.links), list(joints.values()))
+    shapes = _shapes_of_bodies(robot, objects, bodies)
     found: dict[str, JointPoint] = {}
     notices = []
     for joint in joints.values():
         if joint.type == "fixed":
             continue
-        ends = [
-            (joint.child, _child_from_joint(joint)[:3, 3]),
-            (joint.parent, joint.parent_from_joint[:3, 3]),
-        ]
-        near = [
-            (link, *shape)
-            for end, _ in ends
-            for link in robot.links
-            if bodies[link][0] == bodies[end][0]
-            for shape in shapes.get(link, [])
-        ]
-        point = None
-        for end, origin in ends[: 2 if joint.type in ROTATING else 1]:
-            body, body_from_end = bodies[end]
-            for link, name, link_from_mesh in near:
-                if point is None and bodies[link][0] == body:
-                    mesh_from_body = np.linalg.inv(bodies[link][1] @ link_from_mesh)
-                    point = name, (mesh_from_body @ body_from_end @ [*origin, 1.0])[:3]
-        if point is None:
+        (child, body_from_child), (parent, body_from_parent) = bodies[joint.child], bodies[joint.parent]
+        of_child, of_parent = shapes.get(child, []), shapes.get(parent, [])
+        if of_child:
+            name, mesh_from_body = of_child[0]
+            in_body = body_from_child @ _child_from_joint(joint)
+        elif of_parent and joint.type in ROTATING:
+            name, mesh_from_body = of_parent[0]
+            in_body = body_from_parent @ joint.parent_from_joint
+        else:
             text = (
                 f"robot {robot.name!r}: joint {joint.name!r} has no keypoint, because its links have no shape"
             )
             notices.append(Notice(text, "ignored_element"))
             continue
-        others = [name for _, name, _ in near if name != point[0]]
-        found[joint.name] = JointPoint(joint.name, point[1], [point[0], *dict.fromkeys(others)], None)
+        point = (mesh_from_body @ in_body[:, 3])[:3]
+        own = dict.fromkeys([name, *(each for each, _ in [*of_child, *of_parent])])
+        found[joint.name] = JointPoint(joint.name, point, list(own), None)
     named = [each._replace(parent=_parent(above, joints[name], found)) for name, each in found.items()]
     return named, notices
+
+
+def _shapes_of_bodies(
+    robot: Robot, objects: Container[str], bodies: dict[str, tuple[str, Floats]]
+) -> dict[str, list[tuple[str, Floats]]]:
+    """The objects of each rigid body with mesh_from_body [4, 4], in the order of the links."""
+    of_links: dict[str, list[tuple[str, Floats]]] = {}
+    for name, link, link_from_mesh in robot._parts:
+        if name in objects and abs(np.linalg.det(link_from_mesh[:3, :3])) > 0:
+            of_links.setdefault(link, []).append((name, link_from_mesh))
+    shapes: dict[str, list[tuple[str, Floats]]] = {}
+    for link in robot.links:
+        body, body_from_link = bodies[link]
+        for name, link_from_mesh in of_links.get(link, []):
+            body_from_mesh: Floats = body_from_link @ link_from_mesh
+            mesh_from_body: Floats = np.asarray(np.linalg.inv(body_from_mesh), np.float64)
+            shapes.setdefault(body, []).append((name, mesh_from_body))
+    return shapes
 
 
 def _child_from_joint(joint: Joint) -> Floats:

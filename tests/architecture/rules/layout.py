@@ -9,8 +9,7 @@ ORDER = {
         error exact simd platform aabb ray node limits
         build blas scene
         traverse/stack traverse/trav_ray traverse/near_ties traverse/node_test traverse/triangle traverse/single
-        traverse/packet
-        traverse/stream traverse/exact traverse/point traverse/closest traverse/occluded traverse/mod
+        traverse/packet traverse/stream traverse/exact traverse/point traverse/closest traverse/occluded traverse/mod
         scene/ties scene/query lib
     """,
     "scene": """

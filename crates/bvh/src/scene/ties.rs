@@ -12,10 +12,10 @@ use crate::traverse::exact::ties::{MarkedHits, RELATIVE_WIDTH, absolute_width};
 /// Largest distance of tied planes, in rounding units of the coordinates across them.
 const TIE_UNITS: f64 = 8.0;
 
-/// Sine of the largest angle between planes that count as coplanar.
+/// Sine of the largest angle between planes that count as coplanar: rounding to float32 tilts small triangles.
 const MAX_SINE: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// Smallest barycentric weight of a hit that is not at an edge.
+/// Smallest barycentric weight of a hit that is not at an edge: at an edge, a box that stands on a floor ties with it.
 const MIN_WEIGHT: f64 = 1.0 / (1u64 << 16) as f64;
 
 /// Range of t behind the closest hit in which other instances tie with it: planes that differ by [`TIE_UNITS`] rounding
@@ -118,13 +118,15 @@ impl Scene {
             let [found] = found;
             (found.instance != INVALID_ID).then_some(found)
         };
-        let tie = |other: &ExactHit| Tie { ray: ray_id, is_coplanar: are_coplanar_inside(&first, other) };
-        let mut tied: Option<Tie> = None;
+        let mut others = vec![];
         while let Some(later) = find(instance_of(ranges, &hits[number]), true) {
-            let known = tied.is_some_and(|tie| tie.is_coplanar);
             hits[number] = later;
-            tied = Some(Tie { is_coplanar: known || tie(&later).is_coplanar, ..tie(&later) });
+            others.push(later);
         }
-        tied.or_else(|| find(instance_of(ranges, &first), false).as_ref().map(tie))
+        if others.is_empty() {
+            others.extend(find(instance_of(ranges, &first), false));
+        }
+        let is_coplanar = others.iter().any(|other| are_coplanar_inside(&first, other));
+        (!others.is_empty()).then_some(Tie { ray: ray_id, is_coplanar })
     }
 }

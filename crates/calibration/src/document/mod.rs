@@ -300,16 +300,22 @@ pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
 /// Rejects a matrix that differs too much from a rotation.
 pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
     nearest_rotation(r).map(|_| ()).map_err(|message| {
-        // The focal lengths in pixels of K R, whatever its scale.
-        let [a, b, c] = [0, 1, 2].map(|i| r.row(i));
-        let focal = |row: DVec3| row.cross(c).length() / c.length_squared();
-        match focal(a) > 20.0 && focal(b) > 20.0 {
+        match focal_lengths_of(r).iter().all(|focal| *focal > MIN_FOCAL_IN_PLACE_OF_POSE) {
             true => "a camera matrix K [R | t] in pixels, but this is the place of a pose [R | t]; use \
                      raycam.Camera.from_matrix(P, size), or write K and the pose separately"
                 .into(),
             false => message,
         }
     })
+}
+
+/// Minimum focal lengths in pixels of a matrix in the place of a pose that is reported as a camera matrix.
+const MIN_FOCAL_IN_PLACE_OF_POSE: f64 = 20.0;
+
+/// The focal lengths in pixels [fx, fy] of K R, whatever its scale.
+pub(crate) fn focal_lengths_of(k_r: DMat3) -> [f64; 2] {
+    let [a, b, c] = [0, 1, 2].map(|i| k_r.row(i));
+    [a, b].map(|row| row.cross(c).length() / c.length_squared())
 }
 
 /// R and t from the rows of a 3x4 matrix.
@@ -322,11 +328,8 @@ pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
 pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
     // "None" and "NONE", as Python and ROS drivers write it.
     let lower = name.to_lowercase();
-    let model = match if matches!(&lower[..], "none" | "nodistortion" | "no_distortion" | "null") {
-        "none"
-    } else {
-        name
-    } {
+    let has_none = matches!(&lower[..], "none" | "nodistortion" | "no_distortion" | "null");
+    let model = match if has_none { "none" } else { name } {
         "plumb_bob" | "rational_polynomial" | "thin_prism" | "radtan" | "radial-tangential" | "opencv" | "brown" => {
             LensModel::OpenCv
         }

@@ -183,7 +183,7 @@ fn is_model(key: &str) -> bool {
 }
 
 /// Parts of keys whose text is a name or a remark, not a lens model.
-const NAMES: [&str; 17] = [
+const NAMES: [&str; 16] = [
     "name",
     "file",
     "path",
@@ -200,7 +200,6 @@ const NAMES: [&str; 17] = [
     "brand",
     "folder",
     "frame",
-    "camera",
 ];
 
 /// "fisheye" as the text of a key that is neither a known one nor a name: `calibration_method: cv2.fisheye`.
@@ -209,7 +208,7 @@ fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a 
     entries.into_iter().find_map(|(key, at)| {
         let key = plain(key);
         // `camera` alone may be a name; `camera_method` is none.
-        let is_name = NAMES.iter().any(|word| if *word == "camera" { key == *word } else { key.contains(word) });
+        let is_name = key == "camera" || NAMES.iter().any(|word| key.contains(word));
         let word = at.word().ok().map(plain)?;
         let fisheye =
             word.contains("fisheye") && !["non", "fisheye6", "prism"].iter().any(|other| word.contains(other));

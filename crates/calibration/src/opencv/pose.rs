@@ -103,29 +103,17 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     let (r_at, t_at) = match (matrix.as_ref().or(vector.as_ref()), t.or(tvec)) {
         (None, None) => return unread_pose(view, other),
         (Some(r), Some(t)) => (r.clone(), t),
-        (Some(r), None) if other.center.is_some() || other.position.is_some() => {
-            let rotation_at = r;
-            let r = Rotation::Matrix(rotation(rotation_at)?);
-            let (at, inverse) = match (other.center, other.position) {
-                (Some(at), _) => (at, world_from_camera.unwrap_or(false)),
-                (None, at) => (
-                    at.unwrap_or_else(|| rotation_at.clone()),
-                    world_from_camera.ok_or_else(|| {
-                        rotation_at.fail(
-                            "a rotation of unknown direction next to a position; specify it \
-                         (direction=\"camera_from_world\" or \"world_from_camera\", --direction), or rename the \
-                         position to camera_center if R maps from the world to the camera",
-                        )
-                    })?,
-                ),
-            };
-            let r = if inverse { r.matrix() } else { r.matrix().transpose() };
-            let center = DVec3::from_array(at.array::<3>()?);
-            return Ok(Some(Pose::world_from_camera(Rotation::Matrix(r), center)));
-        }
-        // R and P of a rectified camera.
-        (Some(_), None) if rectified => return Ok(None),
         (Some(r), None) => {
+            if let Some(center) = &other.center {
+                return pose_at(center, r, Some(world_from_camera.unwrap_or(false))).map(Some);
+            }
+            if let Some(position) = &other.position {
+                return pose_at(position, r, world_from_camera).map(Some);
+            }
+            // R and P of a rectified camera.
+            if rectified {
+                return Ok(None);
+            }
             return Err(r.fail("a rotation without a translation; add T (0 0 0 if the camera is at the origin)"));
         }
         (None, Some(_)) if other.rotation.is_some() => return unread_pose(view, other),
@@ -141,6 +129,20 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     }
     let t = DVec3::from_array(t_at.array::<3>()?);
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
+}
+
+/// Pose of a camera at a position, with the rotation `r_at` next to it. The direction of the rotation must be known.
+fn pose_at(position: &Cursor<'_>, r_at: &Cursor<'_>, world_from_camera: Option<bool>) -> Result<Pose> {
+    let r = rotation(r_at)?;
+    let Some(world_from_camera) = world_from_camera else {
+        return Err(r_at.fail(
+            "a rotation of unknown direction next to a position; specify it (direction=\"camera_from_world\" or \
+             \"world_from_camera\", --direction), or rename the position to camera_center if R maps from the world to \
+             the camera",
+        ));
+    };
+    let r = if world_from_camera { r } else { r.transpose() };
+    Ok(Pose::world_from_camera(Rotation::Matrix(r), DVec3::from_array(position.array::<3>()?)))
 }
 
 /// True for a rotation next to a position, to which the caller's direction applies.

@@ -99,6 +99,37 @@ fn unquoted(word: &str) -> &str {
     word.trim_matches('"')
 }
 
+/// A header with the names in brackets written out: of "translation (tx, ty, tz)" and "quaternion(w x y z)" the brackets
+/// group names; in "time (s)" they contain a unit and stay, and a remark such as "(camera to world)" is omitted.
+fn without_brackets(line: &str) -> String {
+    let mut plain = String::new();
+    let mut rest = line;
+    while let Some(open) = rest.find('(') {
+        let Some(close) = rest[open..].find(')').map(|length| open + length) else { break };
+        let inner = &rest[open + 1..close];
+        let members: Vec<&str> = inner.split([',', ' ']).filter(|name| !name.is_empty()).collect();
+        let letters = members.iter().all(|name| name.len() <= 2 && name.to_lowercase().ends_with(['w', 'x', 'y', 'z']));
+        let has_commas = inner.contains(',');
+        if members.len() < 2 {
+            plain.push_str(&rest[..=close]);
+        } else if has_commas || letters {
+            let before = rest[..open].trim_end();
+            let start = before.rfind(|c: char| SEPARATORS.contains(&c));
+            let start = start.or_else(|| before.rfind(char::is_whitespace).filter(|_| !has_commas));
+            let start = start.map_or(0, |at| at + 1);
+            let group = rest[start..open].trim();
+            let (within, between) = if has_commas { (" ", ", ") } else { ("_", " ") };
+            let names: Vec<String> = members.iter().map(|name| format!("{group}{within}{name}")).collect();
+            plain.push_str(&rest[..start]);
+            plain.push_str(&names.join(between));
+        } else {
+            plain.push_str(&rest[..open]);
+        }
+        rest = &rest[close + 1..];
+    }
+    plain + rest
+}
+
 /// Names of columns in lower case, with their roles.
 #[derive(Clone)]
 struct Header {
@@ -109,37 +140,7 @@ struct Header {
 
 impl Header {
     fn new(line: &str) -> Self {
-        // In "translation (tx, ty, tz)" and "quaternion(w x y z)" the brackets group names; in "time (s)" they contain a
-        // unit, and "(camera to world)" is a remark.
-        let mut plain = String::new();
-        let mut rest = line;
-        while let Some(open) = rest.find('(') {
-            let Some(close) = rest[open..].find(')').map(|length| open + length) else { break };
-            let inner = &rest[open + 1..close];
-            let members: Vec<&str> = inner.split([',', ' ']).filter(|name| !name.is_empty()).collect();
-            let letters =
-                members.iter().all(|name| name.len() <= 2 && name.to_lowercase().ends_with(['w', 'x', 'y', 'z']));
-            if members.len() > 1 && (inner.contains(',') || letters) {
-                let before = rest[..open].trim_end();
-                let start = before.rfind(|c: char| SEPARATORS.contains(&c));
-                let start = start.or_else(|| before.rfind(char::is_whitespace).filter(|_| !inner.contains(',')));
-                let start = start.map_or(0, |at| at + 1);
-                plain.push_str(&rest[..start]);
-                let group = rest[start..open].trim();
-                let joint = if inner.contains(',') { ", " } else { " " };
-                let names: Vec<String> = members
-                    .iter()
-                    .map(|name| if joint == " " { format!("{group}_{name}") } else { format!("{group} {name}") })
-                    .collect();
-                plain.push_str(&names.join(joint));
-            } else if members.len() < 2 {
-                plain.push_str(&rest[..=close]);
-            } else {
-                plain.push_str(&rest[..open]);
-            }
-            rest = &rest[close + 1..];
-        }
-        plain.push_str(rest);
+        let plain = without_brackets(line);
         let separator = SEPARATORS.into_iter().find(|separator| plain.contains(*separator));
         let names: Vec<String> = if separator.is_some() {
             words_of(&plain, separator).map(str::to_lowercase).collect()

@@ -2,12 +2,12 @@
 //! numbers), DTU's `pos_001.txt` (the three lines alone), and NumPy arrays [3, 4] or [n, 3, 4]. Sources: PMVS-2's
 //! documentation, "Camera parameter file"; DTU's MATLAB code for its point clouds.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
-use crate::document::check_rotation;
 use crate::document::npy;
 use crate::document::number_lines::{data_lines, numbers};
+use crate::document::{check_rotation, focal_lengths_of};
 use crate::{Calibration, CameraRecord, Folder, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -26,8 +26,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         let matrix = npy::shape(&source.bytes).is_some_and(|shape| matches!(shape[..], [3, 4] | [_, 3, 4]));
         return matrix && of_array(source).is_ok_and(|found| found.iter().all(is_camera_matrix));
     }
-    let mut lines = data_lines(text);
-    if lines.next().is_some_and(|(_, line)| line == FIRST_LINE) {
+    if data_lines(text).next().is_some_and(|(_, line)| line == FIRST_LINE) {
         return true;
     }
     data_lines(text).count() == 3 && of_text(source, text).is_ok_and(|rows| is_camera_matrix(&rows))
@@ -36,9 +35,8 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
 /// True for K [R | t] of any scale with a focal length of some pixels, which is no rotation.
 fn is_camera_matrix(rows: &CameraMatrix) -> bool {
     let [a, b, c] = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));
-    let focal = |row: DVec3| row.cross(c).length() / c.length_squared();
-    let rotation = glam::DMat3::from_cols(a, b, c).transpose();
-    check_rotation(rotation).is_err() && focal(a) > MIN_FOCAL && focal(b) > MIN_FOCAL
+    let k_r = DMat3::from_cols(a, b, c).transpose();
+    check_rotation(k_r).is_err() && focal_lengths_of(k_r).iter().all(|focal| *focal > MIN_FOCAL)
 }
 
 fn of_text(source: &InputFile, text: &str) -> Result<CameraMatrix> {

@@ -11,6 +11,7 @@ from ...camera import Camera
 from ...world import World
 from .gizmo import axis_length, point_on_plane
 from .overlay import polylines
+from .rotation import up_axis
 
 __all__ = ["FLOOR_HANDLE", "drag_on_floor", "floor_handle"]
 
@@ -29,7 +30,7 @@ def floor_handle(world: World, position: Floats, camera: Camera) -> list[dict[st
 
     The floor is the lowest height of the world's objects.
     """
-    up, foot = _up_of(world), _foot(world, position)
+    up, foot = up_axis(world.up), _foot(world, position)
     sides = np.eye(3)[[axis for axis in range(3) if not up[axis]]]
     turn = np.linspace(0, 2 * np.pi, CIRCLE_PIECES + 1)[:, None]
     radius = RADIUS_SHARE * axis_length(camera, foot)
@@ -48,7 +49,7 @@ def drag_on_floor(world: World, position: Floats, camera: Camera, begin: Floats,
     `begin` and `end` are pixels from the image's top left corner. The position does not change if one of them is above
     the horizon, or very far away.
     """
-    up, foot = _up_of(world), _foot(world, position)
+    up, foot = up_axis(world.up), _foot(world, position)
     rays = [camera.rays(at + camera.corner) for at in (begin, end)]
     if not all(np.isfinite(direction).all() for _, direction in rays):
         return position
@@ -60,12 +61,8 @@ def drag_on_floor(world: World, position: Floats, camera: Camera, begin: Floats,
     return position if distance > limit else np.asarray(position + (second - first))
 
 
-def _up_of(world: World) -> Floats:
-    return np.array([0.0, 0.0, 1.0]) if world.up == "z" else np.array([0.0, 1.0, 0.0])
-
-
 def _foot(world: World, position: Floats) -> Floats:
     """The point [3] of the floor below or above a position."""
-    up = _up_of(world)
+    up = up_axis(world.up)
     height = 0.0 if world.bounds is None else float(world.bounds[0] @ up)
     return np.asarray(position + (height - position @ up) * up)

@@ -15,6 +15,7 @@ from ...srgb import linear_from_srgb
 from ...world import World
 from ...world.framing import without_ground
 from ...world.keys import STRENGTH_KEYS
+from .rotation import up_axis
 
 __all__ = ["NEW_LIGHTS", "UNITS", "describe_light", "edit_light"]
 
@@ -152,7 +153,7 @@ def _new_light(world: World, kind: Any) -> dict[str, Any]:
         )
     bounds = without_ground(world).bounds
     low, high = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
-    up = np.array([0, 0, 1.0] if world.up == "z" else [0, 1.0, 0])
+    up = up_axis(world.up)
     side = np.array([0.35, -0.35, 0.0] if world.up == "z" else [0.35, 0.0, 0.35])
     size = max(float(np.linalg.norm(high - low)), 1e-6)
     center = (low + high) / 2

@@ -1,4 +1,4 @@
-"""Rotations about an axis, in float64."""
+"""The vertical axis, and rotations about an axis, in float64."""
 
 from __future__ import annotations
 
@@ -9,13 +9,17 @@ import numpy as np
 from ...arguments import Floats
 from ...camera import Camera
 
-__all__ = ["rotation_about", "turned_around"]
+__all__ = ["rotation_about", "turned_around", "up_axis"]
+
+
+def up_axis(up: str) -> Floats:
+    """The unit vector [3] of the vertical axis "y" or "z"."""
+    return np.array([0.0, 0.0, 1.0] if up == "z" else [0.0, 1.0, 0.0])
 
 
 def turned_around(camera: Camera, pivot: Floats, angle: float) -> Camera:
     """The camera turned by `angle` (radians) about the vertical axis through `pivot`, as on a turntable."""
-    up = np.array([0.0, 0.0, 1.0]) if camera.up == "z" else np.array([0.0, 1.0, 0.0])
-    turn = rotation_about(up, angle)
+    turn = rotation_about(up_axis(camera.up), angle)
     return camera.at_pose(camera.R @ turn.T, pivot + turn @ (camera.location - pivot))
 
 

@@ -8,7 +8,7 @@ use crate::traverse::exact::clipped_ray::ClippedRay;
 use crate::traverse::exact::leaf::SureCrossings;
 use crate::traverse::exact::ray_state::{ExactRayState, RaySearch};
 use crate::traverse::exact::refine::refine_hits;
-use crate::traverse::single::interleaved::{FEW_RAYS, RaySource, traverse_few, traverse_interleaved};
+use crate::traverse::single::interleaved::{RaySource, traverse_rays};
 
 /// Number of crossings beyond the requested number that are kept before the farthest are dropped.
 const SPARE_CROSSINGS: usize = 64;
@@ -33,12 +33,7 @@ pub fn crossings_batch<I: Isa>(
 ) {
     let lists = Lists { of_rays: vec![0..0; rays.len()], owners: vec![], hits: vec![], spare: vec![] };
     let mut source = CrossingSource { scene, rays: rays.iter().enumerate(), filter, answers, lists };
-    let idle = || ExactRayState::idle(triangles);
-    if rays.len() <= FEW_RAYS {
-        traverse_few::<I, _>(scene, idle, &mut source);
-    } else {
-        traverse_interleaved::<I, _>(scene, idle, &mut source);
-    }
+    traverse_rays::<I, _>(scene, rays.len(), || ExactRayState::idle(triangles), &mut source);
     let Lists { of_rays, owners, mut hits, .. } = source.lists;
     if let Crossings::List { limit, counts, found } = answers {
         refine_hits::<I>(rays, |i| owners[i], triangles, &mut hits);

@@ -7,7 +7,7 @@ use crate::traverse::exact::clipped_ray::{ClippedRay, DONE};
 use crate::traverse::exact::leaf::SureCrossings;
 use crate::traverse::exact::ray_state::{ExactRayState, RaySearch};
 use crate::traverse::exact::ties::MarkedHits;
-use crate::traverse::single::interleaved::{FEW_RAYS, RaySource, traverse_few, traverse_interleaved};
+use crate::traverse::single::interleaved::{RaySource, traverse_rays};
 
 /// The search for the closest hit, or any, that a filter accepts.
 pub struct HitSearch<'a> {
@@ -97,12 +97,7 @@ pub fn trace_alone<I: Isa>(
     MarkedHits { hits, marked }: MarkedHits,
 ) {
     let mut source = HitSource { scene, rays, numbers, filter, any_hit, hits, marked };
-    let idle = || ExactRayState::idle(triangles);
-    if rays.len() <= FEW_RAYS {
-        traverse_few::<I, _>(scene, idle, &mut source);
-    } else {
-        traverse_interleaved::<I, _>(scene, idle, &mut source);
-    }
+    traverse_rays::<I, _>(scene, rays.len(), || ExactRayState::idle(triangles), &mut source);
 }
 
 /// Any hits that a filter accepts; if it does not accept the given closest hits, the closest ones that it accepts.

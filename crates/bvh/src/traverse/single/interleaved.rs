@@ -12,8 +12,8 @@ use crate::simd::Isa;
 /// Rays in flight per thread.
 const RAYS_IN_FLIGHT: usize = 24;
 
-/// Number of rays up to which [`traverse_few`] is faster.
-pub const FEW_RAYS: usize = 2;
+/// Number of rays up to which [`traverse_rays`] traces one after the other: creating all states would take longer.
+const FEW_RAYS: usize = 2;
 
 /// Rays at nodes that may wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
@@ -99,15 +99,19 @@ pub fn traverse_interleaved<'a, I: Isa, R: RayInFlight<'a>>(
     traverse_states::<I, R, RAYS_IN_FLIGHT>(scene, idle, source);
 }
 
-/// [`traverse_interleaved`] for at most [`FEW_RAYS`] rays, one after the other: creating all states would take longer
-/// than tracing so few rays.
+/// [`traverse_interleaved`] for a source of at most `count` rays, which may be one or two.
 #[inline(always)]
-pub fn traverse_few<'a, I: Isa, R: RayInFlight<'a>>(
+pub fn traverse_rays<'a, I: Isa, R: RayInFlight<'a>>(
     scene: &'a Scene,
+    count: usize,
     idle: impl Fn() -> R,
     source: &mut impl RaySource<R>,
 ) {
-    traverse_states::<I, R, 1>(scene, idle, source);
+    if count <= FEW_RAYS {
+        traverse_states::<I, R, 1>(scene, idle, source);
+    } else {
+        traverse_states::<I, R, RAYS_IN_FLIGHT>(scene, idle, source);
+    }
 }
 
 #[inline(always)]
