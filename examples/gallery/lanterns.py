@@ -1,4 +1,4 @@
-"""Night with many lights: 420 paper lanterns rise over a lake and mirror in its ripples."""
+"""Night with many lights: 420 paper lanterns rise over a lake and are reflected in its ripples."""
 
 from __future__ import annotations
 

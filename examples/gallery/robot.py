@@ -1,4 +1,4 @@
-"""A robot arm over a table of parts, with the mask of every link from the channel `instance`."""
+"""A robot arm over a table of parts, with the mask of every link from the channel `category`."""
 
 from __future__ import annotations
 

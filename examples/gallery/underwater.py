@@ -1,4 +1,4 @@
-"""Under water: a school of fish, a lost sword, and sunlight that a projector's image of waves divides into rays."""
+"""Under water: a school of fish, a lost sword, and shafts of sunlight from a projector with an image of waves."""
 
 from __future__ import annotations
 

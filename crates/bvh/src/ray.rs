@@ -97,8 +97,8 @@ pub struct ExactHit {
 pub struct Tie {
     /// The ray's index.
     pub ray: u32,
-    /// True if two of the surfaces are coplanar and the ray does not hit them at their edges. False where a surface only
-    /// touches another one, such as the edge of a box on a floor.
+    /// True if two of the surfaces are coplanar and the ray does not hit them at their edges. False if the surfaces
+    /// only touch at the hit, for example if the ray hits the bottom edge of a box that stands on a floor.
     pub is_coplanar: bool,
 }
 

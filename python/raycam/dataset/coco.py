@@ -117,7 +117,7 @@ def camera_of(shot: Shot) -> Record:
 
 
 def _annotated(shot: Shot, labels: list[Label]) -> list[Label]:
-    """The labels, with the objects of each category whose keypoints name objects joined to one label."""
+    """The labels. If the keypoints of a category have "objects", the labels of its objects are joined to one."""
     plan = shot.plan
     found: list[Label] = []
     parts: dict[str, list[Label]] = {}

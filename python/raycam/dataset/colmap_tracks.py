@@ -15,7 +15,7 @@ __all__ = ["Tracks"]
 CELLS = 1 << 16
 """Maximum number of points times images in memory."""
 PART = 1 << 16
-"""Number of bytes read from the file at a time; at least the row of one image."""
+"""Number of bytes read from the file at a time; more if the row of an image is longer."""
 
 Ints = npt.NDArray[np.integer]
 

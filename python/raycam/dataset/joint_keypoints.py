@@ -22,7 +22,7 @@ def joint_keypoints(
     """Returns the option `keypoints` of "coco" for the robots of a world, by category, and notices.
 
     The names are those of the joints that are not fixed. The skeleton connects each joint with the next one towards
-    the root. Raises `SettingsError` for other formats, and for worlds without robots whose category is the robot.
+    the root. Raises `SettingsError` for other formats, and if no robot was added with `category="robot"`.
     """
     if format != "coco":
         raise SettingsError(
@@ -49,8 +49,8 @@ def joint_keypoints(
         }
     if not found:
         raise SettingsError(
-            f'keypoints="{JOINTS}" requires a robot with joints whose objects have the robot as their category: '
-            'add_robot(..., category="robot"), or category = "robot" in [[robot]]',
+            f'keypoints="{JOINTS}" requires a robot with joints that are not fixed, added with '
+            'add_robot(..., category="robot") or with category = "robot" in [[robot]]',
             code="missing_value",
         )
     return found, notices

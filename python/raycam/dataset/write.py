@@ -158,10 +158,10 @@ def write(
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
-      with "triangles": [...], which follow meshes that deform, "skeleton": [...]}}). With "objects", the names of the
-      objects whose coordinates the points have, all objects of the category are one annotation; instead of a name, a
-      list also contains objects that do not occlude the point. "joints": the joints of robots whose category is the
-      robot
+      with "triangles": [...], which follow meshes that deform, "skeleton": [...]}}). The optional key "objects" has one
+      entry per point: the name of the object in whose mesh coordinates the point is given, or a list of that name and
+      of other objects that do not occlude the point; then all objects of the category form one annotation.
+      `keypoints="joints"` uses the joints of robots that were added with `category="robot"`
     * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: for each image, the finest that can
       represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model.
       Without `model_ids`, the obj_id is the category if that is a whole number, or else an unused number in the order

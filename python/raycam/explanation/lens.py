@@ -117,11 +117,7 @@ def lens_section(steps: LensSteps, C: Floats) -> Iterator[str]:
     else:
         yield f"   d                             {vector(steps.in_camera)}, the same for every pixel"
     yield f"   r  = Rᵀ d                     {vector(steps.direction)}, in the world, of length 1"
-    place = (
-        "the start of the ray, next to the camera centre"
-        if steps.model == "parallel"
-        else "the camera centre"
-    )
+    place = "the origin of the ray" if steps.model == "parallel" else "the camera centre"
     yield f"   C                             {vector(C)}, {place}"
     yield f"   C + r, projected again        {vector(steps.back, 9)}: the same pixel"
     yield "   The ray is f(t) = C + t r, and t, the distance, is greater than 0 in front of the camera."

@@ -225,9 +225,10 @@ class _Converter:
         )
 
     def _emission(self, emission: tuple[float, ...], color: tuple[float, ...], name: str) -> list[float]:
-        """The emitted radiance, linear; zero for coloured materials, to which exporters add emission as a fill light.
+        """The emitted radiance, linear; zero if the material has a diffuse colour, because exporters write emission
+        as a fill light.
 
-        As light, this emission would replace the light of a world that has no other lights.
+        With this emission, a world without other lights would not get the default lights.
         """
         found: list[float] = _linear(np.clip(emission[:3], 0, 1)).tolist()
         if any(found) and any(color):

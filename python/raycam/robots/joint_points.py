@@ -56,7 +56,7 @@ def joint_points(robot: Robot, objects: Container[str]) -> tuple[list[JointPoint
             in_body = body_from_parent @ joint.parent_from_joint
         else:
             text = (
-                f"robot {robot.name!r}: joint {joint.name!r} has no keypoint, because its links have no shape"
+                f"robot {robot.name!r}: joint {joint.name!r} has no keypoint, because no object moves with it"
             )
             notices.append(Notice(text, "ignored_element"))
             continue

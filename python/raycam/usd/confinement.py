@@ -153,7 +153,7 @@ class Confinement:
                 value = Sdf.VariableExpression(asset).Evaluate(variables)
                 named = value.value if isinstance(value.value, str) else ""
                 if not named:
-                    errors = "; ".join(value.errors) or "no string"
+                    errors = "; ".join(value.errors) or "it is not a string"
                     reason = Fault("file_unreadable", f"its expression has no value: {errors}")
             known = len(self._layers)
             opened = reason or (self._opened(layer, named) if named else None)
@@ -179,7 +179,7 @@ class Confinement:
     def _opened(self, layer: Sdf.Layer, asset: str) -> Sdf.Layer | Fault:
         """The layer named by another layer, or the reason why it cannot be opened."""
         if re.match(r"[A-Za-z][\w+.-]+:", asset) and ":SDF_FORMAT_ARGS:" not in asset:
-            text = "networks and databases are not supported; download it into the folder"
+            text = "URLs and asset databases are not supported; download the layer into the folder"
             return Fault("file_not_found", text)
         place = layer.ComputeAbsolutePath(asset)
         if place in self._layers:

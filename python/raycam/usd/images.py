@@ -48,7 +48,7 @@ class Images:
                     other = found_elsewhere(asset.path, self._confinement.stage_folder)
                     if other is None or self._confinement.fault(other):
                         raise UsdRejected(
-                            "file_not_found", "no such file; networks and databases are not supported"
+                            "file_not_found", "no such file; URLs and asset databases are not supported"
                         )
                     self._note("substituted_file", asset.path, f"file not found; {other} is used")
                     place = str(other)

@@ -364,7 +364,7 @@ class Materials:
         return " ".join([MAPS[found.key], *options, file])
 
     def _unwrap(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
-        """Returns an image that looks like `found` without its wrap modes, its matrix, and True to clamp it."""
+        """Returns an image that looks like `found` and needs no wrap modes, its matrix, and True to clamp it."""
         ends = np.array([own.low, own.high]) * np.diag(found.matrix[:, :2]) + found.matrix[:, 2]
         clamp = not {"clamp", "black"}.isdisjoint(found.wraps)
         tiles = []

@@ -473,7 +473,7 @@ class Meshes:
                 "missing_value",
                 prim,
                 f"texture coordinates {name} are missing or unusable; "
-                f"each image is shown in the colour of one point, ({place})",
+                f"each texture is replaced by its colour at ({place})",
             )
         zeros = np.zeros(len(faces.indices), np.int64)
         return Attribute(np.array([constant], np.float32), zeros)

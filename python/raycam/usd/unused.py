@@ -42,7 +42,7 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     kind = prim.GetTypeName()
     angle = value("shaping:cone:angle", 180.0)
     if kind in SHAPED and 90 < angle < 180:
-        said.append(f"its cone of {angle:g} degrees (the maximum is 90); it shines in all directions")
+        said.append(f"its cone of {angle:g} degrees (maximum: 90; the light shines in all directions)")
     elif kind not in SHAPED and angle < 180 and prim.HasAPI(UsdLux.ShapingAPI):
         said.append(f"its cone of {angle:g} degrees")
     if kind.startswith("DomeLight") and (format := value("texture:format", "automatic")) not in FORMATS:
@@ -53,7 +53,7 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     light = UsdLux.LightAPI(prim)
     linked = (light.GetLightLinkCollectionAPI(), light.GetShadowLinkCollectionAPI())
     if any(_leaves_out(collection) for collection in linked):
-        said.append("its light links; it lights all objects")
+        said.append("its light links (it lights all objects)")
     old = [
         key
         for key in OLD_INPUTS
@@ -72,7 +72,7 @@ def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     if source.GetExposureAttr().Get(time):
         said.append("its exposure (render with exposure=)")
     if source.GetFStopAttr().Get(time) and not (source.GetFocusDistanceAttr().Get(time) or 0) > 0:
-        said.append("its f-stop, because focusDistance is missing; the whole image is sharp")
+        said.append("its f-stop (focusDistance is missing, so the whole image is sharp)")
     if source.GetClippingPlanesAttr().Get(time):
         said.append("its clipping planes")
     return said

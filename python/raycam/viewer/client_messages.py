@@ -32,7 +32,7 @@ __all__ = [
 MAX_IMAGE_SIZE = (2560, 1600)
 """The largest image that a client may request, in pixels."""
 MAX_PANES = 4
-"""Cameras that are shown at once."""
+"""Maximum number of cameras that are shown at once."""
 MAX_CHUNK_LENGTH = 60_000
 """The longest piece of an upload, in characters of base64."""
 MAX_MODELS = 100

@@ -103,7 +103,7 @@ def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, A
 
 
 def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Line]]:
-    """Returns text and figure of the ray, text and figures of light and tree as `sections`, and the rays of light."""
+    """Returns the ray's text and figure, with those of the light and the tree as `sections`; and the rays of light."""
     light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
     lines = light_lines(explanation.world, light, path)
     parts = {

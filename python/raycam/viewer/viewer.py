@@ -377,7 +377,7 @@ class Viewer:
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """The widget at the end of a cell, and an image for readers without a kernel; else the address.
 
-        A notebook that a program executes, such as nbconvert, contains only the image.
+        If a program such as nbconvert executes the notebook, returns only the image.
         """
         if self._server is not None:
             return {"text/plain": repr(self)}

@@ -301,7 +301,7 @@ pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
 pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
     nearest_rotation(r).map(|_| ()).map_err(|message| {
         match focal_lengths_of(r).iter().all(|focal| *focal > MIN_FOCAL_IN_PLACE_OF_POSE) {
-            true => "a camera matrix K [R | t] in pixels, but this is the place of a pose [R | t]; use \
+            true => "expected a pose [R | t], found a camera matrix K [R | t] in pixels; use \
                      raycam.Camera.from_matrix(P, size), or write K and the pose separately"
                 .into(),
             false => message,

@@ -129,7 +129,7 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "Virtual KITTI 1",
         |text| text.starts_with("frame r1,1 r1,2 r1,3 t1"),
-        "remove the first line, then load the rest as poses (format=\"poses\", direction=\"camera_from_world\"); K is 725 725 620.5 187 for 1242 x 375",
+        "remove the first line, then load the rest as poses (format=\"poses\", direction=\"camera_from_world\"); for 1242 x 375 pixels, fx = fy = 725, cx = 620.5, cy = 187",
     ),
     unread_format(
         "KITTI's GPS and IMU (oxts)",

@@ -24,7 +24,7 @@ pub(crate) fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-/// Returns a file with the contents of a gzip file, with UTF-16 as UTF-8, and without the byte order mark of UTF-8.
+/// Decompresses a gzip file; converts UTF-16 to UTF-8, and removes the byte order mark of UTF-8.
 pub(crate) fn unpacked(mut source: InputFile, budget: &mut Budget) -> Result<InputFile> {
     if source.bytes.starts_with(b"\x1f\x8b") {
         let bytes = unpack(MultiGzDecoder::new(&source.bytes[..]), &source.path, budget)?;

@@ -207,7 +207,7 @@ fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a 
     let entries = view.at.entries().unwrap_or_default();
     entries.into_iter().find_map(|(key, at)| {
         let key = plain(key);
-        // `camera` alone may be a name; `camera_method` is none.
+        // `camera` alone may be a name; `camera_method` cannot be one.
         let is_name = key == "camera" || NAMES.iter().any(|word| key.contains(word));
         let word = at.word().ok().map(plain)?;
         let fisheye =

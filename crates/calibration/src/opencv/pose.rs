@@ -328,7 +328,7 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
         (Some(world_from_camera), Some(given)) if given.world_from_camera != world_from_camera => {
             return Err(at.fail_as(
                 ErrorCode::ConflictingValues,
-                "direction= contradicts the key's name; expected only one of them",
+                "direction= contradicts the name of the key, which specifies the other direction; omit direction= or rename the key",
             ));
         }
         (_, Some(given)) => {
@@ -339,10 +339,10 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
             let axes = "OpenCV axes (use axes=\"opengl\" if y points up and z backward)";
             let message = match (between(&plain(key)), world_from_camera) {
                 (Some((body, true)), _) => {
-                    format!("read as {body}_from_camera with {axes}; the world has the axes of {body}")
+                    format!("read as {body}_from_camera with {axes}; the coordinate frame of {body} is the world frame")
                 }
                 (Some((body, false)), _) => {
-                    format!("read as camera_from_{body} with {axes}; the world has the axes of {body}")
+                    format!("read as camera_from_{body} with {axes}; the coordinate frame of {body} is the world frame")
                 }
                 (None, true) => format!("read as world_from_camera with {axes}"),
                 (None, false) => format!("read as camera_from_world with {axes}"),

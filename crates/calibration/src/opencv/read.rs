@@ -99,7 +99,7 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
     Ok(calibration)
 }
 
-/// Maximum depth of cameras below the root.
+/// Maximum nesting level of the maps of cameras below the root.
 const MAX_CAMERA_DEPTH: usize = 5;
 
 /// True if a map contains cameras, at most `depth` maps below.
@@ -120,7 +120,7 @@ fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> 
     Ok(found)
 }
 
-/// Same, for the entries of one map, whose key is `parent`.
+/// Appends the cameras of one map, whose key is `parent`.
 fn append_cameras<'a>(
     at: &Cursor<'a>,
     parent: &str,

@@ -80,8 +80,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         notice(
             NoticeCode::AssumedConvention,
             format!(
-                "{tiny} cameras have k1 below 1e-6; k1 is read for coordinates divided by the focal length, as \
-                 Bundler specifies; some programs write it for coordinates in pixels"
+                "{tiny} cameras have k1 below 1e-6; k1 is read for normalized image coordinates, as \
+                 Bundler specifies; some programs write it for pixel coordinates"
             ),
         );
     }

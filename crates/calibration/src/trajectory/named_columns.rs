@@ -43,7 +43,7 @@ enum Role {
     RotationLetter(usize),
     /// A number of a quaternion whose order is not specified: `q0` to `q3`, `q1` to `q4`.
     Numbered,
-    /// x, y or z after another word: a position if no other column is one.
+    /// x, y or z after another word; the position if no other column is named as one.
     Other(usize),
     /// i, j or k without a group: x, y and z of a quaternion if all three are present.
     Imaginary(usize),

@@ -32,7 +32,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     data_lines(text).count() == 3 && of_text(source, text).is_ok_and(|rows| is_camera_matrix(&rows))
 }
 
-/// True for K [R | t] of any scale with a focal length of some pixels, which is no rotation.
+/// True for K [R | t] of any scale: its focal lengths exceed [`MIN_FOCAL`], and its left 3x3 part is not a rotation.
 fn is_camera_matrix(rows: &CameraMatrix) -> bool {
     let [a, b, c] = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));
     let k_r = DMat3::from_cols(a, b, c).transpose();

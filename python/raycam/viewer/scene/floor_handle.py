@@ -1,4 +1,4 @@
-"""The handle of a light on the floor: a circle below the light, which moves it at its height when it is dragged."""
+"""The handle of a light on the floor: dragging the circle below the light moves the light horizontally."""
 
 from __future__ import annotations
 

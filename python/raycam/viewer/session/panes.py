@@ -38,7 +38,7 @@ class Pane:
 
     @property
     def is_still_due(self) -> bool:
-        """True if the samples so far are to be sent, in another channel or with another exposure."""
+        """True if the image must be sent again, because the channel or the exposure has changed."""
         return self.images.still is not None and not self.images.is_shown(self.view.channel)
 
     @property
@@ -53,8 +53,8 @@ def update_panes(
 ) -> tuple[Pane, ...]:
     """Returns the panes of `names` for a session's view; earlier panes of the same cameras keep their samples.
 
-    Each has half of the width and the height of the view's space. Names of cameras that the world no longer has are
-    dropped.
+    Each pane has half the width and half the height of the view's space. Names of cameras that the world no longer
+    has are dropped.
     """
     half = (max(1, view.space[0] // 2), max(1, view.space[1] // 2))
     kept = {pane.name: pane for pane in panes}

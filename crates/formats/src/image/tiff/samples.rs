@@ -16,7 +16,7 @@ use crate::image::decoder::Decoder;
 use crate::image::tiff::directory::Directory;
 use crate::image::tiff::layout::{JPEG, Layout, SampleFormat, UNCOMPRESSED, ZSTD};
 
-/// Layout in which the file is presented to the `tiff` crate, for unusual sample sizes as bytes.
+/// Layout passed to the `tiff` crate; unusual sample sizes are declared as bytes.
 struct Presented {
     size: [u32; 2],
     chunk: [u32; 2],

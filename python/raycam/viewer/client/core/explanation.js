@@ -169,7 +169,7 @@ function lensLines({ x, C, r, imagePoint, undistorted, inCamera, lens: { model, 
     `   x  = (u, v, 1)                ${vectorText(x)}, the centre of the pixel`,
     ...(isParallel ? [`   d                             ${vectorText(inCamera)}, the same for every pixel`] : steps),
     `   r  = Rᵀ d                     ${vectorText(r)}, in the world, of length 1`,
-    `   C                             ${vectorText(C)}, ${isParallel ? "the start of the ray, next to the camera centre" : "the camera centre"}`,
+    `   C                             ${vectorText(C)}, ${isParallel ? "the origin of the ray" : "the camera centre"}`,
     `   C + r, projected again        ${vectorText(back, 9)}: the same pixel`,
     "   The ray is f(t) = C + t r, and t, the distance, is greater than 0 in front of the camera.",
   ];

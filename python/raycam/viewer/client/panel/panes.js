@@ -45,7 +45,7 @@ export class Panes {
     if (this.panes.length) return this.show([]);
     const current = byId("camera", HTMLSelectElement).value;
     const names = [...(current ? [] : [""]), ...this.cameras].slice(0, MOST_PANES);
-    if (names.length < 2) return this.client.say("This view has a single camera: keep more views as cameras in the group Camera.", "notice");
+    if (names.length < 2) return this.client.say("There is only one camera to show. Add views as cameras in the group Camera.", "notice");
     this.show(names);
     this.box.querySelector("button")?.focus();
   }
