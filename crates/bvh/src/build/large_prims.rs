@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn splits_leave_enough_levels() {
+    fn prims_are_split_only_if_enough_tree_levels_are_left() {
         let mut prims = prims(1, 100);
         let range = PrimInfo::from_prims::<Portable>(&prims);
         assert!(split_large::<Portable>(&mut prims, &range, MAX_DEPTH - 7).is_none());

@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn quads_are_paired_in_either_order() {
+    fn triangles_of_a_quad_are_paired_in_either_order() {
         let side = 20;
         let quads = side * side;
         let beside = sheet(side, |t| (t / 2, t % 2 == 1));

@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_every_system_are_split_into_parts() {
+    fn paths_of_every_operating_system_are_split_into_parts() {
         let ends = |name: &[u8]| tails(name).into_iter().map(|t| String::from_utf8(t).unwrap()).collect::<Vec<_>>();
         assert_eq!(ends(b"C:/a/b.png"), ["a/b.png", "b.png"]);
         assert_eq!(ends(b"../m/./b.png"), ["m/b.png", "b.png"]);

@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stand_ins_are_distinguished_from_files() {
+    fn pointer_files_and_error_pages_are_distinguished_from_data() {
         for (bytes, expected) in [
             ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "git lfs pull"),
             ("/annex/objects/SHA256E-s3--ab.obj\n", "git annex get"),

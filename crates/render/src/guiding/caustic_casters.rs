@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn casters_are_smooth_metals_and_solid_glass() {
+    fn caustic_casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = find_caustic_candidates(&prepared.geometry)
             .iter()
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn objects_that_throw_most_light_become_casters() {
+    fn objects_that_focus_the_most_light_become_caustic_casters() {
         let caster = |instance| CausticCaster {
             instance,
             center: DVec3::ZERO,

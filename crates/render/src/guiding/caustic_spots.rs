@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn spots_are_small_and_bright() {
+    fn caustic_spots_are_small_and_bright() {
         let all =
             square([0.0, 0.0], 2.0, 0.3).chain(square([0.3, 0.2], 0.04, 0.02)).chain(square([-0.5, 0.1], 0.04, 0.03));
         let spots = find_spots(all.collect(), 2.0);

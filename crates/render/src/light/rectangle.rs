@@ -228,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_samples_equal_single_samples() {
+    fn batched_rectangle_samples_equal_single_samples() {
         const N: usize = 16;
         let edges = [DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
         let slanted = [edges[0], edges[1] + edges[0] / 4.0];

@@ -184,7 +184,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn shortcut_and_general_case_are_equal() {
+    fn nested_dielectric_shortcut_equals_the_general_case() {
         let mut world = World::default();
         for priority in [0, 3] {
             let material = Material { priority, model: MaterialModel::Glass(Glass::default()), ..Material::default() };

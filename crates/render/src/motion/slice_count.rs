@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_follow_the_motion_within_their_limits() {
+    fn slice_counts_grow_with_the_motion_within_their_limits() {
         let count = |motion| SliceCount::for_motion(motion, [64, 1024]).slices;
         assert_eq!([0.0, 64.0, 65.0, 300.0, 1024.0, 1e9].map(count), [64, 64, 128, 512, 1024, 1024]);
         let step = |motion| SliceCount::for_motion(motion, [64, 256]).coarse_step();

@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_freed_with_their_input() {
+    fn prepared_parts_are_freed_with_their_input() {
         let known = SharedParts::default();
         let [short, long] = ["a", "abc"].map(|text| Arc::new(String::from(text)));
         for text in [&short, &long] {

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn spread_interleaves_with_zeros() {
+    fn spread_puts_a_zero_after_each_bit() {
         assert_eq!(spread(0b1011), 0b100_0101);
         assert_eq!(spread(0xffff), 0x5555_5555);
     }

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn quiet_pixels_next_to_noisy_ones_continue() {
+    fn quiet_pixels_next_to_noisy_pixels_receive_more_samples() {
         let mut variances = [0.0; 16];
         variances[8] = 4.0;
         // The noisy pixel needs 4 / (0.75 * 0.05^2) = 2,133 samples, rounded up to a planned number.

@@ -273,7 +273,7 @@ mod tests {
     const COUNTS: [usize; 5] = [0, 1, LOOKUP_BLOCK - 1, LOOKUP_BLOCK, 3 * LOOKUP_BLOCK + 5];
 
     #[test]
-    fn batched_image_lookups_equal_single_ones() {
+    fn batched_image_lookups_equal_single_lookups() {
         for size in [[1, 1], [2, 1], [37, 20], [512, 256]] {
             let (environment, texture) = made(size);
             for count in COUNTS {
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn batched_sky_lookups_equal_single_ones() {
+    fn batched_sky_lookups_equal_single_lookups() {
         let made = || PreethamSky::new(Up::Y, DVec3::new(1.0, -0.4, 0.2), 3.0, 1.5).0;
         let (environment, sky) = (EnvironmentLight::of_sky(made(), Up::Y, &[]), made());
         for count in COUNTS {
