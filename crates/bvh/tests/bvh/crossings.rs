@@ -40,7 +40,7 @@ fn lines_through_vertices_and_edges_have_an_even_number_of_crossings_with_every_
     }
 }
 
-/// Everything but one triangle.
+/// All triangles except one.
 struct Without(u32);
 
 impl HitFilter for Without {
