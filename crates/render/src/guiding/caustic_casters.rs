@@ -1,7 +1,7 @@
 //! Caustic casters: mirrors, clear glass and glossy objects, which cast light on diffuse surfaces.
 //!
 //! [`find_caustic_candidates`] selects candidates by their materials. The photon pass measures how much light each
-//! candidate casts, and [`choose_casters`] selects those that cast most.
+//! candidate casts, and [`choose_casters`] selects the candidates that cast the most light.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -18,9 +18,9 @@ pub(crate) struct CausticCaster {
     /// Scene-local centre.
     pub center: DVec3,
     pub radius: f64,
-    /// True if some of its surfaces are rough. Samples are guided to a rough caster only if it casts much light.
+    /// True if some surfaces of the caster are rough. Samples are guided to a rough caster only if it casts much light.
     pub is_rough: bool,
-    /// Its share of guided samples, relative to the caster that casts most light.
+    /// The caster's share of guided samples, relative to the caster that casts the most light.
     pub weight: f32,
 }
 
@@ -97,7 +97,7 @@ enum CausticRoughness {
     Rough,
 }
 
-/// Roughness of a material that may cast caustics; `None` for other materials.
+/// Roughness of a material that may cast caustics; `None` for materials that do not focus light.
 fn caustic_roughness(material: &Material) -> Option<CausticRoughness> {
     let (roughness, max_smooth) = match &material.model {
         MaterialModel::Metal(metal) => (metal.roughness, MAX_SMOOTH_CONDUCTOR),

@@ -236,7 +236,7 @@ mod tests {
 
     use super::*;
 
-    /// Environment of an image whose texels all differ.
+    /// An environment with an image in which all texels have different values.
     fn made(size: [u32; 2]) -> (EnvironmentLight, Texture) {
         let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 503 % 1009) as f32 / 100.0);
         let image = Arc::new(Image::new("", size, Texels::Float((0..size[0] * size[1]).map(texel).collect())));

@@ -1,4 +1,4 @@
-//! Importances of a node's children: of one node at many points, or of any node at one point.
+//! Importances of a node's children: for one node at many points, or for any node at one point.
 
 use raycam_bvh::{WithSimd, dispatch_simd};
 
