@@ -133,7 +133,9 @@ def _coarse(e: PixelSteps, center: Floats, radius: float) -> tuple[Floats, Float
         return triangles, colors
     points = (triangles.reshape(-1, 3) - center) / (2 * radius)
     for cells in GRIDS:
-        keys = (np.floor(points.clip(-1e3, 1e3) * cells).astype(np.int64) @ [1, 1 << 20, 1 << 40]).reshape(-1, 3)
+        keys = (np.floor(points.clip(-1e3, 1e3) * cells).astype(np.int64) @ [1, 1 << 20, 1 << 40]).reshape(
+            -1, 3
+        )
         with_area = np.flatnonzero((keys != np.roll(keys, 1, axis=1)).all(axis=1))
         _, distinct = np.unique(np.sort(keys[with_area], axis=1), axis=0, return_index=True)
         if len(distinct) <= MAX_COARSE_TRIANGLES:
