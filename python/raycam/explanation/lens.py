@@ -48,7 +48,9 @@ class LensSteps:
 
 
 def at_line(camera: Camera, column: int, row: int) -> Camera:
-    """Returns the camera at rest, at the middle of the exposure of the pixel's line; unchanged if it does not move."""
+    """Returns the camera at rest, at the middle of the exposure of the pixel's line; unchanged if the camera does not
+    move.
+    """
     if camera.shutter is None:
         return camera
     pixel = np.array([column, row]) + camera.corner + 0.5

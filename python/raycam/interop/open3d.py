@@ -118,7 +118,7 @@ def _record(material: Any) -> Any:
 
 
 def _open3d_material(collector: WorldCollector, record: Any) -> int:
-    """Adds a `MaterialRecord`; its separate images of roughness and metalness are packed into one, as in glTF."""
+    """Adds a `MaterialRecord`; its separate images of roughness and metalness are packed into one image, as in glTF."""
 
     def image(name: str) -> dict[str, int] | None:
         found = getattr(record, name, None)

@@ -19,7 +19,7 @@ MAX_REPORTED = 8  # differences between two worlds
 
 
 def read_description(path: Path) -> dict[str, Any] | None:
-    """Reads a `job.json`; returns None if there is none. Raises `JobError` if it is damaged."""
+    """Reads a `job.json`; returns None if the file does not exist. Raises `JobError` for a damaged file."""
     try:
         text = path.read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):

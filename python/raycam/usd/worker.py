@@ -47,7 +47,7 @@ class Options:
     up: str | None = None
     """The up axis to which objects are turned; None for that of the file."""
     variant: str | None = None
-    """The variants to select; None for those that the file selects."""
+    """The variants to select; None for the variants that the file selects."""
 
 
 def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
@@ -126,7 +126,7 @@ def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], o
 
 
 def _describe_times(stage: Usd.Stage) -> str:
-    """The text for a stage with several times."""
+    """The notice for a stage with several times."""
     rate = rate_of(stage)
     ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
     span = ends if stage.HasAuthoredTimeCodeRange() else " in seconds"

@@ -61,7 +61,7 @@ def path_suffix(path: str | os.PathLike[str]) -> str:
 
 
 def _content_suffix(head: bytes) -> str:
-    """The ending of a GLB or USD file by its first bytes; empty for others."""
+    """The ending of a GLB or USD file, determined by its first bytes; empty for other files."""
     # The first file in a USDZ archive, whose name is in the archive's first bytes, is a USD file.
     if head.startswith(ZIP_MARK) and b".usd" in head[:HEAD_BYTES]:
         return ".usdz"

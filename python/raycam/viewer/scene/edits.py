@@ -110,7 +110,7 @@ class Edits:
         self._show_edited(edit, stroke)
 
     def _show_edited(self, edit: Callable[[World], World], stroke: object = None) -> None:
-        """Shows the world that `edit` returns for the current one, as `change` does."""
+        """Shows the world that `edit` returns for the current world, as `change` does."""
         if not self.allowed:
             raise SettingsError(READ_ONLY, code="read_only")
         changed = edit(self.world)
@@ -157,12 +157,12 @@ class Edits:
 
     @property
     def undo_number(self) -> int:
-        """The number of the step that `undo` undoes; -1 without one."""
+        """The number of the step that `undo` undoes; -1 if there is none."""
         return self._before[-1][0] if self._before else -1
 
     @property
     def redo_number(self) -> float:
-        """The number of the step that `redo` repeats; infinity without one."""
+        """The number of the step that `redo` repeats; infinity if there is none."""
         return self._after[-1][0] if self._after else math.inf
 
     def _show(self, world: World) -> None:

@@ -35,7 +35,7 @@ class Selection:
         """The selected light, whose position has handles; None if an object is selected."""
         self._edits = edits
         self._stroke: tuple[object, Floats] = (None, np.eye(4))
-        """The drag, and the object's matrix when it began."""
+        """The drag in progress, and the object's matrix at the beginning of the drag."""
         self._middles: dict[tuple[int, int], Floats] = {}
 
     def choose(self, number: int, tool: str) -> None:
@@ -84,7 +84,7 @@ class Selection:
         )
 
     def _light_handles(self, world: World, camera: Camera, number: int) -> list[dict[str, Any]]:
-        """The handles that move a light, named after it; none for a light without a position."""
+        """The handles that move a light, named after the light; none for a light without a position."""
         place = _place_of_light(world, number)
         if place is None or not self._edits.allowed:
             return []
