@@ -266,3 +266,6 @@ def test_buttons_store_the_view_as_a_camera_and_as_comparison_image_b(tab: Tab, 
     tab.evaluate("document.getElementById('compare-button').click()")
     tab.wait("document.getElementById('compare').open")
     tab.wait("!document.getElementById('compare-mode').disabled")
+    tab.wait("document.getElementById('compare-mode').value === 'slider'")
+    tab.evaluate("document.getElementById('compare-button').click()")
+    tab.wait("document.getElementById('compare-mode').value === 'off'")

@@ -165,14 +165,18 @@ export class LiveView {
     if (message.type === "welcome" || message.type === "picture") this.status.await(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
     if (message.type === "values" && this.client.held) {
+      const isMeasuring = this.measure.isActive;
       this.measure.receive(message);
       const { held } = this.client;
       const isNew = held !== this.selectedBy && message.u === held.column && message.v === held.row;
-      if (isNew) this.world.pick(message.values.instance?.numbers[0]); // not again with each image: another object may be selected since
+      if (isNew && !isMeasuring) this.world.pick(message.values.instance?.numbers[0]); // not again with each image: another object may be selected since
       if (isNew) this.selectedBy = held;
     }
     if (message.type === "controls") this.script.show(message.controls);
-    if (message.type === "contents") this.world.show(message);
+    if (message.type === "contents") {
+      this.world.show(message);
+      this.look.nameLights(message.counts[1] > 0);
+    }
     if (message.type === "history") this.world.showHistory(message);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "filming") this.showFilming(message);

@@ -436,7 +436,7 @@ class Session:
         name = self.view.opened.edits.keep_camera(self.view.camera, message.name)
         self.show(self.view.through(name))
         self.send_camera()
-        self.notify(f"Added the camera {name} to the world.")
+        self.notify(f'Added the camera "{name}" to the world.')
 
     def _remove_camera(self, message: messages.RemoveCamera) -> None:
         self.view.opened.edits.remove_camera(message.name)
