@@ -272,10 +272,12 @@ def rows(names: Sequence[str], points: int, digits: int, rounds: int) -> list[Se
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--points", type=int, default=1_000_000, help="of each model")
-    parser.add_argument("--digits", type=int, default=5_000, help="of each model beside mpmath")
-    parser.add_argument("--rounds", type=int, default=7, help="pictures of each model")
-    parser.add_argument("--only", nargs="+", default=[*OPENCV, *OTHERS], help="of these models")
+    parser.add_argument("--points", type=int, default=1_000_000, help="points per lens model")
+    parser.add_argument(
+        "--digits", type=int, default=5_000, help="points per lens model that are compared with mpmath"
+    )
+    parser.add_argument("--rounds", type=int, default=7, help="images per lens model")
+    parser.add_argument("--only", nargs="+", default=[*OPENCV, *OTHERS], help="lens models to measure")
     options = parser.parse_args()
     notes = [
         f"project: the largest distance in pixels from OpenCV {cv2.__version__} over {options.points:,} points, or from"

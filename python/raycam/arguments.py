@@ -128,7 +128,7 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
     kind = describe()[0] if describe is not None else cpu_device
     if kind != cpu_device:
         raise error(
-            f"{name} is on the device type {int(kind)} of DLPack; raycam requires CPU memory, so copy it to the CPU",
+            f"{name} is on DLPack device type {int(kind)}; raycam requires CPU memory, so copy {name} to the CPU",
             code="wrong_type",
         )
     try:

@@ -93,7 +93,7 @@ def test_occlusion_considers_only_the_source() -> None:
     assert raycam.bake(world, ["ao"], size=8, samples=16)["ao"].min() < 0.2
 
 
-def test_normals_of_a_fine_sphere_baked_on_a_coarse_one_are_radial() -> None:
+def test_normals_of_a_fine_sphere_baked_on_a_coarse_sphere_are_radial() -> None:
     low, high = raycam.World("y"), raycam.World("y")
     low.add_object(sphere={"radius": 1, "level": 2}, name="ball")
     high.add_object(sphere={"radius": 1, "level": 6})

@@ -56,7 +56,7 @@ def test_single_camera_with_a_mount_is_read_as_a_rig(tmp_path: Path) -> None:
     assert has_notice(seen.notices, "ignored_key", "T_BS", "--rig")
 
 
-def test_raw_cameras_of_kitti_are_in_the_frame_of_the_rectified_ones(tmp_path: Path) -> None:
+def test_raw_cameras_of_kitti_are_in_the_frame_of_the_rectified_cameras(tmp_path: Path) -> None:
     r_rect, r_1 = (cv2.Rodrigues(np.array(v))[0] for v in ([0.01, 0.02, -0.005], [-0.015, 0.004, 0.009]))
     t_1 = np.array([-0.537, 0.005, -0.012])
     k = np.array([[980.0, 0, 690], [0, 975.0, 245], [0, 0, 1]])

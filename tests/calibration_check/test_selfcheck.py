@@ -49,7 +49,7 @@ def test_opencv_recovers_the_camera_from_rendered_images(given: raycam.Camera, b
     assert found.detector_bias < 0.02  # an error of half a pixel would be detected
     assert found.picture_largest < 1e-6
     assert found.cause == "detector"
-    assert "the residual is the corner detector's" in str(found)
+    assert "the residual comes from the corner detector" in str(found)
 
 
 @pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])

@@ -88,7 +88,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
         ("raise ZeroDivisionError('odd')", r"FrameError: ZeroDivisionError: odd"),
     ],
 )  # fmt: skip
-def test_frame_that_kills_its_workers_is_abandoned_and_the_others_are_finished(
+def test_frame_that_kills_its_workers_is_abandoned_and_other_frames_are_finished(
     tmp_path: Path, poison: Path, deed: str, error: str
 ) -> None:
     poison.write_text(POISON.format(deed=deed))

@@ -40,12 +40,12 @@ def group(folder: Path, first: bool = False, **values: object) -> None:
         write(folder / "memory.stat", "\n".join(f"{name} {value}" for name, value in values.items()))
 
 
-def test_machine_without_groups_is_limited_by_its_memory(machine: Path) -> None:
+def test_machine_without_control_groups_is_limited_by_its_memory(machine: Path) -> None:
     assert memory_limits.limits() == [(16 * GIB, 6 * GIB)]
     assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (10 * GIB, 2 * GIB)
 
 
-def test_parent_groups_reduce_free_memory_and_page_caches_do_not(machine: Path) -> None:
+def test_parent_control_groups_reduce_free_memory_and_page_caches_do_not(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/slice/job/task")
     slice = machine / "cgroup/slice"
     group(slice / "job/task", limit="max", used=GIB)
@@ -55,7 +55,7 @@ def test_parent_groups_reduce_free_memory_and_page_caches_do_not(machine: Path) 
     assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (2 * GIB, -GIB)
 
 
-def test_group_with_the_least_free_memory_determines_the_limit(machine: Path) -> None:
+def test_control_group_with_the_least_free_memory_determines_the_limit(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job/task")
     group(machine / "cgroup/job", limit=8 * GIB, used=8 * GIB - 1)
     group(machine / "cgroup/job/task", limit=4 * GIB, used=GIB)

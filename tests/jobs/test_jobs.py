@@ -103,7 +103,9 @@ def test_changed_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest
         Job(tmp_path / "a", package())
 
 
-def test_failed_frames_are_reported_and_the_others_finished(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_failed_frames_are_reported_and_other_frames_finished(
+    tmp_path: Path, whole: dict[str, bytes]
+) -> None:
     def before(frame: int) -> None:
         if frame in (2, 5):
             raise raycam.WorldError("no such thing\nat all")

@@ -45,7 +45,7 @@ def test_objects_that_cannot_fit_are_refused_without_tries(
     monkeypatch.setattr(placement.PlacementSampler, "_try", count_tries)
     with pytest.raises(WorldError) as fault:
         build_recipe(size, count, gap).world(0)
-    assert "on ground" in str(fault.value)
+    assert "ground" in str(fault.value)
     # Only the first of several objects is tried; it finds a position quickly in each of the ten draws.
     assert tries < (1 if count == 1 else 10 * 1000)
 
@@ -76,7 +76,7 @@ def test_measures_of_outlines_equal_closed_forms() -> None:
     )
 
 
-def test_batches_cover_every_try_once() -> None:
+def test_batches_of_tries_contain_each_try_once() -> None:
     numbers = [number for first, last in placement._batches() for number in range(first, last)]
     assert numbers == list(range(placement.MAX_TRIES))
 
@@ -123,7 +123,7 @@ def test_more_objects_than_the_surface_holds_are_refused_before_any_is_placed(
         build_recipe([0.25, 0.25, 0.1], 64, 0.001).world(0)  # their areas are those of the ground
 
 
-def test_objects_on_steps_of_the_ground_are_not_added_up() -> None:
+def test_areas_of_separate_levels_are_not_added_up() -> None:
     """Two levels, of which either holds one object: together they need more than the area of either."""
     stairs = {"name": "ground", "vertices": [], "triangles": []}
     for level in (0.0, 0.5):

@@ -40,7 +40,7 @@ def description(folder: Path) -> dict[str, Any]:
     }
 
 
-def test_second_world_shares_the_trees_of_the_first(tmp_path: Path) -> None:
+def test_second_world_shares_the_search_trees_of_the_first_world(tmp_path: Path) -> None:
     recipe = Recipe(description(tmp_path), folder=tmp_path)
     first, second = recipe.world(0), recipe.world(1)
     raycam.render(first, channels=["depth"])

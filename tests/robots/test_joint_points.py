@@ -44,7 +44,7 @@ def positions(world: raycam.World, robot: raycam.Robot) -> dict[str, np.ndarray]
     return {each.joint: (matrices[each.objects[0]] @ [*each.point, 1.0])[:3] for each in points}
 
 
-def test_points_are_mujocos_anchors(tmp_path: Path) -> None:
+def test_joint_points_equal_mujocos_joint_anchors(tmp_path: Path) -> None:
     path = tmp_path / "arm.xml"
     path.write_text(MJCF)
     world = raycam.load(path)

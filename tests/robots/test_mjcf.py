@@ -172,7 +172,7 @@ def test_world_files_and_command_line_accept_mjcf(arm: Path, capsys: pytest.Capt
     capsys.readouterr()
 
 
-def test_xml_files_with_urdf_or_sdf_are_told_apart_by_their_root(tmp_path: Path) -> None:
+def test_xml_files_with_urdf_or_sdf_are_distinguished_by_their_root(tmp_path: Path) -> None:
     visual = '<visual name="v"><geometry><sphere{}</sphere></geometry></visual>'
     link = f'<link name="a">{visual}</link>'
     urdf, sdf = tmp_path / "urdf.xml", tmp_path / "sdf.xml"

@@ -89,7 +89,7 @@ def test_poses_are_read_in_all_notations(tmp_path: Path, pose: str, expected: li
     np.testing.assert_allclose(world.robots["m"].pose("a")[:3], expected, atol=1e-15)
 
 
-def test_worlds_contain_several_models_and_nested_ones(tmp_path: Path) -> None:
+def test_worlds_contain_several_models_and_nested_models(tmp_path: Path) -> None:
     inner = f'<model name="hand"><pose relative_to="base">0 0 1 0 0 0</pose><link name="palm">{BOX}</link></model>'
     world = load(
         tmp_path,
@@ -238,6 +238,6 @@ def test_invalid_material_values_are_refused(tmp_path: Path, text: str, facts: l
         material_of(tmp_path, text)
 
 
-def test_maps_that_are_not_shown_are_reported(tmp_path: Path) -> None:
+def test_unsupported_material_maps_are_reported(tmp_path: Path) -> None:
     with warns(raycam.Notice, code="ignored_element", mentions=["pbr/normal_map"]):
         material_of(tmp_path, "<pbr><metal><normal_map>n.png</normal_map></metal></pbr>")

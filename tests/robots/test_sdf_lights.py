@@ -84,7 +84,7 @@ def test_ambient_light_is_an_even_sky(tmp_path: Path) -> None:
     assert [one["type"] for one in load(tmp_path, light, "").lights] == ["sun", "sky"]
 
 
-def test_included_lights_are_placed_and_others_left_out(tmp_path: Path) -> None:
+def test_included_lights_are_placed_and_dark_lights_omitted(tmp_path: Path) -> None:
     folder = tmp_path / "sun"
     folder.mkdir()
     (folder / "model.sdf").write_text(

@@ -134,7 +134,7 @@ def test_world_refuses_a_rig_with_a_sensor_that_cannot_be_described() -> None:
         world().add_sensor(DepthSensor(), "../top")
 
 
-def test_rig_without_cameras_has_sensors_but_needs_one() -> None:
+def test_rig_without_cameras_requires_another_sensor() -> None:
     only = raycam.Rig({"depth": DepthSensor()}).at_pose(turned(90), [1, 2, 3])
     assert raycam.Rig.from_dict(json.loads(json.dumps(only.to_dict()))) == only
     np.testing.assert_allclose(only.sensors["depth"].pose[:3, 3], [1, 2, 3])

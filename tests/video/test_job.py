@@ -55,7 +55,7 @@ def run(command: str) -> int:
 
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
-def test_resumed_video_equals_an_uninterrupted_one_in_any_order(tmp_path: Path, name: str) -> None:
+def test_resumed_video_equals_an_uninterrupted_video_in_any_order(tmp_path: Path, name: str) -> None:
     (tmp_path / "one").mkdir()
     write_video(world(), tmp_path / "one" / name, integrator="flat", samples=1)
     Job(job_folder(tmp_path / name), package()).run(Pool(), frames=[5, 2])

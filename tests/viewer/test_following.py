@@ -166,7 +166,7 @@ def test_detached_follower_has_its_own_camera_until_it_follows_again(
     assert own.images is led.images
 
 
-def test_edits_of_the_leader_reach_all_and_only_once(class_server: Server, join: Join) -> None:
+def test_edits_of_the_leader_reach_every_follower_exactly_once(class_server: Server, join: Join) -> None:
     leader, follower, free = join(leads=True), join(), join()
     free.say("follow", mode="detach")
     free.hear("following", attached=False)

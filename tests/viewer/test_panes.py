@@ -68,7 +68,7 @@ def test_panes_are_rendered_again_only_after_changes_that_they_show(client: Clie
     assert [each.images.version for each in session.panes] == [versions[0] + 1, versions[1] + 2]
 
 
-def test_panes_end_with_the_empty_list_and_with_their_camera(client: Client, server: Server) -> None:
+def test_panes_are_removed_by_an_empty_list_and_with_their_camera(client: Client, server: Server) -> None:
     (session,) = server.sessions.values()
     client.say("panes", names=["side", "front"])
     client.say("remove_camera", name="side")

@@ -35,7 +35,7 @@ def step(scheduler: Scheduler) -> Session | None:
     return session
 
 
-def test_moving_views_are_rendered_first_and_oldest_first(small_world: raycam.World) -> None:
+def test_moving_views_are_rendered_first_in_order_of_age(small_world: raycam.World) -> None:
     rests, late, early = (ready(small_world) for _ in range(3))  # the session `rests` has work too
     early.images.restart()
     late.images.restart()

@@ -55,7 +55,7 @@ def test_slots_of_a_principled_material_are_listed(painted: raycam.World) -> Non
 
 
 @pytest.mark.parametrize(("slot", "image"), [("color", PAINT), ("normal", BUMPS)])
-def test_thumbnail_is_the_texture_as_it_lies_on_the_surface(
+def test_thumbnail_shows_the_texture_in_its_orientation_on_the_surface(
     painted: raycam.World, slot: str, image: np.ndarray
 ) -> None:
     found = thumbnail(painted, 1, slot)

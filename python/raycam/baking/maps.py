@@ -124,7 +124,8 @@ def _with_coordinates(
     if uv_set >= len(mesh.uvs):
         raise WorldError(
             f"uv_set {uv_set} is missing; object {object!r} has {len(mesh.uvs)} sets of texture coordinates, from 0; "
-            'atlas="xatlas" (--atlas xatlas) unwraps it, and to="vertices" (--to vertices) needs none',
+            'atlas="xatlas" (--atlas xatlas) creates texture coordinates; to="vertices" (--to vertices) works '
+            "without them",
             code="missing_texture_coordinates",
         )
     return mesh

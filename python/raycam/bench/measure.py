@@ -98,14 +98,14 @@ class BenchReport:
             lines.append(line)
         lines += [
             "",
-            f"Million rays (builds: triangles) per second; best of {self.repeat} calls, including array conversions.",
+            f"Million rays (in build rows: triangles) per second; best of {self.repeat} calls with array conversions.",
             "Scenes are generated; primary rays come in tiles of 8 x 8 pixels.",
         ]
         if beside:
             lines += [
                 f"Embree is used through embreex {self.embree}: single rays in one thread, builds in all threads.",
-                "`ratio` is raycam's rate (watertight, float64 hits) divided by Embree's: rays in one thread, builds",
-                "in all threads. Embree's packets and threads are faster, but embreex does not offer them.",
+                "`ratio` is raycam's rate (watertight, float64 hits) divided by Embree's. Both use one thread for rays",
+                "and all threads for builds. Embree is faster with packets and threads, which embreex does not offer.",
                 "`differ` is the number of rays whose hits differ.",
             ]
         else:

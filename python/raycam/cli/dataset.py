@@ -141,7 +141,7 @@ def _run(options: argparse.Namespace) -> None:
         print(f"{options.output}: {written.frames} views, {options.format}")
     else:
         print(
-            f"shard {options.shard} is finished; the index of {options.output} is written when all shards are"
+            f"shard {options.shard} is finished; the index of {options.output} is written after the last shard"
         )
 
 

@@ -51,7 +51,7 @@ class Explanation(PixelSteps):
     def __repr__(self) -> str:
         """The pixel and the object it shows, in one line; `str` returns all steps."""
         seen = text.name(self.winner) if self.winner else "no triangle"
-        return f"Explanation of pixel {self.pixel}: shows {seen}; print it for all steps"
+        return f"Explanation of pixel {self.pixel}, which shows {seen}; print() shows all steps"
 
     def _repr_svg_(self) -> str:
         """The figure that a notebook shows."""

@@ -234,7 +234,9 @@ class _Scheduler:
         if enough:
             text = str(fault).strip().partition("\n")[0]
             name = type(fault).__name__
-            killed = f"{story.deaths} workers ended while rendering it; last error: " if died else ""
+            killed = (
+                f"{story.deaths} workers ended while they rendered this frame; last error: " if died else ""
+            )
             return FailedFrame(
                 task.frame, f"{killed}{name}: {text}" if text else f"{killed}{name}", "\n".join(story.logs)
             )

@@ -168,7 +168,8 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
         return Verdict(False, "The answer is inverted: an odd number of crossings means inside.")
     if all(expected for expected, _, _ in wrong) and len({order for _, order, _ in wrong}) == 1:
         return Verdict(
-            False, "Only one order of the corners works: accept all signs positive, and all negative."
+            False,
+            "Only one order of the corners works: accept three positive signs and three negative signs.",
         )
     if all(not expected and in_box for expected, _, in_box in wrong):
         return Verdict(False, "Points in the triangle's bounding box are accepted. Test against each edge.")

@@ -82,7 +82,7 @@ class RandomStream:
                 lent = dict(lists[place.integer(0, len(lists) - 1)])
                 if twice := sorted(lent.keys() & table.keys()):
                     raise WorldError(
-                        f"{where}: {', '.join(twice)}: given both in {ONE_OF} and next to it",
+                        f"{where}: {', '.join(twice)}: given both inside and outside {ONE_OF}",
                         code="duplicate_name",
                     )
                 table |= lent

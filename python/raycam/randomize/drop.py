@@ -31,7 +31,7 @@ class Drop:
         check_known_keys(f"drop of {what}", drop, DROP_KEYS)
         where = [key for key in ("into", "on") if key in drop]
         if len(where) != 1:
-            raise WorldError(f"{what}: drop requires one of into and on", code="missing_value")
+            raise WorldError(f"{what}: drop requires one of the keys into and on", code="missing_value")
         if not isinstance(drop[where[0]], str):
             raise WorldError(
                 f"{what}: {where[0]} must be the name of an object, not {drop[where[0]]!r}", code="wrong_type"

@@ -304,10 +304,14 @@ def _count(lengths: dict[str, int]) -> int:
     count = max(lengths.values())
     if 0 in lengths.values():
         empty = next(name for name, length in lengths.items() if length == 0)
-        raise SettingsError(f"{empty} is empty; expected one, or one for each image", code="missing_value")
+        raise SettingsError(
+            f"{empty} is empty; expected one entry, or one entry per image", code="missing_value"
+        )
     if any(length not in (1, count) for length in lengths.values()):
         said = ", ".join(f"{length} {name}" for name, length in lengths.items() if length > 1)
-        raise SettingsError(f"{said}; expected one for all images, or equal numbers", code="wrong_shape")
+        raise SettingsError(
+            f"{said}; expected equal numbers, or one entry for all images", code="wrong_shape"
+        )
     return count
 
 

@@ -66,7 +66,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
             )
         if not cameras:
             raise CameraError(
-                "a rig without sensors; expected at least one camera or lidar", code="missing_value"
+                "the rig has no sensors; expected at least one camera or lidar", code="missing_value"
             )
         named = {word("sensor names", key): item for key, item in cameras.items()}
         mounts = [(key, item._core) for key, item in named.items() if isinstance(item, Camera)]

@@ -161,7 +161,7 @@ class _Document:
         if self.depth >= MAX_INCLUDES:
             raise self.fail(
                 include,
-                f"more than {MAX_INCLUDES} files include each other; is there a circle?",
+                f"more than {MAX_INCLUDES} nested files; do they include each other in a circle?",
                 "budget_exceeded",
             )
         text = uri.text.strip()

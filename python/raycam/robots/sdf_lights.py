@@ -91,8 +91,8 @@ def read_light(
         raise fail(attenuation or light, "the attenuation must not be 0", "out_of_range")
     if constant or linear:
         text = (
-            f"{label}: <attenuation> is replaced by a falloff with the square of the distance, which equals it at "
-            "the world's origin only"
+            f"{label}: <attenuation> is replaced by a falloff with the square of the distance; "
+            "both agree only at the world's origin"
         )
         notices.append(Notice(text, "approximated_value"))
     keys: dict[str, Any] = {

@@ -47,7 +47,7 @@ def read_arrays(folder: Path) -> dict[str, npt.NDArray[Any]]:
         path = folder / f"{name}.bin"
         row = np.dtype(kind).itemsize * columns
         if path.stat().st_size % row:
-            raise ValueError(f"{path.name}: its size is not a multiple of {row} bytes")
+            raise ValueError(f"{path.name}: the file's size is not a multiple of {row} bytes")
         table = np.fromfile(path, dtype=kind).reshape(-1, columns)
         found[name] = table.astype(table.dtype.newbyteorder("="), copy=False)
     return found

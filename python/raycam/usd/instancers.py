@@ -93,7 +93,7 @@ class PointInstancers:
             self._note(
                 "ignored_element",
                 prim,
-                f"its {len(which)} instances are not shown: positions has {positions} values, and all arrays must have"
+                f"all {len(which)} instances are not shown: positions has {positions} values, and all arrays must have"
                 " the same length as protoIndices",
             )
             which = which[:0]

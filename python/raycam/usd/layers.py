@@ -54,7 +54,7 @@ def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
                     known[path] = any(layer.GetPrimAtPath(path) for layer in layers)
                 if not known[path]:
                     file = os.path.basename(spec.layer.realPath or spec.layer.identifier)
-                    text = f"it inherits from <{path}>, which no layer contains (in @{file}@)"
+                    text = f"the prim inherits from <{path}>, which no layer contains (in @{file}@)"
                     yield StageNotice("invalid_file", text, f"prim {prim.GetPath()}")
 
 
@@ -71,7 +71,7 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         if own is not None and own > 0 and unit > 0 and abs(own / unit - 1) > 1e-6:
             yield StageNotice(
                 "assumed_convention",
-                f"its unit is {own:g} m, but the stage's unit is {unit:g} m; its coordinates are not converted:"
+                f"the layer's unit is {own:g} m, but the stage's is {unit:g} m; coordinates are not converted:"
                 f" multiply them by {own / unit:g}",
                 f"layer {name}",
             )
@@ -79,6 +79,6 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         if str(other) != axis:
             yield StageNotice(
                 "assumed_convention",
-                f"its up axis is {other}, but the stage's up axis is {axis}; its coordinates are not converted",
+                f"the layer's up axis is {other}, but the stage's is {axis}; coordinates are not converted",
                 f"layer {name}",
             )

@@ -241,7 +241,7 @@ class Materials:
                 if key in values and fallback is not None:
                     values[key] = _like(fallback, FALLBACK[key])
                 name = self._given(shader, "varname", "")
-                used = "its default" if fallback is None else f"the reader's fallback {fallback}"
+                used = "the input's default" if fallback is None else f"the reader's fallback {fallback}"
                 self._note(
                     "ignored_feature", path, f"{key} from primvar {name!r} is not supported; {used} is used"
                 )
@@ -266,7 +266,7 @@ class Materials:
             return
         base = np.vstack([turned[0].matrix, [0, 0, 1]])
         if np.linalg.det(base) == 0:
-            self._note("ignored_feature", path, "the UsdTransform2d of its image has scale 0 and is ignored")
+            self._note("ignored_feature", path, "the image's UsdTransform2d has scale 0 and is ignored")
             turned[0].matrix = np.eye(3)[:2]
             return
         coordinates.matrix = base[:2]
@@ -274,7 +274,7 @@ class Materials:
         for own in maps:
             own.matrix = own.matrix @ back
             if not _is_straight(own.matrix):
-                self._note("ignored_feature", path, f"the rotation of its {own.key} image is ignored")
+                self._note("ignored_feature", path, f"the rotation of the {own.key} image is ignored")
                 own.matrix = np.eye(3)[:2]
 
     def _given(self, shader: UsdShade.Shader, name: str, default: Any) -> Any:
@@ -311,7 +311,7 @@ class Materials:
             self._note(
                 "assumed_convention",
                 path,
-                "its normal map has no scale 2 and bias -1; these values are assumed",
+                "the normal map lacks scale 2 and bias -1; these values are assumed",
             )
         return found, factor
 
@@ -339,7 +339,7 @@ class Materials:
                 self._note(
                     "ignored_feature",
                     path,
-                    f"texture coordinates {known!r} are ignored; all its images use {coordinates.primvar!r}",
+                    f"texture coordinates {known!r} are ignored; all images use {coordinates.primvar!r}",
                 )
         return matrix[:2]
 

@@ -151,7 +151,7 @@ class Meshes:
             groups = [replace(own, faces=own.faces[~shape.unusable[own.faces]]) for own in groups]
         groups = [own for own in groups if len(own.faces)]
         if not groups:
-            raise Reason("all its faces are holes or unusable")
+            raise Reason("all faces are holes or unusable")
         left_handed = UsdGeom.Gprim(prim).GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded
         mirrored = baked is not None and np.linalg.det(baked[:3, :3]) < 0
         counts = shape.faces.counts
@@ -231,7 +231,7 @@ class Meshes:
         try:
             points = self._skinning.points(prim, shape.faces.points)
         except ValueError as reason:
-            self._note("ignored_feature", prim, f"its skeleton is not applied: {reason}")
+            self._note("ignored_feature", prim, f"the mesh's skeleton is not applied: {reason}")
             return
         if shape.normals is not None:
             normals = self._skinning.normals(prim, shape.normals.spread(), shape.faces)
@@ -274,7 +274,7 @@ class Meshes:
             self._note(
                 "ignored_feature",
                 prim,
-                "the target of its material binding is missing or of an unknown purpose",
+                "the material binding's target is missing or has an unknown purpose",
             )
         if prim.GetTypeName() == "Mesh":
             holes = read_table(UsdGeom.Mesh(prim).GetHoleIndicesAttr().Get(self._time), 1)
@@ -299,7 +299,7 @@ class Meshes:
         colors = self._find(prim, "displayColor", 3, instance)
         base: tuple[float, ...] = GREY
         if colors is not None and (colors.rows is None or not np.isfinite(colors.rows).all()):
-            self._note("ignored_key", prim, "displayColor is ignored: it has values that are not numbers")
+            self._note("ignored_key", prim, "displayColor is ignored: some values are not numbers")
             colors = None
         if colors is not None:
             if (row := colors.constant) is not None:
@@ -338,7 +338,7 @@ class Meshes:
                 self._note(
                     "ignored_key",
                     prim,
-                    f"its material reads colours from primvar {reader.primvar}, which is missing or not a colour;"
+                    f"the material reads colours from primvar {reader.primvar}, which is missing or not a colour;"
                     " the reader's fallback is used",
                 )
             return Group(self._materials.tint(number, reader.fallback or (0.0, 0.0, 0.0)), chosen)
@@ -359,7 +359,7 @@ class Meshes:
             self._note(
                 "invalid_file",
                 subset.GetPrim(),
-                'its material is used although familyName is not "materialBind"',
+                'the subset\'s material is used although familyName is not "materialBind"',
             )
             subsets.append(subset)
         return subsets
@@ -519,7 +519,7 @@ def _array(attribute: Usd.Attribute, kind: type, time: Usd.TimeCode) -> Any:
         given = attribute.GetPropertyStack(time)[0].typeName
         raise Reason(f"{attribute.GetName()} has the type {given}, expected {attribute.GetTypeName()}")
     if not value:
-        raise Reason(f"it has no {attribute.GetName()}")
+        raise Reason(f"the mesh has no {attribute.GetName()}")
     return np.array(value)
 
 

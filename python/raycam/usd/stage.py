@@ -171,11 +171,13 @@ class StageReader:
     def _read_geometry(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
         matrix = self._turn @ np.array(from_local).T
         if not np.isfinite(matrix).all():
-            self._note("ignored_element", prim, "not shown: its transform is not finite")
+            self._note("ignored_element", prim, "not shown: the prim's transform is not finite")
             return
         rank = np.linalg.matrix_rank(matrix[:3, :3])
         if rank < 2:
-            self._note("ignored_element", prim, "not shown: its transform has scale 0 along two axes or more")
+            self._note(
+                "ignored_element", prim, "not shown: the prim's transform has scale 0 along two axes or more"
+            )
             return
         # A matrix of rank 2 has no inverse, so the points are written in world coordinates.
         appearance = self._meshes.describe(prim, baked=matrix if rank < 3 else None)

@@ -65,7 +65,7 @@ def test_more_samples_smooth_edges() -> None:
     assert 0.01 < changed < 0.4
 
 
-def test_geoms_covered_by_identical_later_ones_are_omitted_with_a_notice() -> None:
+def test_geoms_covered_by_identical_later_geoms_are_omitted_with_a_notice() -> None:
     box = '<geom name="{}" type="box" size=".3 .2 .1" rgba="{} 1"/>'
     shapes = (
         box.format("lower", "1 0 0")

@@ -201,7 +201,7 @@ def test_crossings_equal_the_reference_in_random_states(count: int) -> None:
 ARROWS = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowDown": (0, -1)}
 
 
-def test_walk_through_a_vertex_counts_it_once() -> None:
+def test_vertex_passed_by_the_ray_counts_once() -> None:
     (lines,) = in_page("return crossingTexts([[]], 'Send u through vertex b');")
     assert "u passes exactly through b, which counts as right of u" in lines
     assert lines[-1] in ("0 crossings: even, f(t) is outside", "2 crossings: even, f(t) is outside")

@@ -41,8 +41,8 @@ class LightSources:
                 faded += [name] if kind != DIRECTIONAL else []
         if faded:
             text = (
-                f"lights {', '.join(faded)}: light decreases with the square of the distance, unlike in MuJoCo; the "
-                "strength is equal at the centre of the model"
+                f"lights {', '.join(faded)}: light decreases with the square of the distance, unlike in MuJoCo; "
+                "both programs agree only at the model's centre"
             )
             notices.append(Notice(text, "approximated_value"))
         if ambient.any():
