@@ -84,6 +84,10 @@ class Edits:
         """Sets a light's position; the changes of one drag are one step of undo. Raises `WorldError`."""
         self._show_edited(lambda world: edit_light(world, number, "position", position.tolist()), stroke)
 
+    def turn_light(self, number: int, direction: Floats, stroke: object) -> None:
+        """Sets a light's direction; the changes of one drag are one step of undo. Raises `WorldError`."""
+        self._show_edited(lambda world: edit_light(world, number, "direction", direction.tolist()), stroke)
+
     def keep_camera(self, camera: Camera, name: str) -> str:
         """Adds a camera to the world, as an edit that can be undone; returns its name, which is new."""
         taken = self.world.cameras

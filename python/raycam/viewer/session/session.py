@@ -180,7 +180,7 @@ class Session:
         if view.outline() != self._outline:
             self.greet()
         elif view.camera is not before.camera or view.bounds is not before.bounds or view.size != before.size:
-            self.send_camera()
+            self.send_camera(is_moving=True)
 
     def greet(self) -> None:
         """Sends the complete view to the client."""
@@ -218,7 +218,7 @@ class Session:
             "lidars": lidar_names(self.view.base),
             **self.view.welcome(),
             **self.about(),
-            "camera": self.view.camera_message(self.connection.last_move),
+            "camera": self.view.camera_message(self.connection.cameras.last_move),
         }
 
     def about(self) -> dict[str, Any]:
@@ -229,9 +229,10 @@ class Session:
         notices += [] if added is None else [added]
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
-    def send_camera(self) -> None:
-        """Sends the current camera of the view."""
-        self.connection.send(self.view.camera_message(self.connection.last_move))
+    def send_camera(self, *, is_moving: bool = False) -> None:
+        """Sends the current camera of the view. While it is moving, one message is sent for each image."""
+        message = self.view.camera_message(self.connection.cameras.last_move)
+        self.connection.send_camera(message, is_moving=is_moving)
 
     def rebase(self) -> None:
         """Shows the world after an edit, or another world from a script."""
@@ -331,7 +332,7 @@ class Session:
             self.show(self.view.with_space(space))
 
     def _move(self, message: messages.Move) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         try:
             view = self.view.moved(
                 np.reshape(message.R, (3, 3)),
@@ -357,7 +358,7 @@ class Session:
                 each.images.show_again()  # the client may have reconnected
 
     def _go_home(self, message: messages.Home) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         self.show(self.view.at_home())
         self.send_camera()
 
@@ -466,12 +467,12 @@ class Session:
                 self.send_camera()
 
     def _view_from(self, message: messages.FromSide) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         self.show(self.view.from_side(message.name))
         self.send_camera()
 
     def _look_through(self, message: messages.LookThrough) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         try:
             self.show(self.view.through(message.name))
         finally:
