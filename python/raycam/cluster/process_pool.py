@@ -150,7 +150,7 @@ class _Worker:
     def make(self, task: FrameTask) -> FrameResult:
         """Renders a frame; raises `WorkerDied` if the worker dies before its answer."""
         to, back = self.process.stdin, self.process.stdout
-        if to is None or back is None:  # they are pipes
+        if to is None or back is None:  # for mypy: both are pipes
             raise AssertionError
         try:
             to.write(json.dumps(task._asdict()).encode() + b"\n")

@@ -106,7 +106,7 @@ def tree_search(explanation: PixelSteps) -> TreeSearch:
         order = np.argpartition(max(places, key=np.ptp), len(members) // 2)
         halves = (members[order[: len(members) // 2]], members[order[len(members) // 2 :]])
         children = [(half, depth + 1, *bounds(half)) for half in halves]
-        waiting += sorted(children, key=lambda each: -each[4])  # the nearer one is opened first
+        waiting += sorted(children, key=lambda each: -each[4])  # the nearer child is opened first
     return TreeSearch(
         tuple(boxes),
         counts["boxes"],

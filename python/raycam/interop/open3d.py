@@ -88,7 +88,7 @@ def _textured(collector: WorldCollector, image: dict[str, int] | None) -> int | 
     return collector.glb.add("materials", pbrMetallicRoughness=pbr, doubleSided=True)
 
 
-# Images, numbers and colours of a tensor mesh's material, by their names in a `MaterialRecord`.
+# The images, numbers and colours of a tensor mesh's material, by their names in a `MaterialRecord`.
 IMAGES = {"ao": "ambient_occlusion"} | {
     name: name for name in ("albedo", "normal", "roughness", "metallic", "ao_rough_metal")
 }

@@ -61,7 +61,7 @@ def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> t
     if visual.kind == "texture":
         uvs = None if visual.uv is None or len(visual.uv) != len(vertices) else np.asarray(visual.uv)
         material = _trimesh_material(collector, visual.material, textured=uvs is not None)
-        # For a file with both, trimesh stores vertex colours, which multiply the texture, separately.
+        # If a file also has vertex colours, which multiply the texture, trimesh stores these colours separately.
         beside = visual.vertex_attributes.get("color")
         colors = None if beside is None or len(beside) != len(vertices) else to_linear(beside)
     elif visual.kind == "vertex":

@@ -47,7 +47,7 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
             before = JobPackage.from_bytes(stored.read_bytes(), str(stored), there["job"]).world
             lines += world_differences(before, asked.world)
         except (Error, OSError):
-            pass  # the package has another version or is damaged: the hashes above are all that is known
+            pass  # the package has another version or is damaged, so only the hashes above are known
     return (
         f"{folder}: contains another job: {'; '.join(lines)}. Use another folder, or resume=False to start over "
         "and delete its results"

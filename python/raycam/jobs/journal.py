@@ -170,8 +170,7 @@ class Journal:
         try:
             with with_path(self._path):
                 if os.write(self._file, line) != len(line):
-                    # The disk accepted only a part. A second attempt raises the error, or uses the
-                    # remaining space.
+                    # The disk accepted only a part of the line. A second attempt raises the error or succeeds.
                     os.ftruncate(self._file, before)
                     if os.write(self._file, line) != len(line):
                         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -121,12 +121,12 @@ def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
     reverse = place[(order + len(pairs)) % len(order)]
-    # The source's photograph that corresponds to each of the target's.
+    # For each photograph of the target, the corresponding photograph of the source.
     equal = (views[source][:, :, None] == views[target][:, None, :]) & (views[target] >= 0)[:, None, :]
     same, known = equal.argmax(axis=1).T, equal.any(axis=1).T
     flat = same * len(source) + np.arange(len(source))
     starts = np.flatnonzero(np.diff(target, prepend=-1))
-    # One row for each choice: operations on long rows are fast.
+    # The array has one row for each choice, because operations on long rows are fast.
     rows_of_cost = np.ascontiguousarray(cost.T)
     message = np.zeros((views.shape[1], len(order)))
     least = energy(cost, views, chosen, pairs)

@@ -118,7 +118,7 @@ def solve_poisson(links: GridLinks, right: Floats) -> Floats:
 
     def cycle(number: int, residual: Single) -> Single:
         level = levels[number]
-        if number == len(levels) - 1:  # a level without links is the coarsest one
+        if number == len(levels) - 1:  # a level without links is the coarsest level
             return np.asarray(residual / level.diagonal, np.float32)
         x: Single = level.inverse * residual
         rest = level.sums_in_squares(

@@ -320,7 +320,8 @@ class PlacementSampler:
     def _world_axes(self, pose: Floats) -> Floats:
         """Converts a transform from axes with up last to the world's axes."""
         order = np.eye(4)
-        order[:3, :3] = np.eye(3)[self._axes]  # rotation from world axes to axes whose last one is up
+        # The rotation from world axes to axes whose third axis points up.
+        order[:3, :3] = np.eye(3)[self._axes]
         found: Any = product(product(order.T, pose), order)
         return np.asarray(found)
 

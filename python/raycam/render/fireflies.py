@@ -84,7 +84,7 @@ def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:
     if min(height, width) < 3:
         return np.zeros((0, 2), dtype=np.int64)
     padded = np.pad(light, 1, mode="edge")
-    # Few pixels are far brighter than their darkest neighbours: the median is found for those alone.
+    # Few pixels are far brighter than their darkest neighbours, so the median is computed only for these pixels.
     rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
     darkest = np.minimum(np.minimum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
     y, x = np.nonzero(light > FIREFLY_RATIO * darkest)

@@ -53,7 +53,7 @@ class Options:
 def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     """Reads the file, writes arrays, materials and images to the folder, and returns the rest of the world."""
     confinement = Confinement(path, Path(options.folder), options.bytes)
-    layers = confinement.open_layers()  # the stage uses the open layers
+    layers = confinement.open_layers()  # the stage uses layers that are already open
     stage = Usd.Stage.Open(layers[0])
     if stage is None:
         raise UsdRejected("syntax", "Pixar's library cannot open the file as a stage")

@@ -245,7 +245,7 @@ class Server:
             hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
             if not isinstance(hello, Hello):
                 raise BadMessage("the first message must be hello")
-        except TimeoutError:  # a page on a slow machine: it connects again
+        except TimeoutError:  # probably a page on a slow machine, which will connect again
             await connection.close(GOING_AWAY, f"no hello within {HANDSHAKE_TIME:g} s")
             return None
         except BadMessage as error:

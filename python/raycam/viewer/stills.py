@@ -45,7 +45,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 Floats32 = npt.NDArray[np.float32]
 SLICE = 0.03  # maximum seconds that other sessions wait
 FIRST_WAIT = 0.5  # seconds of sampling until an image is shown although the samples have not doubled
-WAIT_GROWTH = 1.4  # factor of this time after each image, so that a slow refinement sends few images
+WAIT_GROWTH = 1.4  # factor of FIRST_WAIT after each image, so that a slow refinement sends few images
 SHOWING = 0.25  # maximum fraction of the time spent on showing images before the last one
 
 

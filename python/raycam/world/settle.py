@@ -101,7 +101,7 @@ def settle(
     )
     if fault is not None:
         raise WorldError(fault[1], code=fault[0])
-    assert settled is not None  # for mypy: one of both is present
+    assert settled is not None  # for mypy: one of the two is always present
     (attempts, steps, penetration, motion), transforms = settled
     for number, matrix in zip(moving, transforms, strict=True):
         world.set_object(number, matrix=np.array(matrix))

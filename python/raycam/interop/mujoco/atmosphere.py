@@ -78,9 +78,8 @@ class Atmosphere:
             return
         vertical = directions @ up
         slope = -vertical / np.sqrt(np.maximum(1 - vertical**2, 1e-30))
-        below = slope / np.maximum(
-            elevation + slope * narrowing, 1e-30
-        )  # 1 at the plane, 0 at the camera's height
+        # `below` is 1 at the plane and 0 at the camera's height.
+        below = slope / np.maximum(elevation + slope * narrowing, 1e-30)
         reached = radius * np.hypot(1 - narrowing * below, elevation * below)
         shown = (slope > 0) & (below <= 1) & (reached <= distances)
         # The densest height divides the cone where it is seen at 45 degrees from the edge of the sky.

@@ -167,7 +167,7 @@ def _layers(
 
     def layer(order: Floats) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.uint8]]:
         distance, strength = np.zeros((cycles, lasers), np.uint16), np.zeros((cycles, lasers), np.uint8)
-        rows = np.argsort(order, kind="stable")  # later rows replace earlier ones
+        rows = np.argsort(order, kind="stable")  # later rows replace earlier rows
         where = (at[0][rows], at[1][rows])
         distance[where], strength[where] = counts[rows], intensity[rows]
         return distance, strength
