@@ -135,7 +135,7 @@ class Lidar:
         for label, array in (("times", moments), ("rings", numbers), ("origins", starts)):
             if array is not None and len(array) != count:
                 raise LidarError(
-                    f"{label} has {len(array)} rows for {count} directions; expected one each",
+                    f"{label} has {len(array)} rows for {count} directions; expected one row for each direction",
                     code="wrong_shape",
                 )
         for label, array in (("directions", ways), ("times", moments), ("origins", starts)):
