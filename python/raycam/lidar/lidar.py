@@ -167,7 +167,7 @@ class Lidar:
     # Settings ---------------------------------------------------------------------------------------------
 
     def replace(self, **settings: Any) -> Self:
-        """Returns the lidar with new settings (see the class); None restores the device's own."""
+        """Returns the lidar with new settings (see the class); None restores the device's own setting."""
         return self._copy(settings=settings)
 
     def _copy(self, *, settings: Mapping[str, Any] | None = None, track: Track | None = None) -> Self:
