@@ -187,7 +187,9 @@ def main() -> None:
     arguments = parser.parse_args()
     notes = [*fresh(), *small(), *many(arguments.rounds)]
     head = ["scene", "camera moved", "world.at(t)", "ratio", "set_object", "ratio"]
-    report.write("edit", "An object moved", notes, head, rows(arguments.rounds, arguments.calls))
+    report.write(
+        "edit", "Images after an object was moved", notes, head, rows(arguments.rounds, arguments.calls)
+    )
 
 
 if __name__ == "__main__":
