@@ -1,4 +1,5 @@
-"""The lecture's page: its bytes, the time until its first figure is live, and images a second while it is dragged.
+"""Measures the lecture's page: its size in bytes, the time until its first figure is live, and images per second while
+a figure is dragged.
 
 Needs `make web` and Chromium. Each figure is dragged by pointer events in every animation frame: on its first canvas
 that can be dragged, otherwise on its first slider.
@@ -68,7 +69,7 @@ def first(tab: Tab, path: Path, count: int) -> tuple[list[float], list[float]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=2.0, help="dragging of each figure")
+    parser.add_argument("--seconds", type=float, default=2.0, help="seconds for which each figure is dragged")
     parser.add_argument("--loads", type=int, default=5)
     options = parser.parse_args()
     load_before = os.getloadavg()[0]

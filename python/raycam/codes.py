@@ -38,7 +38,7 @@ _OWN_NOTICES = {
         "Move the camera; world.view_from shows the whole world.",
     ),
     "nothing_lit": Code(
-        "The visible objects are black because no light reaches them or their materials reflect none.",
+        "The visible objects are black because no light reaches them or because their materials reflect no light.",
         "Check the positions and directions of the lights, and the colours of the materials.",
     ),
     "overexposed": Code(
@@ -127,7 +127,7 @@ _OWN_NOTICES = {
     ),
     "unusable_worker": Code(
         "A worker cannot render frames, or fewer workers than requested were started.",
-        "Install the same version of raycam on it; the message states the reason.",
+        "Install the same version of raycam on the worker; the message states the reason.",
     ),
     "waiting_for_workers": Code(
         "A cluster has no workers yet.",
@@ -178,7 +178,7 @@ _OWN_NOTICES = {
         "Use the size that the message contains.",
     ),
     "misaligned_photographs": Code(
-        "Photographs are shifted against the others, so their poses or lenses seem to be wrong.",
+        "Photographs are shifted relative to the other photographs, so their poses or lenses seem to be wrong.",
         "Improve the poses of the photographs, or remove them.",
     ),
 }
@@ -213,7 +213,7 @@ _OWN_ERRORS = {
         "Use a closed mesh that encloses a volume.",
     ),
     "not_settled": Code(
-        "Objects did not come to rest without penetrating each other, within their target.",
+        "The falling objects did not come to rest inside their target without penetrating each other.",
         "Use fewer objects, more room, more time or another seed.",
     ),
     "unsupported_camera": Code(

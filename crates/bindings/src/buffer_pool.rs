@@ -13,7 +13,7 @@ use crate::arrays::DictResult;
 
 /// Maximum number of bytes kept.
 const MAX_BYTES: usize = 256 << 20;
-/// Number of consecutive renders without using an array after which the array is freed.
+/// An array is freed after this number of consecutive renders that do not use the array.
 const MAX_IDLE_RENDERS: u64 = 8;
 /// Smaller planes, in bytes, are not kept.
 const MIN_BYTES: usize = 1 << 15;
@@ -21,14 +21,14 @@ const MIN_BYTES: usize = 1 << 15;
 /// Bytes per cache line: planes start at a cache line, and whole lines are written fastest.
 const CACHE_LINE: usize = 64;
 
-/// Values of a plane, plus one cache line. Python holds a view of it, which keeps it alive.
+/// Values of a plane, plus one cache line. Python holds a view of the plane, which keeps the memory alive.
 enum PooledArray {
     F32(Py<PyArray1<f32>>),
     F64(Py<PyArray1<f64>>),
     I32(Py<PyArray1<i32>>),
 }
 
-/// Array, and when it was last used.
+/// An array, and the time when the array was last used.
 struct PoolEntry {
     array: PooledArray,
     values: usize,
@@ -42,8 +42,8 @@ struct BufferPool {
 }
 
 /// Locked only while the GIL is held, and only briefly, so that a fork finds it unlocked. No Python objects are created
-/// while it is locked: that could run Python code (an import, the garbage collector), which lets other threads run, and
-/// these would deadlock here.
+/// while it is locked: creating an object could run Python code (an import, the garbage collector), which lets other
+/// threads run, and these threads would deadlock here.
 static POOL: Mutex<Option<BufferPool>> = Mutex::new(None);
 
 impl PooledArray {

@@ -35,14 +35,14 @@ Entry = tuple[Usd.Prim, "Role"]
 
 
 class Role(Enum):
-    """The way in which raycam uses a prim."""
+    """The kinds of prims that raycam distinguishes."""
 
     GEOMETRY = 1
     INSTANCER = 2
     CAMERA = 3
     LIGHT = 4
     UNSUPPORTED = 5
-    """A type that other renderers show."""
+    """A prim type that other renderers show."""
     NONE = 6
     INSTANCE = 7
     """A native instance, whose prims have roles of their own."""
@@ -53,7 +53,7 @@ class ReadOptions:
     """Selects which parts of a stage are read."""
 
     time: float | None
-    """The time in seconds; None for the first one."""
+    """The time in seconds; None for the first time."""
     merged: bool
     """True if all meshes become one object, without lights and cameras."""
     up: str | None
@@ -62,7 +62,7 @@ class ReadOptions:
 
 
 class StageReader:
-    """Reads one stage; collects objects, lights and cameras."""
+    """Reads a stage, and collects its objects, lights and cameras."""
 
     def __init__(self, stage: Usd.Stage, images: Images, options: ReadOptions) -> None:
         self.lights: list[dict[str, Any]] = []
@@ -281,11 +281,13 @@ class StageReader:
     def _read_geometry(self, prim: Usd.Prim, from_local: Gf.Matrix4d, number: int) -> None:
         matrix = self._placement.turn(from_local)
         if not np.isfinite(matrix).all():
-            self._note("ignored_element", prim, "not shown: its transform is not finite")
+            self._note("ignored_element", prim, "not shown: the prim's transform is not finite")
             return
         rank = 3 if is_solid(matrix[None])[0] else np.linalg.matrix_rank(matrix[:3, :3])
         if rank < 2:
-            self._note("ignored_element", prim, "not shown: its transform has scale 0 along two axes or more")
+            self._note(
+                "ignored_element", prim, "not shown: the prim's transform has scale 0 along two axes or more"
+            )
             return
         # A matrix of rank 2 has no inverse, so the points are written in world coordinates.
         appearance = self._meshes.describe(prim, baked=matrix.T if rank < 3 else None)

@@ -18,7 +18,7 @@ class PrimVisibility:
         self._purposes: dict[Sdf.Path, Any] = {}
 
     def hidden_reason(self, prim: Usd.Prim, prototype: Usd.Prim | None = None) -> str | None:
-        """The reason why a prim is not shown; None if it is shown.
+        """The reason why a prim is not shown; None if the prim is shown.
 
         Within a `prototype` of a point instancer, the visibility of the prims above it has no effect, as in Storm.
         """

@@ -6,7 +6,8 @@ use crate::build::prim_ref::PrimRef;
 use crate::limits::MAX_DEPTH;
 use crate::node::NodeBlock;
 
-/// Boxes as leaves, one each; the top of the tree is built from all of them or from one in this many.
+/// A builder with one box per leaf. The top of the tree is built from all boxes, or from a sample of one in this
+/// number.
 struct Boxes(Option<usize>);
 
 impl LeafBuilder for Boxes {
@@ -83,7 +84,7 @@ fn trees_contain_every_box_once() {
     let point = |x: f32| ([x; 3], [x; 3]);
     let same = vec![point(1.0); N as usize];
     let spread: Vec<_> = (0..N).map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32)).collect();
-    // Each box is half the size of the previous one: the heuristic alone would create a list.
+    // Each box is half the size of the previous box, so the heuristic alone would create a list.
     let shrinking: Vec<_> = (0..140).map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3])).collect();
     let nested: Vec<_> = (0..N).map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3])).collect();
     // All boxes that the sample does not contain are in one place.
@@ -195,7 +196,7 @@ fn large_floors_are_children_of_the_root() {
             (lower, lower.map(|x| x + 0.01))
         };
         let mut boxes: Vec<_> = (0..n).map(small).collect();
-        // Both in the sample and not in it.
+        // Some large floors are in the sample, and others are not.
         boxes.insert(n / 2, ([-1.0, -1.0, 0.0], [2.0, 2.0, 0.0]));
         for sample in [None, Some(4), Some(16)] {
             let tree = built(&boxes, sample);

@@ -87,7 +87,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     let is_fisheye = stated(view)?.is_some_and(|(_, word)| word == "fisheye");
     let fisheye = |i: usize| [0, 1, 4, 5].iter().position(|&k| k == i);
     if is_fisheye || values.iter().any(|&(i, value)| i == 5 && value != 0.0) && !values.iter().any(|v| v.0 == 6) {
-        // There are only k1 k2 k3 k4.
+        // The lens has only the coefficients k1 k2 k3 k4.
         let mut four = vec![0.0; 4];
         for &(i, value) in values.iter().filter(|(_, value)| *value != 0.0) {
             let place = fisheye(i).ok_or_else(|| named.at.fail("fisheye has only k1 k2 k3 k4"))?;
@@ -147,7 +147,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     view.above.iter().find_map(|at| stated_here(&KeyView::new(at.clone())).transpose()).transpose()
 }
 
-/// Same, for the keys of one map.
+/// Same as above, for the keys of one map.
 fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     let is_word = |at: &Cursor<'_>| matches!(at.node.value, Value::Scalar(_));
     if let Some(at) = view.all(&keys::FISHEYE).into_iter().find(is_word) {
@@ -202,12 +202,12 @@ const NAMES: [&str; 16] = [
     "frame",
 ];
 
-/// "fisheye" as the text of a key that is neither a known one nor a name: `calibration_method: cv2.fisheye`.
+/// "fisheye" as the value of a key that is neither a known key nor a name: `calibration_method: cv2.fisheye`.
 fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a str)> {
     let entries = view.at.entries().unwrap_or_default();
     entries.into_iter().find_map(|(key, at)| {
         let key = plain(key);
-        // `camera` alone may be a name; `camera_method` cannot be one.
+        // `camera` alone may be a name; `camera_method` cannot be a name.
         let is_name = key == "camera" || NAMES.iter().any(|word| key.contains(word));
         let word = at.word().ok().map(plain)?;
         let fisheye =

@@ -80,7 +80,7 @@ fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
 
 /// Channels from which an image is read.
 struct ShownChannels {
-    /// Red, green and blue, or one channel three times.
+    /// The channels red, green and blue, or a single channel three times.
     colors: [String; 3],
     alpha: Option<String>,
     /// True for CIE X, Y and Z.
@@ -96,7 +96,10 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let part = &headers[index];
     let size = take_part(file, part, index)?;
     if !channels.xyz && part.shared_attributes.chromaticities.is_some_and(other_primaries) {
-        file.notice(NoticeCode::IgnoredColorProfile, "its primaries differ from Rec. 709; they are ignored");
+        file.notice(
+            NoticeCode::IgnoredColorProfile,
+            "the image's primaries are ignored, although they differ from Rec. 709",
+        );
     }
     let window = part.shared_attributes.display_window;
     if window.position != part.own_attributes.layer_position || window.size != part.layer_size {
@@ -112,7 +115,10 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
         texels.iter_mut().for_each(straighten);
     }
     if channels.xyz && file.color_use == ColorUse::Color {
-        file.notice(NoticeCode::AssumedConvention, "its channels X, Y and Z are converted from CIE XYZ to linear sRGB");
+        file.notice(
+            NoticeCode::AssumedConvention,
+            "the image's channels X, Y and Z are converted from CIE XYZ to linear sRGB",
+        );
         texels.iter_mut().for_each(|texel| *texel = srgb_of_xyz(*texel));
     }
     let side = part.layer_size.0;
@@ -198,7 +204,8 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
     }
     let layers: Vec<(usize, String)> =
         flat().flat_map(|(i, part)| color_layers(part).map(move |name| (i, name))).collect();
-    // The whole image under the name used by Blender and others, otherwise the first layer.
+    // The layer that contains the whole image, by the name that Blender and other programs use; otherwise the first
+    // layer.
     let whole = |(_, name): &&(usize, String)| {
         ["combined", "rgba", "beauty"].iter().any(|word| name.to_lowercase().ends_with(word))
     };
@@ -216,7 +223,7 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
         let mut only = names(part);
         only.retain(|name| name != "A");
         if let [name] = &only[..] {
-            file.notice(NoticeCode::AssumedConvention, format!("its only channel, {name}, is read as grey"));
+            file.notice(NoticeCode::AssumedConvention, format!("the image's only channel, {name}, is read as grey"));
             return Ok((i, grey(part, name)));
         }
     }
@@ -260,7 +267,7 @@ fn read_pixels(file: &Decoder<'_>, columns: usize, channels: &ShownChannels) -> 
 }
 
 /// Rejects tiles that are much larger than the image, and DWA blocks that declare more than they can contain, because
-/// the decoder would allocate the declared sizes. With `whole`, each block is decompressed, and none is kept.
+/// the decoder would allocate the declared sizes. With `whole`, each block is decompressed and then discarded.
 fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) -> Result<()> {
     const SMALL: usize = 1 << 16;
     let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);

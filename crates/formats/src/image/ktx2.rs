@@ -1,4 +1,5 @@
-//! Reading of KTX 2.0 (Khronos KTX File Format Specification): Basis Universal textures, and uncompressed ones.
+//! Reading of KTX 2.0 (Khronos KTX File Format Specification): KTX2 files with Basis Universal or uncompressed
+//! textures.
 
 use std::io::{self, Read, Write};
 
@@ -34,7 +35,7 @@ enum SampleType {
 /// Storage format of the largest level.
 enum LevelFormat {
     Basis(SourceFormat),
-    /// Adjacent channels, the first one blue or red.
+    /// Adjacent channels, of which the first is blue or red.
     Plain {
         sample: SampleType,
         channels: usize,
@@ -46,7 +47,7 @@ enum LevelFormat {
 struct Ktx2Header {
     format: LevelFormat,
     size: [u32; 2],
-    /// 0 is none, 1 is BasisLZ, 2 is Zstandard.
+    /// Supercompression scheme: 0 is none, 1 is BasisLZ, 2 is Zstandard.
     scheme: u32,
     /// The largest level in the file, and its decompressed length.
     level: (usize, usize),
@@ -86,7 +87,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
         );
     }
     if header.premultiplied {
-        file.notice(NoticeCode::IgnoredFeature, "its colours are premultiplied by alpha and are not converted");
+        file.notice(NoticeCode::IgnoredFeature, "the image's colours are premultiplied by alpha and are not converted");
     }
     let stored = &file.bytes[header.level.0..header.level.1];
     let unpacked;
@@ -161,19 +162,19 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     }
     let levels = levels.max(1) as usize;
     let index_bytes = (levels * LEVEL_ENTRY_BYTES) as u64;
-    bytes.part(file, "its level index", HEADER_BYTES as u64, index_bytes)?;
+    bytes.part(file, "the level index", HEADER_BYTES as u64, index_bytes)?;
     let mut largest = (0, 0);
     for level in (0..levels).rev() {
         let at = HEADER_BYTES + LEVEL_ENTRY_BYTES * level;
         largest = bytes.part(file, "a level", bytes.u64(at), bytes.u64(at + 8))?;
     }
     let unpacked = bytes.u64(HEADER_BYTES + 16);
-    bytes.part(file, "its global data", bytes.u64(64), bytes.u64(72))?;
+    bytes.part(file, "the global data", bytes.u64(64), bytes.u64(72))?;
     let [start, length] = [56, 60].map(|at| bytes.u32(at).into());
-    let keys = bytes.part(file, "its key and value data", start, length)?;
+    let keys = bytes.part(file, "the key and value data", start, length)?;
     check_keys(file, &file.bytes[keys.0..keys.1])?;
     let [start, length] = [48, 52].map(|at| bytes.u32(at).into());
-    let descriptor = bytes.part(file, "its format descriptor", start, length)?;
+    let descriptor = bytes.part(file, "the format descriptor", start, length)?;
     // Size of all descriptors, header of the first, its colour model, primaries and transfer function.
     let [model, _, transfer, flags] = match file.bytes[descriptor.0..descriptor.1].get(12..16) {
         Some(&[model, primaries, transfer, flags]) => [model, primaries, transfer, flags],
@@ -336,7 +337,7 @@ fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u
     out
 }
 
-/// Channels as stored; missing ones are 0, as in Vulkan, and missing alpha is 1.
+/// Channels as stored; missing channels are 0, as in Vulkan, and missing alpha is 1.
 fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channels: usize) -> Texels {
     fn spread<T: Copy, const N: usize>(
         level: &[u8],

@@ -98,7 +98,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if affine {
         let scale = p4.z;
         let (m1, m2, p4) = (m1 / scale, m2 / scale, p4 / scale);
-        // Like RQ of a finite camera, without its third row.
+        // Like the RQ decomposition of a finite camera, without the third row.
         let b = m2.length();
         let r2 = m2 / b;
         let once = m1 - m1.dot(r2) * r2;
@@ -106,7 +106,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
         let k = DMat3::from_cols(DVec3::new(m1.dot(r1), 0.0, 0.0), DVec3::new(m1.dot(r2), b, 0.0), p4);
         return decomposed_parallel(p, k, r1, r2, scale);
     }
-    // The null vector is perpendicular to all rows: it is their largest cross product.
+    // The null vector is perpendicular to all rows, so the largest cross product of two rows is used.
     let unit = |v: DVec3| v.try_normalize().unwrap_or_default();
     let (u1, u2, u3) = (unit(m1), unit(m2), unit(m3));
     let crosses = [u2.cross(u3), u3.cross(u1), u1.cross(u2)];

@@ -87,8 +87,8 @@ pub struct Texture {
 pub struct TextureSlot {
     /// Index into the world's textures.
     pub texture: usize,
-    /// Index of the mesh's texture coordinates: 0 for [`Mesh::uvs`](crate::Mesh::uvs), others for those in
-    /// [`Mesh::more_uvs`](crate::Mesh::more_uvs).
+    /// Index of the mesh's texture coordinates: 0 refers to [`Mesh::uvs`](crate::Mesh::uvs), other numbers refer to the
+    /// sets in [`Mesh::more_uvs`](crate::Mesh::more_uvs).
     pub uv_set: usize,
     /// Matrix by which the mesh's coordinates (u, v, 1) are multiplied, row by row, as in `KHR_texture_transform`.
     pub image_from_mesh: [[f32; 3]; 2],
@@ -201,7 +201,7 @@ impl Axis {
         (sides.map(|i| wrap.index(i, i64::from(size))), per_texel)
     }
 
-    /// The texel whose centre is at or before a coordinate, and the fraction of the way to the next one.
+    /// The texel whose centre is at or before a coordinate, and the fraction of the way to the next texel.
     #[inline(always)]
     fn locate(coordinate: f32, size: u32) -> (i64, f64) {
         let length = f64::from(size);

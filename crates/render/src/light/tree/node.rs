@@ -144,8 +144,8 @@ impl ChildProbabilities {
         if self.is_possible(child) { f64::from(self.weights[child]) / self.sums[LANES - 1] } else { 0.0 }
     }
 
-    /// Samples a child by a number in 0..1; returns it, its probability, and the number rescaled to 0..1. `None` if no
-    /// child can be selected.
+    /// Samples a child by a number in 0..1; returns the child, its probability, and the number rescaled to 0..1. `None`
+    /// if no child can be selected.
     pub fn sample(&self, number: f64) -> Option<(usize, f64, f64)> {
         let target = number * self.sums[LANES - 1];
         let passed = |&end: &f64| usize::from(end <= target);
@@ -200,7 +200,7 @@ mod tests {
             let share = f64::from(weight) / total;
             assert!((shares.probability(child) - share).abs() <= 1e-14 * share);
             sum += share;
-            // In the middle of the child's interval, and near both ends.
+            // The random number is in the middle of the child's interval, or near one of its ends.
             for part in [0.1, 0.5, 0.9].iter().filter(|_| weight > 0.0) {
                 let (found, probability, rest) = shares.sample(at + part * share).unwrap();
                 assert_eq!((found, probability), (child, shares.probability(child)));
