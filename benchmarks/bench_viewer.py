@@ -134,7 +134,7 @@ class Served:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.process.kill()  # killed first, so that closing the socket does not wait for the server
+        self.process.kill()  # the server is killed first, so that closing the socket does not wait for it
         self.process.wait(30)
         self._opened.close()
 

@@ -39,7 +39,7 @@ def test_panes_show_the_images_of_their_cameras(client: Client, small_world: ray
         shown = np.asarray(Image.open(io.BytesIO(data)), np.float64)
         expected = raycam.render(small_world, small_world.camera(name).resized(HALF), samples=SAMPLES)
         assert np.abs(shown - expected.to_srgb8()).mean() < 4
-        client.say("panes", names=["front", "side"])  # sent again to a client that has reconnected
+        client.say("panes", names=["front", "side"])  # a client that has reconnected sends the names again
 
 
 def test_panes_show_the_channel_of_the_session(client: Client, server: Server) -> None:

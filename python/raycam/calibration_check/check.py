@@ -46,7 +46,7 @@ class Calibration:
     picture_error: float
     """The largest distance in pixels between the images of the same ray, over the part of the image with corners.
 
-    Coefficients may differ much and compensate each other; this distance does not.
+    Coefficients may differ considerably and compensate each other; this distance is free of such compensation.
     """
 
 

@@ -14,7 +14,7 @@ from .notices import StageNotice
 __all__ = ["find_layer_problems", "read_unit"]
 
 MAX_LINE = 300
-"""Maximum number of characters shown of one composition error."""
+"""Maximum number of characters of a composition error that are shown."""
 
 
 def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
@@ -23,7 +23,9 @@ def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
 
 
 def read_unit(layer: Sdf.Layer) -> float | None:
-    """The unit of length in metres; None if the layer contains none. Blender 2.8 wrote it in single precision."""
+    """The unit of length in metres; None if the layer does not specify a unit. Blender 2.8 wrote the unit in single
+    precision.
+    """
     root = layer.pseudoRoot
     return float(root.GetInfo("metersPerUnit")) if root.HasInfo("metersPerUnit") else None
 

@@ -36,7 +36,7 @@ class Selection:
         """The selected light, whose position or direction has handles; None if an object is selected."""
         self._edits = edits
         self._stroke: tuple[object, Floats] = (None, np.eye(4))
-        """The drag, and the object's matrix when it began."""
+        """The drag in progress, and the object's matrix at the beginning of the drag."""
         self._middles: dict[tuple[int, int], Floats] = {}
         self._center: tuple[World | None, Floats] = (None, np.zeros(3))
         """The centre of the objects of a world, around which suns turn."""

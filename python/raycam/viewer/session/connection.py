@@ -13,7 +13,7 @@ from .camera_messages import CameraMessages
 __all__ = ["MAX_UNACKNOWLEDGED", "Connection", "Send"]
 
 MAX_UNACKNOWLEDGED = 2
-"""Maximum number of images that are sent to a client before it confirms one."""
+"""Maximum number of images that a client may have received without a confirmation."""
 
 MAX_MOVING_RATE = 2.4e6
 """Bytes per second of moving images: 19.2 Mbit/s."""
@@ -25,7 +25,7 @@ Send = Callable[[dict[str, Any], Sequence[bytes]], None]
 
 
 class Connection:
-    """Sends messages to a client while one is connected."""
+    """Sends messages to the session's client while it is connected."""
 
     def __init__(self) -> None:
         self.id = secrets.token_urlsafe(24)
@@ -41,7 +41,7 @@ class Connection:
         self.cameras = CameraMessages()
         self._latest: tuple[dict[str, Any], Sequence[bytes]] | None = None
         self._pending: tuple[dict[str, Any], Sequence[bytes]] | None = None
-        """The newest image, if it waits until earlier ones have been confirmed."""
+        """The newest image, if it waits until earlier images have been confirmed."""
         self._sharing = threading.Lock()
         self._free_at = self._followers_free_at = 0.0
         self._send: Send | None = None
@@ -146,8 +146,8 @@ class Connection:
     def send_image(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
         """Sends an image to the client and its followers, with the number that each will acknowledge.
 
-        A client that is not ready receives it later, unless a newer image replaces it. Followers skip images in motion
-        that exceed `MAX_FOLLOWERS_RATE`.
+        A client that is not ready receives the image later, unless a newer image replaces it. Followers skip images in
+        motion that exceed `MAX_FOLLOWERS_RATE`.
         """
         self._deliver(message, buffers)
         followers = self.followers

@@ -41,11 +41,11 @@ from .view import Opened, View
 __all__ = ["Session"]
 
 NO_SCAN = {"type": "scan", "lidar": "", "total": 0, "fields": {}}
-"""The message that there is no scan, or none of the world that the view shows now."""
+"""The message for a missing scan, or for a scan of a world that is no longer shown."""
 
 
 class Session:
-    """One client: its connection, its view and its images. Messages come from one thread, images from another."""
+    """One client: its connection, its view and its images. Messages and images come from two threads."""
 
     def __init__(
         self,
@@ -141,7 +141,7 @@ class Session:
             self.show_display(held)
 
     def look_around(self) -> None:
-        """Continues with a view and images of its own, after those of another session."""
+        """Continues with the session's own view and images, after it has followed another session."""
         with self._changes:
             with self.lock:
                 self.role.is_attached, self.images = False, self.role.own_images
@@ -520,7 +520,7 @@ class Session:
         messages.Visible: lambda self, message: self.connection.set_visible(message.visible),
         messages.Stop: lambda self, message: self.connection.film_stop.set(),
     }
-    """The action of each message; `answers` handles the others."""
+    """The action of each message; `answers` handles the other messages."""
 
     # Lines over the image ---------------------------------------------------------------------------------
 
@@ -533,8 +533,9 @@ class Session:
         self.redraw()
 
     def show_scan(self, scan: ScanPoints | None, world: World) -> None:
-        """Draws the points of a scan of `world`, or none; if the view shows another world, the client requests a new
-        scan."""
+        """Draws the points of a scan of `world`, or no points; if the view shows another world, the client requests a
+        new scan.
+        """
         with self._changes:
             current = scan if self.view.world is world else None
             self.overlays = replace(self.overlays, scan=current)
