@@ -93,7 +93,7 @@ def off_axis(camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> f
     return float(np.linalg.norm(np.cross(directions, true), axis=1).max())
 
 
-# The models in mpmath: points in camera axes to the image plane at focal length 1 --------------------------
+# The models in mpmath, from points in camera axes to the image plane at focal length 1-----------------------
 
 
 def mp_pinhole(x, y, z):
@@ -194,7 +194,7 @@ def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: n
         rotation, center = camera.R.tolist(), camera.location.tolist()
         given = [mpmath.mpf(value) for value in coefficients or []]
         for point, pixel in zip(points.tolist(), pixels.tolist(), strict=True):
-            if model == "affine":  # uses the matrix as given, not its decomposition
+            if model == "affine":  # this model uses the matrix as given, not its decomposition
                 u, v, _ = (mpmath.fdot(row, [*map(mpmath.mpf, point), 1]) for row in AFFINE)
                 worst = max(worst, mpmath.hypot(u - pixel[0], v - pixel[1]))
                 continue

@@ -28,14 +28,16 @@ def ball(levels: int) -> dict[str, object]:
 
 
 def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -> list[float]:
-    """Returns each loop's processor time per call in microseconds: the best of several rounds, in alternation."""
+    """Returns each loop's processor time per call in microseconds: the best of several rounds, in which the loops
+    alternate.
+    """
     best = [np.inf] * len(calls)
     for number in range(rounds + 1):
         for k, (call, count) in enumerate(calls):
             start = time.process_time()
             for i in range(count):
                 call(number * count + i)
-            if number:  # the first round includes building and is not counted
+            if number:  # the first round includes building the world and is not counted
                 best[k] = min(best[k], time.process_time() - start)
     return [1e6 * seconds / count for seconds, (_, count) in zip(best, calls, strict=True)]
 
@@ -185,7 +187,9 @@ def main() -> None:
     arguments = parser.parse_args()
     notes = [*fresh(), *small(), *many(arguments.rounds)]
     head = ["scene", "camera moved", "world.at(t)", "ratio", "set_object", "ratio"]
-    report.write("edit", "An object moved", notes, head, rows(arguments.rounds, arguments.calls))
+    report.write(
+        "edit", "Images after an object was moved", notes, head, rows(arguments.rounds, arguments.calls)
+    )
 
 
 if __name__ == "__main__":

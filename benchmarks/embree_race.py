@@ -122,7 +122,7 @@ def main() -> None:
                 high = run([*base, "--quality", "high"])
                 again = run(ours_command)
                 robust = run([*base, "--robust"])
-                # A warm-up with so few rays that it takes no time.
+                # A warm-up with so few rays that its time does not matter.
                 medium_build = [*base, "--size", "8x8"]
                 rates = best_builds({"medium": medium_build, "raycam": build_command})
                 build_ratios.append(rates["raycam"] / rates["medium"])

@@ -31,7 +31,7 @@ from hard_scenes import hard_scenes
 from path_scenes import DEPTH, scenes
 
 TURNS = 2
-# Renderers that are installed for other Python interpreters, with the module and the settings of each.
+# Renderers that are installed for other Python interpreters, with each renderer's module and settings.
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
     for sampler in ("independent", "multijitter")

@@ -18,7 +18,7 @@ class Reference:
         self.parts: dict[str, Schema] = schema.get("$defs", {})
         self.needed: list[str] = []
         self.lines = self.section("World file", schema)
-        for name in self.needed:  # which grows meanwhile
+        for name in self.needed:  # the loop itself adds names to this list
             self.lines += self.section(title(name), self.parts[name])
 
     def kind(self, schema: Schema) -> str:
@@ -86,7 +86,7 @@ def has_section(schema: Schema) -> bool:
 
 
 def either(kinds: Any) -> str:
-    """Each once, joined by "or"."""
+    """Joins the names with "or", each name once."""
     return " or ".join(dict.fromkeys(kinds))
 
 

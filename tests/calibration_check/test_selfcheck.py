@@ -106,7 +106,7 @@ def test_board_views_cover_the_whole_image() -> None:
     pixels = np.concatenate([place.project(target.corners)[0] for place in target.cameras(given, 20)])
     inside = pixels[((pixels > 0) & (pixels < given.size)).all(axis=1)]
     cells = np.floor(inside / (np.array(given.size) / 6)).astype(int)
-    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # of 36 cells
+    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # the corners reach 30 of the image's 36 cells
 
 
 def test_selfcheck_refuses_cameras_and_boards_without_an_opencv_equivalent(

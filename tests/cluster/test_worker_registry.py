@@ -67,7 +67,8 @@ def test_cluster_without_workers_gives_a_notice_and_continues_when_one_joins(
     pool = connected(engine.address, tell)
 
     def leave(done: int, total: int, failed: int) -> None:
-        if done == 2 and len(engine.workers) == 1:  # and again in the middle of the job
+        # The only worker is killed in the middle of the job.
+        if done == 2 and len(engine.workers) == 1:
             engine.workers[0].kill()
 
     job.run(pool, progress=leave)

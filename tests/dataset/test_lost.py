@@ -190,7 +190,8 @@ def test_image_names_that_differ_only_in_case_or_ending_stay_distinct(tmp_path: 
     names = [row["file_name"] for row in rows]
     assert names[0] == "IMG.png"
     assert names[3] == "left/img.png"
-    assert len({name.casefold() for name in names}) == 4  # as on file systems that ignore case
+    # The names also differ on file systems that ignore case.
+    assert len({name.casefold() for name in names}) == 4
     assert all((tmp_path / "coco/images" / name).exists() for name in names)
 
 

@@ -86,7 +86,7 @@ def lengthen(talk: Talk) -> None:
 
 def tour(talk: Talk) -> None:
     talk.set("top", 0)
-    while abs(talk.client.hear("camera")[0]["R"][8] + 1) > 1e-6:  # looks down
+    while abs(talk.client.hear("camera")[0]["R"][8] + 1) > 1e-6:  # waits until the camera looks down
         pass
 
 

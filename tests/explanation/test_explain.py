@@ -277,7 +277,7 @@ def test_figure_lies_within_its_page(name):
     texts = [element.text for element in root.iter(f"{SVG}text")]
     for label in ("f(t)", "g", "u", "a", "b", "c", "n", "r", "v"):
         assert (label in texts) == (name not in ("sky", "empty")), label
-    # The page contains the image.
+    # The page embeds the image.
     [image] = root.iter(f"{SVG}image")
     data = image.get("{http://www.w3.org/1999/xlink}href").removeprefix("data:image/png;base64,")
     pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))

@@ -166,7 +166,7 @@ def test_frames_survive_temporary_deaths_of_workers() -> None:
 
 
 def test_suspected_frames_are_retried_alone() -> None:
-    # A death ends every frame in progress, as in a broken process pool.
+    # The death of one process ends every frame in progress, as in a broken process pool.
     pool = Pool(lambda *_: None, slots=3)
     kills = Counter[int]()
     poison = 7

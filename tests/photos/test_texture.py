@@ -131,7 +131,7 @@ def test_only_texels_visible_to_a_camera_are_colored(
     np.testing.assert_array_equal(result.seen, expected)
     is_magenta = (result.texture == [255, 0, 255]).all(axis=2)
     np.testing.assert_array_equal(is_magenta, ~expected)
-    # Without show_unseen, an unseen texel has the colour of one of the seen texels nearest to it.
+    # Without show_unseen, a texel that no photograph shows has the colour of a nearest visible texel.
     filled = raycam.texture_from_photos(world, cameras, photos, size=32, method=method).texture
     known, colors = points[result.seen], filled[result.seen].astype(int)
     for place, color in zip(points[~result.seen], filled[~result.seen].astype(int), strict=True):
@@ -248,7 +248,8 @@ def test_non_manifold_mesh_with_degenerate_and_double_faces_is_textured() -> Non
     cameras, photos = shots(world, PLACES)
     torn = raycam.World()
     square = [[-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [0, 0, -1]]
-    faces = [[0, 1, 2], [0, 2, 3], [0, 2, 4], [1, 1, 2], [0, 2, 3]]  # a fin below, a degenerate face, a copy
+    # The last faces are a fin below the square, a degenerate face and a duplicate.
+    faces = [[0, 1, 2], [0, 2, 3], [0, 2, 4], [1, 1, 2], [0, 2, 3]]
     uvs = [[0, 0], [0, 1], [1, 1], [1, 0], [0.5, 0.5]]
     torn.add_mesh(square, faces, uvs=uvs)
     with collected() as notices:
@@ -314,12 +315,12 @@ def test_memory_for_a_texel_is_at_most_64_bytes(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("raycam.photos.blending.CHUNK_TEXELS", 1 << 12)
     monkeypatch.setattr("raycam.baking.texels.MAX_CANDIDATES", 1 << 12)
     small, large = peak_bytes(1, 128), peak_bytes(1, 512)
-    views = 132 * (512**2 - 128**2)  # which `memory` bounds
+    views = 132 * (512**2 - 128**2)  # the option `memory` limits the number of these bytes
     assert (large - small - views) / (512**2 - 128**2) < 64
 
 
 def test_command_texture_writes_a_glb(tmp_path: Path) -> None:
-    world = panel(up="y")  # as in glTF
+    world = panel(up="y")  # y is up, as in glTF
     cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]])
     for name, pixels in photos.items():
         cv2.imwrite(str(tmp_path / name), pixels[..., ::-1])

@@ -24,10 +24,10 @@ def build_recipe(size: Any, count: int, gap: float) -> Recipe:
 @pytest.mark.parametrize(
     ("size", "count", "gap"),
     [
-        ([30, 30, 30], 1, 0.001),  # far too large
-        ([2.9, 0.01, 0.1], 1, 0.001),  # longer than the diagonal
-        ([2.01, 2.01, 0.1], 1, 0.001),  # wider than the ground at any rotation
-        ([1.5, 1.5, 0.1], 2, 0.001),  # the first fits, the second does not: areas
+        ([30, 30, 30], 1, 0.001),  # the object is far too large
+        ([2.9, 0.01, 0.1], 1, 0.001),  # the object is longer than the ground's diagonal
+        ([2.01, 2.01, 0.1], 1, 0.001),  # the object is wider than the ground at any rotation
+        ([1.5, 1.5, 0.1], 2, 0.001),  # the areas of two objects together exceed the ground's area
         ([0.5, 0.5, 0.1], 2, 3.0),  # the gap is larger than the ground
     ],
 )
@@ -120,7 +120,8 @@ def test_more_objects_than_the_surface_holds_are_refused_before_any_is_placed(
     with raises(WorldError, mentions=["thing-1", 65, 4.06]):
         build_recipe([0.25, 0.25, 0.1], 65, 0.001).world(0)
     with pytest.raises(AssertionError):
-        build_recipe([0.25, 0.25, 0.1], 64, 0.001).world(0)  # their areas are those of the ground
+        # The objects together have the area of the ground.
+        build_recipe([0.25, 0.25, 0.1], 64, 0.001).world(0)
 
 
 def test_areas_of_separate_levels_are_not_added_up() -> None:

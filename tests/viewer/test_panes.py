@@ -39,7 +39,7 @@ def test_panes_show_the_images_of_their_cameras(client: Client, small_world: ray
         shown = np.asarray(Image.open(io.BytesIO(data)), np.float64)
         expected = raycam.render(small_world, small_world.camera(name).resized(HALF), samples=SAMPLES)
         assert np.abs(shown - expected.to_srgb8()).mean() < 4
-        client.say("panes", names=["front", "side"])  # sent again to a client that has reconnected
+        client.say("panes", names=["front", "side"])  # a client that has reconnected sends the names again
 
 
 def test_panes_show_the_channel_of_the_session(client: Client, server: Server) -> None:
@@ -126,7 +126,13 @@ def test_browser_shows_four_cameras_and_selects_one(
     until(lambda: session.view.camera_name == "side" and not session.panes)
     press(tab, "u")
     until(lambda: len(session.panes) == 2)
+    camera = session.view.camera
+    press(tab, "c")  # the hidden main image keeps its camera
+    for name in ("ArrowLeft", "Home"):
+        for kind in ("keyDown", "keyUp"):
+            tab.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
     press(tab, "u")
     until(lambda: not session.panes)
+    assert session.view.camera is camera
     assert text_of(tab, "title") == "small"
     assert not [line for line in tab.said if "error" in line.lower()]

@@ -61,7 +61,7 @@ def test_thumbnail_shows_the_texture_in_its_orientation_on_the_surface(
     found = thumbnail(painted, 1, slot)
     assert found is not None
     expected = np.asarray(Image.fromarray(image).resize((64, 64), Image.Resampling.NEAREST), int)
-    inner = np.r_[10:22, 42:54]  # away from edges, where texels are interpolated
+    inner = np.r_[10:22, 42:54]  # excludes pixels at edges, where texels are interpolated
     difference = np.abs(found.astype(int) - expected)[np.ix_(inner, inner)]
     assert difference.max() <= 2
 

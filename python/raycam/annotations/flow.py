@@ -1,4 +1,4 @@
-"""Optical flow, scene flow and disparity: the surface points of one image located in another one."""
+"""Optical flow, scene flow and disparity: the positions of one image's surface points in another image."""
 
 from __future__ import annotations
 

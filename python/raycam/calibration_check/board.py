@@ -51,7 +51,7 @@ class Board:
     """
 
     kind: str = "charuco"
-    """The kind of board: one of `BOARDS`."""
+    """The board's kind, which is one of `BOARDS`."""
     columns: int = 9
     """The number of squares from left to right."""
     rows: int = 7
@@ -127,7 +127,7 @@ class Board:
         )
 
     def _placed(self, camera: Camera, number: int) -> Camera | None:
-        """The camera at one of the poses; None if too little of the board is visible."""
+        """The camera at the pose with this number; None if too little of the board is visible."""
         still = _placed(camera, np.eye(3), np.zeros(3))
         size = np.array(camera.size, float)
         spread = np.array(GOLDEN) * number % 1.0
@@ -180,7 +180,7 @@ class Board:
         return numbers, refined(blurred, places, self._window(numbers, places))
 
     def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
-        """Half the side of the refinement window in pixels, small enough that no edge of a corner ends inside it."""
+        """Half the side of the refinement window in pixels; no edge of a corner ends inside the window."""
         grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
         grid.reshape(-1, 2)[numbers] = places
         steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])

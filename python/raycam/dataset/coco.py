@@ -70,7 +70,7 @@ def _check_owners(plan: Plan, category: str, points: dict[str, Any]) -> None:
 
 
 def _names(owners: str | list[str]) -> list[str]:
-    """The objects of a point: the one with which it moves, and those that do not occlude it."""
+    """The objects of a keypoint: the object with which the point moves, and objects that do not occlude it."""
     return [owners] if isinstance(owners, str) else list(owners)
 
 

@@ -32,7 +32,7 @@ CLEAR, PARTLY = 0.95, 0.5
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless cameras are pinholes without skew, and, for flow, of one size."""
+    """Raises an error unless cameras are pinholes without skew and, for flow, have the same size."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
             raise CameraError(
@@ -165,7 +165,7 @@ def upright_box(
     """Returns height, width, length, the centre of the bottom in camera axes, and the rotation about y in radians.
 
     The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel to the object's,
-    the box is the smallest one around the object's own box.
+    the box is the smallest such box around the object's own box.
     """
     forward = product(camera.R, rotation[:, 0] if up == "z" else rotation[:, 2])
     turn = math.atan2(-forward[2], forward[0])
@@ -236,7 +236,7 @@ def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[s
 
 
 def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, bytes], Record]:
-    """Returns flow maps to the next image, of all surfaces and of those visible in it, and the record of losses."""
+    """Returns flow maps to the next image, for all surfaces and for surfaces visible in it, and the loss record."""
     found = flow(shot.world, shot.camera, following.world, following.camera, threads=shot.plan.threads)
     both = ~found["occluded"] & ~found["outside"]
     every = flow16(found["flow"], np.ones_like(both))

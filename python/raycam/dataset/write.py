@@ -59,7 +59,9 @@ class DatasetResult:
     frames: int
     """The number of views."""
     made: int
-    """The number of units of work (views, or tar files of views) that this call created; the others already existed."""
+    """The number of units of work (views, or tar files of views) that this call created; all other units already
+    existed.
+    """
     complete: bool = True
     """True if all views are finished; index files are written only when the views of all shards are finished."""
     notices: tuple[Notice, ...] = ()
@@ -103,7 +105,7 @@ def views(
         moments = [float(time) for time in times]
     if len(moments) != len(chosen_cameras):
         raise SettingsError(
-            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one for each",
+            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one time for each camera",
             code="wrong_shape",
         )
     found = []

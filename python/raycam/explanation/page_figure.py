@@ -48,7 +48,7 @@ def page_figure(e: PixelSteps) -> dict[str, Any]:
 def lines_figure(e: PixelSteps, lines: Sequence[Line], marks: Sequence[Mark]) -> dict[str, Any]:
     """Lines and marks in the world and in the picture, as JSON for `figure/lines.js`. Points are in metres.
 
-    Pixels are counted from the picture's top left corner; parts of a line that the picture does not show are missing.
+    Pixels are counted from the picture's top left corner; parts of a line outside the picture are omitted.
     """
     start, end = focus(e)
     radius = RADIUS * max(float(np.linalg.norm(end - start)), 1e-300)
@@ -122,7 +122,7 @@ def _coarse(e: PixelSteps, center: Floats, radius: float) -> tuple[Floats, Float
     """At most `MAX_COARSE_TRIANGLES` triangles [n, 3, 3] near a point, and their linear colours [n, 3].
 
     The vertices in a cell of a grid become its first vertex (J. Rossignac and P. Borrel, "Multi-resolution 3D
-    approximations for rendering complex scenes", 1993); triangles without area and repeated ones are dropped.
+    approximations for rendering complex scenes", 1993); triangles without area and repeated triangles are dropped.
     """
     every = np.asarray(e.world.triangles(), dtype=np.float64)
     near = (every.min(axis=1) <= center + radius).all(axis=1) & (every.max(axis=1) >= center - radius).all(

@@ -117,7 +117,7 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
 
 
 def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]) -> Verdict:
-    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the plane; NaN if r is parallel to it."""
+    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the plane; NaN for a parallel r."""
     rng = np.random.default_rng(1)
     for _ in range(8):
         triangle, C, r = rng.normal(size=(3, 3)), rng.normal(size=3), 3 * rng.normal(size=3)
@@ -303,7 +303,7 @@ def _exception(error: Exception) -> str:
 
 
 def _numbers(function: Callable[[], Any], shape: tuple[int, ...]) -> tuple[Any, str]:
-    """The function's result as an array; None and a text if it is missing or has another shape."""
+    """The function's result as an array; None and a text if the answer is missing or has another shape."""
     try:
         given = function()
     except Exception as error:

@@ -24,7 +24,7 @@ INSIDE_SHARE = 0.9
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
-    """Returns a notice if fewer than half of the cameras show the world, with the best scale factor; else an empty
+    """Returns a notice if fewer than half of the cameras show the world, with the best scale factor; otherwise an empty
     list.
 
     The notice is also given if most cameras show backs of faces, as if they were inside the mesh, but would show fronts
@@ -71,7 +71,8 @@ def best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[f
 
 
 def count_cameras(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> tuple[int, int]:
-    """Counts the cameras that show the world scaled by `factor` around the origin, and those that show mainly fronts.
+    """Counts the cameras that show the world scaled by `factor` around the origin, and the cameras that show mainly
+    fronts.
 
     A camera shows the world if one of a grid of rays hits it. The back sides are the front sides of a mirrored world.
     """

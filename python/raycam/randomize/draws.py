@@ -22,7 +22,7 @@ DIGITS = 12
 
 
 class RejectedSample(WorldError):
-    """A sample in which an object has no space or a camera no view; it is drawn again."""
+    """A sample in which an object has no space or a camera has no view; the sample is drawn again."""
 
 
 class RandomStream:
@@ -96,7 +96,7 @@ class RandomStream:
 
 
 def _uniform(draw: RandomStream, given: Any) -> Any:
-    """A uniform number, or a list of independent ones."""
+    """A uniform random number, or a list of independent random numbers."""
     return _each(given, lambda low, high, i: draw.uniform(low, high, i))
 
 

@@ -1,4 +1,4 @@
-"""Objects of a recipe that are dropped into or onto others, and come to rest."""
+"""Objects of a recipe that are dropped into or onto other objects, and come to rest."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ MAX_SECONDS = 60.0
 class Drop:
     """The target of a dropped object, and its physical properties.
 
-    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError`, whose message starts with
-    `what`.
+    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError` with a message that begins
+    with `what`.
     """
 
     def __init__(self, drop: Any, physics: Any, what: str) -> None:
@@ -38,7 +38,7 @@ class Drop:
             )
         seconds = real(f"{what}: seconds", drop.get("seconds", 5.0), 0.1, MAX_SECONDS, what="seconds")
         self.target = (where[0], str(drop[where[0]]), seconds)
-        """Key, name of the target and limit of time; objects with equal ones fall together."""
+        """Key, target name and time limit; objects for which all three are equal fall together."""
         self.physics = dict(physics)
         """The object's properties, as in `raycam.settle`."""
 
@@ -78,7 +78,7 @@ def settle_drops(
 
 
 def _is_waiting(name: str, dropped: list[tuple[str, Drop]], target: tuple[str, str, float]) -> bool:
-    """True for an object that falls after those of `target`."""
+    """True for an object that falls after the objects of `target`."""
     order = list(dict.fromkeys(drop.target for _, drop in dropped))
     own = next(drop.target for one, drop in dropped if one == name)
     return order.index(own) > order.index(target)

@@ -194,7 +194,7 @@ def _by_joints(
     poses: Mapping[str | int, npt.ArrayLike] | None,
     joints: Mapping[str, JointValues] | None,
 ) -> tuple[list[tuple[str | int, npt.NDArray[np.float64]]], list[Camera]]:
-    """The poses [n, 4, 4] with those of the robots' objects, and the cameras with those on the robots placed."""
+    """The poses [n, 4, 4] including the robots' objects, and the cameras, with mounted cameras at their places."""
     moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
     if joints is None:
         return moved, cameras
@@ -257,7 +257,7 @@ def _composed(
         elif set(made) != set(arrays):
             raise SettingsError(
                 f"some images have {', '.join(arrays)}, others {', '.join(made)}; either all cameras of a call must "
-                "have backgrounds, or none",
+                "have backgrounds, or no camera",
                 code="conflicting_values",
             )
         for name, array in arrays.items():
@@ -279,7 +279,7 @@ def _composed(
 
 
 def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Matrices [n, 4, 4]; one alone is [1, 4, 4]."""
+    """Matrices [n, 4, 4]; a single matrix becomes [1, 4, 4]."""
     found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
     if not (found[..., 3, :] == [0, 0, 0, 1]).all():
         raise WorldError(
@@ -318,7 +318,7 @@ def _count(lengths: dict[str, int]) -> int:
 def _arrays(
     out: Mapping[str, npt.NDArray[Any]] | None, names: list[str], shape: tuple[int, int, int]
 ) -> Pixels:
-    """The output arrays: the given ones, and new ones for the other channels."""
+    """The output arrays: the given arrays, and new arrays for all other channels."""
     given = dict(out or {})
     arrays: Pixels = {}
     for name in names:

@@ -29,7 +29,7 @@ ARRAYS: dict[str, tuple[str, int]] = {
     "object_matrices": ("<f8", 12),
     "plain_materials": ("<f4", 4),
 }
-"""Type and number of columns of each array. `crates/formats/src/polygon_arrays.rs` describes their contents."""
+"""Data type and number of columns of each array. `crates/formats/src/polygon_arrays.rs` describes their contents."""
 
 
 def write_arrays(folder: Path, arrays: dict[str, list[Any]]) -> None:

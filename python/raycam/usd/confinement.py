@@ -1,8 +1,8 @@
 """Confinement of a stage: its layers and images are read only from one folder.
 
 OpenUSD opens every file that a layer names. Therefore every layer is opened first, and an asset path that leads out of
-the folder, or to no layer, is removed from the layer in memory. The stage is then composed without it, as OpenUSD
-composes a stage with a missing layer.
+the folder, or to no layer, is removed from the layer in memory. The stage is then composed without this file, as
+OpenUSD composes a stage with a missing layer.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class Confinement:
         return self._own.parent
 
     def fault(self, file: Path) -> Fault | None:
-        """Returns the reason why a file must not be read; None if it may be read."""
+        """Returns the reason why a file must not be read; None if the file may be read."""
         real = Path(os.path.realpath(file))
         if real != self._own and not real.is_relative_to(self.folder):
             leads = f"the file is a symbolic link to {real}" if os.path.islink(file) else "the file is"
@@ -218,7 +218,7 @@ class Confinement:
 
 
 def _find_kind(kinds: tuple[tuple[bytes, str], ...], file: Path) -> tuple[bytes, str] | None:
-    """The kind whose first bytes the file has; None if it has none of them."""
+    """The file kind that the first bytes indicate; None for unknown first bytes."""
     with file.open("rb") as stream:
         first = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip().lower()
     return next((kind for kind in kinds if first.startswith(kind[0])), None)

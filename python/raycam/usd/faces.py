@@ -23,7 +23,7 @@ class Faces(NamedTuple):
 
 
 def find_fault(faces: Faces) -> str | None:
-    """The reason why the arrays are invalid; None for valid ones."""
+    """The reason why the arrays are invalid; None for valid faces."""
     points, counts, indices = faces.points, faces.counts, faces.indices
     if (counts < 0).any() or counts.sum() != len(indices):
         return f"faceVertexCounts add up to {counts.sum()}, but faceVertexIndices has {len(indices)} values"

@@ -162,9 +162,10 @@ def _pole_axis(prim: Usd.Prim, up: str) -> str:
 def cylinder_light(
     prim: Usd.Prim, world_from_local: Gf.Matrix4d, time: Usd.TimeCode
 ) -> tuple[MeshArrays, list[float]]:
-    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if it emits no light.
+    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if the light has no
+    intensity.
 
-    With `normalize`, the area is that of the cylinder in the world, as for the other lights.
+    With `normalize`, the power refers to the cylinder's area in the world, as for other lights.
     """
 
     def value(key: str, default: Any) -> Any:

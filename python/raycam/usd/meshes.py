@@ -27,7 +27,7 @@ GREY = (0.8, 0.8, 0.8)
 
 
 def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
-    """The matrix for column vectors, as raycam uses them; USD's matrices are for row vectors."""
+    """The matrix for column vectors, which raycam uses; USD's matrices are for row vectors."""
     return np.array(matrix).T.tolist()  # type: ignore[no-any-return]
 
 
@@ -48,7 +48,7 @@ class Shape:
 
 @dataclass
 class Group:
-    """Faces with one material."""
+    """A group of faces with the same material."""
 
     material: int
     faces: Any
@@ -86,7 +86,7 @@ class Meshes:
         self._instance_inputs: set[str] = set()
 
     def bind(self, prims: list[Usd.Prim]) -> None:
-        """Looks up the materials of many prims at once, which is faster than one by one."""
+        """Looks up the materials of many prims at once, which is faster than separate look-ups."""
         self._bindings.update(self._materials.bound_materials(prims))
 
     def describe(
@@ -365,7 +365,7 @@ class Meshes:
         return subsets
 
     def _opacities(self, prim: Usd.Prim, faces: Faces, instance: InstanceValues | None) -> Any:
-        """The displayed opacity of each face; None if all are opaque."""
+        """The displayed opacity of each face; None if all faces are opaque."""
         primvar = self._find(prim, "displayOpacity", 1, instance)
         if primvar is None:
             return None
@@ -453,7 +453,7 @@ class Meshes:
     def _uvs(
         self, prim: Usd.Prim, material: int, faces: Faces, instance: InstanceValues | None
     ) -> Attribute | None:
-        """The texture coordinates of a mesh for a material; None if there are none."""
+        """The texture coordinates of a mesh for a material; None if the mesh has no texture coordinates."""
         coordinates = self._materials.coordinates(material)
         constant = coordinates.constant
         name = coordinates.primvar or ("st" if constant is None else None)

@@ -21,9 +21,9 @@ OLD_INPUTS = (
     *("intensity", "exposure", "color", "normalize", "radius", "width", "height", "angle"),
     *("enableColorTemperature", "colorTemperature", "texture:file", "shaping:cone:angle"),
 )
-"""Inputs that were written without "inputs:" before USD 21.05; Pixar's library no longer reads them."""
+"""Inputs that were written without "inputs:" before USD 21.05; Pixar's library no longer reads these names."""
 SHAPED = ("SphereLight",)
-"""Lights whose cone is used."""
+"""Types of lights for which the cone is applied."""
 DRAWN = ("default", "inherited", "")
 """Draw modes that show the meshes."""
 

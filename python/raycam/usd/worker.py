@@ -47,13 +47,13 @@ class Options:
     up: str | None = None
     """The up axis to which objects are turned; None for that of the file."""
     variant: str | None = None
-    """The variants to select; None for those that the file selects."""
+    """The variants to select; None for the variants that the file selects."""
 
 
 def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     """Reads the file, writes arrays, materials and images to the folder, and returns the rest of the world."""
     confinement = Confinement(path, Path(options.folder), options.bytes)
-    layers = confinement.open_layers()  # the stage uses the open layers
+    layers = confinement.open_layers()  # the stage uses layers that are already open
     stage = Usd.Stage.Open(layers[0])
     if stage is None:
         raise UsdRejected("syntax", "Pixar's library cannot open the file as a stage")
@@ -126,7 +126,7 @@ def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], o
 
 
 def _describe_times(stage: Usd.Stage) -> str:
-    """The text for a stage with several times."""
+    """The notice for a stage with several times."""
     rate = rate_of(stage)
     ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
     span = ends if stage.HasAuthoredTimeCodeRange() else " in seconds"

@@ -35,7 +35,9 @@ def has_robots(description: Mapping[str, Any]) -> bool:
 def split_robots(
     description: Mapping[str, Any],
 ) -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any]]:
-    """Returns the description without robots and without its video if that moves joints, the robots, and the video."""
+    """Returns the description without its robots (and without its video if the video moves joints), the robots, and the
+    video.
+    """
     rest = dict(description)
     tables = rest.pop("robot")
     if not isinstance(tables, Sequence) or not all(isinstance(table, Mapping) for table in tables):
@@ -94,7 +96,7 @@ def _add(world: WorldBuilding, table: dict[str, Any], folder: Path) -> None:
 
 
 def _inside(folder: Path, name: str) -> Path:
-    """The path of a file in the world's folder; raises `WorldError` for one outside, `OSError` for a missing one."""
+    """The path of a file in the world's folder; raises `WorldError` outside of it, `OSError` for a missing file."""
     path = folder / name
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise WorldError(f"{name!r} is outside the world's folder {folder}", code="outside_root")

@@ -62,12 +62,12 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
             number = _core.world_add_polygons(core, plain(keys), stage.polygons, folder)
         own = stage.world["up"]
         if up is not None and up != own:
-            text = f"its up axis, {own}, is rotated to {up}; upright=False keeps it"
+            text = f"the file's up axis, {own}, is rotated to {up}; upright=False keeps the axis"
             stage.notices.append(("converted_up_axis", text))
         if up is None and upright is None and core.up != own:
             text = (
-                f"its up axis, {own}, is not rotated to {core.up}, because matrix applies to the file's own axes; "
-                "upright=True rotates it before matrix is applied"
+                f"the file's up axis, {own}, is not rotated to {core.up}, because matrix applies to the file's axes; "
+                "upright=True rotates the axis before matrix is applied"
             )
             stage.notices.append(("converted_up_axis", text))
         _set_notices(core, before, path, folder, stage)
@@ -77,7 +77,7 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
 def _set_notices(
     core: _core.World, first: int, path: str | os.PathLike[str], folder: str, stage: usd.StageContents
 ) -> None:
-    """Replaces the names of temporary files in the world's notices from `first` on, and adds those of the stage."""
+    """Replaces names of temporary files in the world's notices from `first` on, and adds the stage's notices."""
     own = [
         Notice(_name_originals(str(notice), path, folder, stage.files), notice.code)
         for notice in core.notices[first:]
@@ -96,7 +96,7 @@ def _original_names(path: str | os.PathLike[str], folder: str, files: dict[str, 
 
 
 def _name_originals(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
-    """Replaces the names of temporary files in a text by those of the USD file and its images."""
+    """Replaces the names of temporary files in a text by the names of the USD file and its images."""
     shown, temporary = os.fspath(path), re.compile(re.escape(folder) + r"(?:[/\\]+([^/\\:]+)(:\d+)?)?")
     text = temporary.sub(lambda match: files.get(match[1], shown), text)
     return text if text.startswith(shown) else f"{shown}: {text}"

@@ -1,4 +1,4 @@
-//! The BLAS: a BVH over one mesh. This file defines the data; The modules `build`, `refit` and `bounding_boxes`
+//! The BLAS: a BVH over one mesh. This file defines the data; the modules `build`, `refit` and `bounding_boxes`
 //! implement the BLAS. Uses `build`.
 
 pub(crate) mod bounding_boxes;

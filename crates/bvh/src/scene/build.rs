@@ -209,7 +209,7 @@ fn world_box(instance: &Instance) -> Option<([f64; 3], [f64; 3])> {
     Some(transform_bounds(&m, instance.bvh.bounds()))
 }
 
-/// The inverse of an affine map; Returns `None` for a singular transform.
+/// The inverse of an affine map; returns `None` for a singular transform.
 fn inverse(m: &[[f64; 4]; 3]) -> Option<[[f64; 4]; 3]> {
     let cofactor = |r: usize, c: usize| {
         let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);

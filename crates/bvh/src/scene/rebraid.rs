@@ -108,7 +108,7 @@ fn open_recursive(
     refs
 }
 
-/// Splits off the references beyond the centre of a group along its longest axis; Returns `None` if one side is empty.
+/// Splits off the references beyond the centre of a group along its longest axis; returns `None` if one side is empty.
 fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     let twice = |subtree: &SubtreeRef, axis: usize| subtree.bounds.lower[axis] + subtree.bounds.upper[axis];
     let ends = |axis: usize| {

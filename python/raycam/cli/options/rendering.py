@@ -62,7 +62,7 @@ def add_render_options(command: argparse.ArgumentParser) -> None:
 
 
 def given_render_options(options: argparse.Namespace) -> dict[str, Any]:
-    """Returns the options of `--preset` and those that are given, as arguments of `raycam.render`.
+    """Returns the options of `--preset` and all given options, as arguments of `raycam.render`.
 
     Raises `SettingsError` for invalid values.
     """

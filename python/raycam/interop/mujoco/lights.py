@@ -75,7 +75,7 @@ class LightSources:
         return position.tolist(), direction.tolist()
 
     def update(self, data: Any) -> None:
-        """Moves the lights whose pose has changed."""
+        """Updates the lights whose pose has changed."""
         for light, number in self._numbers.items():
             pose = self._pose(light, data)
             if pose == self._poses[light]:

@@ -21,7 +21,7 @@ OPAQUE = 0.995
 
 @dataclass(frozen=True)
 class SurfaceValues:
-    """The values of MuJoCo's own light model, of a material or of geoms without one."""
+    """The values of MuJoCo's own light model for a material, or for geoms without a material."""
 
     emission: float = 0.0
     specular: float = 0.5
@@ -32,7 +32,7 @@ class SurfaceValues:
 def element_look(model: Any, kind: int, number: int) -> tuple[Floats, int]:
     """Returns the colour [4] and the material (-1: none) of a geom, site, flex or skin.
 
-    The colour is the material's, unless the element's own differs from MuJoCo's default grey.
+    The colour is that of the material, unless the element's own colour differs from MuJoCo's default grey.
     """
     prefix = element_prefix(kind)
     material = int(getattr(model, f"{prefix}_matid")[number])

@@ -276,8 +276,9 @@ export class LiveView {
     this.client.transport.send({ type: "side", seq: ++this.navigator.seq, name: /** @type {any} */ (name) });
   }
 
-  /** @param {string} name */
+  /** Looks through a camera alone. @param {string} name */
   lookThrough(name) {
+    if (this.panes.panes.length) this.panes.show([]);
     this.camera.value = name;
     this.looked = name || this.looked;
     this.navigator.lookThrough(name);
@@ -330,34 +331,38 @@ export class LiveView {
   /** @returns {Record<string, (...words: string[]) => void>} */
   commands() {
     const { client } = this;
+    /** @param {(...words: string[]) => void} act @returns {(...words: string[]) => void} */
+    const moving = (act) => (...words) => {
+      if (!this.panes.ignoresMoves) act(...words);
+    };
     return {
-      fit: () => {
+      fit: moving(() => {
         const { held, picture } = client;
         picture.fit();
         if (held) this.navigator.frame(held.column + 0.5, held.row + 0.5);
         else this.navigator.fit();
-      },
-      home: () => {
+      }),
+      home: moving(() => {
         client.picture.fit();
         this.navigator.home();
-      },
-      step: (dx, dy) => {
+      }),
+      step: moving((dx, dy) => {
         const { held, picture } = client;
         if (!held) return this.turn(ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
         const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
         client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
-      },
+      }),
       "look-through-camera": (...words) => this.lookThrough(words.join(" ")),
-      side: (name) => this.viewFrom(name),
+      side: moving((name) => this.viewFrom(name)),
       "next-scan": () => this.scan.next(),
-      "camera-step": (step) => this.stepCamera(Number(step)),
-      "look-through": () => {
+      "camera-step": moving((step) => this.stepCamera(Number(step))),
+      "look-through": moving(() => {
         if (this.camera.value) this.lookThrough("");
         else if (this.cameras.includes(this.looked)) this.lookThrough(this.looked);
         else this.stepCamera(1);
-      },
-      pan: (dx, dy) => this.navigator.pan(-PAN_PIXELS * Number(dx), -PAN_PIXELS * Number(dy)),
-      nearer: (steps) => this.navigator.dolly(Number(steps), ...this.pixel()),
+      }),
+      pan: moving((dx, dy) => this.navigator.pan(-PAN_PIXELS * Number(dx), -PAN_PIXELS * Number(dy))),
+      nearer: moving((steps) => this.navigator.dolly(Number(steps), ...this.pixel())),
       integrator: () => this.setIntegrator(this.integrator.value === "direct" ? "path" : "direct"),
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),

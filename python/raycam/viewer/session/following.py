@@ -1,4 +1,4 @@
-"""Following: one client leads, and others show its images, which are rendered once for all of them."""
+"""Following: one client leads, and other clients show its images, which are rendered once for all clients."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCKED = {
     change: tuple(kind for kind, message in MESSAGES.items() if change == message.CHANGES)
     for change in ("view", "world")
 }
-"""Types of messages that change the view, and those that change the world or what all clients share."""
+"""Types of messages that change the view, and types of messages that change the world or shared settings."""
 REFUSALS = {
     "view": "You follow the leader: press Look around to move freely.",
     "world": "Only the leader can change the world, use controls of the script, open files and record videos.",
@@ -89,7 +89,8 @@ class Following:
     def choose(self, session: Session, mode: Literal["attach", "detach", "lead"]) -> None:
         """Attaches or detaches a session, or makes it the leader.
 
-        Raises `SettingsError` if too many sessions are attached or detached, and without the right to lead.
+        Raises `SettingsError` if too many sessions are attached or detached, or if the session does not have the right
+        to lead.
         """
         count = sum(each.role.is_attached for each in self._others)
         if session is self.leader:

@@ -109,7 +109,7 @@ impl Modules {
         }
     }
 
-    /// The module or the defining file that a path leads to; Returns none for names of other crates.
+    /// The module or the defining file that a path leads to; returns none for names of other crates.
     fn resolve(&self, number: usize, path: &[String], depth: usize) -> Option<Found<'_>> {
         let module = &self.0[number];
         let (head, rest) = path.split_first().filter(|_| depth <= MAX_DEPTH)?;
