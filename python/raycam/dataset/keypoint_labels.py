@@ -29,7 +29,7 @@ def joined_labels(shot: Shot, labels: list[Label], points: Mapping[str, Mapping[
 
 
 def owner_names(owners: str | list[str]) -> list[str]:
-    """Returns the objects of a point: the one with which it moves, and those that do not occlude it."""
+    """Returns the objects of a keypoint: the object with which the point moves, and those that do not occlude it."""
     return [owners] if isinstance(owners, str) else list(owners)
 
 
