@@ -78,7 +78,7 @@ def schedulers(folder: Path, count: int) -> list[Row]:
         print(finished, file=sys.stderr)
     return [
         [
-            "scheduler killed, another started, the same command again",
+            "the scheduler is killed, another one is started, and the command is repeated",
             f"{count} times, {frames} frames, {', '.join(map(str, finished))} of them finished by then",
             "0 finished frames lost or made again, 0 bytes differ",
         ]
@@ -105,7 +105,7 @@ def main() -> None:
     notes = [
         f"Every job is compared, byte for byte, with one of a single process. {SHARE:.0%} of {WORKERS} workers are two."
     ]
-    report.write("cluster", "A cluster's bad day", notes, ["what", "how much", "result"], rows)
+    report.write("cluster", "A cluster with many faults", notes, ["what", "how much", "result"], rows)
 
 
 if __name__ == "__main__":

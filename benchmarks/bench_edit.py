@@ -28,7 +28,9 @@ def ball(levels: int) -> dict[str, object]:
 
 
 def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -> list[float]:
-    """Returns each loop's processor time per call in microseconds: the best of several rounds, in alternation."""
+    """Returns each loop's processor time per call in microseconds: the best of several rounds, in which the loops
+    alternate.
+    """
     best = [np.inf] * len(calls)
     for number in range(rounds + 1):
         for k, (call, count) in enumerate(calls):

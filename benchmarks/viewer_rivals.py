@@ -16,7 +16,7 @@ import numpy as np
 
 SIZE = (640, 480)
 SMALL = (160, 120)
-"""The size of viser's pictures: its browser draws WebGL in software, where one of 640 x 480 takes 20 s."""
+"""The size of viser's images. The browser draws WebGL in software, where an image of 640 x 480 pixels takes 20 s."""
 ROUNDS = 20
 LONGEST = 15.0  # seconds, the maximum length of a measurement
 TARGET = np.array([0.0, 0.0, 0.7])

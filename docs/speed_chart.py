@@ -38,7 +38,7 @@ def table(text: str) -> list[dict[str, str]]:
 
 
 def hard_rows(text: str) -> Rows:
-    """Scenes of closed rooms and glass: by how much Mitsuba and Cycles take longer, in processor time."""
+    """The factors by which Mitsuba and Cycles take more processor time in scenes of closed rooms and glass."""
     others, _, cycles = text.partition("## Beside Cycles")
     gains = {row["scene"]: float(row["gain over cycles"]) for row in table(cycles)}
     return [

@@ -180,7 +180,7 @@ class Board:
         return numbers, refined(blurred, places, self._window(numbers, places))
 
     def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
-        """Half the side of the refinement window in pixels, small enough that no edge of a corner ends inside it."""
+        """Half the side of the refinement window in pixels; no edge of a corner ends inside the window."""
         grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
         grid.reshape(-1, 2)[numbers] = places
         steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])

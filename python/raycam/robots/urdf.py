@@ -55,9 +55,9 @@ class _Reader:
         root = self._root
         if root.tag != "robot":
             hint = {
-                "mujoco": "; it is MJCF: rename the file to .xml",
-                "sdf": "; it is SDF: rename the file to .sdf",
-                "COLLADA": "; it is a Collada mesh",
+                "mujoco": "; the file is MJCF: rename it to .xml",
+                "sdf": "; the file is SDF: rename it to .sdf",
+                "COLLADA": "; the file is a Collada mesh",
             }.get(root.tag, "")
             raise self._error(root, f"expected a <robot> element, found <{root.tag}>{hint}", "wrong_format")
         if "xacro" in self._prefixes():

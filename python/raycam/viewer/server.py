@@ -409,7 +409,7 @@ def _listening(host: str, port: int | None) -> socket.socket:
                 raise NetworkError(error.errno, text, code="cannot_listen") from None
     raise NetworkError(
         errno.EADDRINUSE,
-        f"ports {PORTS[0]} to {PORTS[-1]} are all in use; use another one (--port N, port=N)",
+        f"ports {PORTS[0]} to {PORTS[-1]} are all in use; use another port (--port N, port=N)",
         code="cannot_listen",
     )
 

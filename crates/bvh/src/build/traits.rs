@@ -6,8 +6,8 @@ use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 
-/// Approximate maximum number of primitives that one thread builds at a time, chosen for the L2 cache. Few under Miri,
-/// which is slow.
+/// Approximate maximum number of primitives that one thread builds at a time, chosen for the L2 cache. The number is
+/// small under Miri, which is slow.
 pub const TREELET_SIZE: usize = if cfg!(miri) { 1 << 5 } else { 1 << 12 };
 
 /// Minimum number of primitives per additional thread.

@@ -83,7 +83,7 @@ pub(super) struct SelectionFilter<'a> {
     rays: &'a [ExactRay],
     /// Number in the query of the first ray.
     first: usize,
-    /// Numbers of the rays relative to the first, if they are in another order.
+    /// Numbers of the rays relative to the first ray, if the rays are in another order.
     order: Option<&'a [usize]>,
 }
 

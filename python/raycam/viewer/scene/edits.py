@@ -142,7 +142,7 @@ class Edits:
         return count
 
     def undo(self) -> None:
-        """Undoes one edit; raises `WorldError` at the first world."""
+        """Undoes one edit; raises `WorldError` if there is no edit to undo."""
         if not self._before:
             raise WorldError("there is nothing to undo", code="nothing_to_undo")
         self._stroke = None
