@@ -61,7 +61,7 @@ def poisons(folder: Path) -> list[Row]:
         pool.close()
     return [
         [
-            "a frame that kills every worker it is tried by",
+            "a frame that ends every worker that renders it",
             f"100 frames, {seconds:.0f} s",
             f"given up after {scheduler.MAX_ATTEMPTS} deaths, 99 finished; with --retry-failed 0 bytes differ",
         ]
@@ -80,7 +80,7 @@ def schedulers(folder: Path, count: int) -> list[Row]:
         [
             "the scheduler is killed, another one is started, and the command is repeated",
             f"{count} times, {frames} frames, {', '.join(map(str, finished))} of them finished by then",
-            "0 finished frames lost or made again, 0 bytes differ",
+            "no finished frame was lost or rendered again, 0 bytes differ",
         ]
     ]
 

@@ -100,9 +100,9 @@ def reason_without_yourdfpy(robot: Robot) -> str:
     if kinds:
         return f"{' and '.join(sorted(kinds))} joint"
     if any(joint.mimic and joints[joint.mimic[0]].mimic for joint in joints.values()):
-        return "mimic of a mimic"
+        return "a joint mimics a mimicking joint"
     if any("mimics an" in str(notice) for notice in robot.description.notices):
-        return "mimic of an unknown joint"
+        return "a joint mimics an unknown joint"
     return ""
 
 

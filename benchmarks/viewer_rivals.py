@@ -79,7 +79,7 @@ def viser(path: str) -> None:
                 return found
 
     picture(-1)  # the first two images are slow, because the browser compiles its shaders
-    say(json.dumps({"a picture through a given camera, by its browser, 160 x 120": timed(picture)}))
+    say(json.dumps({"an image of a given camera, rendered by the browser, 160 x 120": timed(picture)}))
     client.camera.position, client.camera.look_at = eye(0), TARGET
     time.sleep(1)
     say("drag")

@@ -25,7 +25,7 @@ Rows = list[tuple[str, list[float]]]
 
 
 def newest(name: str, heading: str) -> Path:
-    """The newest result of this name with a heading."""
+    """The newest result with this name that contains the heading."""
     return max(path for path in RESULTS.glob(f"*{name}.md") if f"## {heading}" in path.read_text("utf-8"))
 
 
