@@ -70,14 +70,14 @@ def moved_cameras() -> list[raycam.Camera]:
 
 def rows(rounds: int, calls: int) -> list[list[str]]:
     scenes = {
-        "ball of 320, floor": scene(2, 0),
-        "ball of 5,120, floor": scene(4, 0),
-        "ball of 81,920, floor": scene(6, 0),
-        "ball of 327,680, floor": scene(7, 0),
-        "ball of 5,120 and 10 boxes": scene(4, 10),
-        "ball of 5,120 and 1,000 boxes": scene(4, 1000),
-        "ball of 5,120 under a sky of 4k": scene(4, 0, sky=4096),
-        "ball of 5,120, 81,920 shine": scene(4, 0, shining=6),
+        "ball of 320 triangles, floor": scene(2, 0),
+        "ball of 5,120 triangles, floor": scene(4, 0),
+        "ball of 81,920 triangles, floor": scene(6, 0),
+        "ball of 327,680 triangles, floor": scene(7, 0),
+        "ball of 5,120 triangles and 10 boxes": scene(4, 10),
+        "ball of 5,120 triangles and 1,000 boxes": scene(4, 1000),
+        "ball of 5,120 triangles under a sky image of 4k": scene(4, 0, sky=4096),
+        "ball of 5,120 triangles, 81,920 emissive triangles": scene(4, 0, shining=6),
     }
     cameras = moved_cameras()
     found = []

@@ -137,7 +137,7 @@ class Board:
         ways = still.rays(around)[1]
         if not np.isfinite(ways).all():
             return None
-        # The board spans about twice `reach` pixels, its near side more.
+        # The board spans about twice `reach` pixels, and the board's near side spans more.
         opening = min(np.arccos(np.clip(ways[i] @ ways[i + 1], -1, 1)) for i in (1, 3))
         distance = self.rows / (2 * np.tan(opening / 2)) * (0.85 + 0.3 * (number * 0.41421356 % 1.0))
         tilt, around_z = (

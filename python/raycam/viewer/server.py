@@ -129,7 +129,8 @@ class Server:
 
     def join(self, timeout: float | None = None) -> bool:
         """Waits until the server has ended; returns True if it has."""
-        # Not the thread's join: in Python 3.11 Ctrl-C during a join makes the thread look as if it had ended.
+        # The thread is not joined: in Python 3.11, Ctrl-C during a join makes the thread look as if it had
+        # ended.
         return self._ended.wait(timeout)
 
     def _run(self) -> None:

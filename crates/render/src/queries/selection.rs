@@ -16,7 +16,7 @@ pub enum Facing {
     Both,
     /// The front, where the corners appear counter-clockwise.
     Front,
-    /// The back.
+    /// Only the back of a face.
     Back,
     /// The front of one-sided materials, either side of other materials.
     Material,

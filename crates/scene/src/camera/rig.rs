@@ -80,7 +80,7 @@ impl Rig {
         Ok(moving)
     }
 
-    /// Returns its cameras in the world.
+    /// Returns the rig's cameras in the world.
     ///
     /// # Errors
     /// [`SceneError::Camera`] if a camera cannot be moved.

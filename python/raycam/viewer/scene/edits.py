@@ -161,7 +161,7 @@ class Edits:
 
     @property
     def undo_number(self) -> int:
-        """The number of the step that `undo` undoes; -1 if there is none."""
+        """The number of the step that `undo` undoes; -1 if there is no step."""
         return self._before[-1][0] if self._before else -1
 
     @property
