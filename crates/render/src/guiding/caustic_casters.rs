@@ -28,8 +28,8 @@ pub(crate) struct CausticCaster {
 pub(crate) const MAX_CASTERS: usize = 32;
 /// Number of casters that are always used. Lab note: "up to four caustic casters", 11-22.
 const FIRST_CASTERS: usize = 4;
-/// Minimum light that each further caster casts, relative to the first caster. Lab note: "a quarter of the largest amount",
-/// 11-26.
+/// Minimum light that each further caster casts, relative to the first caster. Lab note: "a quarter of the largest
+/// amount", 11-26.
 const MIN_FURTHER_FRACTION: f64 = 0.25;
 /// Number of the largest objects whose cast light is measured. Not tuned: twice [`MAX_CASTERS`].
 pub(crate) const MAX_CANDIDATES: usize = 64;
@@ -62,9 +62,9 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
     all
 }
 
-/// Casters among the candidates, with their indices, sorted by the light that they cast. `thrown` is the fraction of all
-/// light that each candidate casts, as far as it was measured. Smooth candidates count even if they cast no measured
-/// light, because light may reach them on other paths.
+/// Casters among the candidates, with their indices, sorted by the light that they cast. `thrown` is the fraction of
+/// all light that each candidate casts, as far as it was measured. Smooth candidates count even if they cast no
+/// measured light, because light may reach them on other paths.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
     let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);
