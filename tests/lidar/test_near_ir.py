@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import raycam
@@ -30,18 +32,23 @@ def test_sunlit_floor_has_the_radiance_of_a_diffuse_surface() -> None:
     np.testing.assert_allclose(down(sunny(), 16.0, near_ir_samples=4)["near_ir"], 0.0, atol=1e-6)
 
 
-def test_near_infrared_equals_the_red_channel_of_an_image() -> None:
-    """A sky, with interreflection between a floor and a red wall; the standard error is a few percent."""
-    world = raycam.World()
-    quad(world, [0, 0, 0], [50, 0, 0], [0, 50, 0], "floor", color=[0.5] * 3)
-    quad(world, [3, 0, 5], [0, -50, 0], [0, 0, 5], "wall", color=[0.9, 0.1, 0.1])
-    world.add_light("sky", radiance=1.0)
+def test_near_infrared_equals_the_red_channel_of_an_image(tmp_path: Path) -> None:
+    """A floor next to a red wall under a sky, with the render settings of the world file."""
+    (tmp_path / "world.toml").write_text(
+        """
+        render = { integrator = "path", max_depth = 4 }
+        light = [{ type = "sky", radiance = 1 }]
+        object = [
+            { plane = { size = [99, 99] }, color = [0.5, 0.5, 0.5] },
+            { box = { size = [1, 99, 10] }, location = [3, 0, 5], color = [0.9, 0.1, 0.1] },
+        ]
+        """
+    )
+    world = raycam.load(tmp_path / "world.toml")
     camera = raycam.Camera.from_pose([0, 0, 5], pitch=89.9, fov=1.0, size=(8, 8))
-    image = raycam.render(world, camera, samples=64, max_depth=4, integrator="path")
-    settings = {"samples": 64, "max_depth": 4}
-    assert settings
-    found = down(world, 0.0, near_ir_samples=1024)["near_ir"]
-    assert found.mean() == pytest.approx(float(image["color"][..., 0].mean()), rel=0.05)
+    image = raycam.render(world, camera, samples=64)["color"][..., 0].mean()
+    assert image == pytest.approx(0.43, abs=0.02)
+    assert down(world, 0.0, near_ir_samples=2048)["near_ir"].mean() == pytest.approx(float(image), rel=0.03)
 
 
 def test_near_infrared_is_absent_without_samples_and_the_same_for_any_number_of_threads() -> None:

@@ -29,6 +29,7 @@ from ..randomize import Recipe
 from ..render import render
 from ..render.arguments import UNPOSED, is_unposed_within, world_of
 from ..rig import Rig
+from ..rig.trajectory import load_rigs, times_of
 from ..world import World
 from .formats import FORMATS
 from .job_units import job_package, record_name
@@ -132,6 +133,7 @@ def write(
     categories: Sequence[str] | Mapping[int, str] | None = None,
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
+    poses: str | os.PathLike[str] | None = None,
     count: int | None = None,
     resume: bool = True,
     workers: int | str | None = None,
@@ -144,10 +146,11 @@ def write(
 ) -> DatasetResult:
     """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
 
-    `cameras` and `times` are as in `views`; `options` are those of `raycam.render` (`integrator`, `samples`, `seed`,
-    `exposure`, `threads`, ...) and those of the format, below. Ground truth belongs to the exact rays through the
-    pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
-    all objects are labelled "object".
+    `cameras` and `times` are as in `views`. With a rig as `cameras`, `poses` may be a trajectory file ("tum", "euroc",
+    "kitti-poses", ...) of its body, whose times are used unless `times` is given. `options` are those of
+    `raycam.render` (`integrator`, `samples`, `seed`, `exposure`, `threads`, ...) and those of the format, below. Ground
+    truth belongs to the exact rays through the pixels' centres, independent of the samples. Objects with a category are
+    labelled; in a world without categories, all objects are labelled "object".
 
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
     rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the sensor's
@@ -240,6 +243,9 @@ def write(
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)), code="unknown_name")
     kind = FORMATS[format]
+    if poses is not None:
+        cameras, trajectory = load_rigs(cameras, poses)
+        times = times_of(trajectory) if times is None else times
     source = _source(world, worlds, count, categories)
     _check_source(source, format, workers)
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}

@@ -610,7 +610,7 @@ class Lidar:
 
 def _number(name: str, value: Any) -> float:
     low, high, unit = SETTINGS[name]
-    if name == "max_range" and isinstance(value, float) and math.isinf(value) and value > 0:
+    if high == math.inf and isinstance(value, float) and value == math.inf:
         return math.inf
     return real(name, value, low, high, what=unit, error=LidarError)
 

@@ -167,14 +167,18 @@ def scan_many(
 
 
 def lidar_named(world: World, name: str) -> Lidar:
-    """Returns a lidar of the world; raises `LidarError` with the nearest names for an unknown one."""
+    """Returns a lidar of the world by its name, or by the name without its rig if only one lidar has it.
+
+    Raises `LidarError` with the nearest names for an unknown one.
+    """
     lidars = {key: sensor for key, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
-    if name not in lidars:
-        known = (
-            nearest("lidar", name, list(lidars)) if lidars else f"no lidar {name!r}; the world has no lidars"
-        )
-        raise LidarError(known, code="unknown_name")
-    return lidars[name]
+    if name in lidars:
+        return lidars[name]
+    mounted = [key for key in lidars if key.rpartition("/")[2] == name]
+    if len(mounted) == 1:
+        return lidars[mounted[0]]
+    known = nearest("lidar", name, list(lidars)) if lidars else f"no lidar {name!r}; the world has no lidars"
+    raise LidarError(known, code="unknown_name")
 
 
 def trace_pulses(
