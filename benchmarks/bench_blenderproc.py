@@ -61,11 +61,11 @@ def ours(world: raycam.World, seen: list[raycam.Camera], folder: Path) -> dict[s
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--python", required=True, help="a Python that has blenderproc and bpy")
+    parser.add_argument("--python", required=True, help="Python interpreter with blenderproc and bpy")
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument(
-        "--folder", default=None, help="where files are written: in memory, syncing costs nothing"
+        "--folder", default=None, help="output folder; use a folder in memory to exclude the disk's time"
     )
     options = parser.parse_args()
     world, seen = table(), cameras(options.frames)

@@ -93,7 +93,7 @@ def off_axis(camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> f
     return float(np.linalg.norm(np.cross(directions, true), axis=1).max())
 
 
-# The models in mpmath: points in camera axes to the image plane at focal length 1 --------------------------
+# The models in mpmath, from points in camera axes to the image plane at focal length 1-----------------------
 
 
 def mp_pinhole(x, y, z):
@@ -194,7 +194,7 @@ def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: n
         rotation, center = camera.R.tolist(), camera.location.tolist()
         given = [mpmath.mpf(value) for value in coefficients or []]
         for point, pixel in zip(points.tolist(), pixels.tolist(), strict=True):
-            if model == "affine":  # uses the matrix as given, not its decomposition
+            if model == "affine":  # this model uses the matrix as given, not its decomposition
                 u, v, _ = (mpmath.fdot(row, [*map(mpmath.mpf, point), 1]) for row in AFFINE)
                 worst = max(worst, mpmath.hypot(u - pixel[0], v - pixel[1]))
                 continue
@@ -272,10 +272,12 @@ def rows(names: Sequence[str], points: int, digits: int, rounds: int) -> list[Se
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--points", type=int, default=1_000_000, help="of each model")
-    parser.add_argument("--digits", type=int, default=5_000, help="of each model beside mpmath")
-    parser.add_argument("--rounds", type=int, default=7, help="pictures of each model")
-    parser.add_argument("--only", nargs="+", default=[*OPENCV, *OTHERS], help="of these models")
+    parser.add_argument("--points", type=int, default=1_000_000, help="points per lens model")
+    parser.add_argument(
+        "--digits", type=int, default=5_000, help="points per lens model that are compared with mpmath"
+    )
+    parser.add_argument("--rounds", type=int, default=7, help="images per lens model")
+    parser.add_argument("--only", nargs="+", default=[*OPENCV, *OTHERS], help="lens models to measure")
     options = parser.parse_args()
     notes = [
         f"project: the largest distance in pixels from OpenCV {cv2.__version__} over {options.points:,} points, or from"

@@ -64,9 +64,8 @@ def work(name: str, frames: int) -> None:
     def progress(done: int, total: int, failed: int) -> None:
         if done in (total // 8, total // 2, total):
             peaks[done] = peak()
-            Path("/proc/self/clear_refs").write_text(
-                "5"
-            )  # resets the peak, so that it belongs to the next part
+            # Resets the peak, so that the next peak is that of the next part.
+            Path("/proc/self/clear_refs").write_text("5")
 
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()

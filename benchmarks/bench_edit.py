@@ -35,7 +35,7 @@ def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -
             start = time.process_time()
             for i in range(count):
                 call(number * count + i)
-            if number:  # the first round includes building and is not counted
+            if number:  # the first round includes building the world and is not counted
                 best[k] = min(best[k], time.process_time() - start)
     return [1e6 * seconds / count for seconds, (_, count) in zip(best, calls, strict=True)]
 

@@ -188,10 +188,15 @@ def race(names: list[str], mesh: str, rounds: int, peers: str | None) -> dict[st
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=9, help="pictures of each, in turn")
-    parser.add_argument("--level", type=int, default=8, help="the rock has 20 * 4**LEVEL triangles")
-    parser.add_argument("--seed", type=int, default=1, help="another seed is another rock")
-    parser.add_argument("--peers", help="the Python of an environment with the rivals")
+    parser.add_argument("--rounds", type=int, default=9, help="images per program; the programs take turns")
+    parser.add_argument(
+        "--level",
+        type=int,
+        default=8,
+        help="subdivision level of the rock, which has 20 * 4**LEVEL triangles",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of the rock's shape")
+    parser.add_argument("--peers", help="Python interpreter with the other programs")
     parser.add_argument("--only", nargs="+", choices=CONTENDERS, default=list(CONTENDERS))
     parser.add_argument("--worker", nargs=2, metavar=("NAME", "MESH"), help=argparse.SUPPRESS)
     options = parser.parse_args()

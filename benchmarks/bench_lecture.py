@@ -68,7 +68,7 @@ def first(tab: Tab, path: Path, count: int) -> tuple[list[float], list[float]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=2.0, help="dragging of each figure")
+    parser.add_argument("--seconds", type=float, default=2.0, help="seconds for which each figure is dragged")
     parser.add_argument("--loads", type=int, default=5)
     options = parser.parse_args()
     load_before = os.getloadavg()[0]

@@ -139,11 +139,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--peers", help="the Python that has Open3D and Mitsuba")
-    parser.add_argument("--before", help="the folder of the package of another build of raycam")
+    parser.add_argument("--peers", help="Python interpreter with Open3D and Mitsuba")
+    parser.add_argument("--before", help="package folder of another raycam build")
     parser.add_argument("--triangles", type=int, default=1_000_000)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("files", nargs="*", type=Path, help="instead of the ones made here")
+    parser.add_argument("files", nargs="*", type=Path, help="files to load (default: generated files)")
     options = parser.parse_args()
     interpreters = {"raycam": sys.executable}
     if options.before:

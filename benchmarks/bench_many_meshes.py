@@ -38,7 +38,7 @@ def scene(folder: Path, meshes: int) -> Scene:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
+    parser.add_argument("--mitsuba", metavar="PYTHON", help="Python interpreter with Mitsuba")
     parser.add_argument("--samples", type=int, default=4)
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()

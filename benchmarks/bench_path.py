@@ -34,10 +34,12 @@ def measure(picture: Any, seconds: float) -> tuple[Array, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
-    parser.add_argument("--variants", nargs="+", default=["scalar_rgb", "llvm_ad_rgb"], help="of Mitsuba")
-    parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
-    parser.add_argument("--seconds", type=float, default=6.0, help="per scene and renderer")
+    parser.add_argument("--mitsuba", metavar="PYTHON", help="Python interpreter with Mitsuba")
+    parser.add_argument(
+        "--variants", nargs="+", default=["scalar_rgb", "llvm_ad_rgb"], help="Mitsuba variants to measure"
+    )
+    parser.add_argument("--cycles", metavar="PYTHON", help="Python interpreter with bpy")
+    parser.add_argument("--seconds", type=float, default=6.0, help="seconds per scene and renderer")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     options = parser.parse_args()
     others: list[tuple[str, str, dict[str, str]]] = []

@@ -108,7 +108,7 @@ def main() -> None:
     parser.add_argument(
         "model", help="a skinned glTF model with one mesh and one texture, such as Khronos' Fox.glb"
     )
-    parser.add_argument("--peers", help="the Python of an environment with pyrender and trimesh")
+    parser.add_argument("--peers", help="Python interpreter with pyrender and trimesh")
     parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:

@@ -51,8 +51,10 @@ def process_seconds(command: list[str]) -> float | None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=9, help="times that everything is run, in turn")
-    parser.add_argument("--peers", help="the Python of an environment with the rivals")
+    parser.add_argument(
+        "--rounds", type=int, default=9, help="number of runs per program; the programs take turns"
+    )
+    parser.add_argument("--peers", help="Python interpreter with the other programs")
     options = parser.parse_args()
 
     with tempfile.TemporaryDirectory() as folder:

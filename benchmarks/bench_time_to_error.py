@@ -111,17 +111,23 @@ def label(name: str, settings: dict[str, Any]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
-    parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
-    parser.add_argument("--pictures", type=int, default=2, help="per rung")
-    parser.add_argument("--further", metavar="IMAGE", help="the further scenes, under this environment")
-    parser.add_argument("--hard", action="store_true", help="the scenes of hard light")
-    parser.add_argument("--scenes", nargs="+", metavar="NAME")
-    parser.add_argument("--renderers", nargs="+", metavar="NAME", help="measure these alone")
+    parser.add_argument("--mitsuba", metavar="PYTHON", help="Python interpreter with Mitsuba")
+    parser.add_argument("--cycles", metavar="PYTHON", help="Python interpreter with bpy")
+    parser.add_argument("--pictures", type=int, default=2, help="images per number of samples")
     parser.add_argument(
-        "--keep", metavar="FOLDER", help="where references and ladders are kept from run to run"
+        "--further", metavar="IMAGE", help="render the additional scenes, lit by this environment image"
     )
-    parser.add_argument("--only", choices=["references", "ladders"], help="make and keep these alone")
+    parser.add_argument("--hard", action="store_true", help="render the scenes with difficult light")
+    parser.add_argument("--scenes", nargs="+", metavar="NAME")
+    parser.add_argument("--renderers", nargs="+", metavar="NAME", help="measure only these renderers")
+    parser.add_argument(
+        "--keep", metavar="FOLDER", help="folder that keeps references and error curves between runs"
+    )
+    parser.add_argument(
+        "--only",
+        choices=["references", "ladders"],
+        help="compute and keep only the references, or only the error curves",
+    )
     options = parser.parse_args()
     if options.further and options.cycles:
         parser.error("Cycles has not the further scenes: leave out --cycles")

@@ -53,7 +53,7 @@ def worlds() -> dict[str, raycam.World]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=15, help="pictures of each kind, in turn")
+    parser.add_argument("--rounds", type=int, default=15, help="images per kind; the kinds take turns")
     options = parser.parse_args()
     K, camera_from_world = camera_matrices()
     camera = raycam.Camera(K, R=camera_from_world[:3, :3], C=EYE, size=SIZE)

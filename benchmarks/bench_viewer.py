@@ -134,7 +134,7 @@ class Served:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.process.kill()  # killed first, so that closing the socket does not wait for the server
+        self.process.kill()  # the server is killed first, so that closing the socket does not wait for it
         self.process.wait(30)
         self._opened.close()
 
@@ -497,9 +497,11 @@ def everything(options: argparse.Namespace, folder: Path) -> list[Row]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=4, help="how long each camera moves")
-    parser.add_argument("--world", choices=["spot", "million"], help="one world alone")
-    parser.add_argument("--rivals", metavar="PYTHON", help="an interpreter that has them")
+    parser.add_argument("--seconds", type=float, default=4, help="seconds for which each camera moves")
+    parser.add_argument("--world", choices=["spot", "million"], help="measure only this world")
+    parser.add_argument(
+        "--rivals", metavar="PYTHON", help="also measure other viewers, with this Python interpreter"
+    )
     options = parser.parse_args()
     load, begun = os.getloadavg()[0], time.perf_counter()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:

@@ -112,7 +112,7 @@ def first_pictures(tab: Tab, path: Path, rounds: int) -> list[float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=20, help="pictures of each kind")
+    parser.add_argument("--rounds", type=int, default=20, help="images per kind")
     options = parser.parse_args()
     rows: list[list[Any]] = []
 

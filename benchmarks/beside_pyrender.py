@@ -188,7 +188,7 @@ def compare(ours: Path, theirs: Path) -> list[list[str]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--python", default=sys.executable, help="interpreter with pyrender")
+    parser.add_argument("--python", default=sys.executable, help="Python interpreter with pyrender")
     parser.add_argument("--run", metavar="FOLDER", help=argparse.SUPPRESS)
     parser.add_argument("--stand-in", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()

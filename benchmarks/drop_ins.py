@@ -111,8 +111,8 @@ def main() -> None:
     parser.add_argument("suite", choices=["trimesh", "open3d", "pyrender"])
     parser.add_argument("folder", type=Path, help="checkout of the project's repository")
     parser.add_argument("--original", action="store_true", help="run without raycam, for comparison")
-    parser.add_argument("--alone", action="store_true", help="open3d: without the installed package")
-    parser.add_argument("options", nargs="*", help="options of pytest, after --")
+    parser.add_argument("--alone", action="store_true", help="open3d only: hide the installed package")
+    parser.add_argument("options", nargs="*", help="pytest options, after --")
     given = parser.parse_args()
     os.chdir(given.folder)
     if given.suite == "trimesh":

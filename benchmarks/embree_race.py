@@ -73,9 +73,9 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--repeat", type=int, default=7)
-    parser.add_argument("--isa", help="both forced to this instruction set (avx2); their widest otherwise")
+    parser.add_argument("--isa", help="instruction set of both programs, such as avx2 (default: the widest)")
     parser.add_argument("--out", type=pathlib.Path)
-    parser.add_argument("--work", type=pathlib.Path, help="folder for scenes and rays, kept")
+    parser.add_argument("--work", type=pathlib.Path, help="folder that keeps the scenes and rays")
     options = parser.parse_args()
     isa = [] if options.isa is None else ["--isa", options.isa]
     if options.isa is not None:
@@ -122,7 +122,7 @@ def main() -> None:
                 high = run([*base, "--quality", "high"])
                 again = run(ours_command)
                 robust = run([*base, "--robust"])
-                # A warm-up with so few rays that it takes no time.
+                # A warm-up with so few rays that its time does not matter.
                 medium_build = [*base, "--size", "8x8"]
                 rates = best_builds({"medium": medium_build, "raycam": build_command})
                 build_ratios.append(rates["raycam"] / rates["medium"])

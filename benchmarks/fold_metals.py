@@ -15,8 +15,9 @@ from scipy.optimize import least_squares
 
 Array = npt.NDArray[np.float64]
 
-# P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974); aluminium: F. Cheng et al., ACS
-# Nano 10, 9852 (2016). As in the refractiveindex.info database, which is in the public domain (CC0). Rows: nm, n, k.
+# P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974); aluminium: F. Cheng et al., ACS Nano
+# 10, 9852 (2016). The values are those of the refractiveindex.info database, which is in the public domain (CC0). Rows:
+# nm, n, k.
 WAVELENGTHS = "381.5 397.4 413.3 430.5 450.9 471.4 495.9 520.9 548.6 582.1 616.8 659.5 704.5 756.0"
 METALS = {
     "aluminium": (
@@ -59,7 +60,7 @@ RGB_FROM_XYZ = np.array(
         [0.0556434, -0.2040259, 1.0572252],
     ]
 )
-# Illuminant D65, one value every 20 nm (CIE 15).
+# The illuminant D65 with one value every 20 nm (CIE 15).
 D65 = (
     np.arange(380, 781, 20),
     "49.98 82.75 93.43 104.9 117.8 115.9 109.4 104.8 104.4 100 95.79 90.01 87.70 83.70 80.21 78.28 78.28 71.61 69.89 "

@@ -227,7 +227,7 @@ def spaces_with_glass(builder: Builder) -> None:
     waves = 0.03 * (np.sin(7 * x + 2 * y) + np.sin(5 * y - 3 * x + 1) + 0.6 * np.sin(11 * x - 9 * y)) / 2
     number = np.arange(129 * 129).reshape(129, 129)
     surface, up = grid(0.8 + waves, (1.998, 1.998))
-    # The water body: its waves, walls and floor, slightly inside of the tank.
+    # The body of water: its waves, walls and floor, which are slightly inside of the tank.
     rim = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
     bottom = surface[rim] * [1, 1, 0] + [0, 0, 0.002]
     a, b = np.arange(len(rim)), (np.arange(len(rim)) + 1) % len(rim)

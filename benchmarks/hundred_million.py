@@ -47,7 +47,7 @@ def main() -> None:
     """Builds, renders and writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--triangles", type=float, default=100e6)
-    parser.add_argument("--picture", type=Path, help="keep the picture here")
+    parser.add_argument("--picture", type=Path, help="file to which the image is saved")
     options = parser.parse_args()
     rows = []
     start = time.perf_counter()

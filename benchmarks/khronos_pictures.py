@@ -97,11 +97,16 @@ def main() -> None:
     parser.add_argument("scenarios", type=Path)
     parser.add_argument("sheet", type=Path)
     parser.add_argument("--light", type=Path, required=True)
-    parser.add_argument("--yaw", type=float, default=-90, help="of the light: -90 puts its middle at +x")
-    parser.add_argument("--scale", type=float, default=1, help="of the light")
+    parser.add_argument(
+        "--yaw",
+        type=float,
+        default=-90,
+        help="rotation of the environment image in degrees; -90 moves the image centre to +x",
+    )
+    parser.add_argument("--scale", type=float, default=1, help="brightness factor of the environment image")
     parser.add_argument("--width", type=int, default=256)
     parser.add_argument("--samples", type=int, default=128)
-    parser.add_argument("--columns", type=int, default=4, help="pictures beside one another")
+    parser.add_argument("--columns", type=int, default=4, help="images per row")
     parser.add_argument("--only", default="")
     options = parser.parse_args()
     rows: list[tuple[str, list[tuple[str, Image.Image]]]] = []

@@ -48,8 +48,8 @@ def main() -> None:
     """Runs both and writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rays", type=float, default=1e9)
-    parser.add_argument("--sample", type=float, default=1e7, help="rays for Embree")
-    parser.add_argument("--isa", help="an instruction set of raycam; the widest otherwise")
+    parser.add_argument("--sample", type=float, default=1e7, help="number of rays traced by Embree")
+    parser.add_argument("--isa", help="raycam's instruction set (default: the widest)")
     options = parser.parse_args()
     cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "leaks"]
     subprocess.run(cargo, cwd=ROOT, check=True)

@@ -31,7 +31,7 @@ from hard_scenes import hard_scenes
 from path_scenes import DEPTH, scenes
 
 TURNS = 2
-# Renderers that are installed for other Python interpreters, with the module and the settings of each.
+# Renderers that are installed for other Python interpreters, with each renderer's module and settings.
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
     for sampler in ("independent", "multijitter")
@@ -123,12 +123,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--before", type=Path, help="the folder of another build's package")
-    parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
-    parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
-    parser.add_argument("--pbrt", metavar="EXECUTABLE", help="pbrt-v4")
-    parser.add_argument("--hard", action="store_true", help="the scenes of hard light")
-    parser.add_argument("--unlimited", action="store_true", help="paths of any number of segments")
+    parser.add_argument("--before", type=Path, help="package folder of another raycam build")
+    parser.add_argument("--mitsuba", metavar="PYTHON", help="Python interpreter with Mitsuba")
+    parser.add_argument("--cycles", metavar="PYTHON", help="Python interpreter with bpy")
+    parser.add_argument("--pbrt", metavar="EXECUTABLE", help="path of the pbrt-v4 program")
+    parser.add_argument("--hard", action="store_true", help="render the scenes with difficult light")
+    parser.add_argument("--unlimited", action="store_true", help="do not limit the number of path segments")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--samples", type=int, default=256)

@@ -102,11 +102,13 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--before", required=True, type=Path)
-    parser.add_argument("--now", type=Path, help="the folder of this build (default: what Python imports)")
+    parser.add_argument(
+        "--now", type=Path, help="package folder of the new build (default: the build that Python imports)"
+    )
     parser.add_argument("--triangles", type=int, default=1_000_000)
     parser.add_argument("--turns", type=int, default=7)
     parser.add_argument("--loads", type=int, default=3)
-    parser.add_argument("--only", nargs="*", default=[], help="names of files")
+    parser.add_argument("--only", nargs="*", default=[], help="names of the files to load (default: all)")
     options = parser.parse_args()
     builds = {"now": options.now, "before": options.before}
     print("| file | now: best, median | before: best, median | now / before: best, median |")

@@ -254,10 +254,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--mitsuba", required=True, help="Python with Mitsuba 3")
+    parser.add_argument("--mitsuba", required=True, help="Python interpreter with Mitsuba 3")
     parser.add_argument("--variant", default="llvm_ad_rgb", help="Mitsuba's variant")
     parser.add_argument("--samples", type=int, default=1024, help="samples per pixel of each of the 8 images")
-    parser.add_argument("--only", nargs="*", help="parts of scenes' names")
+    parser.add_argument("--only", nargs="*", help="render only scenes whose names contain one of these words")
     parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args()
     chosen = {

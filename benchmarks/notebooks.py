@@ -164,8 +164,8 @@ def wait_for(url: str) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--python", required=True, help="an interpreter that has the notebooks")
-    parser.add_argument("--out", type=Path, default=Path("notebooks"), help="folder of the pictures")
+    parser.add_argument("--python", required=True, help="Python interpreter with the notebook programs")
+    parser.add_argument("--out", type=Path, default=Path("notebooks"), help="output folder for screenshots")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     for name, made, port in (("jupyterlab", jupyterlab, 8921), ("marimo", marimo, 8931)):

@@ -135,7 +135,7 @@ def pyrender_depth(data: Arrays) -> Arrays:
     with Measured():
         renderer = pyrender.OffscreenRenderer(width, height)
         for k, pose in zip(data["k"], data["poses"], strict=True):
-            # Pixel centres are at whole numbers in k, but at halves in OpenGL.
+            # Pixel centres have integer coordinates in `k`, but half-integer coordinates in OpenGL.
             place = k[0, 0], k[1, 1], k[0, 2] + 0.5, k[1, 2] + 0.5
             camera = pyrender.IntrinsicsCamera(*place, znear=0.05, zfar=100)
             node = scene.add(camera, pose=np.linalg.inv(pose) @ np.diag([1.0, -1, -1, 1]))

@@ -68,11 +68,15 @@ def save(path: Path, image: Any) -> None:
 def compare(renderer: str, name: str, doc: str | None, settings: dict[str, str]) -> None:
     """Runs a comparison from the command line; `settings` become options, whose values the renderer receives."""
     parser = argparse.ArgumentParser(description=doc)
-    parser.add_argument("--python", default=sys.executable, help=f"a Python that has {name}")
-    parser.add_argument("--samples", type=int, default=128, help=f"of each of {PICTURES} pictures")
+    parser.add_argument("--python", default=sys.executable, help=f"Python interpreter with {name}")
+    parser.add_argument(
+        "--samples", type=int, default=128, help=f"samples per pixel of each of the {PICTURES} images"
+    )
     parser.add_argument("--size", type=int, nargs=2, default=[96, 72])
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
-    parser.add_argument("--pictures", metavar="FOLDER", type=Path, help="where to keep what both see")
+    parser.add_argument(
+        "--pictures", metavar="FOLDER", type=Path, help="folder that keeps the images of both renderers"
+    )
     for key, default in settings.items():
         parser.add_argument(f"--{key}", default=default)
     options = parser.parse_args()

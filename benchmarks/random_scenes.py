@@ -144,11 +144,13 @@ def blocks(images: Array) -> Array:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--mitsuba", metavar="PYTHON", required=True, help="a Python that has Mitsuba")
-    parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba")
+    parser.add_argument("--mitsuba", metavar="PYTHON", required=True, help="Python interpreter with Mitsuba")
+    parser.add_argument("--variant", default="llvm_ad_rgb", help="Mitsuba variant")
     parser.add_argument("--seeds", type=int, nargs=2, default=(0, 30), metavar=("FROM", "TO"))
-    parser.add_argument("--samples", type=int, default=1024, help="of each picture")
-    parser.add_argument("--image", metavar="FILE", help="an equirectangular image that may be around them")
+    parser.add_argument("--samples", type=int, default=1024, help="samples per pixel of each image")
+    parser.add_argument(
+        "--image", metavar="FILE", help="equirectangular environment image that some scenes use"
+    )
     options = parser.parse_args()
     image = str(Path(options.image).resolve()) if options.image else None
     settings = {"variant": options.variant, "sampler": "independent"}

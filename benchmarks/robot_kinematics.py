@@ -144,7 +144,7 @@ def main() -> None:
     """Compares the robots of a folder."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--vectors", type=int, default=1000, help="joint vectors per robot")
+    parser.add_argument("--vectors", type=int, default=1000, help="number of joint vectors per robot")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     logging.disable(logging.CRITICAL)

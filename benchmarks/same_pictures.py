@@ -277,7 +277,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
-        "--against", metavar="PYTHON", required=True, help="an interpreter that has the other build"
+        "--against", metavar="PYTHON", required=True, help="Python interpreter with the other raycam build"
     )
     parser.add_argument("--isa", nargs="+", default=list(ISA))
     parser.add_argument("--models", metavar="FOLDER", nargs="*", default=[])

@@ -72,7 +72,7 @@ def main() -> None:
     parser.add_argument("--triangles", type=float, nargs="+", default=[0.25e6, 1e6, 4e6, 16e6, 64e6])
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--repeat", type=int, default=7)
-    parser.add_argument("--size", type=int, nargs=2, default=[1024, 768], help="of the picture, in pixels")
+    parser.add_argument("--size", type=int, nargs=2, default=[1024, 768], help="image size in pixels")
     options = parser.parse_args()
     cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "ray_bench"]
     subprocess.run(cargo, cwd=ROOT, check=True)

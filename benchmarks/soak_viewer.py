@@ -166,8 +166,8 @@ class Visitor:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=float, default=30, help="how long it lasts")
-    parser.add_argument("--rate", type=float, default=60, help="messages a second, of all clients together")
+    parser.add_argument("--minutes", type=float, default=30, help="duration in minutes")
+    parser.add_argument("--rate", type=float, default=60, help="messages per second, summed over all clients")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     # Shells start background jobs with SIGINT ignored. The server, which SIGINT stops, would inherit this.

@@ -33,7 +33,7 @@ html_static_path = ["_static"]
 html_css_files = ["raycam.css"]
 html_copy_source = True
 html_show_sphinx = False
-html_extra_path = ["_generated/extra"]  # beside the pages as it is
+html_extra_path = ["_generated/extra"]  # copied next to the pages without changes
 (HERE / "_generated" / "extra").mkdir(parents=True, exist_ok=True)
 
 

@@ -18,7 +18,7 @@ class Reference:
         self.parts: dict[str, Schema] = schema.get("$defs", {})
         self.needed: list[str] = []
         self.lines = self.section("World file", schema)
-        for name in self.needed:  # which grows meanwhile
+        for name in self.needed:  # the loop itself adds names to this list
             self.lines += self.section(title(name), self.parts[name])
 
     def kind(self, schema: Schema) -> str:

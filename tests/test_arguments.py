@@ -320,8 +320,7 @@ def test_invalid_arguments_are_accepted_or_refused_by_name(
                     except (raycam.Error, OSError):
                         pass
                     except Exception as fault:
-                        if "os.PathLike" not in str(fault) and "null byte" not in str(
-                            fault
-                        ):  # Python's own messages
+                        # Python writes these messages itself.
+                        if "os.PathLike" not in str(fault) and "null byte" not in str(fault):
                             faults.append(f"{call}({name}={value!r}): {fault!r}")
     assert faults == []

@@ -38,7 +38,7 @@ def box_world() -> raycam.World:
 
 
 CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
-    # Meshes
+    # Errors of meshes
     "nan vertex": (
         lambda: mesh(with_entry(TRIANGLE[0], 1, 2, np.nan)),
         raycam.WorldError,
@@ -100,7 +100,7 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         ["direction"],
     ),
     "up": (lambda: raycam.World(up="x"), raycam.Error, ["x", '"z"', '"y"']),  # type: ignore[arg-type]
-    # Cameras
+    # Errors of cameras
     "zero focal": (lambda: camera(with_entry(K, 0, 0, 0)), raycam.CameraError, ["focal", "0"]),
     "negative focal": (lambda: camera(with_entry(K, 1, 1, -500)), raycam.CameraError, ["focal", "-500"]),
     "singular K": (lambda: camera(with_entry(K, 2, 2, 0)), raycam.CameraError, ["K"]),
@@ -176,7 +176,7 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         ["points", "[n, 3]", "[2, 2]"],
     ),
     "pixels": (lambda: camera().rays(np.zeros((2, 3))), raycam.SettingsError, ["pixels", "[n, 2]", "[2, 3]"]),
-    # Rendering
+    # Errors of rendering
     "channel": (
         lambda: raycam.render(box_world(), channels=["dpeth"]),
         raycam.SettingsError,
@@ -240,7 +240,7 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         raycam.SettingsError,
         ["t_max", "[2]", "[3]"],
     ),
-    # Descriptions
+    # Errors of descriptions
     "unknown key": (
         lambda: raycam.World.from_dict({"object": [{"box": {"sise": 1}}]}),
         raycam.WorldError,

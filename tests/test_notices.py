@@ -45,7 +45,7 @@ def line_of(words: str) -> int:
 
 
 def test_load_warns_at_the_line_of_the_caller(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
-    world = raycam.load(odd_obj)  # loads
+    world = raycam.load(odd_obj)  # this line loads the file
     assert said(heard) == [str(notice) for notice in world.notices] != []
     assert str(odd_obj) in said(heard)[0]
     assert heard[0].filename == __file__
@@ -55,7 +55,7 @@ def test_load_warns_at_the_line_of_the_caller(odd_obj: Path, heard: list[warning
 def test_adding_warns_only_about_the_added_part(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
     world = raycam.load(odd_obj)
     heard.clear()
-    world.add_object(mesh=odd_obj, name="again")  # adds
+    world.add_object(mesh=odd_obj, name="again")  # this line adds the object
     assert said(heard) == [str(notice) for notice in world.notices[1:]] != []
     assert heard[0].lineno == line_of("adds")
     heard.clear()
@@ -108,7 +108,7 @@ def test_strict_raises_only_inside_its_block(odd_obj: Path, heard: list[warnings
     raycam.load(odd_obj)
     assert len(heard) == 1
     with raycam.strict(), raises(raycam.Notice, code="dropped_geometry"):
-        raycam.load(odd_obj)  # although the same warning was shown before
+        raycam.load(odd_obj)  # the notice is raised although the same warning was shown before
 
 
 def test_loading_in_a_user_thread_warns(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:

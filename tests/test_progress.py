@@ -57,7 +57,7 @@ def test_progress_bar_shows_frame_rate_and_failures(
     clock = iter(range(0, 1000, 10))
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
     with progress.frames_bar("views") as tell:
-        tell(10, 40, 0)  # ten frames were finished before
+        tell(10, 40, 0)  # ten frames were already finished before the job started
         tell(19, 40, 1)
     first, last, *_ = [part for part in capfd.readouterr().err.split("\r") if part.strip()]
     assert "[=======>" in first

@@ -18,6 +18,6 @@ def test_srgb_from_linear_inverts_linear_from_srgb() -> None:
     assert np.allclose(srgb_from_linear(linear_from_srgb(values)), values, rtol=0, atol=3e-8)
 
 
-def test_both_directions_keep_float32() -> None:
+def test_srgb_conversions_keep_float32() -> None:
     values = np.linspace(0, 1, 5, dtype=np.float32)
     assert linear_from_srgb(values).dtype == srgb_from_linear(values).dtype == np.float32

@@ -8,7 +8,7 @@ import numpy as np
 import raycam
 from common import Picture, Quality, planks, softbox, stand
 
-RAMP = np.array(  # sRGB, from far to near
+RAMP = np.array(  # sRGB colours, from the farthest to the nearest depth
     [
         [30, 15, 60],
         [55, 60, 170],

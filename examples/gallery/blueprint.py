@@ -33,7 +33,7 @@ def picture(assets: Path, quality: Quality) -> Picture:
     world = raycam.World()
     world.add_object(mesh=assets / "meshes/cycloidal.ply", name="gearbox")
     centre = world.bounds.mean(axis=0)
-    scale = 2 * quality.scale  # four samples of the channels per pixel
+    scale = 2 * quality.scale  # rendered at twice the size, with four samples of each channel per pixel
     paint = np.ones((round(540 * scale) // 2 * 2, round(960 * scale) // 2 * 2, 3)) * PAPER
     rows, columns = np.indices(paint.shape[:2]) / scale
     paint += 0.15 * ((rows % 30 < 1) | (columns % 30 < 1))[..., None] * PAPER

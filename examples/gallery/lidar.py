@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 from town import street
 
 NEAR, FAR = 3.0, 40.0
-RAMP = np.array(  # sRGB, from near to far
+RAMP = np.array(  # sRGB colours, from the nearest to the farthest point
     [[255, 70, 60], [255, 190, 50], [120, 255, 90], [50, 220, 255], [80, 110, 255], [200, 100, 255]]
 )
 

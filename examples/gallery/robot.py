@@ -12,7 +12,7 @@ from common import Picture, Quality, planks, softbox, stand
 from PIL import Image, ImageDraw, ImageFont
 
 JOINTS = {"turn": 0.5, "shoulder": 0.42, "elbow": 1.5, "roll": 0.3, "wrist": 1.05, "flange": 0.5}
-LEFT = ("turret", "forearm", "wrist", "right_finger")  # whose labels are on the left
+LEFT = ("turret", "forearm", "wrist", "right_finger")  # the parts whose labels are on the left
 TINTS = np.array(
     [[230, 60, 60], [250, 150, 40], [240, 220, 60], [90, 200, 80], [50, 190, 220], [90, 110, 240], [190, 90, 230],
      [240, 100, 170], [160, 230, 150]]

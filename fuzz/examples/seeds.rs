@@ -77,7 +77,7 @@ const GLTF: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nod
 "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "color": [1, 1, 1], "intensity": 3, "range": 4,
 "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}]}, "KHR_materials_variants": {"variants": [{"name": "a"}]}}}"#;
 
-/// Writes one seed.
+/// Writes one seed file.
 fn add(target: &str, name: &str, bytes: &[u8]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("corpus")

@@ -168,7 +168,7 @@ _MODULES = ("codes", "data", "dataset", "jobs", "photos", "video")
 
 
 def __getattr__(name: str) -> Any:
-    """Imports a name of `_LAZY_IMPORTS` or `_MODULES` on first use: most programs need none of them."""
+    """Imports a name of `_LAZY_IMPORTS` or `_MODULES` on first use, because most programs need none of these names."""
     import importlib
     import sys
 
@@ -182,5 +182,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """The public names, also those that are imported on first use."""
+    """The public names, including names that are imported on first use."""
     return sorted({*__all__, *_MODULES, "__doc__", "__name__", "__path__"})

@@ -14,7 +14,7 @@ class DictSerializable:
     __slots__ = ()
 
     def __eq__(self, other: object) -> bool:
-        """True if both have the same type and every number is the same."""
+        """True if both objects have the same type and all their numbers are equal."""
         if not isinstance(other, type(self)):
             return NotImplemented
         return self._key() == other._key()

@@ -69,7 +69,7 @@ def floats(
 
 
 def is_tensor(value: object) -> bool:
-    """Returns True for arrays of other libraries: objects with `__array__` or `__dlpack__`."""
+    """Returns True for other libraries' arrays, which are objects with `__array__` or `__dlpack__`."""
     if isinstance(value, np.ndarray | np.generic):
         return False
     return hasattr(value, "__array__") or hasattr(value, "__dlpack__")
@@ -128,7 +128,7 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
     kind = describe()[0] if describe is not None else cpu_device
     if kind != cpu_device:
         raise error(
-            f"{name} is on the device type {int(kind)} of DLPack; raycam requires CPU memory, so copy it to the CPU",
+            f"{name} is on DLPack device type {int(kind)}; raycam requires CPU memory, so copy {name} to the CPU",
             code="wrong_type",
         )
     try:
@@ -151,9 +151,7 @@ def triples(name: str, value: object) -> npt.NDArray[Any]:
 def paired(
     first: tuple[str, npt.NDArray[Any]], second: tuple[str, npt.NDArray[Any]]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Returns two arrays [..., 3] broadcast to one shape, as views; raises `SettingsError` with both names and
-    shapes.
-    """
+    """Broadcasts two arrays [..., 3] to one shape, as views; raises `SettingsError` with both names and shapes."""
     if first[1].shape == second[1].shape:
         return first[1], second[1]
     try:
@@ -229,8 +227,7 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
 
 
 def several(name: str, values: object, what: str, *, error: type[Error] = SettingsError) -> list[Any]:
-    """Returns the items of a sequence; raises `error` with the name and `what`, the items' kind, for a number or
-    string."""
+    """Returns a sequence's items; for a number or string, raises `error` with the name and `what`, the items' kind."""
     try:
         if isinstance(values, str | bytes):
             raise TypeError
@@ -289,14 +286,14 @@ def flag(name: str, value: object, *, error: type[Error] = SettingsError) -> boo
 
 
 def word(name: str, value: object, *, error: type[Error] = SettingsError) -> str:
-    """Returns `value`; raises `error` with the name unless it is a str."""
+    """Returns `value` if it is a str; otherwise raises `error` with the argument's name."""
     if isinstance(value, str):
         return value
     raise error(f"{name} must be a string, not {value!r}", code="wrong_type")
 
 
 def one_of(name: str, given: object, valid: Sequence[str], *, error: type[Error] = SettingsError) -> str:
-    """Returns `given` if it is one of the words; raises `error` with the nearest."""
+    """Returns `given` if it is one of the valid words; otherwise raises `error` with the most similar valid word."""
     if isinstance(given, str) and given in valid:
         return given
     raise error(nearest(name, given, list(valid)), code="unknown_name")
@@ -310,7 +307,8 @@ def words(
     also: Callable[[str], bool] = lambda word: False,
     error: type[Error] = SettingsError,
 ) -> list[str]:
-    """Returns one word, or several, without duplicates; raises `error` with the nearest of `valid`.
+    """Returns the given word or words as a list without duplicates; raises `error` with the most similar word in
+    `valid`.
 
     Words for which `also` returns True are valid, too.
     """

@@ -94,7 +94,7 @@ class Cameras(Mapping[str, Camera]):
 
         Each rig contains its cameras by name. COLMAP stores rigs in `rigs` and `frames`. The cameras of a Kalibr
         camchain, a KITTI calibration or OpenCV's `stereo_calib` form one rig, whose body frame is the file's world.
-        Empty for files without rigs.
+        The mapping is empty for files without rigs.
         """
         groups: dict[tuple[str, str], dict[str, Camera]] = {}
         bodies: dict[tuple[str, str], tuple[list[list[float]], list[float]]] = {}
@@ -122,7 +122,7 @@ class Cameras(Mapping[str, Camera]):
         )
 
     def _rows(self, end: int) -> list[tuple[str, str, str]]:
-        """Name, size and lens of the first cameras; "not complete" of those whose size or intrinsics the file lacks."""
+        """Name, size and lens of the first cameras; "not complete" for cameras without size or intrinsics."""
         rows = []
         for name in list(self)[:end]:
             try:
@@ -203,9 +203,8 @@ def load_cameras(
     body. Notices report what was assumed or omitted, and values that look wrong, such as a K for another resolution
     or a principal point outside the image.
 
-    A lens is never dropped silently: a key that looks like lens coefficients but is not understood raises
-    `FormatError`. Raises `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid
-    camera, and `OSError`.
+    A lens is never dropped silently: an unknown key that looks like lens coefficients raises `FormatError`. Raises
+    `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid camera, and `OSError`.
     """
     if not isinstance(path, str | os.PathLike):
         raise SettingsError(

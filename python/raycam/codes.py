@@ -127,7 +127,7 @@ _OWN_NOTICES = {
     ),
     "unusable_worker": Code(
         "A worker cannot render frames, or fewer workers than requested were started.",
-        "Install the same version of raycam on it; the message states the reason.",
+        "Install the same version of raycam on the worker; the message states the reason.",
     ),
     "waiting_for_workers": Code(
         "A cluster has no workers yet.",
@@ -213,7 +213,7 @@ _OWN_ERRORS = {
         "Use a closed mesh that encloses a volume.",
     ),
     "not_settled": Code(
-        "Objects did not come to rest without penetrating each other, within their target.",
+        "The falling objects did not come to rest inside their target without penetrating each other.",
         "Use fewer objects, more room, more time or another seed.",
     ),
     "unsupported_camera": Code(

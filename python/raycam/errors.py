@@ -116,7 +116,7 @@ class LidarError(Error, ValueError):
 
 
 class FormatError(Error, ValueError):
-    """A malformed file, one that exceeds the budget, or one of an unknown format."""
+    """A malformed file, a file that exceeds the budget, or a file of an unknown format."""
 
     code = "syntax"
 
@@ -134,7 +134,9 @@ class SettingsError(Error, ValueError):
 
 
 class NetworkError(Error, OSError):
-    """A network connection that cannot be opened, or that was lost; `errno` is set if the system reports one."""
+    """A network connection that cannot be opened, or that was lost; `errno` is set if the system reports an error
+    number.
+    """
 
     code = "cluster_unreachable"
 

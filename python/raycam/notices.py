@@ -16,7 +16,7 @@ __all__ = ["collected", "distinct", "strict", "warn", "warn_all"]
 
 _COLLECTED: ContextVar[list[Notice] | None] = ContextVar("collected", default=None)
 MAX_SUBJECTS = 3
-"""Maximum number of subjects that a group of notices lists; further ones are counted."""
+"""Maximum number of subjects that a group of notices lists; further subjects are only counted."""
 _NUMBER = re.compile(r"(?<![\w.,:/\\-])\d[\d.,]*(?:e[+-]?\d+)?(?![\w/\\-])")
 """Matches a number that is a separate word, such as a count, but not a part of a name."""
 
@@ -108,7 +108,7 @@ def cause(text: str) -> str:
 
 
 def _asking_frame() -> FrameType:
-    """The innermost stack frame outside of this package, or else the outermost one."""
+    """The innermost stack frame outside of this package, or otherwise the outermost frame."""
     passed = {__name__.partition(".")[0], "contextlib"}  # raycam's own decorators and context managers
     frame = sys._getframe(1)
     while frame.f_back is not None:

@@ -14,7 +14,7 @@ T = TypeVar("T", bound=type)
 MAX_NUMBERS = 4
 """Largest array that is shown with its numbers."""
 MAX_TEXT = 80
-"""Largest number of characters of other values."""
+"""Maximum number of characters for values other than arrays."""
 
 
 def one_line(cls: T) -> T:

@@ -124,7 +124,7 @@ class _Lines:
         self._start = self._last = time.monotonic()
 
     def print_progress(self, done: int, total: int) -> None:
-        """Prints a line if the last one was long ago."""
+        """Prints a line if enough time has passed since the last line."""
         now = time.monotonic()
         if not SHOWN or sys.stderr.isatty() or now - self._last < LINE_AFTER_SECONDS or not 0 < done < total:
             return

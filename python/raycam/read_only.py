@@ -35,14 +35,14 @@ def _refuse_change(name: str) -> Callable[..., NoReturn]:
 
 
 class ReadOnlyList(list[Item]):
-    """A read-only list; it copies, compares and pickles as a plain list."""
+    """A read-only list, which is copied, compared and pickled as a plain list."""
 
     def __init__(self, items: Iterable[Item], remedy: str, error: type[Error] = WorldError) -> None:
         super().__init__(items)
         self.remedy, self.error = remedy, error
 
     def __reduce__(self) -> Any:
-        """Pickles and copies it as a plain list."""
+        """Pickles and copies the list as a plain list."""
         return list, (list(self),)
 
     append = extend = insert = pop = remove = clear = sort = reverse = _refuse_change("change")
@@ -50,7 +50,7 @@ class ReadOnlyList(list[Item]):
 
 
 class ReadOnlyDict(dict[Key, Item]):
-    """A read-only dict; it copies, compares and pickles as a plain dict."""
+    """A read-only dict, which is copied, compared and pickled as a plain dict."""
 
     def __init__(self, items: Mapping[Key, Item], remedy: str, error: type[Error] = WorldError) -> None:
         super().__init__(items)
@@ -61,7 +61,7 @@ class ReadOnlyDict(dict[Key, Item]):
         raise KeyError(nearest("name", key, [str(name) for name in self]))
 
     def __reduce__(self) -> Any:
-        """Pickles and copies it as a plain dict."""
+        """Pickles and copies the dict as a plain dict."""
         return dict, (dict(self),)
 
     pop = popitem = clear = update = setdefault = _refuse_change("change")
@@ -85,7 +85,7 @@ def _check_first(name: str) -> Callable[..., Any]:
 
 
 class ReadOnlyArray(np.ndarray[Any, np.dtype[np.float64]]):
-    """A read-only array; copies and results of calculations are plain arrays, views of it are read-only too."""
+    """A read-only array; copies and results of calculations are plain arrays, and its views are read-only, too."""
 
     remedy: str = ""
     error: type[Error] = WorldError

@@ -40,7 +40,7 @@ def test_keypoints_move_with_their_object(name: str) -> None:
     np.testing.assert_array_equal(found.pixels, pixels)
     assert found.visible.any()
     assert {-1, 1, 2} <= set(found.occluder)
-    # A face turned away is hidden by the box itself, or by an object in front of it.
+    # A face that is turned away from the camera is hidden by the box itself, or by an object in front of the box.
     normals = np.zeros((200, 3))
     normals[np.arange(200), np.arange(200) % 3] = np.sign(points[np.arange(200), np.arange(200) % 3])
     away = ((camera.C - found.points) * (normals @ turn.T)).sum(axis=1) < 0
@@ -181,7 +181,7 @@ def test_keypoints_of_a_deforming_mesh_follow_a_rolling_shutter(tmp_path: Path) 
             return np.asarray(camera.project(point)[0])
 
         line = scipy.optimize.brentq(lambda line: share(shown(line), SIZE, "down") - line, -1, 2, xtol=1e-14)
-        assert np.abs(found.pixels[i] - shown(line)).max() < 1e-5  # the file is in float32
+        assert np.abs(found.pixels[i] - shown(line)).max() < 1e-5  # the file contains float32 values
 
 
 @pytest.mark.parametrize("direction", ["down", "left"])
@@ -206,7 +206,7 @@ def test_keypoints_at_pixel_centres_of_a_rolling_shutter_image_are_visible(
         row, column = np.nonzero(seen)
         assert np.abs(found.pixels - np.column_stack([column, row])).max() < 1e-4
         assert np.abs(found.points - frame["position"][seen]).max() < 1e-5
-        assert found.visible.mean() > 0.999  # except at edges, because of float32 weights
+        assert found.visible.mean() > 0.999  # edges are excluded, because the weights are float32
         assert found.on_surface.mean() > 0.999
 
 

@@ -129,7 +129,7 @@ def test_ground_truth_uses_the_first_surface_or_the_first_solid_surface(pane: di
     np.testing.assert_allclose(solid["normal"][middle], [1, 0, 0], atol=1e-6)
     assert set(np.unique(solid["instance"])) == {-1, 0}
     labels = {item.name: item for item in raycam.label(world, camera)}
-    assert labels["box"].visible_fraction == 0.0  # the pane is in front of it
+    assert labels["box"].visible_fraction == 0.0  # the pane is in front of the labelled object
     through = raycam.label(world, camera, objects=[0], instance=solid["instance"])
     assert through[0].visible_fraction == 1.0
 

@@ -10,7 +10,7 @@ from rules import recipes
 
 ROOT = Path(__file__).resolve().parents[2]
 RECIPES = recipes.recipes(ROOT)
-# A recipe, and the enums that its new member extends.
+# Each recipe, with the enums that its new member extends.
 ENUMS = {
     "A camera model": ("Lens", "LensModel"),
     "A material": ("MaterialModel", "MaterialType"),

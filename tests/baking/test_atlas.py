@@ -59,7 +59,7 @@ def test_charts_of_a_sphere_have_texel_areas_within_a_factor_of_3() -> None:
         ).area_faces
     )
     assert ratio.max() < 3 * ratio.min()
-    assert in_texture.sum() / 2 > 0.4  # of the texture is used
+    assert in_texture.sum() / 2 > 0.4  # the atlas uses more than 40 % of the texture
 
 
 def test_atlas_cells_are_right_angled_and_too_many_are_refused() -> None:

@@ -25,7 +25,7 @@ def test_curvature_of_a_torus_equals_its_closed_form() -> None:
     torus = trimesh.creation.torus(large, small, major_sections=160, minor_sections=96)
     found = corner_curvatures(corners(torus))
     x, y, _ = np.moveaxis(corners(torus), -1, 0)
-    away = np.hypot(x, y) - large  # small radius times the cosine around the ring
+    away = np.hypot(x, y) - large  # the small radius times the cosine of the angle around the ring
     expected = (large + 2 * away) / (2 * small * (large + away))
     assert expected.min() > 0.4
     np.testing.assert_allclose(found, expected, rtol=0.01)

@@ -174,7 +174,7 @@ def test_thickness_within_a_cone_equals_closed_forms(cone: float) -> None:
     assert thick["thickness"][thick.covered].mean() == pytest.approx(expected, rel=0.01)
 
 
-def test_ids_are_png_files_of_id_plus_one(tmp_path: Path) -> None:
+def test_id_maps_are_png_files_that_store_id_plus_one(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": [1, 1, 1]}, color="red")
     uvs = SQUARE * 0.5 + 0.25
@@ -197,7 +197,7 @@ def test_invalid_directions_and_targets_are_refused(options: dict) -> None:
         raycam.bake(plane(), **options)
 
 
-def test_command_writes_one_map_to_a_file_and_refuses_two(tmp_path: Path) -> None:
+def test_command_writes_one_map_to_a_file_and_refuses_two_maps(tmp_path: Path) -> None:
     plane().to_gltf(tmp_path / "floor.glb")
     common = ["bake", str(tmp_path / "floor.glb"), "--size", "8", "--samples", "4"]
     assert main([*common, "-o", str(tmp_path / "ao.png")]) == 0

@@ -54,7 +54,7 @@ def test_source_maps_contain_the_nearest_source_surface(thin: bool) -> None:
     height, normal = waves(*grid(32))
     np.testing.assert_allclose(maps["position"][..., 2], height, atol=2e-4)
     np.testing.assert_allclose(maps["shading_normal"], normal, atol=2e-3)
-    # On this panel, x of tangent space is x, and y is y: texture coordinates run down.
+    # On this panel, the x and y axes of tangent space are those of the world: texture coordinates run downwards.
     np.testing.assert_allclose(maps["tangent_normal"], normal, atol=2e-3)
     expected = raycam.World()
     expected.add_object(plane={"size": [4, 4]}, color=[0.2, 0.5, 0.1])
@@ -93,7 +93,7 @@ def test_occlusion_considers_only_the_source() -> None:
     assert raycam.bake(world, ["ao"], size=8, samples=16)["ao"].min() < 0.2
 
 
-def test_normals_of_a_fine_sphere_baked_on_a_coarse_one_are_radial() -> None:
+def test_normals_of_a_fine_sphere_baked_on_a_coarse_sphere_are_radial() -> None:
     low, high = raycam.World("y"), raycam.World("y")
     low.add_object(sphere={"radius": 1, "level": 2}, name="ball")
     high.add_object(sphere={"radius": 1, "level": 6})

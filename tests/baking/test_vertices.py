@@ -78,7 +78,7 @@ def test_files_of_vertices_contain_linear_vertex_colours(tmp_path: Path) -> None
     assert baked["ao"].std() > 0.1
 
 
-def test_light_and_its_error_are_means_over_the_faces() -> None:
+def test_vertex_light_and_its_error_are_means_over_the_faces() -> None:
     world = raycam.World()
     world.add_object(box={"size": [2, 2, 2]}, name="box")
     world.add_light(type="sky", radiance=[1.0, 1.0, 1.0])

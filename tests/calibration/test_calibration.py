@@ -86,7 +86,7 @@ def test_size_argument_scales_cameras_of_files_with_a_size(tmp_path: Path, forma
     (half,) = raycam.load_cameras(tmp_path / "a", size=(320, 240)).values()
     (full,) = raycam.load_cameras(tmp_path / "a").values()
     point = np.array([0.1, 0.2, 0.3])
-    # Scaling keeps the image corner: distances from the corner are halved.
+    # Scaling keeps the image corner in place, and distances from the corner are halved.
     (a, _), (b, _) = half.project(point), full.project(point)
     np.testing.assert_allclose(a - half.corner, (b - full.corner) / 2, atol=1e-9)
     with raises(raycam.errors.CameraError, code="conflicting_values"):

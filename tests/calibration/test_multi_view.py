@@ -132,7 +132,7 @@ def test_hot3d_cameras_are_read(tmp_path: Path) -> None:
         raycam.load_cameras(file)
 
 
-# OpenCV's calibrations as arrays and compressed -------------------------------------------------------------
+# OpenCV's calibrations in arrays and compressed -------------------------------------------------------------
 
 
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])

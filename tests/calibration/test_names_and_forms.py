@@ -145,7 +145,7 @@ def test_quaternion_with_a_length_other_than_1_is_refused(tmp_path: Path) -> Non
         load(tmp_path / "a.json", {"K": K.tolist(), "size": SIZE, "cam2world": transform})
 
 
-def test_transform_without_direction_next_to_the_mount_is_another_one(tmp_path: Path) -> None:
+def test_transform_without_direction_next_to_a_mount_is_ignored(tmp_path: Path) -> None:
     document = {
         "T_BS": {"cols": 4, "rows": 4, "data": matrix4(R.T, C).ravel().tolist()},
         "resolution": SIZE,
@@ -158,7 +158,7 @@ def test_transform_without_direction_next_to_the_mount_is_another_one(tmp_path: 
 
 
 @pytest.mark.parametrize("width", [4, 3])
-def test_k_in_the_corner_of_a_larger_matrix_is_read(tmp_path: Path, width: int) -> None:
+def test_intrinsics_in_the_corner_of_a_larger_matrix_are_read(tmp_path: Path, width: int) -> None:
     larger = np.eye(4)
     larger[:3, :3] = K
     document = {
@@ -223,7 +223,7 @@ def test_list_that_continues_left_of_its_key_is_read_as_by_pyyaml(tmp_path: Path
     check(cameras["camera"], np.reshape(expected["camera_matrix"]["data"], (3, 3)), ROTATION, CENTRE, lens)
 
 
-def test_coefficients_without_a_camera_matrix_name_what_is_missing(tmp_path: Path) -> None:
+def test_coefficients_without_a_camera_matrix_raise_with_the_missing_key(tmp_path: Path) -> None:
     with raises(FormatError, code="syntax", mentions=["camera_matrix", "distortion_coefficients"]):
         load(
             tmp_path / "a.yaml",
@@ -332,7 +332,7 @@ def test_mount_of_svo_may_have_an_empty_last_row(tmp_path: Path) -> None:
     assert "repaired_rotation" in codes
 
 
-def test_lens_next_to_p_is_refused(tmp_path: Path) -> None:
+def test_lens_next_to_a_camera_matrix_p_is_refused(tmp_path: Path) -> None:
     rows = " ".join(map(str, np.column_stack([K, [0, 0, 0]]).ravel()))
     with raises(FormatError, code="syntax", mentions=["D", 2]):
         load(tmp_path / "calib.txt", f"P2: {rows}\nD: -0.1 0.02 0 0\nTr: 1 0 0 0 0 1 0 0 0 0 1 0\n")
@@ -422,14 +422,14 @@ def test_notices_about_the_poses_of_several_cameras_are_grouped(tmp_path: Path) 
     assert (len(cameras), codes) == (6, ["assumed_convention"])
 
 
-def test_r_and_t_below_the_root_place_the_second_camera(tmp_path: Path) -> None:
+def test_nested_r_and_t_place_the_second_camera(tmp_path: Path) -> None:
     content = {"result": {"left": CAMERA, "right": CAMERA, "R": np.eye(3).tolist(), "T": [-0.1, 0, 0]}}
     cameras, _ = load(tmp_path / "a.json", content)
     np.testing.assert_allclose(cameras["right"].C, [0.1, 0, 0])
 
 
 @pytest.mark.parametrize("mark", ["\ufeff", "// camera to world\n", "% pose\n", "# pose\r\n"])
-def test_marks_and_comments_before_a_matrix_are_skipped(tmp_path: Path, mark: str) -> None:
+def test_byte_order_marks_and_comments_before_a_matrix_are_skipped(tmp_path: Path, mark: str) -> None:
     text = mark + "\n".join(
         " ".join(f"{value:f}" for value in row) for row in np.linalg.inv(matrix4(R, -R @ C))
     )

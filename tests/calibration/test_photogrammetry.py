@@ -133,7 +133,7 @@ def test_ignored_parts_of_metashape_files_give_notices(tmp_path: Path) -> None:
 
 
 def test_slave_cameras_of_metashape_are_placed_relative_to_their_master(tmp_path: Path) -> None:
-    # master_from_slave of the sensors; the cameras of a sensor without it are omitted.
+    # The sensors' transforms are master_from_slave; the cameras of a sensor without a transform are omitted.
     (R, C), (turn, place) = pose(1), pose(5)
     size = '<resolution width="640" height="480"/>'
     calibration = f'<calibration type="frame" class="adjusted">{size}<f>500</f></calibration>'
@@ -158,7 +158,7 @@ def test_slave_cameras_of_metashape_are_placed_relative_to_their_master(tmp_path
 
 
 def test_master_cameras_of_metashape_may_belong_to_any_sensor_of_the_rig(tmp_path: Path) -> None:
-    # Sensor 1 is mounted on sensor 0, sensor 2 on sensor 1; the master in the list of cameras belongs to sensor 1.
+    # Sensor 1 is mounted on sensor 0, and sensor 2 on sensor 1; the master in the list of cameras belongs to sensor 1.
     (R, C), (turn, place), (turn2, place2) = pose(1), pose(5), pose(6)
     size = '<resolution width="640" height="480"/>'
     calibration = f'<calibration type="frame" class="adjusted">{size}<f>500</f></calibration>'
@@ -435,7 +435,7 @@ def test_xmp_files_of_reality_capture_are_read(tmp_path: Path, elements: bool) -
     for i, camera in enumerate(cameras.values()):
         K = intrinsics(focal, 1.01 * focal, 326.4, 227.2, 0.64)
         check(camera, K, *pose(i), lambda x: brown(x, (-0.1, 0.02, 0.001)))
-    # An image that is not aligned, and an image that is missing.
+    # The file contains an image that is not aligned, and an image that is missing on disk.
     (tmp_path / "IMG_11.xmp").write_text(re.sub(r'xcr:(?!Coordinates)[^ />]*="[^"]*"', "", xmp(0)))
     (tmp_path / "IMG_9.jpg").unlink()
     again = raycam.load_cameras(tmp_path)

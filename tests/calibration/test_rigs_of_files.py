@@ -56,7 +56,7 @@ def test_single_camera_with_a_mount_is_read_as_a_rig(tmp_path: Path) -> None:
     assert has_notice(seen.notices, "ignored_key", "T_BS", "--rig")
 
 
-def test_raw_cameras_of_kitti_are_in_the_frame_of_the_rectified_ones(tmp_path: Path) -> None:
+def test_raw_cameras_of_kitti_are_in_the_frame_of_the_rectified_cameras(tmp_path: Path) -> None:
     r_rect, r_1 = (cv2.Rodrigues(np.array(v))[0] for v in ([0.01, 0.02, -0.005], [-0.015, 0.004, 0.009]))
     t_1 = np.array([-0.537, 0.005, -0.012])
     k = np.array([[980.0, 0, 690], [0, 975.0, 245], [0, 0, 1]])
@@ -79,7 +79,7 @@ def test_raw_cameras_of_kitti_are_in_the_frame_of_the_rectified_ones(tmp_path: P
     )
     (tmp_path / "calib_cam_to_cam.txt").write_text(text)
     cameras = raycam.load_cameras(tmp_path / "calib_cam_to_cam.txt", size=(1392, 512))
-    point = np.array([1.0, 0.5, 12.0])  # in rectified axes
+    point = np.array([1.0, 0.5, 12.0])  # a point in rectified camera axes
     raw = r_rect.T @ point
     for name, in_camera in (("00", raw), ("01", r_1 @ raw + t_1)):
         pixel = k @ in_camera
@@ -162,7 +162,7 @@ def test_errors_name_the_detected_format(tmp_path: Path, text: str, code: str, n
 
 
 def test_image_names_with_spaces_in_text_colmap_models_are_read(tmp_path: Path) -> None:
-    # The name is the rest of its line; COLMAP's own programs read it only up to the first space.
+    # The image's name is the rest of the line; COLMAP's own programs read the name only up to the first space.
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 640 480 500 500 320 240\n")
     names = ["my image.jpg", "sub folder/two  spaces.png", "d.JPG"]
     lines = [f"{i + 1} 1 0 0 0 0 0 {i} 1 {name}\n1 2 -1 3 4 5\n" for i, name in enumerate(names)]

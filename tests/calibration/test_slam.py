@@ -330,7 +330,7 @@ STELLA = {
 @pytest.mark.parametrize("nested", [True, False])
 @pytest.mark.parametrize("model", ["perspective", "fisheye"])
 def test_openvslam_camera_models_are_read(tmp_path: Path, nested: bool, model: str) -> None:
-    # k3 and k4 belong to a different lens model than OpenCV's k1 k2 p1 p2 k3.
+    # k3 and k4 belong to another lens model than the coefficients k1 k2 p1 p2 k3 of OpenCV.
     terms = TERMS if model == "perspective" else {"k1": 0.02, "k2": -0.01, "k3": 0.004, "k4": -0.001}
     keys = {"model": f'"{model}"', "fx": 458.5, "fy": 457.25, "cx": 367.0, "cy": 248.5, **terms, **STELLA}
     if nested:

@@ -191,7 +191,7 @@ def test_model_in_the_map_of_the_coefficients_is_read(tmp_path: Path, lens: dict
 
 
 @pytest.mark.parametrize("place", ["root", "metadata", "camera"])
-def test_fisheye_of_anipose_is_read_wherever_it_is(tmp_path: Path, place: str) -> None:
+def test_fisheye_flag_of_anipose_is_read_at_every_position(tmp_path: Path, place: str) -> None:
     mark = {place: "fisheye = true\n"}
     (tmp_path / "calibration.toml").write_text(
         f"{mark.get('root', '')}[cam_0]\nname = 'a'\nsize = [640, 480]\nmatrix = {K}\ndistortions = {D}\n"
@@ -203,6 +203,6 @@ def test_fisheye_of_anipose_is_read_wherever_it_is(tmp_path: Path, place: str) -
 
 
 @pytest.mark.parametrize("word", ["None", "NONE", "no_distortion"])
-def test_none_in_any_spelling_is_no_lens(tmp_path: Path, word: str) -> None:
+def test_lens_model_none_in_any_spelling_gives_a_pinhole(tmp_path: Path, word: str) -> None:
     (camera,) = read(tmp_path, {"K": K, "img_size": [640, 480], "distortion_model": word}).values()
     assert camera.distortion is None

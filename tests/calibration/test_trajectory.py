@@ -47,7 +47,7 @@ def test_scannet_poses_are_read(tmp_path: Path) -> None:
     picture(tmp_path / "color/0.jpg")
     for folder in (tmp_path, tmp_path / "pose"):
         cameras = raycam.load_cameras(folder)
-        assert list(cameras) == [str(i) for i in range(11)]  # 2 is sorted before 10
+        assert list(cameras) == [str(i) for i in range(11)]  # the pose 2 comes before the pose 10
         check_all(cameras, 11)
         told = " ".join(map(str, cameras.notices))
         assert "1 lost frames" in told
@@ -377,7 +377,7 @@ def test_damaged_matrices_in_json_raise(tmp_path: Path) -> None:
 
 
 def test_poses_with_only_three_rows_are_read(tmp_path: Path) -> None:
-    # ICL-NUIM's ground truth: three lines and an empty line.
+    # The ground truth of ICL-NUIM has three lines and an empty line for each pose.
     file = tmp_path / "livingRoom.gt.sim"
     text = "\n".join(rows(world_from_camera(i)[:3]) for i in range(4))
     for found in (text, text.replace(" ", "; ")):
@@ -443,7 +443,7 @@ def test_poses_in_archives_of_any_layout_are_read(tmp_path: Path) -> None:
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     check_all(cameras, 4)
     assert list(cameras) == list(NAMED)
-    # More numbers than a text document may contain.
+    # The file contains more numbers than a text document may contain.
     np.savez(file, poses=np.tile(stack, (1300, 1, 1)), depth=np.zeros((4, 300, 300), np.float32))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     assert len(cameras) == 5200

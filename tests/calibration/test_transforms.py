@@ -43,7 +43,7 @@ def test_all_splits_of_a_blender_data_set_are_read(tmp_path: Path) -> None:
     assert len(raycam.load_cameras(tmp_path / "transforms_val.json")) == 1
 
 
-def test_missing_images_use_the_size_of_others_with_a_notice(tmp_path: Path) -> None:
+def test_cameras_of_missing_images_use_the_size_of_other_images_with_a_notice(tmp_path: Path) -> None:
     for split in ("train", "val"):
         frames = [{"file_path": f"./{split}/r_{i}", "transform_matrix": opengl(i).tolist()} for i in range(2)]
         text = json.dumps({"camera_angle_x": 0.7, "frames": frames})

@@ -67,7 +67,7 @@ def test_tartanair_poses_use_forward_right_down_axes(
 
 
 def test_cityscapes_places_the_camera_by_yaw_pitch_and_roll(tmp_path: Path) -> None:
-    # The rotation of the example of cityscapesScripts' 3D boxes, sensor_T_ISO_8855.
+    # The rotation sensor_T_ISO_8855 from the example for 3D boxes in cityscapesScripts.
     content = {
         "extrinsic": {
             "baseline": 0.209313,
@@ -285,7 +285,7 @@ def test_aria_trajectories_and_calibrations_share_the_device(tmp_path: Path) -> 
     (rgb,) = cameras.values()
     np.testing.assert_allclose(rgb.R.T, device.as_matrix(), atol=1e-12)
     np.testing.assert_allclose(rgb.C, [0.1, 0.2, 0.3])
-    # Without coefficients, the lens is the equidistant fisheye.
+    # Without coefficients, the lens is an equidistant fisheye.
     point = rgb.R.T @ [np.tan(0.5), 0, 1] + rgb.C
     np.testing.assert_allclose(rgb.project(point)[0], [600 * 0.5 + 700, 710], atol=1e-9)
     assert len(cameras.rigs) == 1
@@ -441,7 +441,8 @@ def test_camera_matrices_are_checked_for_plausibility(tmp_path: Path, scale: flo
             warnings.simplefilter("always")
             raycam.load_cameras(tmp_path / name, size=(640, 480))
         notices = [warning.message for warning in caught]
-        value = "2000" if scale == 1.0 else "5.0"  # the principal point's row, or the focal length
+        # The value in the notice: the principal point's row, or the focal length.
+        value = "2000" if scale == 1.0 else "5.0"
         assert has_notice(notices, "implausible", value), name
 
 

@@ -49,7 +49,7 @@ def test_opencv_recovers_the_camera_from_rendered_images(given: raycam.Camera, b
     assert found.detector_bias < 0.02  # an error of half a pixel would be detected
     assert found.picture_largest < 1e-6
     assert found.cause == "detector"
-    assert "the residual is the corner detector's" in str(found)
+    assert "the residual comes from the corner detector" in str(found)
 
 
 @pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
@@ -106,7 +106,7 @@ def test_board_views_cover_the_whole_image() -> None:
     pixels = np.concatenate([place.project(target.corners)[0] for place in target.cameras(given, 20)])
     inside = pixels[((pixels > 0) & (pixels < given.size)).all(axis=1)]
     cells = np.floor(inside / (np.array(given.size) / 6)).astype(int)
-    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # of 36 cells
+    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # the corners reach 30 of the image's 36 cells
 
 
 def test_selfcheck_refuses_cameras_and_boards_without_an_opencv_equivalent(

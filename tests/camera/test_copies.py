@@ -102,7 +102,7 @@ def test_undistorted_image_shows_only_pixels_of_the_original(lens: np.ndarray) -
     shown = given.undistorted(0.0).pixel_map(given).reshape(-1, 2)
     assert shown.min() > -1e-4
     assert (shown.max(axis=0) - [639, 479]).max() < 1e-4
-    # The image is used fully: each side is reached.
+    # The valid region reaches each side of the image, so the image is used fully.
     assert (shown.min(axis=0) < 1e-3).all()
     assert (shown.max(axis=0) > [638.999, 478.999]).all()
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from support.raises import raises
 
 
-def test_rotation_with_four_digits_is_repaired_and_one_with_two_digits_is_refused() -> None:
+def test_rotation_with_four_digits_is_repaired_and_rotation_with_two_digits_refused() -> None:
     K = [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
     R = Rotation.from_euler("xyz", [10, 20, 30], degrees=True).as_matrix().round(4)
     U, _, Vt = np.linalg.svd(R)

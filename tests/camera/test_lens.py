@@ -137,7 +137,8 @@ def test_rays_near_the_fold_of_a_rational_lens_are_exact(distortion: list[float]
         fold = mpmath.findroot(lambda r: mpmath.diff(lambda q: q * factor(q * q), r), 1.2)
         reach = float(fold * factor(fold**2))
         np.testing.assert_array_equal(valid, np.hypot(*np.moveaxis(wanted, 2, 0)) < reach)
-    edge = valid & (np.hypot(*np.gradient(valid.astype(float))) > 0)  # the hardest pixels are at the fold
+    # The pixels with the largest errors are at the fold.
+    edge = valid & (np.hypot(*np.gradient(valid.astype(float))) > 0)
     assert edge.sum() > 100
     for row, column in np.argwhere(edge):
         at = rays[row, column, :2] / rays[row, column, 2]
@@ -186,7 +187,7 @@ def test_copies_and_pickles_keep_the_lens(tmp_path: Path) -> None:
     world = wall()
     world.add_camera(camera)
     assert world.cameras["camera"] == camera
-    again = pickle.loads(pickle.dumps(world.cameras["camera"]))  # through P
+    again = pickle.loads(pickle.dumps(world.cameras["camera"]))  # pickling keeps only the matrix P
     np.testing.assert_allclose(again.project(point)[0], camera.project(point)[0], atol=1e-9)
     raycam.render(world, camera, samples=1).save(tmp_path / "a.exr")
     header = (tmp_path / "a.exr").read_bytes()[:4000]

@@ -61,7 +61,7 @@ def test_project_agrees_with_colmap(name: str, pixel_center: str) -> None:
     known = np.isfinite(expected).all(
         axis=1
     )  # some fisheyes of COLMAP do not project points behind the camera
-    if name == "FOV":  # within 0.01 of the axis COLMAP uses a series with an error of 1e-8 pixels
+    if name == "FOV":  # at radii below 0.01, COLMAP uses a series with an error of 1e-8 pixels
         known &= np.linalg.norm(expected - PINHOLE[2:], axis=1) > 10
     assert known.mean() > 0.9
     pixels, seen = camera.project(points)
@@ -172,6 +172,7 @@ def test_wide_lenses_show_points_behind_the_camera() -> None:
         assert seen.all()
         u, v = np.meshgrid(np.arange(200), np.arange(100))
         assert np.abs(pixels - np.stack([u, v], -1).reshape(-1, 2)).max() <= 1e-9
-        np.testing.assert_allclose(frame["position"][50, 0, 2], -2, atol=1e-12)  # behind
+        # These points are behind the camera.
+        np.testing.assert_allclose(frame["position"][50, 0, 2], -2, atol=1e-12)
         np.testing.assert_allclose(frame["depth"][50, 0], -2, atol=1e-6)
         np.testing.assert_allclose(frame["distance"][50, 100], 2, rtol=1e-3)

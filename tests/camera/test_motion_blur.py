@@ -53,7 +53,7 @@ def test_a_moving_bar_leaves_no_stripes(pixels: float) -> None:
         warnings.simplefilter("error")
         found = profile(*sweep(pixels, 2.0))
     expected = coverage(pixels, 2.0)
-    # Far from the ends, every column is covered for the same time.
+    # Far from the ends of the motion, the bar covers every column for the same time.
     middle = np.abs(np.arange(SIZE[0]) + 0.5 - SIZE[0] / 2) < pixels / 2 - 6
     assert found[middle].std() < 0.12 * expected[middle].mean()
     assert found.sum() == pytest.approx(expected.sum(), rel=0.02)
@@ -90,7 +90,7 @@ def test_a_rotating_bar_leaves_no_spokes() -> None:
     sectors = [
         found[ring & (degree == d)].sum() / expected[ring & (degree == d)].sum() for d in range(-170, 170)
     ]
-    assert np.std(sectors) < 0.2  # 0.4 with 64 moments
+    assert np.std(sectors) < 0.2  # the value would be 0.4 if all pixels shared 64 moments
 
 
 def test_motion_beyond_the_largest_number_of_moments_is_reported() -> None:

@@ -231,7 +231,8 @@ def test_motion_blur_of_a_moving_bar_equals_a_trapezium() -> None:
     # 16 pixels per metre: the bar is 16 pixels wide and moves by 16 pixels (2 m/s for half a second).
     x = np.arange(128) - 63.5
     expected = np.clip((16 - np.abs(x)) / 16, 0, 1)
-    np.testing.assert_allclose(light, expected, atol=0.04)  # 1/64 of the motion, and noise
+    # The tolerance for 1/64 of the motion and for noise.
+    np.testing.assert_allclose(light, expected, atol=0.04)
     assert abs(light.sum() - still["color"][..., 0].mean(axis=0).sum()) < 0.1
     # Labels show the middle of the exposure.
     assert (seen["instance"] == still["instance"]).all()

@@ -276,7 +276,7 @@ def test_file_names_with_a_leading_dash_are_written(folder: Path, output: str) -
     option = output if output.startswith("-") else f"-o {output}"
     assert run(f"render box.toml {option} --integrator flat --samples 1") == 0
     assert Path("-dash.png").exists()
-    assert run("info ./-dash.png") != 0  # it is an image, not a world
+    assert run("info ./-dash.png") != 0  # the file is an image, not a world
     Path("-box.toml").write_text(BOX)
     assert run("render ./-box.toml -o a.png --integrator flat --samples 1") == 0
 

@@ -29,6 +29,6 @@ def mapped(*arguments: str) -> str:
     return found.stdout.strip()
 
 
-def test_large_blocks_are_mapped_even_after_larger_ones_were_freed() -> None:
+def test_large_blocks_are_mapped_even_after_larger_blocks_were_freed() -> None:
     assert mapped("with") == "1 1"
     assert mapped() == "0 0"  # by default glibc takes the second block from the heap and keeps it

@@ -32,7 +32,7 @@ def test_frames_have_the_same_bytes_for_every_kind_of_worker(tmp_path: Path) -> 
     assert make(tmp_path / "two", 2) == whole
     with ThreadPoolExecutor(3) as executor:
         assert make(tmp_path / "threads", executor) == whole
-        assert executor.submit(int).result() == 0  # the executor stays open
+        assert executor.submit(int).result() == 0  # the job has not closed the executor
     spawned = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
     assert make(tmp_path / "spawned", spawned) == whole
 

@@ -57,7 +57,9 @@ def test_killed_or_stopped_workers_and_repeated_results_do_not_change_the_bytes(
     assert seen.killed >= 1
 
 
-def test_frame_that_kills_its_workers_is_abandoned_alone(tmp_path: Path, dask_pool: module.DaskPool) -> None:
+def test_only_the_frame_that_kills_its_workers_is_abandoned(
+    tmp_path: Path, dask_pool: module.DaskPool
+) -> None:
     poison(tmp_path, dask_pool, frames=8, number=3)
 
 

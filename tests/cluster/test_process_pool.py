@@ -62,7 +62,8 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
     def disturb() -> None:
         while len(pool.pids()) < 3:
             time.sleep(0.01)
-        os.kill(pool.pids()[2], signal.SIGSTOP)  # suspended for ever during its frame
+        # This worker is suspended for ever while it renders its frame.
+        os.kill(pool.pids()[2], signal.SIGSTOP)
         for victim in (0, 1):
             if not over.wait(0.2):
                 os.kill(pool.pids()[victim], signal.SIGKILL)
@@ -88,7 +89,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
         ("raise ZeroDivisionError('odd')", r"FrameError: ZeroDivisionError: odd"),
     ],
 )  # fmt: skip
-def test_frame_that_kills_its_workers_is_abandoned_and_the_others_are_finished(
+def test_frame_that_kills_its_workers_is_abandoned_and_other_frames_are_finished(
     tmp_path: Path, poison: Path, deed: str, error: str
 ) -> None:
     poison.write_text(POISON.format(deed=deed))
@@ -105,7 +106,7 @@ def test_frame_that_kills_its_workers_is_abandoned_and_the_others_are_finished(
     if "last words" in deed:
         assert log.count("last words") == 3
     if "odd" in deed:
-        assert "sitecustomize.py" in log  # the worker's traceback
+        assert "sitecustomize.py" in log  # the log contains the worker's traceback
     poison.write_text("")
     pool = ProcessPool(1)
     job.run(pool, retry_failed=True)
@@ -135,11 +136,11 @@ def test_memory_limits_the_number_of_workers(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: int(share * (1 << 30)) - (500 << 20))
     pool = ProcessPool(8)
     pool.open(package(), "")
-    assert pool.slots() == 2 * 2  # 150 MiB each, within 90 % of the memory
+    assert pool.slots() == 2 * 2  # two workers of 150 MiB each fit into 90 % of the memory
     pool.close()
     pool = ProcessPool(8)
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: -1)
-    assert pool.slots() == 2  # at least one
+    assert pool.slots() == 2  # a machine always has at least one worker
     pool.close()
     assert [notice.code for notice in pool.notices] == ["unusable_worker"]
 
@@ -183,7 +184,7 @@ input()
     ) as parent:
         assert parent.stdout is not None
         pids = [int(pid) for pid in parent.stdout.readline().split()]
-        time.sleep(1.0)  # they are rendering their frames
+        time.sleep(1.0)  # by now the workers are rendering their frames
         parent.kill()
     until(lambda: not any(map(runs, pids)), "workers run still")
 

@@ -60,7 +60,7 @@ def test_depth_is_measured_at_pixel_centres_and_follows_poses() -> None:
     x, y = x / 2.5 * 3.5, y / 2.5 * 3.5
     front = (np.abs(x - 0.2) < 0.5) & (np.abs(-y - 0.1) < 0.5)
     assert (moved[front] == 3.5).all()
-    # The same for a scene that is rendered for the first time.
+    # The same holds for a scene that is rendered for the first time.
     again, other = scene()
     other.matrix = shifted(0.2, 0.1, -1.0)
     fresh = pyrender.OffscreenRenderer(*SIZE).render(again)
@@ -83,7 +83,7 @@ def test_face_lit_by_a_directional_light_has_the_brightness_of_the_formula() -> 
         made.add(pyrender.PerspectiveCamera(yfov=0.02), pose=BACK)
         made.add(pyrender.DirectionalLight(color=[1.0, 0.5, 0.25], intensity=2.0), pose=BACK)
         color, _ = pyrender.OffscreenRenderer(3, 3).render(made)
-        # Seen and lit from straight ahead: n.l = n.v = n.h = 1, Fresnel is f0, masking is 1.
+        # The surface is seen and lit along its normal: n.l = n.v = n.h = 1, the Fresnel term is f0, and masking is 1.
         rgb, sun = np.array(base), 2 * np.array([1.0, 0.5, 0.25])
         f0 = 0.04 * (1 - metallic) + rgb * metallic
         lambert = (1 - f0) * rgb * (1 - 0.04) * (1 - metallic) / np.pi
@@ -138,7 +138,7 @@ def test_back_faces_are_culled_and_clipping_planes_apply() -> None:
 
 def test_colors_background_and_alpha_equal_pyrender() -> None:
     flags = pyrender.RenderFlags
-    with warns(raycam.Notice, code="implausible", mentions=["255"]):  # integers are relative to 255
+    with warns(raycam.Notice, code="implausible", mentions=["255"]):  # integer colours are divided by 255
         made = pyrender.Scene(bg_color=[1, 1, 1, 0])
     made.add(camera(), pose=BACK)
     color, _ = pyrender.OffscreenRenderer(*SIZE).render(made, flags.RGBA)

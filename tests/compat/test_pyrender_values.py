@@ -240,7 +240,7 @@ def test_viewer_opens_the_live_view_and_follows_the_scene(monkeypatch: pytest.Mo
     try:
         assert viewer.is_active
         assert viewer._view.camera.size == (64, 48)
-        assert len(viewer._view.world.lights) == 4  # three suns and the ambient light
+        assert len(viewer._view.world.lights) == 4  # the viewer's three suns and the ambient light
         with urllib.request.urlopen(viewer._view.url) as page:
             assert page.status == 200
         with viewer.render_lock:
@@ -381,7 +381,7 @@ def test_each_instance_of_a_mesh_is_looked_up_once(monkeypatch: pytest.MonkeyPat
     assert len(calls) == 300, len(calls)
 
 
-# What pyrender 0.1.45 does when these values are assigned: `None` marks those that it accepts.
+# What pyrender 0.1.45 does when these values are assigned; `None` marks the values that it accepts.
 ASSIGNED = [
     (lambda: pyrender.OrthographicCamera(1, 1), "xmag", None, TypeError),
     (lambda: pyrender.OrthographicCamera(1, 1), "ymag", None, TypeError),

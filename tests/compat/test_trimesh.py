@@ -188,7 +188,7 @@ def test_closest_triangles_at_almost_equal_distance_equal_trimesh(nudge: float, 
     rng = np.random.default_rng(3)
     for faces in ([[0, 1, 2], [0, 1, 3]], [[0, 2, 1], [0, 1, 3]], [[0, 1, 2], [0, 3, 1]]):
         mesh = trimesh.Trimesh(corners, faces, process=False)
-        # Points at equal distance from both faces, and slightly displaced ones.
+        # Points at equal distance from both faces, and points that are slightly displaced from there.
         across, along = rng.uniform(0.2, 0.6, (2, 20)) * size
         points = np.column_stack([-across + nudge, along, -across])
         expected = trimesh.proximity.closest_point(mesh, points)

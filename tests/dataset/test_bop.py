@@ -57,7 +57,7 @@ def test_bop_data_set_is_complete_and_consistent(tmp_path: Path) -> None:
             assert info["px_count_visib"] == visible.sum()
             assert info["px_count_all"] >= amodal.sum() >= info["px_count_valid"] >= visible.sum()
             assert info["visib_fract"] == info["px_count_visib"] / info["px_count_all"]
-            # As in calc_2d_bbox of the toolkit: from the first pixel's coordinate to that of the last.
+            # As in the toolkit's calc_2d_bbox, a box extends from the first pixel's coordinate to the last pixel's.
             rows_of, columns_of = np.nonzero(visible)
             low, size = [columns_of.min(), rows_of.min()], [np.ptp(columns_of), np.ptp(rows_of)]
             assert info["bbox_visib"] == [*low, *size]
@@ -74,7 +74,7 @@ def test_bop_data_set_is_complete_and_consistent(tmp_path: Path) -> None:
             assert np.linalg.det(to_camera[0]) == pytest.approx(1)
 
 
-@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
+@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # a warning of pycocotools
 def test_bop_data_set_contains_coco_annotations(tmp_path: Path) -> None:
     world = table()
     world.add_object(box={"size": [0.1, 0.1, 0.1]}, name="inside", category="box", location=[0, 0, 0.25])
@@ -153,7 +153,7 @@ def test_bop_model_ids_do_not_depend_on_the_order_of_objects(tmp_path: Path) -> 
         found.append((model_rows(folder), dict(zip(order, pose_ids(folder), strict=True))))
     assert found[0] == found[1] == found[2]
     assert found[0][1][2] == 7
-    # Scenes with different objects use the same given ids.
+    # Scenes with different objects use the same ids, which are given.
     ids = {"cup": 30, "ball": 20, "d": 31}
     for number, chosen in enumerate(([0, 1], [1, 2, 3])):
         world = raycam.World()

@@ -60,7 +60,7 @@ def test_equal_calls_and_resumed_calls_write_the_same_files(tmp_path: Path, name
         "transforms.json",
     }
     kept = len([path for path in (tmp_path / "c").rglob("*") if path.is_file()])
-    assert 0 < kept < len(whole) + 8  # the job's own
+    assert 0 < kept < len(whole) + 8  # the job keeps up to 8 files of its own
     assert quick(tmp_path / "c", format=name).made == FORMATS[name].units(plan(name)) - 1
     assert Job(tmp_path / "c").verify() == {}
     assert read(tmp_path / "c") == whole

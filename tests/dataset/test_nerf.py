@@ -65,7 +65,7 @@ def test_nerf_lenses_have_the_names_of_nerfstudio(tmp_path: Path, model: Any, le
             points[:, None], np.zeros(3), np.zeros(3), K, np.array([k1, k2, k3, k4])
         )[0]
     else:
-        assert k4 == 0.0  # a fourth power there
+        assert k4 == 0.0  # k4 must be 0, because nerfstudio interprets it in another way than OpenCV
         pixels = cv2.projectPoints(points, np.zeros(3), np.zeros(3), K, np.array([k1, k2, p1, p2, k3]))[0]
     world = points @ cameras[0].R + cameras[0].C
     np.testing.assert_allclose(cameras[0].project(world)[0], pixels[:, 0], atol=1e-9)

@@ -141,7 +141,7 @@ def test_points_lie_on_surfaces_and_are_counted_in_the_boxes(
         local = at @ back[:3, :3].T + back[:3, 3]
         width, length, height = car["size"]
         inside = (np.abs(local) <= np.array([length, width, height]) / 2 + 1e-3).all(axis=1)
-        above = at[:, 2] > 1e-3  # not the road under the car's lower edge
+        above = at[:, 2] > 1e-3  # excludes points on the road under the car's lower edge
         assert (inside & above).sum() == pytest.approx(car["num_lidar_pts"], abs=2)
         assert car["num_lidar_pts"] > 20
 

@@ -101,7 +101,8 @@ def check_scenes_of_recipe(folder: Path) -> None:
     scenes = sorted(path.name for path in (folder / "train_pbr").iterdir())
     assert scenes == ["000000", "000001", "000002"]
     information = json.loads((folder / "models" / "models_info.json").read_text())
-    assert set(information) == {"1", "2"}  # the cans and the balls, however many and wherever they are
+    # One model for all cans and one for all balls, although their numbers and places vary.
+    assert set(information) == {"1", "2"}
     meshes = [trimesh.load(folder / "models" / f"obj_{i:06d}.ply", process=False) for i in (1, 2)]
     shown: set[int] = set()
     for number, name in enumerate(scenes):
@@ -183,7 +184,7 @@ def test_dataset_command_writes_randomised_worlds_as_a_job(tmp_path: Path, capsy
     assert raycam.cli.main(words) == 0
     assert raycam.cli.main(["verify", str(folder)]) == 0
     capsys.readouterr()
-    # Another mesh under the same name is another data set.
+    # If another mesh has the same name, the result is another data set.
     (tmp_path / "t.obj").write_text((tmp_path / "t.obj").read_text().replace(".4", ".5"))
     assert raycam.cli.main(words) == 1
     assert "settings.files" in capsys.readouterr().err

@@ -16,7 +16,7 @@ def test_tum_data_set_contains_images_and_poses(tmp_path: Path) -> None:
 
     world = table()
     world.add_camera(ring(1)[0])
-    write(world, tmp_path, "tum")  # every frame of its video
+    write(world, tmp_path, "tum")  # writes every frame of the world's video
     seen = views(world)
     lines = (tmp_path / "groundtruth.txt").read_text().splitlines()[1:]
     assert len(lines) == len(seen) == 4
@@ -28,7 +28,7 @@ def test_tum_data_set_contains_images_and_poses(tmp_path: Path) -> None:
         np.testing.assert_allclose(Rotation.from_quat(numbers[3:]).as_matrix(), view.camera.R.T, atol=1e-12)
         depth = picture(tmp_path / pair[3])
         expected = truth(view.camera, "depth", table().at(view.time))
-        inside = expected < 13  # depths that fit into 16 bits
+        inside = expected < 13  # the depths that fit into 16 bits
         assert inside.any()
         assert np.abs(depth[inside] / 5000 - expected[inside]).max() < 1.01e-4
         assert picture(tmp_path / pair[1]).shape == (*depth.shape, 3)

@@ -71,7 +71,7 @@ def test_points_lie_on_the_objects_that_their_labels_name(tmp_path: Path) -> Non
             assert chosen.any(), name
             assert (semantic[chosen] == kind).all()
             apart = world.closest_points(at[chosen], objects=[name])["distance"]
-            assert apart.max() < 1e-4  # float32
+            assert apart.max() < 1e-4  # the tolerance for float32 values
     names = yaml.safe_load((tmp_path / "labels.yaml").read_text())["labels"]
     assert names == {0: "unlabeled", 10: "car", 40: "road"}
 

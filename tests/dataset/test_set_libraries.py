@@ -42,7 +42,7 @@ def test_panopticapi_assigns_category_colours(tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_motmetrics_reads_the_tracks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     motmetrics = pytest.importorskip("motmetrics", exc_type=ImportError)
-    # Its release 1.4 calls what NumPy 2 has no longer.
+    # motmetrics 1.4 calls a function that NumPy 2 no longer has.
     monkeypatch.setattr(np, "asfarray", lambda array: np.asarray(array, dtype=float), raising=False)
     cameras = ring(4)
     write(table(), tmp_path, "mot", cameras=cameras, samples=1)
@@ -54,7 +54,7 @@ def test_motmetrics_reads_the_tracks(tmp_path: Path, monkeypatch: pytest.MonkeyP
             if row.Visibility == 1.0:
                 ys, xs = np.nonzero(instance == track - 1)
                 box = [xs.min(), ys.min(), np.ptp(xs) + 1, np.ptp(ys) + 1]
-                # The library takes one from left and top, which count from 1.
+                # The library subtracts 1 from `left` and `top`, because these coordinates start at 1 in the file.
                 np.testing.assert_array_equal([row.X, row.Y, row.Width, row.Height], box)
     found = motmetrics.utils.compare_to_groundtruth(rows, rows, "iou", distth=0.5)
     summary = motmetrics.metrics.create().compute(found, metrics=["mota", "num_switches"])
@@ -70,7 +70,7 @@ def test_ultralytics_loads_every_label(tmp_path: Path, task: str) -> None:
         options["keypoints"] = {"points": [[0, 0, 0.25]]}
     cameras = ring(3)
     write(table(), tmp_path, "yolo", cameras=cameras, samples=1, **options)
-    # The test's folder is not that of the set: `data.yaml` is opened as from anywhere.
+    # The current folder is not the data set's folder, so `data.yaml` must work from any folder.
     described = importlib.import_module("ultralytics.data.utils").check_det_dataset(
         str(tmp_path / "data.yaml")
     )
@@ -140,7 +140,7 @@ def test_opencv_and_numpy_read_replicators_files(tmp_path: Path) -> None:
             np.testing.assert_array_equal(found, truth(camera, channel))
         params = json.loads((tmp_path / f"camera_params_{end}.json").read_text())
         solid = np.load(tmp_path / f"bounding_box_3d_{end}.npy")
-        # Row vectors: the box's centre to the world, to the camera, to the clip space, to the picture.
+        # With row vectors, the box's centre is transformed to world, camera and clip space, and then to the image.
         view, projection = (
             np.reshape(params[key], (4, 4)) for key in ("cameraViewTransform", "cameraProjection")
         )

@@ -72,7 +72,8 @@ def test_yolo_segmentation_polygons_cover_the_masks(tmp_path: Path) -> None:
         expected = np.full(instance.shape, -1)
         for key, own in objects_of(instance).items():
             expected[instance == key] = own
-        assert (centers != expected).mean() < 0.002  # the bridges of the ring's hole
+        # The pixels of the bridges that connect the ring's outline with its hole.
+        assert (centers != expected).mean() < 0.002
 
 
 def test_polygon_pieces_are_joined_without_adding_area() -> None:
@@ -100,7 +101,7 @@ def test_oriented_boxes_have_minimal_area(degrees: float) -> None:
 @pytest.mark.parametrize(
     ("points", "turned"),
     [
-        # A thin pole that ends one pixel outside of the image, and a wide one that starts at the corner.
+        # A thin pole that ends one pixel outside of the image, and a wide pole that starts at the image corner.
         ([[10, 0], [13, 0], [23, 40], [20, 40]], True),
         ([[0, 0], [20, 0], [44, 30], [28, 44], [0, 14]], False),
     ],
@@ -292,7 +293,7 @@ def test_hdf5_arrays_are_shown_as_images_by_blenderprocs_viewer(tmp_path: Path) 
         np.testing.assert_array_equal(background, instance < 0)
         assert (values["depth"][background] == 1e10).all()
         np.testing.assert_array_equal(values["distance"][~background], truth(camera, "distance")[~background])
-        # Normals in Blender's axes of the camera (y up, z to the viewer), from 0 to 1: all face the viewer.
+        # Normals are in Blender's camera axes (y up, z to the viewer), scaled to 0 to 1, and face the viewer.
         normals = 2 * values["normals"][~background] - 1
         np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
         v, u = np.nonzero(~background)
@@ -390,7 +391,7 @@ def test_contact_sheet_shows_every_labelled_format(tmp_path: Path, format: str) 
             expected.add((columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1))
         if format == "semantic":
             assert not boxes
-        elif format in ("mot", "kitti"):  # amodal
+        elif format in ("mot", "kitti"):  # boxes of these formats include hidden parts
             assert len(boxes) == len(expected)
         else:
             np.testing.assert_allclose(sorted(boxes), sorted(expected), atol=1e-4)

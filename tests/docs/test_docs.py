@@ -79,7 +79,7 @@ def type_commands(text: str, page: str) -> None:
         words = shlex.split(line, comments=True)
         if words[:1] == ["raycam"] and not line.startswith(SLOW):
             if "--denoise" in words and find_spec("pyoidn") is None:
-                continue  # an extra that the group `dev` does not install
+                continue  # the group `dev` does not install this extra
             words = [word if before != "--samples" else "1" for before, word in pairwise(words)]
             assert cli.main(words) == 0, f"{page}: {line}"
 
@@ -133,7 +133,7 @@ def check_subjects(page: str, saved: SavedPictures) -> None:
     for name in shown:
         file = Path(f"{name}.png")
         if not file.is_file():
-            continue  # made by another page
+            continue  # the code of another page writes this image
         least = MIN_SHARES.get(name, MIN_SHARE)
         share = saved.shares.get(file.name)
         if share is not None:

@@ -17,7 +17,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "examples" / "gallery"
 TOOLS = {"arm", "common", "make", "ride", "town"}
 RECIPES = sorted(path for path in FOLDER.glob("*.py") if path.stem not in TOOLS)
-SLOW = {"bin", "carousel", "caustics", "lanterns", "lidar"}  # even with few pixels, more than 3 s
+# Recipes that take more than 3 s even with few pixels.
+SLOW = {"bin", "carousel", "caustics", "lanterns", "lidar"}
 RENDERED = [pytest.param(path, marks=pytest.mark.proof) if path.stem in SLOW else path for path in RECIPES]
 IMAGES = ROOT / "docs" / "images" / "models"
 PAGE = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")

@@ -86,7 +86,7 @@ def lengthen(talk: Talk) -> None:
 
 def tour(talk: Talk) -> None:
     talk.set("top", 0)
-    while abs(talk.client.hear("camera")[0]["R"][8] + 1) > 1e-6:  # looks down
+    while abs(talk.client.hear("camera")[0]["R"][8] + 1) > 1e-6:  # waits until the camera looks down
         pass
 
 
@@ -171,7 +171,7 @@ def test_example_of_a_view_does_what_its_docstring_says(
     assert errors == ""
 
 
-def test_examples_of_the_view_are_short_and_have_a_deed() -> None:
+def test_every_view_example_is_short_and_has_a_check() -> None:
     assert DEEDS.keys() == EXAMPLES.keys()
     for path in EXAMPLES.values():
         text = path.read_text(encoding="utf-8")

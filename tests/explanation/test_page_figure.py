@@ -102,9 +102,8 @@ def test_figure_lines_in_the_image_equal_those_in_the_world(subject: str) -> Non
     for line in found["lines"]:
         ends = np.column_stack([line["points"], np.ones(len(line["points"]))]) @ P.T
         if len(line["pixels"]) == 1 == len(ends) - 1 and (ends[:, 2] > 0.1).all():
-            pixels = (
-                ends[:, :2] / ends[:, 2:] + 0.5
-            )  # from the centre of the first pixel to the picture's corner
+            # Measured from the picture's corner instead of the centre of the first pixel.
+            pixels = ends[:, :2] / ends[:, 2:] + 0.5
             seen = np.array(line["pixels"][0])
             way = (pixels[1] - pixels[0]) / np.linalg.norm(pixels[1] - pixels[0])
             aside = seen - pixels[0]
@@ -131,7 +130,8 @@ def test_large_meshes_are_drawn_coarser() -> None:
     assert max(gaps) < 0.1
     area = np.linalg.norm(np.cross(shown[:, 1] - shown[:, 0], shown[:, 2] - shown[:, 0]), axis=1) / 2
     assert (area > 0).all()
-    assert area[area < 100].sum() == pytest.approx(6 + np.pi, rel=0.1)  # the box and the ball
+    # The area of the box (6) and of the ball (pi).
+    assert area[area < 100].sum() == pytest.approx(6 + np.pi, rel=0.1)
 
 
 @needs_node

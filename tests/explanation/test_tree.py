@@ -60,6 +60,5 @@ def test_ray_outside_the_root_box_tests_no_triangle() -> None:
     away = raycam.Camera.look_at([4, 1, 2], [9, 1, 2], size=(9, 9), fov=30)
     search = raycam.explain(world, away, (4, 4)).tree()
     assert (search.boxes, search.tested_boxes, search.tested_triangles) == ((), 1, 0)
-    assert "misses the outermost box" in str(search)
     empty = raycam.explain(raycam.World(), away, (4, 4)).tree()
     assert (empty.triangles, empty.tested_boxes) == (0, 0)

@@ -142,28 +142,28 @@ def test_time_argument_requires_a_usd_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "words"),
+    ("content", "code"),
     [
-        (POINTER, "git lfs pull"),
-        (b"<!DOCTYPE html>\n<html><body>404</body></html>", "HTML page"),
-        (b"", "empty"),
+        (POINTER, "placeholder_file"),
+        (b"<!DOCTYPE html>\n<html><body>404</body></html>", "placeholder_file"),
+        (b"", "empty_file"),
     ],
 )
 def test_pointer_files_and_web_pages_in_place_of_a_file_are_named(
-    tmp_path: Path, content: bytes, words: str
+    tmp_path: Path, content: bytes, code: str
 ) -> None:
     for kind in ("toml", "gltf", "glb", "obj", "ply", "stl", "off"):
         path = tmp_path / f"x.{kind}"
         path.write_bytes(content)
         if kind != "toml" or content:
-            with raises(raycam.FormatError, mentions=[words]):
+            with raises(raycam.FormatError, code=code, mentions=[path.name]):
                 raycam.load(path)
-    with raises(raycam.FormatError, mentions=[words]):
+    with raises(raycam.FormatError, code=code, mentions=["x.toml"]):
         raycam.Recipe(tmp_path / "x.toml")
     write_gltf(tmp_path)
     write_image(tmp_path / "a.png")
     (tmp_path / "a.bin").write_bytes(content)
-    with raises(raycam.FormatError, mentions=["a.bin", words]):
+    with raises(raycam.FormatError, code=code, mentions=["a.bin"]):
         raycam.load(tmp_path / "a.gltf")
     write_gltf(tmp_path)
     (tmp_path / "a.png").write_bytes(content)

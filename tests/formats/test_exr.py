@@ -51,7 +51,7 @@ def test_transparent_image_of_raycam_keeps_its_colors_at_edges(tmp_path: Path) -
     np.testing.assert_allclose(found[partly], np.broadcast_to([0.1, 0.7, 0.2], (partly.sum(), 3)), atol=2e-3)
 
 
-def test_x_y_z_are_converted_to_linear_srgb(tmp_path: Path) -> None:
+def test_cie_xyz_channels_are_converted_to_linear_srgb(tmp_path: Path) -> None:
     color = pixels()
     # IEC 61966-2-1, the matrix to XYZ.
     to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
@@ -97,14 +97,13 @@ def test_first_of_several_parts_with_colors_is_read(tmp_path: Path) -> None:
     assert check(tmp_path / "a.exr", pixels()) == ["first_only"]
 
 
-def test_luminance_chroma_image_is_refused_with_its_name(tmp_path: Path) -> None:
+def test_luminance_chroma_image_is_refused_with_its_channels(tmp_path: Path) -> None:
     write(
         tmp_path / "a.exr",
         {name: np.ascontiguousarray(pixels()[..., i]) for i, name in enumerate(["Y", "RY", "BY"])},
     )
-    with raises(raycam.FormatError, code="unsupported_feature") as caught:
+    with raises(raycam.FormatError, code="unsupported_feature", mentions=["RY", "BY"]):
         albedo_of(tmp_path / "a.exr", (COLUMNS, ROWS))
-    assert "luminance and chroma" in str(caught.value)
 
 
 def cube_direction(face: int, column: float, row: float, side: int) -> npt.NDArray[np.float64]:

@@ -143,7 +143,7 @@ def test_negative_scale_keeps_faces_turned_outwards(tmp_path: Path, scale: list[
     hit = frame["instance"] >= 0
     assert hit.sum() > 50
     assert (frame["color"][hit][:, 0] > 0.02).all(), "seen, and lit from outside"
-    # Normals are those of the ellipsoid that the scale makes of the sphere.
+    # The scale turns the sphere into an ellipsoid, and the normals are those of the ellipsoid.
     pixels = np.argwhere(hit)[:, ::-1].astype(float)
     origins, ways = camera.rays(pixels)
     found = world.cast_rays(origins, ways)
@@ -169,7 +169,7 @@ def test_zero_scale_along_one_axis_gives_a_flat_mesh(tmp_path: Path, axis: int, 
     node = document.node(
         mesh=mesh, scale=[1, 1, 1] if moving else scale.tolist(), rotation=turn.as_quat().tolist()
     )
-    document.node(mesh=mesh, scale=[0, 0, 2])  # a line, which is invisible
+    document.node(mesh=mesh, scale=[0, 0, 2])  # this object is a line, which is invisible
     if moving:
         animated(document, "scale", [0, 1], [[1, 1, 1], scale], node=node)
     world = load(document, tmp_path)
@@ -294,7 +294,7 @@ def test_perspective_camera_has_the_projection_of_the_specification(
     width, height = camera.size
     assert width / height == pytest.approx(aspect, rel=2e-3)
     np.testing.assert_allclose(camera.C, [1, 2, 3])
-    # The corners of the image plane by the specification's projection matrix.
+    # The corners of the image plane, computed with the specification's projection matrix.
     y = np.tan(fov / 2)
     x = y * width / height
     points = np.array([1, 2, 3]) + turn.apply([[-x, y, -1], [x, y, -1], [x, -y, -1], [0, 0, -5], [0, 0, 1]])
@@ -461,7 +461,7 @@ def test_non_integer_camera_index_is_omitted_with_a_notice(tmp_path: Path) -> No
     assert omitted(world) == ["nodes[0].camera"]
 
 
-# Missing things -------------------------------------------------------------------------------------------
+# Missing files and parts -------------------------------------------------------------------------------------------
 
 
 def test_unknown_extensions_give_a_notice_or_are_refused_if_required(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def test_rotations_follow_the_shorter_arc_at_constant_speed(tmp_path: Path) -> N
 
     document = Document()
     node = document.node(mesh=document.square())
-    # The second quaternion has the opposite sign: the same rotation along the longer arc.
+    # The second quaternion has the opposite sign, so it describes the same rotation along the longer arc.
     animated(document, "rotation", [0, 1], ends.as_quat() * [[1], [-1]], node=node)
     world = load(document, tmp_path)
     for time in (0.0, 0.25, 0.5, 0.9, 1.0):

@@ -154,7 +154,7 @@ def test_alpha_modes_mask_blend_and_opaque_are_applied(tmp_path: Path) -> None:
         np.testing.assert_allclose(color[..., 2], 1 - np.array(share), atol=0.05)
 
 
-def test_single_sided_back_faces_are_hidden_and_double_sided_ones_shown(tmp_path: Path) -> None:
+def test_single_sided_back_faces_are_hidden_and_double_sided_back_faces_shown(tmp_path: Path) -> None:
     for double in (False, True):
         document = Document()
         document.use("KHR_materials_unlit")

@@ -23,7 +23,7 @@ def png_with(points: tuple[int, int, int, int]) -> bytes:
 
 
 @pytest.mark.parametrize(
-    ("points", "words"),
+    ("points", "names"),
     [
         ((9, 16, 0, 1), ["Rec. 2020", "PQ"]),
         ((9, 18, 0, 1), ["Rec. 2020", "HLG"]),
@@ -33,10 +33,10 @@ def png_with(points: tuple[int, int, int, int]) -> bytes:
     ],
 )
 def test_unsupported_color_space_gives_a_notice(
-    tmp_path: Path, points: tuple[int, int, int, int], words: list[str]
+    tmp_path: Path, points: tuple[int, int, int, int], names: list[str]
 ) -> None:
     (tmp_path / "a.png").write_bytes(png_with(points))
     found, notices = albedo_of(tmp_path / "a.png", (4, 4))
     np.testing.assert_allclose(found, ((90 / 255 + 0.055) / 1.055) ** 2.4, atol=1e-6)
-    assert [notice.code for notice in notices] == (["ignored_color_profile"] if words else [])
-    assert all(word in str(notices[0]) for word in words)
+    assert [notice.code for notice in notices] == (["ignored_color_profile"] if names else [])
+    assert all(name in str(notices[0]) for name in names)

@@ -89,7 +89,7 @@ def test_texture_memory_applies_to_every_image_format_and_arrays(folder: Path) -
         for world in by_hand:
             texels = np.random.default_rng(seed).integers(0, 256, (130, 130, 3), np.uint8)
             world.add_object(plane={"size": 1}, location=[seed - 1.5, 0, 0.1], texture=texels)
-    for world in by_hand:  # a file in another folder, which names further files
+    for world in by_hand:  # this mesh file is in another folder and names further files
         world.add_object(mesh=str(folder / "sheet.obj"), location=[0, 1, 0.2])
     assert [world.texture_memory for world in by_hand] == [None, 200_000]
     first, second = (picture(world) for world in by_hand)
@@ -174,7 +174,7 @@ frame = raycam.render(world, camera, integrator="path", samples=4)
 print(json.dumps([loaded, peak() - before, frame["color"].tobytes().hex()[:4000]]))
 """
     loaded, rendered, picture = run(script, str(tmp_path), "32 MiB")
-    # Decoding needs the file, two copies of its texels (16 MiB each), and half of that for the first mip level.
+    # Decoding needs the file, two copies of its texels (16 MiB each), and half as much for the first mip level.
     assert loaded < 32 + 56, f"{loaded} MiB"
     assert rendered < 32 + 64, f"{rendered} MiB"
     whole, _, same = run(script, str(tmp_path), "")

@@ -134,7 +134,7 @@ def test_from_open3d_keeps_vertices_colors_and_textures() -> None:
     np.testing.assert_allclose(world.triangle_colors(), shown, atol=1e-6)
     two: Any = raycam.from_open3d([mesh, mesh])
     assert two.counts["objects"] == 2
-    # Each vertex has its own texture coordinates, each triangle its image.
+    # Each vertex has its own texture coordinates, and each triangle has its own image.
     images = [np.full((2, 2, 3), value, np.uint8) for value in (255, 0)]
     ids = np.arange(12) % 2
     mesh = Legacy(

@@ -94,7 +94,7 @@ def test_atomic_path_removes_files_of_dead_processes_only(tmp_path: Path, progra
                 temporary.write_bytes(b"whole")
         assert {path.name for path in tmp_path.iterdir()} == {"a.mp4", Path(kept).name, mine.name}
         living.communicate("")
-    assert (tmp_path / "a.mp4").read_bytes() == b"half"  # the last one to write
+    assert (tmp_path / "a.mp4").read_bytes() == b"half"  # the content comes from the process that wrote last
     assert sorted(os.listdir(tmp_path)) == [mine.name, "a.mp4"]
 
 
@@ -238,7 +238,7 @@ def test_write_on_a_file_system_without_locks_succeeds(
         raise OSError(reason, os.strerror(reason))
 
     monkeypatch.setattr(fcntl, "flock", refuse)
-    other = tmp_path / ".a.01234567.png"  # may belong to a running process
+    other = tmp_path / ".a.01234567.png"  # a temporary file that may belong to a running process
     other.write_bytes(b"half")
     check_writable(tmp_path / "a.png")
     write(tmp_path / "a.png", b"whole")
@@ -270,7 +270,7 @@ def test_write_follows_symbolic_links(tmp_path: Path) -> None:
     real.mkdir()
     links.mkdir()
     (links / "first.png").symlink_to("second.png")
-    (links / "second.png").symlink_to("../real/a.png")  # the target does not exist yet
+    (links / "second.png").symlink_to("../real/a.png")  # the link's target does not exist yet
     for data in (b"new", b"newer"):
         check_writable(links / "first.png")
         write(links / "first.png", data)

@@ -17,7 +17,7 @@ def test_html_table_escapes_text_and_limits_rows() -> None:
     assert "<table>" not in html_table("nothing", ("x",), [])
 
 
-def test_cells_have_their_own_space_between_columns() -> None:
+def test_table_cells_have_padding_between_columns() -> None:
     made = html_table("objects", ("id", "name"), [(0, "crate")])
     cells = re.findall(r"<t[hd][^>]*>", made)
     assert len(cells) == 4

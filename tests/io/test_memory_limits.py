@@ -40,12 +40,12 @@ def group(folder: Path, first: bool = False, **values: object) -> None:
         write(folder / "memory.stat", "\n".join(f"{name} {value}" for name, value in values.items()))
 
 
-def test_machine_without_groups_is_limited_by_its_memory(machine: Path) -> None:
+def test_machine_without_control_groups_is_limited_by_its_memory(machine: Path) -> None:
     assert memory_limits.limits() == [(16 * GIB, 6 * GIB)]
     assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (10 * GIB, 2 * GIB)
 
 
-def test_parent_groups_reduce_free_memory_and_page_caches_do_not(machine: Path) -> None:
+def test_parent_control_groups_reduce_free_memory_and_page_caches_do_not(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/slice/job/task")
     slice = machine / "cgroup/slice"
     group(slice / "job/task", limit="max", used=GIB)
@@ -55,7 +55,7 @@ def test_parent_groups_reduce_free_memory_and_page_caches_do_not(machine: Path) 
     assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (2 * GIB, -GIB)
 
 
-def test_group_with_the_least_free_memory_determines_the_limit(machine: Path) -> None:
+def test_control_group_with_the_least_free_memory_determines_the_limit(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job/task")
     group(machine / "cgroup/job", limit=8 * GIB, used=8 * GIB - 1)
     group(machine / "cgroup/job/task", limit=4 * GIB, used=GIB)
@@ -75,7 +75,8 @@ def test_memory_high_counts_as_a_limit(machine: Path) -> None:
 
 
 def test_limits_inside_a_container_are_found(machine: Path) -> None:
-    # With its own namespace, the root of version 2 is the container's group; without, its path does not exist here.
+    # With its own namespace, the root of version 2 is the container's group; otherwise, the group's path does
+    # not exist here.
     for path in ("/", "/system.slice/docker-1234.scope", "/../../pod/1"):
         write(machine / "proc/self/cgroup", f"0::{path}")
         group(machine / "cgroup", limit=2 * GIB, used=GIB)
@@ -88,7 +89,7 @@ def test_cgroup_version_1_limits_are_read(machine: Path) -> None:
     group(batch / "1", first=True, limit=2 * GIB, used=GIB, inactive_file=7, total_inactive_file=GIB // 2)
     group(batch, first=True, limit=9223372036854771712, used=GIB)
     assert memory_limits.available_bytes() == 3 * GIB // 2
-    # A pod's limit, which is visible in its containers only through this file.
+    # The limit of a pod is visible inside its containers only through this file.
     container = machine / "cgroup/memory"
     group(container, first=True, limit=9223372036854771712, used=GIB, hierarchical_memory_limit=2 * GIB)
     write(machine / "proc/self/cgroup", "7:memory:/kubepods/pod1/c2")

@@ -40,7 +40,7 @@ def test_applied_orientation_equals_opencv(tmp_path: Path, orientation: int, end
     expected = judge[..., ::-1].astype(np.float64)
     pixels, notices = read_oriented(path, None, "apply")
     assert notices == []
-    # OpenCV and raycam have different JPEG and WebP decoders.
+    # OpenCV and raycam use different decoders for JPEG and WebP.
     assert np.abs(srgb(pixels) - expected).max() <= (8 if ending in (".jpg", ".webp") else 0)
     stored, notices = read_oriented(path, None, "ignore")
     assert notices == []

@@ -43,6 +43,6 @@ def test_channel_as_an_attribute_raises_with_the_item_syntax() -> None:
 def test_unknown_name_raises_pythons_attribute_error() -> None:
     with raises(AttributeError, mentions=["'World'", "'objcts'"]) as caught:
         WORLD.objcts  # type: ignore[attr-defined]  # noqa: B018
-    assert caught.value.name == "objcts"  # used by Python for its own suggestion
+    assert caught.value.name == "objcts"  # Python uses this attribute to suggest a name
     assert caught.value.obj is WORLD
     assert not hasattr(FRAME, "__array_interface__")

@@ -18,7 +18,7 @@ from raycam.io.system_calls import parent_watch, read_at, sync, write_at
 def test_bytes_are_read_and_written_at_an_offset(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, positioned: bool
 ) -> None:
-    if not positioned:  # as on Windows
+    if not positioned:  # Windows has no `pread` either
         monkeypatch.delattr(os, "pread")
         monkeypatch.delattr(os, "pwrite")
     file = os.open(tmp_path / "file", os.O_RDWR | os.O_CREAT)

@@ -21,8 +21,8 @@ from raycam.video import video
 from support.job_frames import Pool, package, results
 from support.raises import raises
 
-# Each image of a video is written three times: in pieces, at once, and in pieces. Workers are other processes, which
-# read this file at startup.
+# Each image of a video is written three times: in pieces, at once, and in pieces again. Workers are other processes,
+# which read this file at startup.
 IN_PIECES = """
 from raycam.video import video
 from raycam.jobs import kinds
@@ -47,7 +47,7 @@ kinds.register("video", maker)
 @pytest.fixture
 def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, bytes]]:
     """The files of a job; from now on, images are sent in pieces."""
-    worker.clear_cache()  # removes cached makers of this and other tests
+    worker.clear_cache()  # removes the frame makers that this test and other tests have cached
     Job(tmp_path / "at once", package()).run(Pool())
     (tmp_path / "site").mkdir()
     (tmp_path / "site/sitecustomize.py").write_text(
@@ -55,7 +55,8 @@ def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[s
     )
     path = [str(tmp_path / "site"), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
-    monkeypatch.setitem(KINDS, "video", video.frame_maker)  # restored at the end
+    # Monkeypatch restores this entry at the end of the test.
+    monkeypatch.setitem(KINDS, "video", video.frame_maker)
     exec(IN_PIECES, {})
     worker.clear_cache()
     found = results(tmp_path / "at once")
@@ -136,7 +137,7 @@ def test_full_disk_does_not_count_as_a_failed_frame(
     job = Job(tmp_path / "a")
     assert not job.status().failed
     assert set(results(tmp_path / "a").items()) < set(expected.items())
-    run(tmp_path / "a", package(), pool())  # the same call resumes
+    run(tmp_path / "a", package(), pool())  # the same call resumes the job
     assert results(tmp_path / "a") == expected
 
 

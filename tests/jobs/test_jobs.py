@@ -103,7 +103,9 @@ def test_changed_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest
         Job(tmp_path / "a", package())
 
 
-def test_failed_frames_are_reported_and_the_others_finished(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_failed_frames_are_reported_and_other_frames_finished(
+    tmp_path: Path, whole: dict[str, bytes]
+) -> None:
     def before(frame: int) -> None:
         if frame in (2, 5):
             raise raycam.WorldError("no such thing\nat all")
@@ -119,7 +121,7 @@ def test_failed_frames_are_reported_and_the_others_finished(tmp_path: Path, whol
     assert "at all" in log.read_text()
     assert "Traceback" in log.read_text()
 
-    # They stay failed until they are requested again.
+    # The failed frames are not rendered again until they are requested.
     pool = Pool()
     with raises(JobError, code="failed_frames", mentions=["retry_failed=True"]):
         Job(tmp_path / "a", package()).run(pool)
@@ -138,7 +140,7 @@ def test_verify_finds_damaged_results_and_the_next_run_renders_them_again(
     job.run(Pool())
     assert job.verify() == {}
     path = tmp_path / "a/frame_0003.png"
-    path.write_bytes(path.read_bytes()[:-1] + b"x")  # the same length
+    path.write_bytes(path.read_bytes()[:-1] + b"x")  # the damaged content has the same length
     (tmp_path / "a/frame_0006.png").unlink()
     with (tmp_path / "a/frame_0001.png").open("ab") as file:
         file.write(b"x")
@@ -151,7 +153,8 @@ def test_verify_finds_damaged_results_and_the_next_run_renders_them_again(
     assert "frame_0006.png: " in wrong["frame_0006.png"]
     damaged = [tmp_path / f"a/frame_000{number}.png.damaged" for number in (1, 3)]
     assert sorted((tmp_path / "a").glob("*.damaged")) == damaged
-    assert list(Job(tmp_path / "a").verify()) == list(wrong)  # until they are rendered again
+    # Damaged files stay missing until they are rendered again.
+    assert list(Job(tmp_path / "a").verify()) == list(wrong)
     pool = Pool()
     Job(tmp_path / "a", package()).run(pool)
     assert sorted(pool.made) == [1, 3, 6]
@@ -171,7 +174,7 @@ def test_damaged_journal_line_is_reported_and_its_frame_rendered_again(
     book = folder / ".raycam" / ("journal.jsonl" if shard is None else "journal-2-of-2.jsonl")
     lines = book.read_bytes().splitlines(keepends=True)
     book.write_bytes(b"".join([lines[0], b"x" + lines[1][1:], *lines[2:]]))
-    for _ in range(2):  # until it is rendered again
+    for _ in range(2):  # the frame stays missing until it is rendered again
         job = Job(folder)
         assert job.status().finished == COUNT - 1
         (told,) = job.status().damaged
@@ -216,9 +219,8 @@ def test_assembled_files_are_verified(tmp_path: Path, whole: dict[str, bytes]) -
     note.write_bytes(right)
     index.with_name("index.json.damaged").unlink()
     job.remove()
-    assert [path.name for path in tmp_path.iterdir()] == [
-        "a.mp4"
-    ]  # files of others in the folder are not removed
+    # Files that other programs wrote into the folder are not removed.
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
 
 
 def test_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dict[str, bytes]) -> None:
@@ -254,7 +256,7 @@ def test_damaged_description_raises_with_a_remedy_that_works(tmp_path: Path, who
     Job(tmp_path / "a", package()).run(pool)
     assert len(pool.made) == 6
     assert results(tmp_path / "a") == whole
-    path.unlink()  # and results of another job are not used
+    path.unlink()  # the results of another job are not used
     options, _ = CHANGES["samples"]
     assert Job(tmp_path / "a", package(**options)).status().finished == 0
 
@@ -287,7 +289,7 @@ def test_shards_that_end_together_assemble_the_result_once(tmp_path: Path) -> No
         first.remove()
     thread.join()
     assert seen == [False]
-    with second.assembling() as there:  # nor later
+    with second.assembling() as there:  # the job does not exist later either
         assert not there
 
 
@@ -428,7 +430,7 @@ def test_finished_job_deletes_its_large_package_until_needed(
         Job(tmp_path / "a", package(samples=2))
     first = next(name for name in whole if name.endswith("0001.png"))
     (tmp_path / "a" / first).unlink()
-    with pytest.raises(JobError):  # without the world
+    with pytest.raises(JobError):  # the job's folder does not contain the world
         Job(tmp_path / "a").run(Pool())
     again = Job(tmp_path / "a", package())
     again.run(pool)

@@ -82,9 +82,8 @@ def test_flipped_bit_invalidates_its_line_and_adds_no_entry(path: Path) -> None:
         path.write_bytes(data[:place] + bytes([data[place] ^ 1 << place % 8]) + data[place + 1 :])
         found = entries(path)
         assert len(found) in (1, 2)  # a flipped line break joins two lines
-        assert len(damaged(path)) == (
-            0 if place == len(data) - 1 else 1
-        )  # and the last line becomes incomplete
+        # Without its line break, the last line is incomplete.
+        assert len(damaged(path)) == (0 if place == len(data) - 1 else 1)
         assert all(entry in ENTRIES for entry in found)
 
 

@@ -107,7 +107,7 @@ def test_every_frame_is_returned_once() -> None:
     assert outcomes(Pool(lambda *_: "x"), []) == {}
 
 
-def test_frames_in_progress_are_limited_by_the_slots() -> None:
+def test_frames_in_progress_are_limited_by_the_slots_of_workers() -> None:
     pool = Pool(lambda *_: None, slots=4)
 
     def finish() -> None:
@@ -166,7 +166,7 @@ def test_frames_survive_temporary_deaths_of_workers() -> None:
 
 
 def test_suspected_frames_are_retried_alone() -> None:
-    # A death ends every frame in progress, as in a broken process pool.
+    # The death of one process ends every frame in progress, as in a broken process pool.
     pool = Pool(lambda *_: None, slots=3)
     kills = Counter[int]()
     poison = 7
@@ -207,7 +207,7 @@ def test_late_frame_is_started_twice_and_the_first_result_is_used(monkeypatch: p
     pool.open_futures[2].pop().set_result(made(2, "stale"))
 
 
-def test_error_of_one_copy_is_ignored_if_the_other_succeeds(
+def test_error_of_one_copy_is_ignored_if_the_other_copy_succeeds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(module, "STRAGGLER_TIMEOUT", 0.0)

@@ -60,7 +60,7 @@ def test_worker_finds_delivered_packages(tmp_path: Path, monkeypatch: pytest.Mon
 def test_package_passed_with_a_frame_is_cached(tmp_path: Path) -> None:
     one = package()
     assert render_frame(FrameTask(one.id, "nowhere", 1), package=one.to_bytes()).frame == 1
-    assert render_frame(FrameTask(one.id, "nowhere", 2)).frame == 2  # and it is kept
+    assert render_frame(FrameTask(one.id, "nowhere", 2)).frame == 2  # the worker has kept the package
 
 
 def test_missing_packages_and_packages_of_other_versions_are_refused(

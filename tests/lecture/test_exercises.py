@@ -75,7 +75,7 @@ def test_unanswered_exercise_is_reported_without_exception(name: str, wrong: Fun
     assert not CORRECT[name][0](wrong)
 
 
-# Wrong answers, and a word of the hint that is specific to the mistake.
+# Wrong answers, each with a word that only the hint for this mistake contains.
 MISTAKES: list[tuple[Function, Function, str]] = [
     (exercises.check_center, lambda P: -center(P), "sign"),
     (exercises.check_center, lambda P: np.linalg.solve(P[:, :3].T, -P[:, 3]), "transposed"),

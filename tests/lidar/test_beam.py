@@ -45,7 +45,7 @@ def test_single_beam_sample_is_the_axis() -> None:
 def test_step_edge_splits_the_energy_like_the_gaussian(offset: float) -> None:
     """The share of the near surface is Phi(2 offset / w), w the radius at 1/e²; random turns average the set."""
     count = 400
-    radius = 20 * math.tan(0.01)  # full divergence of 20 mrad
+    radius = 20 * math.tan(0.01)  # the full divergence is 20 mrad
     world = raycam.World()
     quad(world, [20, -50 + offset * radius, 0], [0, -50, 0], [0, 0, 50], "near")
     quad(world, [30, 0, 0], [0, -500, 0], [0, 0, 500], "far")

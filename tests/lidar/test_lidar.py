@@ -27,7 +27,7 @@ def test_unknown_device_is_refused_with_the_nearest_name() -> None:
     refuse("unknown_name", call=lambda: raycam.Lidar(3))  # type: ignore[arg-type]
 
 
-def test_unsupported_rate_is_refused_with_the_supported_ones_and_can_be_forced() -> None:
+def test_unsupported_rate_is_refused_with_the_supported_rates_and_can_be_forced() -> None:
     for name, rate, supported in (
         ("vlp16", 30, "5 to 20"),
         ("os1-64", 7, "10 and 20"),

@@ -77,6 +77,7 @@ def test_destaggered_image_shows_a_vertical_edge_in_one_column(yard: raycam.Worl
     edges = {}
     for staggered in (True, False):
         image = scan.image("instance", staggered=staggered)
-        edges[staggered] = [int(np.flatnonzero(row == 1)[0]) for row in image[:28]]  # above the horizon
+        # The rows above the horizon.
+        edges[staggered] = [int(np.flatnonzero(row == 1)[0]) for row in image[:28]]
     assert np.ptp(edges[True]) > 10
     assert np.ptp(edges[False]) <= 2

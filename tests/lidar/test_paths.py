@@ -53,7 +53,7 @@ def test_pane_at_normal_incidence_delays_the_echo_by_its_optical_thickness() -> 
     scan = raycam.scan(world, beams(1, noise=False, pulse_length=0, returns="strongest"))
     assert scan["distance"][0] == pytest.approx(10 + 0.5 * 0.2, abs=1e-9)
     assert scan["bounces"][0] == 2
-    # Both faces pass 0.96 each way.
+    # Each of the two faces transmits 0.96 of the light, on the way out and back.
     assert scan["reflectivity"][0] * 10**2 / 10.1**2 == pytest.approx(0.5 * 0.96**4, rel=1e-3)
 
 

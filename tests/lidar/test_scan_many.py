@@ -16,7 +16,7 @@ def moving_wall() -> raycam.World:
     return world
 
 
-def test_each_frame_starts_when_the_one_before_ends() -> None:
+def test_each_frame_starts_when_the_previous_frame_ends() -> None:
     world, lidar = moving_wall(), beams(3, noise=False, rate=4)
     scans = list(raycam.scan_many(world.at(0.5), lidar, 4))
     for number, scan in enumerate(scans):

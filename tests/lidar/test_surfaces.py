@@ -15,7 +15,8 @@ def test_dielectric_reflectance_at_normal_incidence_brewster_and_total_reflectio
     one = np.ones(1)
     assert dielectric_reflectance(one, one / 1.5)[0] == pytest.approx(0.04)
     brewster = math.cos(math.atan(1.5))
-    across = ((1 - 1.5**2) / (1 + 1.5**2)) ** 2  # the parallel part vanishes
+    # Light that is polarised parallel to the plane of incidence is not reflected.
+    across = ((1 - 1.5**2) / (1 + 1.5**2)) ** 2
     assert dielectric_reflectance(np.array([brewster]), one / 1.5)[0] == pytest.approx(across / 2)
     assert dielectric_reflectance(np.array([math.cos(math.asin(0.9))]), one * 1.5)[0] == 1
 

@@ -15,7 +15,7 @@ def test_vlp16_fires_every_2304_nanoseconds_in_cycles_of_55296() -> None:
     times = raycam.Lidar("vlp16", rate=10).pattern().times.reshape(-1, 16)
     np.testing.assert_allclose(np.diff(times, axis=1), 2.304e-6, atol=1e-15)
     np.testing.assert_allclose(np.diff(times[:, 0]), 55.296e-6, atol=1e-12)
-    assert len(times) == 1808  # complete cycles in 0.1 s
+    assert len(times) == 1808  # the number of complete firing cycles in 0.1 s
 
 
 @pytest.mark.parametrize("rate", [5, 10, 20])
@@ -57,7 +57,7 @@ def test_corrected_pattern_passes_through_the_drivers_points(raw: float, two_poi
     azimuths = 2 * math.pi * 10 * pattern.times
     laser_of = pattern.lasers.tolist()
     expected = [driver_point(lasers[i], a, raw) for i, a in zip(laser_of, azimuths.tolist(), strict=True)]
-    # Near an axis, the driver's absolute values bend the line by the beam's offset; a beam is straight.
+    # A real beam is straight, but near an axis the driver's absolute values bend the line by the beam's offset.
     apart = np.abs(points - np.array(expected)).max(axis=1)
     crossing = np.abs(np.array(expected)[:, :2]).min(axis=1) < 0.3
     assert apart[~crossing].max() < 1e-9

@@ -54,7 +54,7 @@ def test_each_face_shows_one_photograph() -> None:
     result = wrong_poses()["best"]
     view = result.view.reshape(8, 16, 8, 16).swapaxes(1, 2)
     y, x = np.mgrid[:16, :16]
-    for half in (y > x, y < x):  # texels of the two faces of each square
+    for half in (y > x, y < x):  # the texels of each of the two faces of a square
         own = view[:, :, half]
         assert (own == own[..., :1]).all()
     assert set(np.unique(result.view)) == set(range(5))
@@ -73,7 +73,7 @@ def test_seams_between_photographs_of_different_exposure_are_levelled() -> None:
     seam = result.view[:, 1:] != result.view[:, :-1]
     step = np.abs(np.diff(result.texture.astype(int), axis=1)).max(axis=2)
     assert seam[3:-3].any()
-    assert step[3:-3, 3:-3].max() <= 2  # without levelling, 4 to 9
+    assert step[3:-3, 3:-3].max() <= 2  # without levelling, the steps are 4 to 9
 
 
 @pytest.mark.parametrize("method", ["best", "detail"])
@@ -86,7 +86,7 @@ def test_round_trip_reaches_40_decibels(method: str) -> None:
 
 @pytest.mark.parametrize("method", ["best", "detail"])
 def test_visible_texels_equal_those_of_blend_behind_an_occluder(method: str) -> None:
-    world = panel()  # two large faces, each partly hidden in each photograph
+    world = panel()  # there are two large faces, and each photograph shows only a part of each
     world.add_object(box={"size": [0.5, 0.5, 0.6]}, location=[0.2, 0, 0.35], color="red", type="unlit")
     cameras, photos = shots(world, [[2, 0.1, 1.5], [-1.5, 0.3, 2]], size=(200, 200))
     blend, found = (

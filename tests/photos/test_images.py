@@ -43,7 +43,7 @@ def test_exif_orientation_gives_a_notice_and_is_not_applied(tmp_path: Path, orie
         source.read("a.jpg", CAMERA)
     assert notice_codes(notices) == ["ignored_orientation"]
     assert "a.jpg" in str(notices[0])
-    with Image.open(tmp_path / "a.jpg") as stored:  # Pillow does not rotate it either
+    with Image.open(tmp_path / "a.jpg") as stored:  # Pillow does not rotate the photograph either
         np.testing.assert_allclose(found[..., :3], linear(np.asarray(stored)), atol=0.02)
 
 

@@ -37,7 +37,8 @@ def holes(size: int, share: float, seed: int) -> tuple[GridLinks, scipy.sparse.c
 def test_solution_equals_scipys_sparse_solution(size: int, share: float) -> None:
     links, matrix = holes(size, share, seed=size)
     right = np.random.default_rng(0).normal(size=(len(links.row), 3))
-    if share == 0:  # without a fixed texel, steps determine the values except for their mean
+    # Without a fixed texel, the differences between texels determine all values except for their mean.
+    if share == 0:
         right -= right.mean(axis=0)
     expected = scipy.sparse.linalg.spsolve(matrix.tocsc(), right)
     found = solve_poisson(links, right)
@@ -46,7 +47,7 @@ def test_solution_equals_scipys_sparse_solution(size: int, share: float) -> None
 
 @pytest.mark.parametrize("size", [32, 128])
 def test_iterations_do_not_grow_with_the_grid(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Without coarser grids, a grid of 128 x 128 needs more than 200.
+    # Without coarser grids, a grid of 128 x 128 needs more than 200 iterations.
     monkeypatch.setattr(conjugate_gradients, "MAX_ITERATIONS", 40)
     links, matrix = holes(size, 0.02, seed=1)
     right = np.random.default_rng(0).normal(size=(len(links.row), 1))

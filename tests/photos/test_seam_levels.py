@@ -19,7 +19,7 @@ def test_links_are_neighbours_on_the_surface() -> None:
     points = np.array([[0, 0, 0], [1, 0, 0], [50, 0, 0], [0, 1, 0], [1, 1, 0], [50, 1, 0]], float)
     links = link_texels(np.arange(6), (3, 2), points, np.ones(6))
     found = set(zip(links.first.tolist(), links.second.tolist(), strict=True))
-    assert found == {(0, 1), (3, 4), (0, 3), (1, 4), (2, 5)}  # the third column is another island
+    assert found == {(0, 1), (3, 4), (0, 3), (1, 4), (2, 5)}  # the third column belongs to another island
 
 
 def test_vertex_adjustments_equal_scipys_least_squares_solution() -> None:
@@ -50,7 +50,7 @@ def test_texels_equal_the_sparse_solution_of_poissons_equation() -> None:
     colors = random.random((height * width, 3)) + 0.4 * label[:, None]
     wanted = 0.1 * random.normal(size=(len(links.first), 3))
     found = level_texels(colors, label, links, wanted)
-    near = (column >= 9) & (column < 51)  # the seam's texels, and 20 more on either side
+    near = (column >= 9) & (column < 51)  # the texels of the seam, and 20 more texels on each side
     seam = label[links.first] != label[links.second]
     step = np.where(seam[:, None], wanted - (colors[links.first] - colors[links.second]), 0)
     rows = np.arange(len(links.first))
@@ -71,6 +71,6 @@ def test_step_between_constant_halves_vanishes() -> None:
     label = (np.tile(np.arange(80), 4) >= 40).astype(np.int32)
     colors = np.where(label[:, None] == 1, 0.6, 0.4) * np.ones((320, 3))
     found = level_texels(colors, label, links, np.zeros((len(links.first), 3))).reshape(4, 80, 3)
-    assert np.abs(np.diff(found, axis=1)).max() < 0.006  # 0.2 over 40 texels
+    assert np.abs(np.diff(found, axis=1)).max() < 0.006  # a step of 0.2 is distributed over 40 texels
     same = level_texels(colors, np.zeros(320, np.int32), links, np.zeros((len(links.first), 3)))
     np.testing.assert_array_equal(same, colors)

@@ -42,7 +42,7 @@ def test_points_visible_to_a_camera_are_on_the_cap_that_it_sees() -> None:
     found = raycam.sample_surface(world, 5000, visible_to={"a": camera})
     assert len(found.points) == 5000
     height = found.points[:, 2]
-    # The cap above 1 / distance; heights on a sphere are uniform (Archimedes).
+    # The visible cap is above the height 1 / distance; heights of points on a sphere are uniform (Archimedes).
     assert height.min() > 1 / distance - 0.03
     assert scipy.stats.kstest(height, "uniform", args=(1 / distance, 1 - 1 / distance)).pvalue > 1e-4
     assert (raycam.sample_surface(world, 5000).points[:, 2] < 0).mean() == pytest.approx(0.5, abs=0.03)
@@ -64,7 +64,7 @@ def test_points_visible_to_a_lidar_are_on_the_disc_within_its_range() -> None:
     lidar = fan(60_000, max_range=5.0).placed([0, 0, 3])
     found = raycam.sample_surface(world, 2000, visible_to={"top": lidar})
     radius = np.hypot(found.points[:, 0], found.points[:, 1])
-    assert radius.max() < 4 + 0.4  # plus the diagonal of a face
+    assert radius.max() < 4 + 0.4  # the radius, plus the diagonal of a face
     # Uniform by area: the squares of the radii are uniform, except for the faces at the border.
     inner = radius[radius < 3.6] ** 2
     assert scipy.stats.kstest(inner, "uniform", args=(0, 3.6**2)).pvalue > 1e-4
@@ -101,7 +101,8 @@ def test_points_visible_to_a_lidar_are_nearest_to_a_measured_sample_by_brute_for
 def test_points_behind_an_occluder_are_omitted() -> None:
     world = ball_world()
     camera = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], up=[0, 1, 0], fov=60, size=(64, 64))
-    world.add_object(plane={"size": [10, 10]}, location=[5, 0, 2], name="lid")  # hides x > 0
+    # The lid hides points with x > 0.
+    world.add_object(plane={"size": [10, 10]}, location=[5, 0, 2], name="lid")
     found = raycam.sample_surface(world, 2000, visible_to=[camera], objects="ball")
     assert found.points[:, 0].max() < 1e-9
     assert set(found.ids[:, 0]) == {0}

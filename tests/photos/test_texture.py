@@ -15,6 +15,7 @@ from raycam.cli import main
 from raycam.io import memory_limits
 from raycam.notices import collected
 from support.raises import notice_codes, raises
+from support.textured_ball import SIZE, away_from_rims, ball_texture, bumpy_ball, cameras_around
 from support.textured_panel import inner, panel, pattern, psnr, shots
 
 LENSES = [
@@ -57,13 +58,8 @@ def test_round_trip_reaches_40_decibels_by_each_method(lens: dict) -> None:
     lens = dict(lens)
     moving = lens.pop("moving", False)
     cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]], samples=1 if moving else 4, **lens)
-    if moving:  # a rolling shutter: the camera moves by 15 pixels while its rows are read
-        cameras = {
-            name: camera.moving(
-                camera.at_pose(camera.R, camera.location + np.array([0.1, 0.05, 0])), readout=0.02
-            )
-            for name, camera in cameras.items()
-        }
+    if moving:
+        cameras = {name: moved_while_read(camera) for name, camera in cameras.items()}
         photos = {
             name: raycam.render(world, camera, samples=4).to_srgb8() for name, camera in cameras.items()
         }
@@ -73,6 +69,35 @@ def test_round_trip_reaches_40_decibels_by_each_method(lens: dict) -> None:
         assert psnr(inner(result.texture), inner(pattern())) > 50, method
     frame = raycam.render(result.world, cameras["00.png"], samples=4).to_srgb8()
     assert psnr(frame[100:300, 100:300], photos["00.png"][100:300, 100:300]) > 38
+
+
+def moved_while_read(camera: raycam.Camera) -> raycam.Camera:
+    """The camera with a rolling shutter, which moves by about 15 pixels while its rows are read."""
+    return camera.moving(camera.at_pose(camera.R, camera.location + np.array([0.1, 0.05, 0])), readout=0.02)
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        lens if number in (1, 10) else pytest.param(lens, marks=pytest.mark.proof)
+        for number, lens in enumerate(LENSES)
+    ],
+)
+def test_round_trip_of_a_curved_surface_reaches_43_decibels_by_each_method(lens: dict) -> None:
+    world = bumpy_ball()
+    lens = dict(lens)
+    moving = lens.pop("moving", False)
+    cameras = cameras_around(**lens)
+    if moving:
+        cameras = {name: moved_while_read(camera) for name, camera in cameras.items()}
+    photos = {name: raycam.render(world, camera, samples=4).to_srgb8() for name, camera in cameras.items()}
+    for method in METHODS:
+        result = raycam.texture_from_photos(world, cameras, photos, size=SIZE, method=method)
+        if method != "blend":
+            assert len(np.unique(result.view[result.seen])) == 6
+        known = away_from_rims(result.seen)
+        assert known.mean() > 0.6
+        assert psnr(result.texture[known], ball_texture()[known]) > 43, method
 
 
 def shown_by(camera: raycam.Camera, points: np.ndarray) -> np.ndarray:
@@ -106,7 +131,7 @@ def test_only_texels_visible_to_a_camera_are_colored(
     np.testing.assert_array_equal(result.seen, expected)
     is_magenta = (result.texture == [255, 0, 255]).all(axis=2)
     np.testing.assert_array_equal(is_magenta, ~expected)
-    # Without show_unseen, an unseen texel has the colour of one of the seen texels nearest to it.
+    # Without show_unseen, a texel that no photograph shows has the colour of a nearest visible texel.
     filled = raycam.texture_from_photos(world, cameras, photos, size=32, method=method).texture
     known, colors = points[result.seen], filled[result.seen].astype(int)
     for place, color in zip(points[~result.seen], filled[~result.seen].astype(int), strict=True):
@@ -223,7 +248,8 @@ def test_non_manifold_mesh_with_degenerate_and_double_faces_is_textured() -> Non
     cameras, photos = shots(world, PLACES)
     torn = raycam.World()
     square = [[-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [0, 0, -1]]
-    faces = [[0, 1, 2], [0, 2, 3], [0, 2, 4], [1, 1, 2], [0, 2, 3]]  # a fin below, a degenerate face, a copy
+    # The last faces are a fin below the square, a degenerate face and a duplicate.
+    faces = [[0, 1, 2], [0, 2, 3], [0, 2, 4], [1, 1, 2], [0, 2, 3]]
     uvs = [[0, 0], [0, 1], [1, 1], [1, 0], [0.5, 0.5]]
     torn.add_mesh(square, faces, uvs=uvs)
     with collected() as notices:
@@ -289,12 +315,12 @@ def test_memory_for_a_texel_is_at_most_64_bytes(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("raycam.photos.blending.CHUNK_TEXELS", 1 << 12)
     monkeypatch.setattr("raycam.baking.texels.MAX_CANDIDATES", 1 << 12)
     small, large = peak_bytes(1, 128), peak_bytes(1, 512)
-    views = 132 * (512**2 - 128**2)  # which `memory` bounds
+    views = 132 * (512**2 - 128**2)  # the option `memory` limits the number of these bytes
     assert (large - small - views) / (512**2 - 128**2) < 64
 
 
 def test_command_texture_writes_a_glb(tmp_path: Path) -> None:
-    world = panel(up="y")  # as in glTF
+    world = panel(up="y")  # y is up, as in glTF
     cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]])
     for name, pixels in photos.items():
         cv2.imwrite(str(tmp_path / name), pixels[..., ::-1])

@@ -80,7 +80,8 @@ def test_plain_layout_contains_every_channel_under_the_photographs_name(tmp_path
         normal = picture(tmp_path / f"normal/{place}.png")[..., ::-1] / 65535 * 2 - 1
         np.testing.assert_allclose(normal[hit], frame["normal_camera"][hit], atol=1e-4)
         ways = camera.rays()[1] @ camera.R.T
-        assert ((normal * ways).sum(axis=-1)[hit] < 0.01).all()  # towards the camera, in OpenCV's axes
+        # Normals point towards the camera, in OpenCV's axes.
+        assert ((normal * ways).sum(axis=-1)[hit] < 0.01).all()
         np.testing.assert_array_equal(picture(tmp_path / f"mask/{place}.png"), np.where(hit, 255, 0))
         np.testing.assert_array_equal(picture(tmp_path / f"instance/{place}.png"), frame["instance"] + 1)
         assert (picture(tmp_path / f"valid/{place}.png") == 255).all()
@@ -123,9 +124,8 @@ def test_opengl_normals_have_y_and_z_reversed(tmp_path: Path) -> None:
 
 def test_front_option_ignores_surfaces_seen_from_behind(tmp_path: Path) -> None:
     world = floor()
-    world.add_mesh(
-        [[-30, -30, 1], [-30, 30, 1], [30, 30, 1], [30, -30, 1]], [[0, 1, 2], [0, 2, 3]]
-    )  # faces down
+    # The faces point down.
+    world.add_mesh([[-30, -30, 1], [-30, 30, 1], [30, 30, 1], [30, -30, 1]], [[0, 1, 2], [0, 2, 3]])
     camera = ring(1)[0]
     depths = {}
     for facing in ("both", "front"):

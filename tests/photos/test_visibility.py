@@ -70,7 +70,7 @@ def test_visibility_equals_brute_force(lens: dict) -> None:
 def test_tiny_face_in_the_foreground_is_visible() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [4, 4]})
-    tiny = np.array([[0, 0, 1], [1e-5, 0, 1], [0, 1e-5, 1]])  # 1/3000 of a pixel
+    tiny = np.array([[0, 0, 1], [1e-5, 0, 1], [0, 1e-5, 1]])  # the triangle covers 1/3000 of a pixel
     world.add_mesh(tiny, [[0, 1, 2]])
     camera = raycam.Camera.look_at([0.3, 0.2, 3], [0, 0, 0], up=[0, 1, 0], fov=60, size=(100, 80))
     seen = raycam.surface_visibility(world, [camera])
@@ -87,7 +87,7 @@ def test_resolution_and_angle_equal_the_closed_form() -> None:
             [2 * np.sin(a), 0, 2 * np.cos(a)], [0, 0, 0], up=[0, 1, 0], fov=40, size=(200, 200)
         )
         seen = raycam.surface_visibility(world, {"a": camera}, samples=1)
-        # A small patch at distance d: f / d across, times the cosine along the slope.
+        # At distance d, a small patch appears scaled by f / d across the slope, and also by the cosine along the slope.
         assert seen.best_resolution[0] == pytest.approx(camera.K[0, 0] / 2 * np.cos(a), rel=2e-3)
         assert seen.angle[0] == pytest.approx(angle, abs=0.1)
 

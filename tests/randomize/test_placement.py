@@ -24,10 +24,10 @@ def build_recipe(size: Any, count: int, gap: float) -> Recipe:
 @pytest.mark.parametrize(
     ("size", "count", "gap"),
     [
-        ([30, 30, 30], 1, 0.001),  # far too large
-        ([2.9, 0.01, 0.1], 1, 0.001),  # longer than the diagonal
-        ([2.01, 2.01, 0.1], 1, 0.001),  # wider than the ground at any rotation
-        ([1.5, 1.5, 0.1], 2, 0.001),  # the first fits, the second does not: areas
+        ([30, 30, 30], 1, 0.001),  # the object is far too large
+        ([2.9, 0.01, 0.1], 1, 0.001),  # the object is longer than the ground's diagonal
+        ([2.01, 2.01, 0.1], 1, 0.001),  # the object is wider than the ground at any rotation
+        ([1.5, 1.5, 0.1], 2, 0.001),  # the areas of two objects together exceed the ground's area
         ([0.5, 0.5, 0.1], 2, 3.0),  # the gap is larger than the ground
     ],
 )
@@ -45,7 +45,7 @@ def test_objects_that_cannot_fit_are_refused_without_tries(
     monkeypatch.setattr(placement.PlacementSampler, "_try", count_tries)
     with pytest.raises(WorldError) as fault:
         build_recipe(size, count, gap).world(0)
-    assert "on ground" in str(fault.value)
+    assert "ground" in str(fault.value)
     # Only the first of several objects is tried; it finds a position quickly in each of the ten draws.
     assert tries < (1 if count == 1 else 10 * 1000)
 
@@ -76,7 +76,7 @@ def test_measures_of_outlines_equal_closed_forms() -> None:
     )
 
 
-def test_batches_cover_every_try_once() -> None:
+def test_batches_of_tries_contain_each_try_once() -> None:
     numbers = [number for first, last in placement._batches() for number in range(first, last)]
     assert numbers == list(range(placement.MAX_TRIES))
 
@@ -120,10 +120,11 @@ def test_more_objects_than_the_surface_holds_are_refused_before_any_is_placed(
     with raises(WorldError, mentions=["thing-1", 65, 4.06]):
         build_recipe([0.25, 0.25, 0.1], 65, 0.001).world(0)
     with pytest.raises(AssertionError):
-        build_recipe([0.25, 0.25, 0.1], 64, 0.001).world(0)  # their areas are those of the ground
+        # The objects together have the area of the ground.
+        build_recipe([0.25, 0.25, 0.1], 64, 0.001).world(0)
 
 
-def test_objects_on_steps_of_the_ground_are_not_added_up() -> None:
+def test_areas_of_separate_levels_are_not_added_up() -> None:
     """Two levels, of which either holds one object: together they need more than the area of either."""
     stairs = {"name": "ground", "vertices": [], "triangles": []}
     for level in (0.0, 0.5):

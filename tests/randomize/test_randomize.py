@@ -105,7 +105,7 @@ def test_placed_objects_rest_and_do_not_touch(recipe: Recipe, number: int) -> No
             assert not inside(b, a)
     crates = [name for name in placed if name.startswith("crate")]
     assert not any(inside(found[name], found["table"]) for name in crates)
-    # The check works: an object is inside an enlarged copy of itself.
+    # A test of the check itself: an object is inside an enlarged copy of itself.
     larger = found[placed[0]].copy()
     larger.apply_translation([0.01, 0.01, 0.01])
     assert inside(found[placed[0]], larger)
@@ -140,7 +140,8 @@ def test_random_numbers_have_fixed_values() -> None:
     values = np.array([draw.substream(i).uniform01() for i in range(4000)])
     assert values.mean() == pytest.approx(0.5, abs=0.02)
     counts = np.histogram(values, 10, (0, 1))[0]
-    assert ((counts - 400) ** 2 / 400).sum() < 27.9  # chi squared, 9 degrees of freedom: 0.1 %
+    # The limit of chi squared for 9 degrees of freedom and a probability of 0.1 %.
+    assert ((counts - 400) ** 2 / 400).sum() < 27.9
 
 
 def test_drawn_values_are_in_their_ranges() -> None:
@@ -177,7 +178,8 @@ def test_outlines_are_convex_hulls_and_prisms_intersect_exactly() -> None:
     flat = np.array([[[-5.0, -5, 0.5], [9, -5, 0.5], [0, 9, 0.5]]])
     assert square.intersects_triangles(flat)
     assert not square.intersects_triangles(flat + np.array([0, 0, 0.6]))
-    corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])  # only its bounding box touches
+    # Only the triangle's bounding box touches the square.
+    corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])
     assert not square.intersects_triangles(corner)
 
 

@@ -40,12 +40,13 @@ def description(folder: Path) -> dict[str, Any]:
     }
 
 
-def test_second_world_shares_the_trees_of_the_first(tmp_path: Path) -> None:
+def test_second_world_shares_the_search_trees_of_the_first_world(tmp_path: Path) -> None:
     recipe = Recipe(description(tmp_path), folder=tmp_path)
     first, second = recipe.world(0), recipe.world(1)
     raycam.render(first, channels=["depth"])
     raycam.render(second, channels=["depth"])
-    assert first._core.objects_shared_with(second._core) == 2  # the cows; the table is a primitive
+    # The two cows are shared, but not the table, which is a primitive.
+    assert first._core.objects_shared_with(second._core) == 2
     alone = Recipe(description(tmp_path), folder=tmp_path).world(1)
     raycam.render(alone, channels=["depth"])
     assert first._core.objects_shared_with(alone._core) == 0

@@ -92,7 +92,8 @@ def test_point_at_infinity_is_the_direction_of_the_line():
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_rays_point_forward_for_either_sign_of_p(sign):
-    P = sign * np.array([[10.0, 0, 0, 0], [0, 10, 0, 0], [0, 0, 1, 4]])  # at z = -4, looking along +z
+    # The camera is at z = -4 and looks along +z.
+    P = sign * np.array([[10.0, 0, 0, 0], [0, 10, 0, 0], [0, 0, 1, 4]])
     behind, ahead = [[[-9, -9, z], [9, -9, z], [0, 9, z]] for z in (-9.0, 1.0)]
     seen = reference.render_triangles([behind, ahead], P, (1, 1))
     assert seen["triangle"] == 1
@@ -120,7 +121,7 @@ def test_hits_project_to_their_pixels_in_opencv():
     triangles = rng.normal(size=(60, 3, 3))
     for _ in range(10):
         K, R, P = random_camera(rng, rng.normal(size=3) * 3)
-        K[0, 1] = 0  # OpenCV has no skew
+        K[0, 1] = 0  # the camera model of OpenCV has no skew
         P = K @ R @ np.column_stack([np.eye(3), -rng.normal(size=3) * 3])
         seen = reference.render_triangles(triangles, P, SIZE)
         v, u = np.nonzero(seen["triangle"] >= 0)
@@ -262,7 +263,8 @@ def test_closest_triangle_gives_the_color_and_the_first_wins_a_tie():
 
 def test_block_size_does_not_change_the_image(monkeypatch):
     rng = np.random.default_rng(6)
-    triangles = np.repeat(rng.normal(size=(40, 3, 3)), 2, axis=0)  # each triangle twice: ties across blocks
+    # Each triangle is present twice, so that ties occur across blocks.
+    triangles = np.repeat(rng.normal(size=(40, 3, 3)), 2, axis=0)
     _, _, P = random_camera(rng, [0, 0, 0])
     whole = reference.render_triangles(triangles, P, SIZE)
     assert (whole["triangle"] >= 0).mean() > 0.2

@@ -49,7 +49,8 @@ def test_over_keeps_an_image_of_the_same_size(clear: raycam.Frame, ending: str, 
     sky = clear["alpha"] == 0
     seen = clear.over(path).to_srgb8()
     difference = np.abs(seen[sky].astype(int) - expected[sky])
-    assert difference.max() <= (0 if ending == "png" else 12)  # decoders differ in how they enlarge chroma
+    # Decoders enlarge the chroma channels by different methods.
+    assert difference.max() <= (0 if ending == "png" else 12)
     assert difference.mean() < 1
 
 

@@ -71,7 +71,7 @@ def test_air_light_of_a_gradient_sky_is_its_mean() -> None:
     world = scene(visibility=1.0)
     world.add_light("sky", zenith=[0, 0, 4], horizon=[2, 0, 0], ground=[0, 1, 0])
     color = raycam.render(world, camera(), integrator="direct", samples=1)["color"]
-    # Half of the sphere is ground; above, the mean of the sine is a half.
+    # Half of the sphere of directions is ground; in the other half, the mean of the sine is 1/2.
     np.testing.assert_allclose(color[0, 0], [0.5, 0.5, 1.0], rtol=2e-3)
 
 

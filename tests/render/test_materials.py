@@ -128,6 +128,6 @@ def test_unlimited_paths_in_clear_glass_terminate(direction: list[int], radiance
     world.add_light("sky", radiance=1.0)
     eye = np.array([0.1, 0.05, 0.02])
     camera = raycam.Camera.look_at(eye, eye + direction, size=(8, 8), fov=8)
-    with pytest.warns(raycam.Notice):  # all pixels are brighter than white, or black
+    with pytest.warns(raycam.Notice):  # the notice reports that all pixels are black or brighter than white
         color = raycam.render(world, camera, integrator="path", samples=16, channels="color")["color"]
-    np.testing.assert_allclose(color, radiance, rtol=0.03)  # noise of 16 samples
+    np.testing.assert_allclose(color, radiance, rtol=0.03)  # the tolerance for the noise of 16 samples

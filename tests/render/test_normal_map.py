@@ -87,6 +87,6 @@ CYCLES_COATED = {
 
 
 @pytest.mark.parametrize(("kind", "elevation"), CYCLES_COATED)
-def test_coats_reflect_where_the_mapped_normal_faces_away(kind: str, elevation: float) -> None:
+def test_clearcoats_reflect_where_the_mapped_normal_faces_away(kind: str, elevation: float) -> None:
     found = mean_under_white_sky(kind, elevation, {"plane": {"size": 40}}, COATED)
     assert found == pytest.approx(CYCLES_COATED[kind, elevation], rel=0.025)

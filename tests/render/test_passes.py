@@ -48,7 +48,7 @@ def picture(**options: Any) -> raycam.Frame:
 
 @pytest.mark.parametrize("integrator", ["path", "direct"])
 @pytest.mark.parametrize("parts", [WAYS, LOBES, LIGHTS], ids=["ways", "lobes", "lights"])
-def test_parts_of_each_kind_add_up_to_the_color(integrator: str, parts: tuple[str, ...]) -> None:
+def test_passes_of_each_kind_add_up_to_the_color(integrator: str, parts: tuple[str, ...]) -> None:
     frame = picture(integrator=integrator)
     total = np.sum([frame[name] for name in parts], axis=0)
     np.testing.assert_allclose(total, frame["color"], rtol=2e-6, atol=1e-6)
@@ -59,7 +59,7 @@ def test_parts_of_each_kind_add_up_to_the_color(integrator: str, parts: tuple[st
         assert (frame[name].sum() > 0) != is_dark
 
 
-def test_color_is_the_same_with_and_without_its_parts() -> None:
+def test_color_is_the_same_with_and_without_passes() -> None:
     np.testing.assert_array_equal(picture()["color"], picture(channels="color")["color"])
 
 
@@ -78,7 +78,7 @@ def test_light_images_can_be_relit() -> None:
     np.testing.assert_allclose(*blocks, rtol=0.03, atol=1e-3)
 
 
-def test_parts_are_the_same_on_any_number_of_threads_and_in_regions() -> None:
+def test_passes_are_the_same_on_any_number_of_threads_and_in_regions() -> None:
     whole = picture(threads=1)
     several = picture(threads=3)
     part = picture(region=[10, 5, 20, 15])
@@ -87,7 +87,7 @@ def test_parts_are_the_same_on_any_number_of_threads_and_in_regions() -> None:
         np.testing.assert_array_equal(whole[name][5:20, 10:30], part[name])
 
 
-def test_progressive_images_contain_parts() -> None:
+def test_progressive_images_contain_passes() -> None:
     names = ["color", *WAYS, "light:key"]
     image = raycam.Progressive(scene(), camera(), channels=names, integrator="path", samples=16)
     while image.add(8) < 16:
@@ -120,14 +120,14 @@ def test_default_lights_have_names() -> None:
     np.testing.assert_allclose(frame["light:sky"] + frame["light:sun"], frame["color"], rtol=1e-6)
 
 
-def test_all_channels_contain_parts_but_no_single_lights() -> None:
+def test_channels_all_includes_passes_but_no_single_lights() -> None:
     frame = raycam.render(scene(), camera(), integrator="path", samples=2, channels="all")
     assert set(frame) == set(CHANNELS)
     assert set(PASSES) <= set(frame)
 
 
 @pytest.mark.parametrize("ending", ["exr", "npz"])
-def test_saved_parts_are_read_again(tmp_path: Path, ending: str) -> None:
+def test_saved_passes_are_read_again(tmp_path: Path, ending: str) -> None:
     frame = picture(channels=["color", "light:key", "diffuse", "roughness", "nocs"])
     path = tmp_path / f"a.{ending}"
     frame.save(path)
@@ -137,7 +137,7 @@ def test_saved_parts_are_read_again(tmp_path: Path, ending: str) -> None:
         np.testing.assert_array_equal(again[name], frame[name])
 
 
-def test_exr_layers_have_the_names_of_the_parts(tmp_path: Path) -> None:
+def test_exr_layers_have_the_names_of_the_passes(tmp_path: Path) -> None:
     frame = picture(channels=["color", "light:key", "diffuse"])
     frame.save(tmp_path / "a.exr")
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
@@ -147,7 +147,7 @@ def test_exr_layers_have_the_names_of_the_parts(tmp_path: Path) -> None:
     np.testing.assert_array_equal(layers["light:key.G"], frame["light:key"][..., 1])
 
 
-def test_parts_are_shown_as_srgb(tmp_path: Path) -> None:
+def test_passes_are_shown_as_srgb(tmp_path: Path) -> None:
     frame = picture(channels=["color", "light:key"])
     frame.save(tmp_path / "a.png", channel="light:key")
     as_color = raycam.Frame({"color": frame["light:key"]}, camera=None, size=frame.size)
@@ -155,7 +155,7 @@ def test_parts_are_shown_as_srgb(tmp_path: Path) -> None:
     frame.save(tmp_path / "a.html")
 
 
-def test_parts_of_a_world_in_the_studio_show_the_studio() -> None:
+def test_passes_of_a_world_in_the_studio_show_the_studio() -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 0.5})
     world.add_studio()

@@ -242,7 +242,7 @@ def test_cancel_stops_render_and_ray_queries(world: raycam.World, camera: raycam
     assert bytes_of(frame) == bytes_of(raycam.render(world, camera))
 
 
-def test_small_image_does_not_wait_for_a_long_one(world: raycam.World, camera: raycam.Camera) -> None:
+def test_small_image_does_not_wait_for_a_large_image(world: raycam.World, camera: raycam.Camera) -> None:
     cancel, begun, ended = raycam.Cancel(), threading.Event(), threading.Event()
 
     def long() -> None:

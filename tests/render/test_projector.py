@@ -95,7 +95,7 @@ def test_the_image_is_projected_on_surfaces(lens: str, integrator: str) -> None:
         pattern(), u.reshape(1, -1), v.reshape(1, -1), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )[0]
     ratio = frame["color"][inner] / white["color"][inner]
-    # OpenCV rounds weights to 1/32.
+    # OpenCV rounds the weights of its interpolation to 1/32.
     np.testing.assert_allclose(ratio, expected, atol=0.04)
     np.testing.assert_allclose(ratio.mean(axis=0), expected.mean(axis=0), rtol=2e-3)
     dark = cv2.dilate(lit.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0

@@ -50,13 +50,14 @@ def test_mask_and_depth_align_with_the_photo(lens: dict[str, Any], tmp_path: Pat
     )
 
     difference = np.abs(again.to_srgb8().astype(int) - original.to_srgb8())
-    assert difference.max() <= 3, difference.max()  # the photograph is rounded to bytes before its shadow
+    # The photograph is rounded to bytes before the shadow is applied.
+    assert difference.max() <= 3, difference.max()
     box = again["instance"] == 1
     assert box.sum() > 250
     truth = raycam.render(
         scene(thing=True, catcher=False), taken(lens), samples=64, channels=["instance", "depth", "coverage"]
     )
-    # Edge positions to a fraction of a pixel: sums of opacities along rows and columns.
+    # Sums of opacities along rows and columns give the positions of edges to a fraction of a pixel.
     alone = scene(thing=True, catcher=False)
     alone.remove_object("ground")
     other = raycam.render(alone, taken(lens), samples=256, seed=9, transparent_background=True)["alpha"]

@@ -80,7 +80,7 @@ def test_render_does_not_depend_on_the_number_of_threads(integrator: str) -> Non
 
 
 def test_released_image_memory_is_reused() -> None:
-    # Most of it is background, whose black, normals and weights are 0.
+    # Most of the image is background, where colour, normals and weights are 0.
     world, seen = raycam.World(), camera((256, 160))
     world.add_object(sphere={"radius": 0.3})
 
@@ -323,7 +323,8 @@ def test_gil_is_released_while_rendering() -> None:
 
     def enough(done: int, total: int) -> None:
         begun.set()
-        if time.process_time() - start > PATIENCE:  # computed, although the other thread never ran
+        # The result is computed, although the other thread never ran.
+        if time.process_time() - start > PATIENCE:
             raise TimeoutError
 
     with pytest.raises(raycam.Cancelled):

@@ -88,7 +88,8 @@ def wall_factor(distance: Any, along: Any) -> Any:
 def test_shadows_under_a_uniform_sky_equal_configuration_factors(integrator: Any) -> None:
     world = scene()
     world.add_light("sky", radiance=1.0)
-    camera = camera_above().cropped(14, 9, 16, 6)  # before the side at x = 1, within its length
+    # These pixels show the ground in front of the box's side at x = 1.
+    camera = camera_above().cropped(14, 9, 16, 6)
     runs = np.stack(
         [
             caught(world, camera, integrator=integrator, max_depth=2, samples=64, seed=seed)["shadow"].mean(
@@ -97,13 +98,12 @@ def test_shadows_under_a_uniform_sky_equal_configuration_factors(integrator: Any
             for seed in range(12)
         ]
     )
-    within = (np.arange(16) + 0.5) / 16 - 0.5  # a pixel is the mean over its area
+    within = (np.arange(16) + 0.5) / 16 - 0.5  # a pixel's value is the mean over its area
     x = 2 + (np.arange(14, 30)[:, None] + within - (SIZE[0] - 1) / 2) / 4
     y = -(np.arange(9, 15)[:, None] + within - (SIZE[1] - 1) / 2) / 4
     expected = 1 - wall_factor(x[None, None] - HALF, y[:, :, None, None]).mean(axis=(1, 3))
-    seen = np.maximum(
-        runs.var(axis=0, ddof=1), expected * (1 - expected) / 64
-    )  # few rays hit distant objects
+    # The tolerance is large, because few rays hit distant objects.
+    seen = np.maximum(runs.var(axis=0, ddof=1), expected * (1 - expected) / 64)
     z = (runs.mean(axis=0) - expected) / np.sqrt(seen / len(runs))
     assert np.abs(z).max() < 6, np.abs(z).max()
     assert abs(z.mean()) < 0.4

@@ -56,11 +56,12 @@ def test_scene_without_lit_surfaces_gives_a_notice(integrator: str, tmp_path: Pa
     dark: list[raycam.World] = []
     below = raycam.World()
     below.add_object(plane={"size": 8})
-    below.add_light("sun", direction=[0, 0, 1], irradiance=3)  # from below
+    below.add_light("sun", direction=[0, 0, 1], irradiance=3)  # this sun shines from below
     dark.append(below)
     turned = raycam.World()
     turned.add_object(sphere={})
-    turned.add_light("area", position=[0, 0, 3], u=[1, 0, 0], v=[0, 1, 0], radiance=4)  # emits upwards
+    # This light emits upwards.
+    turned.add_light("area", position=[0, 0, 3], u=[1, 0, 0], v=[0, 1, 0], radiance=4)
     dark.append(turned)
     dark.append(lit_world(color=[0, 0, 0]))
     for world in dark:
@@ -73,7 +74,8 @@ def test_scene_without_lit_surfaces_gives_a_notice(integrator: str, tmp_path: Pa
 def test_partly_lit_object_gives_no_notice() -> None:
     world = raycam.World()
     world.add_object(sphere={})
-    world.add_light("sun", direction=[3, -4, 0.4], irradiance=3)  # from behind: a thin crescent is lit
+    # The sun is behind the sphere, so that only a thin crescent is lit.
+    world.add_light("sun", direction=[3, -4, 0.4], irradiance=3)
     assert said(world, integrator="direct", channels="color") == ""
 
 

@@ -51,7 +51,7 @@ def test_convex_smooth_mesh_is_lit_according_to_its_normals(
         np.testing.assert_allclose(seen[lit], expected[lit], rtol=2e-4, atol=1e-6)
 
 
-def test_terminator_of_a_coarse_torus_equals_that_of_a_fine_one() -> None:
+def test_terminator_of_a_coarse_torus_equals_the_terminator_of_a_fine_torus() -> None:
     off = {}
     world, camera = smooth({"torus": {"segments": 1024}})
     for segments in (16, 32, 64, 1024):

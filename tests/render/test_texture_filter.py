@@ -75,7 +75,7 @@ def test_textures_dense_along_one_axis_stay_sharp_along_the_other(dense: str, tu
         plane(texture, type="unlit"), camera, integrator="path", samples=64, channels=["color", "uv"]
     )
     uv = frame["uv"][..., 1 if dense == "u" else 0] * stripes
-    # Pixels whose whole area is on the plane.
+    # The pixels whose whole area is on the plane.
     known = ((frame["uv"] > 0.03) & (frame["uv"] < 0.97)).all(axis=2)
     # Pixels in the middle of a stripe, which is 4 pixels wide and bilinearly interpolated.
     middle = known & (np.abs(uv - np.floor(uv) - 0.5) < 0.15)
@@ -98,7 +98,7 @@ def test_wide_angles_keep_the_contrast_at_the_border(fov: float) -> None:
         frame = raycam.render(world, camera, integrator="path", samples=samples, channels="color")
         line = frame["color"][pixels // 2, :, 0]
         center, border = line[pixels // 2 - 16 : pixels // 2 + 16], line[:16]
-        # A cone as in the image centre would lose 28 % of the contrast at 150 degrees, and a round one 17 %.
+        # At 150 degrees, the cone of the image centre would lose 28 % of the contrast, and a round cone 17 %.
         assert border.std() == pytest.approx(center.std(), rel=0.03), samples
 
 

@@ -66,11 +66,11 @@ def test_a_lamp_without_reflection_is_missing_in_mirrors_only() -> None:
     assert ((usual - hidden)[~matte].min(axis=1) >= 0).all()
     assert (usual - hidden).max() > 3
     np.testing.assert_array_equal(usual[:12], hidden[:12])
-    # The matte plane receives less light by way of the mirror, but the same directly from the lamp.
+    # The matte plane receives less light from the mirror, but the same amount directly from the lamp.
     assert 0.9 * usual[matte].mean() < hidden[matte].mean() < usual[matte].mean()
 
 
-def test_an_environment_can_light_while_another_one_is_the_background() -> None:
+def test_an_environment_can_light_while_another_environment_is_the_background() -> None:
     world = scene()
     world.remove_light(0)
     world.add_light(type="sky", zenith=[2, 1, 0.5], horizon=[1, 1, 1], visible={"camera": False})

@@ -30,7 +30,7 @@ def single_scattering(
     direction: Floats, lamp: Floats, sigma: Floats, albedo: Floats, g: float, length: float
 ) -> Floats:
     """In-scattered radiance of a point light of intensity 1, by quadrature along the ray from the origin."""
-    # Uniform in the angle from the lamp, which smooths the peak.
+    # Samples are uniform in the angle seen from the lamp, which smooths the peak.
     foot = lamp @ direction
     height = np.linalg.norm(lamp - foot * direction)
     ends = np.arctan((np.array([0, length]) - foot) / height)
@@ -55,7 +55,7 @@ def test_single_scattering_of_a_lamp_equals_its_integral(g: float) -> None:
     camera = view()
     image = path(world, camera, samples=4096, max_depth=2)
     for row, column in ((0, 0), (4, 2), (3, 7), (5, 1)):
-        # The mean over the pixel, by its own grid of rays.
+        # The expected mean over the pixel, computed with a separate grid of rays.
         grid = (np.arange(8) + 0.5) / 8 - 0.5
         pixels = np.stack(np.meshgrid(column + grid, row + grid), -1).reshape(-1, 2)
         rays = np.asarray(camera.rays(pixels)[1])
@@ -117,7 +117,7 @@ def test_sky_and_sun_of_a_horizontal_layer_equal_the_transport_equation() -> Non
     world.set_fog(extinction=0.4, albedo=albedo, g=g, height=depth / 0.4)
     camera = raycam.Camera.look_at([0, 0, 8], [0, 0, 0], [0, 1, 0], size=(3, 3), fov=1)
     image = path(world, camera, samples=4096, max_depth=2)[1, 1]
-    # From above: integral of exp(-tau) exp(-tau / mu0) over the optical depth.
+    # Seen from above, the radiance is the integral of exp(-tau) exp(-tau / mu0) over the optical depth.
     mu0 = 0.8
     cosine = float(np.array([0, 0, -1.0]) @ -sun)
     exact = 2 * albedo * phase(np.array(cosine), g) * (1 - math.exp(-depth * (1 + 1 / mu0))) / (1 + 1 / mu0)

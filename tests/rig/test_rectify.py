@@ -61,7 +61,7 @@ def test_rectification_maps_equal_opencv(alpha: float) -> None:
     u, v = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
     grid = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
     for name, other, K, D, R, P in (("a", "left", K1, D1, R1, P1), ("b", "right", K2, D2, R2, P2)):
-        # The exact pixel in float64.
+        # The exact pixel position in float64.
         seen = grid @ np.linalg.inv(P[:, :3]).T @ R
         exact, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, D)
         origin, directions = made[other].rays(grid[:, :2])

@@ -50,7 +50,7 @@ def test_rig_images_have_independent_noise() -> None:
     frames = rig.render(world, integrator="path", samples=4, seed=5, channels="color")
     left, right = (frames[name].to_srgb8() for name in ("left", "right"))
     assert abs(median_disparity(left, right) - DISPARITY) < 1
-    # With one seed for both images, the matcher finds the noise, at disparity 0.
+    # If both images had the same seed, the matcher would find the noise, which has disparity 0.
     same = [
         raycam.render(world, rig[name], integrator="path", samples=4, seed=5, channels="color")
         for name in rig

@@ -87,7 +87,7 @@ def test_up_axis_is_applied_on_request(
     world = raycam.World()
     world.add_robot(tmp_path / "r.urdf", up_axis="apply")
     turned = world.triangles().reshape(-1, 3)
-    # COLLADA 1.4.1: X_UP has its right side at -y and looks along -z; Y_UP looks along -z; Z_UP looks along y
+    # COLLADA 1.4.1: with X_UP, right is -y and forward is -z; with Y_UP, forward is -z; with Z_UP, forward is y
     signs = {"Y_UP": [1, -1, 1], "X_UP": [-1, -1, 1], "Z_UP": [1, 1, 1]}[up]
     np.testing.assert_allclose(turned, plain[:, expected] * signs, atol=1e-7)
 

@@ -44,7 +44,7 @@ def positions(world: raycam.World, robot: raycam.Robot) -> dict[str, np.ndarray]
     return {each.joint: (matrices[each.objects[0]] @ [*each.point, 1.0])[:3] for each in points}
 
 
-def test_points_are_mujocos_anchors(tmp_path: Path) -> None:
+def test_joint_points_equal_mujocos_joint_anchors(tmp_path: Path) -> None:
     path = tmp_path / "arm.xml"
     path.write_text(MJCF)
     world = raycam.load(path)
@@ -67,7 +67,8 @@ def test_points_are_mujocos_anchors(tmp_path: Path) -> None:
         assert list(found) == ["float", "pitch", "yaw", "ball", "slide"]
         for name, place in found.items():
             expected = data.xanchor[model.joint(name).id]
-            if name == "slide":  # MuJoCo's anchor is before the joint's motion, the point moves with the link
+            # MuJoCo's anchor does not move with the joint, but this point moves with the link.
+            if name == "slide":
                 expected = expected + data.xaxis[model.joint(name).id] * float(state.get("slide", 0.0))
             np.testing.assert_allclose(place, expected, atol=1e-12, err_msg=name)
 

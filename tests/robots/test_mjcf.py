@@ -62,7 +62,8 @@ def qpos(model: mujoco.MjModel, robot: raycam.Robot) -> np.ndarray:
     values = {}
     start = 0
     for name in robot.joints:
-        width = {0: 7, 1: 4}.get(int(model.joint(name).type[0]), 1)  # free and ball
+        # Free joints have 7 values, and ball joints 4.
+        width = {0: 7, 1: 4}.get(int(model.joint(name).type[0]), 1)
         own = robot.values[start : start + width]
         if width > 1:
             own = np.concatenate([own[:-4], own[-1:], own[-4:-1]])
@@ -172,7 +173,7 @@ def test_world_files_and_command_line_accept_mjcf(arm: Path, capsys: pytest.Capt
     capsys.readouterr()
 
 
-def test_xml_files_with_urdf_or_sdf_are_told_apart_by_their_root(tmp_path: Path) -> None:
+def test_xml_files_with_urdf_or_sdf_are_distinguished_by_their_root(tmp_path: Path) -> None:
     visual = '<visual name="v"><geometry><sphere{}</sphere></geometry></visual>'
     link = f'<link name="a">{visual}</link>'
     urdf, sdf = tmp_path / "urdf.xml", tmp_path / "sdf.xml"
@@ -263,7 +264,7 @@ def test_tracking_cameras_have_mujocos_initial_pose(tmp_path: Path, mode: str) -
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    world.set_joints("tracked", [5, 0, 0, 0, 0, 0, 1])  # the camera stays
+    world.set_joints("tracked", [5, 0, 0, 0, 0, 0, 1])  # the camera keeps its position
     camera = world.camera("tracked/side")
     np.testing.assert_allclose(camera.C, data.cam_xpos[0], atol=1e-9)
     np.testing.assert_allclose(camera.R, data.cam_xmat[0].reshape(3, 3).T * [[1], [-1], [-1]], atol=1e-9)

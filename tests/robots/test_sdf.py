@@ -89,7 +89,7 @@ def test_poses_are_read_in_all_notations(tmp_path: Path, pose: str, expected: li
     np.testing.assert_allclose(world.robots["m"].pose("a")[:3], expected, atol=1e-15)
 
 
-def test_worlds_contain_several_models_and_nested_ones(tmp_path: Path) -> None:
+def test_worlds_contain_several_models_and_nested_models(tmp_path: Path) -> None:
     inner = f'<model name="hand"><pose relative_to="base">0 0 1 0 0 0</pose><link name="palm">{BOX}</link></model>'
     world = load(
         tmp_path,
@@ -144,11 +144,12 @@ def test_cameras_follow_their_links_with_opencvs_distortion(tmp_path: Path) -> N
     eye = world.cameras["arm/eye"]
     pose = world.robots["arm"].pose("lower") @ move(0.1, 0, 0)
     np.testing.assert_allclose(eye.location, pose[:3, 3], atol=1e-12)
-    points = np.array([[2.0, 0.3, 0.2], [3.0, -0.8, 0.5], [1.5, 0.1, -0.4]])  # x forwards, y left, z up
+    # The axes are x forward, y left, z up.
+    points = np.array([[2.0, 0.3, 0.2], [3.0, -0.8, 0.5], [1.5, 0.1, -0.4]])
     seen = eye.project((pose[:3, :3] @ points.T).T + pose[:3, 3])[0]
     optical = np.stack([-points[:, 1], -points[:, 2], points[:, 0]], axis=1)
     focal = 32 / np.tan(0.6)
-    K = np.array([[focal, 0, 32], [0, focal, 24], [0, 0, 1]])  # first pixel centre at 0.5
+    K = np.array([[focal, 0, 32], [0, focal, 24], [0, 0, 1]])  # the centre of the first pixel is at 0.5
     expected, _ = cv2.projectPoints(
         optical, np.zeros(3), np.zeros(3), K, np.array([-0.2, 0.05, 0.002, -0.003, 0.01])
     )
@@ -238,6 +239,6 @@ def test_invalid_material_values_are_refused(tmp_path: Path, text: str, facts: l
         material_of(tmp_path, text)
 
 
-def test_maps_that_are_not_shown_are_reported(tmp_path: Path) -> None:
+def test_unsupported_material_maps_are_reported(tmp_path: Path) -> None:
     with warns(raycam.Notice, code="ignored_element", mentions=["pbr/normal_map"]):
         material_of(tmp_path, "<pbr><metal><normal_map>n.png</normal_map></metal></pbr>")

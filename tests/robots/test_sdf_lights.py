@@ -39,7 +39,7 @@ def test_directional_light_shows_its_colour_on_a_facing_white_surface(tmp_path: 
     )
     with raycam.strict():
         world = load(tmp_path, light)
-    # The pose turns the direction by 0.5 about y, also without a position.
+    # The pose rotates the direction by 0.5 radians about y, even if the light has no position.
     np.testing.assert_allclose(radiance(world), np.array([1, 0.5, 0.25]) * math.cos(0.5), rtol=2e-3)
 
 
@@ -84,7 +84,7 @@ def test_ambient_light_is_an_even_sky(tmp_path: Path) -> None:
     assert [one["type"] for one in load(tmp_path, light, "").lights] == ["sun", "sky"]
 
 
-def test_included_lights_are_placed_and_others_left_out(tmp_path: Path) -> None:
+def test_included_lights_are_placed_and_dark_lights_omitted(tmp_path: Path) -> None:
     folder = tmp_path / "sun"
     folder.mkdir()
     (folder / "model.sdf").write_text(

@@ -133,8 +133,9 @@ def test_symbolic_links_that_lead_outside_are_not_read(tmp_path: Path) -> None:
     inside.mkdir()
     (inside / "link.xacro").symlink_to(secret)
     path = written(inside, HEAD + '<xacro:include filename="link.xacro"/></robot>')
-    with raises(FormatError, mentions=["not allowed"]):
+    with raises(FormatError, code="outside_root", mentions=["secret.xacro"]) as refused:
         expanded(path)
+    assert "password" not in str(refused.value)
 
 
 ESCAPES = {
@@ -171,7 +172,7 @@ def test_expansion_that_never_ends_is_stopped(folder: Path) -> None:
 
 def test_expansion_that_needs_too_much_memory_is_refused(folder: Path) -> None:
     path = written(folder, HEAD + "<link name=\"${'a' * 10**10}\"/></robot>")
-    with raises(FormatError, mentions=["memory"]):
+    with raises(FormatError, code="budget_exceeded"):
         expanded(path)
 
 
@@ -199,7 +200,7 @@ def test_errors_name_the_cause_and_the_file(folder: Path, body: str, fact: str) 
 
 def test_entities_are_refused(folder: Path) -> None:
     path = written(folder, '<!DOCTYPE r [<!ENTITY a "aa">]>' + HEAD + "</robot>")
-    with raises(FormatError, mentions=["entit"]):
+    with raises(FormatError, code="unsupported_feature", mentions=["a"]):
         expanded(path)
 
 
@@ -207,7 +208,7 @@ def test_xacro_warnings_become_notices(folder: Path) -> None:
     path = written(folder, HEAD + '<xacro:property name="x" value="1" what="2"/><link name="a"/></robot>')
     _, notices = expand_xacro(path, FileResolver(path), {})
     assert {notice.code for notice in notices} == {"xacro_warning"}
-    assert "what" in str(notices[0])
+    assert "what" in str(notices[0])  # the unknown attribute
 
 
 def test_arguments_of_other_files_and_of_other_types_are_refused(folder: Path) -> None:

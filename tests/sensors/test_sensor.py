@@ -82,7 +82,8 @@ def test_times_of_a_rolling_shutter_are_those_at_which_points_appear(direction: 
 
 
 def test_rig_places_its_sensors_in_the_world() -> None:
-    mounted = DepthSensor().at_pose(turned(90), [0, 0, 1])  # looks to the body's left, 1 m above it
+    # This sensor is 1 m above the body and looks to the body's left.
+    mounted = DepthSensor().at_pose(turned(90), [0, 0, 1])
     body = rig(mounted).at_pose(turned(-90), [2, 3, 4])  # the body looks along -y: its left is +x
     sensor = body.sensors["depth"]
     np.testing.assert_allclose(sensor.pose[:3, 3], [2, 3, 5], atol=1e-12)
@@ -134,7 +135,7 @@ def test_world_refuses_a_rig_with_a_sensor_that_cannot_be_described() -> None:
         world().add_sensor(DepthSensor(), "../top")
 
 
-def test_rig_without_cameras_has_sensors_but_needs_one() -> None:
+def test_rig_without_cameras_requires_another_sensor() -> None:
     only = raycam.Rig({"depth": DepthSensor()}).at_pose(turned(90), [1, 2, 3])
     assert raycam.Rig.from_dict(json.loads(json.dumps(only.to_dict()))) == only
     np.testing.assert_allclose(only.sensors["depth"].pose[:3, 3], [1, 2, 3])
@@ -226,7 +227,8 @@ def test_video_samples_the_sensors_of_a_rig_at_each_frame() -> None:
 def test_data_sets_contain_the_samples_of_a_rig(
     format: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(Path(support.__file__).parents[1]))  # for the workers
+    # Workers must be able to import `support`.
+    monkeypatch.setenv("PYTHONPATH", str(Path(support.__file__).parents[1]))
     sensor = DepthSensor(noise=0.01, duration=0.2)
     right = camera().at_pose(camera().R, [0, -0.1, 0])
     body = raycam.Rig({"left": camera(), "right": right, "depth": sensor})

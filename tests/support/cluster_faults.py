@@ -187,7 +187,7 @@ def poison(folder: Path, pool: dask_pool.DaskPool, *, frames: int, number: int) 
     assert job.status().finished == frames - 1
     assert list(job.status().failed) == [number]
     assert job.log(number).read_text().count("attempt ") >= scheduler.MAX_ATTEMPTS
-    # Without the fault, the frame is rendered on request, and all files equal those of one machine.
+    # Without the fault, the frame is rendered on request, and all files are equal to those that one machine writes.
     Job(folder / "poison").run(pool, retry_failed=True)
     Job(folder / "clean", package).run(Pool())
     assert results(folder / "poison") == results(folder / "clean")

@@ -299,7 +299,7 @@ def distortion(e: Truth) -> Expected:
 def focus(e: Truth) -> Expected:
     aperture, at = e.values
     depth = e.depth if e.index >= 0 else 6.0
-    # Similar triangles: the cone from the lens to the focus has this radius at the depth; the pinhole projects it.
+    # By similar triangles, the cone from the lens to the focus has this radius at the depth; the pinhole projects it.
     radius = e.numbers["fx"] * (aperture * abs(depth - at) / at) / depth
     return [depth, 1, depth, 1, at, radius]
 

@@ -201,7 +201,7 @@ def test_instances_share_their_mesh(tmp_path: Path) -> None:
 
 
 def test_equal_prims_share_their_mesh(tmp_path: Path) -> None:
-    # usd-wg/assets, simpleAssetScene: 539 spheres, none of them an instance
+    # the scene simpleAssetScene of usd-wg/assets contains 539 spheres, and no sphere is an instance
     made = stage(tmp_path / "a.usda")
     for i, radius in enumerate([1.0, 1.0, 2.0, 1.0]):
         ball = UsdGeom.Sphere.Define(made, f"/world/ball{i}")
@@ -327,7 +327,7 @@ def test_lights_have_the_radiometric_values_of_usdlux(tmp_path: Path) -> None:
     assert set(lights) == {"sun", "point", "area", "disk", "sky"}
     np.testing.assert_allclose(lights["sun"]["irradiance"], [2, 2, 2])
     np.testing.assert_allclose(lights["sun"]["direction"], [0, 0, -1], atol=1e-12)
-    # Power of radiance 6 from the surface 4 pi r^2: pi times radiance times area.
+    # The power is pi times the radiance 6 times the area 4 pi r^2.
     np.testing.assert_allclose(lights["point"]["power"], 6 * math.pi * 4 * math.pi * 0.25**2, rtol=1e-6)
     np.testing.assert_allclose(np.cross(lights["area"]["u"], lights["area"]["v"]), [0, 0, -8])
     np.testing.assert_allclose(lights["disk"]["radiance"], 1 / (math.pi * 0.25), rtol=1e-6)
@@ -347,7 +347,8 @@ def test_sphere_light_with_radius_zero_keeps_its_power(tmp_path: Path) -> None:
         light.CreateTreatAsPointAttr(name == "ball")
     made.Save()
     lights = raycam.load(tmp_path / "a.usda").lights
-    assert [light["radius"] for light in lights] == [0.0, 0.0]  # a hint that is not an input and is not read
+    # This attribute is a hint for other programs, which raycam does not read.
+    assert [light["radius"] for light in lights] == [0.0, 0.0]
     np.testing.assert_allclose([light["power"] for light in lights], np.full((2, 3), 100.0), rtol=1e-6)
 
 
@@ -380,11 +381,10 @@ def test_unsupported_prims_give_notices(tmp_path: Path) -> None:
     made.Save()
     world = raycam.load(tmp_path / "a.usda")
     assert len(world.objects) == 1
-    said = "\n".join(map(str, world.notices))
-    assert "Points" in said
-    assert "/world/square: subdivision" in said
-    assert "0.01 m" in said
-    # If nothing is left, the error contains the cause.
+    assert has_notice(world.notices, "ignored_element", "Points"), world.notices
+    assert has_notice(world.notices, "ignored_feature", "/world/square"), world.notices
+    assert has_notice(world.notices, "assumed_convention", "0.01 m"), world.notices
+    # If no object is left, the error contains the cause.
     other = stage(tmp_path / "b.usda")
     UsdGeom.Points.Define(other, "/dust")
     other.Save()

@@ -136,7 +136,7 @@ def test_image_without_texture_coordinates_is_one_color(tmp_path: Path, kind: st
 
 
 def test_unconnected_image_alpha_gives_no_notice(tmp_path: Path) -> None:
-    # usd-wg/assets, McUsd: the colour comes from an image with alpha, which is not connected to an input
+    # In the asset McUsd of usd-wg/assets, the colour comes from an image whose alpha channel is not connected
     alpha = np.full((4, 8, 1), 128, np.uint8)
     write_image(tmp_path / "image.png", np.concatenate([PIXELS, alpha], axis=2))
     made = stage(tmp_path / "a.usda")

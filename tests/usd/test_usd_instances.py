@@ -61,7 +61,7 @@ def test_prototypes_below_an_over_are_shown(tmp_path: Path, above: str) -> None:
     assert many
     world = load(made)
     assert len(world.objects) == 3
-    # The schema's own example; `UsdGeom.BBoxCache` finds nothing below an `over`.
+    # This is the schema's own example; `UsdGeom.BBoxCache` finds no prims below an `over`.
     np.testing.assert_allclose(world.bounds, [[-1, -1, 0], [21, 3, 0]])
 
 

@@ -94,8 +94,8 @@ POLES = {
 def test_dome_light_pole_axis_is_applied(tmp_path: Path, up: str, pole: str) -> None:
     """The directions of the image's centre and top, as defined by the schema `DomeLight_1`."""
     pixels = np.zeros((16, 32, 3), np.uint8)
-    pixels[7:9, 15:17] = (255, 0, 0)  # the middle
-    pixels[:3] = (0, 255, 0)  # the top
+    pixels[7:9, 15:17] = (255, 0, 0)  # the middle of the image is red
+    pixels[:3] = (0, 255, 0)  # the top of the image is green
     write_image(tmp_path / "sky.png", pixels)
     made = stage(tmp_path / "a.usda", up=up)
     square(made)
@@ -136,7 +136,7 @@ def test_subdivision_surface_keeps_its_face_colors(tmp_path: Path, interpolation
     for chosen, color in ((x < -0.1, red), (x > 0.1, blue)):
         assert chosen.sum() > 50
         np.testing.assert_allclose(frame["albedo"][chosen], [color] * chosen.sum(), atol=1e-5)
-    # The ridge stays smooth: its normal is the mean of both sides, which points up.
+    # The ridge stays smooth: its normal, the mean of the normals of both sides, points up.
     ridge = np.abs(x) < 0.08
     assert ridge.any()
     np.testing.assert_allclose(frame["shading_normal"][ridge][:, 2], 1, atol=0.02)

@@ -296,7 +296,7 @@ def test_stage_without_geometry_is_read_as_an_empty_world(tmp_path: Path, kind: 
     if kind == "materials":
         material(made, "/red", diffuseColor=(1.0, 0.0, 0.0))
     elif kind == "look":
-        # usd-wg/assets, OpenChessSet: only MaterialX materials and a missing image
+        # the asset OpenChessSet of usd-wg/assets contains only MaterialX materials and a missing image
         made.DefinePrim("/look").GetReferences().AddReference("./a.mtlx", "/MaterialX")
         image(made, material(made, "/red"), "gone.png", {"diffuseColor": "rgb"})
     elif kind == "camera":

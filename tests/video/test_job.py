@@ -55,7 +55,7 @@ def run(command: str) -> int:
 
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
-def test_resumed_video_equals_an_uninterrupted_one_in_any_order(tmp_path: Path, name: str) -> None:
+def test_resumed_video_equals_an_uninterrupted_video_in_any_order(tmp_path: Path, name: str) -> None:
     (tmp_path / "one").mkdir()
     write_video(world(), tmp_path / "one" / name, integrator="flat", samples=1)
     Job(job_folder(tmp_path / name), package()).run(Pool(), frames=[5, 2])
@@ -109,7 +109,7 @@ def test_video_job_supports_transparency_and_sound(tmp_path: Path) -> None:
         pictures = [frame.to_ndarray(format="rgba") for frame in file.decode(video=0)]
     np.testing.assert_array_equal(pictures, [one.frame(number).to_srgba8() for number in range(8)])
     assert len(heard(tmp_path / "a.mkv")) == 0.8 * RATE
-    # Sound and codec belong to the file, not to the frames, which are finished already.
+    # Sound and codec belong to the file, not to the frames, which are already finished.
     pool = Pool()
     (tmp_path / "a.mkv.job").rename(tmp_path / "a.mov.job")
     make_video(one, tmp_path / "a.mov", pool, lossless=True)
@@ -223,7 +223,7 @@ def test_job_commands_report_and_finish_shards(
     assert run("status .") == 1
     assert ".raycam/job.json" in capsys.readouterr().err
     assert run("video box.toml -o a.gif --samples 1 --integrator flat --shard 1/2") == 0
-    assert run("status a.gif") == 0  # the folder of the file being written
+    assert run("status a.gif") == 0  # `status` reads the folder of the video that is being written
     assert "frames    4 of 8 finished" in capsys.readouterr().out
     Path("a.gif").write_bytes(b"")
     assert run("status a.gif") == 0
@@ -253,7 +253,7 @@ def test_interrupted_command_stops_cleanly_and_resumes(
     while len(list(here.glob("a.mp4.job/*.png"))) < 3:
         time.sleep(0.02)
         assert process.poll() is None
-    os.killpg(process.pid, number)  # as sent by terminals and batch systems
+    os.killpg(process.pid, number)  # terminals and batch systems send signals to the whole group
     _, error = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert error.splitlines()[-1] == "raycam: stopped"

@@ -84,7 +84,7 @@ def test_decimals_parse_to_the_same_number_and_are_as_short_as_numpys(client: Ta
     more = [0.1, -0.0, 1 / 3, *([65504, 6e-8, 6e-5] if dtype == "float16" else [1e-45, 3.4e38, 5e-324])]
     values = np.concatenate([bits.view(dtype), np.array(more, dtype)])
     values = values[np.isfinite(values)]
-    given = values.astype(np.float32) if dtype == "float16" else values  # as unpacked planes
+    given = values.astype(np.float32) if dtype == "float16" else values  # unpacked planes are float32 too
     texts = client.evaluate(
         f"Array.from(new {given.dtype.name.title()}Array(client.bytesOfBase64('{base64_of(given)}').buffer), "
         f"(v) => client.shortest(v, '{dtype}'))"
@@ -190,7 +190,8 @@ def test_displayed_image_equals_to_srgb8(tab: Tab, frame: raycam.Frame, tmp_path
     width, pixels = data[0], np.array(data[1:], np.uint8)
     screen = pixels.reshape(-1, width, 4)[..., :3].astype(int)
     expected = frame.to_srgb8(1.0, "agx").astype(int)
-    left, top = (width - 48) // 2, (len(screen) - 32) // 2  # the centre, within one pixel of rounding
+    # The centre of the screen, within one pixel because of rounding.
+    left, top = (width - 48) // 2, (len(screen) - 32) // 2
     places = itertools.product(range(top - 2, top + 3), range(left - 2, left + 3))
     assert min(np.abs(screen[y : y + 32, x : x + 48] - expected).max() for y, x in places) <= 1
 
@@ -306,7 +307,8 @@ def test_keyboard_selects_moves_and_explains_a_pixel(
         for _ in range(steps):
             tab.press(key)
     tab.wait("document.getElementById('pixel-place').textContent === 'column 25, row 16 (held)'")
-    tab.wait("document.getElementById('held').textContent.includes('depth')")  # after its plane is unpacked
+    # The value appears after the page has unpacked its plane.
+    tab.wait("document.getElementById('held').textContent.includes('depth')")
     tab.press("Enter")
     tab.wait("document.getElementById('explained').open")
     text = tab.evaluate("document.getElementById('explained-text').textContent")
@@ -328,7 +330,7 @@ def test_page_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width:
     tab.click(*place_of(tab, 24, 16, frame.size))
     tab.wait("document.querySelector('#values .name')")
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
-    if width > 760:  # only the panel scrolls
+    if width > 760:  # in wide windows, only the panel scrolls
         tab.wait("document.getElementById('held').textContent")
         tab.show(width, 400, scheme)
         assert tab.evaluate("document.documentElement.scrollHeight") <= 400

@@ -208,7 +208,7 @@ def test_widget_works_in_the_frames_of_vs_code(
             "(({ x, y }) => [x, y])(document.getElementById('copy').getBoundingClientRect())",
         )
         browser.click(x + 14, y + 14)
-        # A refused copy says so in a message of the class error.
+        # If a copy is refused, a message of the class `error` reports this.
         shown(
             "(({ hidden, className }) => !hidden && className !== 'error')(document.getElementById('message'))"
         )
@@ -237,11 +237,11 @@ def test_cell_without_a_kernel_shows_the_image_and_reports_a_lost_kernel(
     display = "['iframe', 'figure'].map((name) => document.querySelector(name).style.display).join()"
     browser.wait(in_the_notebook(f"{display} === 'none,block' && document.querySelector('img').naturalWidth"))
     kernel = Kernel(browser, small_world)
-    try:  # a busy kernel
+    try:  # the kernel is busy during these steps
         kernel.pump(lambda: kernel.pictures >= 2 and "ack" in kernel.kinds)
         assert browser.evaluate(in_the_notebook(display)) == "block,none"
         kernel.pump(lambda: in_the_cell(browser, "document.getElementById('status-picture').textContent"))
-        browser.mouse("mouseMoved", *middle_of_the_picture(browser))  # a probe without an answer
+        browser.mouse("mouseMoved", *middle_of_the_picture(browser))  # this probe receives no answer
         message = "document.getElementById('message')"
         until(
             lambda: in_the_cell(

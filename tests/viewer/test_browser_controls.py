@@ -93,9 +93,8 @@ def test_invalid_numbers_are_refused_with_name_and_range(tab: Tab, live: Server)
     press(tab, "Escape")
     assert said(tab) == ""
     assert session.view.camera == before
-    assert (
-        text_of(tab, "status-connection") == "connected"
-    )  # nothing was sent, which the server would count as an invalid message
+    # The page sent nothing that the server counts as invalid.
+    assert text_of(tab, "status-connection") == "connected"
 
 
 def test_unchanged_numbers_keep_all_digits(tab: Tab) -> None:
@@ -141,7 +140,7 @@ def test_keys_dolly_pan_and_frame_the_selected_object(tab: Tab, live: Server) ->
     tab.wait("document.getElementById('pixel-place').textContent.includes('held')")
     press(tab, "f")
     until(lambda: session.view.camera_name == "")
-    assert np.allclose(session.view.pivot, 0)  # the centre of the box, not of box and floor
+    assert np.allclose(session.view.pivot, 0)  # the centre of the box alone, without the floor
     press(tab, "n")
     before = session.view.camera
     press(tab, "w")
@@ -207,9 +206,8 @@ def test_new_session_restores_the_settings_of_the_page(tab: Tab, live: Server) -
     session.connection.send(session.welcome())
     until(lambda: session.connection._visible)
     assert tab.evaluate("document.getElementById('show-grid').checked")
-    session.overlays = replace(
-        session.overlays, grid=False, cameras=False
-    )  # like a session of a restarted server
+    # The session is new, as if the server had been restarted.
+    session.overlays = replace(session.overlays, grid=False, cameras=False)
     session.connection.send(session.welcome())
     tab.wait(
         "!document.getElementById('show-grid').checked && !document.getElementById('show-cameras').checked"
@@ -266,3 +264,6 @@ def test_buttons_store_the_view_as_a_camera_and_as_comparison_image_b(tab: Tab, 
     tab.evaluate("document.getElementById('compare-button').click()")
     tab.wait("document.getElementById('compare').open")
     tab.wait("!document.getElementById('compare-mode').disabled")
+    tab.wait("document.getElementById('compare-mode').value === 'slider'")
+    tab.evaluate("document.getElementById('compare-button').click()")
+    tab.wait("document.getElementById('compare-mode').value === 'off'")

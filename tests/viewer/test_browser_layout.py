@@ -78,6 +78,52 @@ def test_tree_selects_hides_isolates_and_searches(tab: Tab, viewer: Viewer) -> N
     assert tab.evaluate("document.getElementById('message').hidden")
 
 
+def color_of(tab: Tab, selector: str, name: str) -> str:
+    return str(tab.evaluate(f"getComputedStyle(document.querySelector({selector!r})).{name}"))
+
+
+def test_hidden_objects_have_a_visible_button_that_shows_them(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    tab.wait("document.querySelectorAll('#tree-list li').length === 2")
+    click(tab, "#tree-list li:nth-child(1) .row-eye")
+    tab.wait("document.querySelector('#tree-list li.off')")
+    eye, tree = "#tree-list li.off .row-eye", color_of(tab, "#tree", "backgroundColor")
+    assert color_of(tab, eye, "color") != tree
+    assert color_of(tab, eye, "backgroundColor") == "rgba(0, 0, 0, 0)"
+
+
+def test_new_light_is_selected_in_tree_and_panel_after_other_edits(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    tab.wait("document.querySelectorAll('#tree-list li').length === 2")
+    tab.evaluate(
+        "(() => { document.querySelector('#tree-list .row-eye').click();"
+        " for (const value of ['point', 'spot']) { const field = document.getElementById('light-type');"
+        " field.value = value; field.dispatchEvent(new Event('change')); } })()"
+    )
+    until(lambda: len(session.view.base.lights) == 2)
+    tab.wait("document.querySelector('#tree-list li[aria-current] .row-name')?.textContent === 'spot 1'")
+    assert tab.evaluate("document.getElementById('light').value") == "1"
+    click(tab, "#tree-list li .row-name")
+    tab.wait("document.querySelector('#tree-list li[aria-current] .row-name').textContent === 'box'")
+
+
+def test_depth_has_a_scale_over_the_image_and_color_has_none(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    tab.wait("document.getElementById('scale').hidden")
+    for channel, hidden in (("depth", "false"), ("color", "true")):
+        tab.evaluate(
+            f"(() => {{ const field = document.getElementById('channel'); field.value = '{channel}';"
+            " field.dispatchEvent(new Event('change')); })()"
+        )
+        tab.wait(f"document.getElementById('scale').hidden === {hidden}")
+        if channel == "depth":
+            ticks = tab.evaluate(
+                "[...document.querySelectorAll('#scale .ticks span')].map((e) => +e.textContent)"
+            )
+            assert len(ticks) == 5
+            assert ticks == sorted(ticks)
+
+
 def test_presets_axes_and_palette_change_the_view(tab: Tab, viewer: Viewer) -> None:
     session = session_of(viewer, tab)
     click(tab, "#sides button")

@@ -58,7 +58,7 @@ def test_models_that_are_dropped_together_are_shown_together(
         tab.wait("document.querySelectorAll('#tree-list li').length === 2")
 
 
-def test_dropped_folder_shows_its_first_world_and_names_the_others(
+def test_dropped_folder_shows_its_first_world_and_lists_other_worlds(
     tab: Tab, small_world: raycam.World, tmp_path: Path
 ) -> None:
     folder = tmp_path / "set of models"

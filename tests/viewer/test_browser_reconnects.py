@@ -96,7 +96,8 @@ def test_page_reconnects_until_it_succeeds(tab: Tab, server: Server, relay: Rela
     for _ in range(2):
         relay.cut(None)
         tab.wait(LOST)
-        tab.evaluate("new Promise((done) => setTimeout(done, 1500))")  # several tries
+        # The page tries to reconnect several times.
+        tab.evaluate("new Promise((done) => setTimeout(done, 1500))")
         assert tab.evaluate(LOST)
         relay.cut(server.address)
         tab.wait(DONE)
@@ -112,7 +113,7 @@ def test_page_reconnects_to_a_restarted_server(
     open_through(tab, relay, first.token)
     paint_it_green(tab)
     before = tab.evaluate(SHOWN)
-    relay.cut(None)  # killed without closing the connection
+    relay.cut(None)  # the connection is lost without being closed
     first.close()
     tab.wait(LOST)
     assert tab.evaluate(SHOWN) == before

@@ -60,7 +60,7 @@ def test_removed_and_fixed_controls_are_refused(viewer: Viewer) -> None:
     assert viewer.controls.message()["controls"] == []
 
 
-def test_error_of_a_callback_is_shown_and_the_next_one_called(
+def test_error_of_a_callback_is_shown_and_the_next_callback_called(
     viewer: Viewer, capsys: pytest.CaptureFixture[str]
 ) -> None:
     button = viewer.add_button("go")

@@ -40,7 +40,7 @@ def test_turntable_video_makes_one_full_turn(
         eye = [4 * c + 3 * s, 4 * s - 3 * c, 2]
         camera = raycam.Camera.look_at(eye, [0, 0, 0], size=(48, 32), fov=40)
         wanted = raycam.render(small_world, camera, integrator="direct", samples=8, frame=number).to_srgb8()
-        assert np.abs(frames[number] - wanted).mean() < 4  # a palette of 256 colours
+        assert np.abs(frames[number] - wanted).mean() < 4  # the tolerance for a palette of 256 colours
     assert np.abs(frames[4] - frames[0]).mean() > 8
 
 
@@ -98,7 +98,7 @@ def test_animated_world_is_saved_as_a_video(tmp_path: Path, named: bool) -> None
         at = world.at(i / 24)
         seen = world.camera_at(rides, i / 24) if named else free
         wanted = raycam.render(at, seen, integrator="direct", samples=8, frame=i).to_srgb8()
-        assert np.abs(frames[i] - wanted).mean() < 2  # lossy
+        assert np.abs(frames[i] - wanted).mean() < 2  # the tolerance for lossy compression
     assert np.abs(frames[23] - frames[0]).mean() > 8
 
 

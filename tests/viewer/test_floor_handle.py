@@ -66,7 +66,7 @@ def test_drag_above_the_horizon_keeps_the_light(lit_world: raycam.World) -> None
     session = Session(Edits(world), world.camera("level"))
     session.receive(messages.SelectLight(1))
     begin = pixel_of(session.view.still_camera, [*LIGHT[:2], FLOOR])
-    for row in (0.0, 15.99999):  # in the sky, and nearly at the horizon
+    for row in (0.0, 15.99999):  # the pointer is in the sky, and then just below the horizon
         session.receive(messages.Gizmo("floor", 3, begin, [24.0, row]))
         assert session.view.opened.edits.world.lights[1]["position"] == LIGHT
 
@@ -108,7 +108,7 @@ def test_browser_drags_a_light_along_the_floor_and_undoes(tab: Tab, lit_world: r
         position = edits.world.lights[1]["position"]
         assert position[2] == pytest.approx(LIGHT[2])
         assert np.linalg.norm(np.subtract(position, LIGHT)) > 0.1
-        assert session.view.camera == camera  # the drag did not orbit
+        assert session.view.camera == camera  # the drag did not move the camera
         tab.wait("!document.getElementById('undo').disabled")
         tab.evaluate("document.getElementById('undo').click()")
         until(lambda: edits.world.lights[1]["position"] == LIGHT)

@@ -84,7 +84,7 @@ def test_thirty_followers_show_the_images_that_are_rendered_once(
     for each in followers:
         assert each.hear("picture", samples=SAMPLES)[1] == [leader.pictures[-1][1]]
     count = len(rendered)
-    assert count <= 2  # the moving image, and the one of full size
+    assert count <= 2  # the image in motion, and the image of full size
     leader.say("camera", seq=1, name="side")
     leader.hear("picture", moving=False, samples=SAMPLES)
     for each in followers:
@@ -166,7 +166,7 @@ def test_detached_follower_has_its_own_camera_until_it_follows_again(
     assert own.images is led.images
 
 
-def test_edits_of_the_leader_reach_all_and_only_once(class_server: Server, join: Join) -> None:
+def test_edits_of_the_leader_reach_every_follower_exactly_once(class_server: Server, join: Join) -> None:
     leader, follower, free = join(leads=True), join(), join()
     free.say("follow", mode="detach")
     free.hear("following", attached=False)
@@ -296,7 +296,7 @@ def test_browser_follows_looks_around_and_follows_again(class_server: Server, jo
     view = session.view
     begin, end = place_of(tab, 24, 16, view.size), place_of(tab, 27, 16, view.size)
     drag(tab, begin, end)
-    tab.wait("!document.getElementById('message').hidden")  # how to move freely
+    tab.wait("!document.getElementById('message').hidden")  # the message explains how to move freely
     assert session.view is view
     tab.wait("document.getElementById('camera').value === 'side'")
     tab.wait("document.getElementById('pixel-place').textContent === 'column 24, row 16 (held)'")

@@ -270,7 +270,7 @@ def test_generated_messages_of_followers_change_nothing_and_take_little_memory(
         assert leader.view.base is small_world
         assert len(server.sessions) <= MOST_FOLLOWERS + MOST_FREE
         assert resident_bytes() - before < 300e6
-        talk(server, server.url, random.Random(count), count)  # with all rights
+        talk(server, server.url, random.Random(count), count)  # this client has the rights of a leader
         assert len(server.sessions) <= MOST_FOLLOWERS + MOST_FREE
         assert resident_bytes() - before < 600e6
         with urllib.request.urlopen(server.url.split("#")[0], timeout=PATIENCE) as page:

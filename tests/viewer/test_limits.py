@@ -75,9 +75,8 @@ def test_slow_handshake_is_closed(hasty: None, server: Server) -> None:
 def test_client_without_a_hello_message_is_closed(
     server: Server, open_socket: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        serving, "HANDSHAKE_TIME", 0.5
-    )  # for the hello message; the handshake has its usual time
+    # The limit for the hello message; the limit for the handshake is unchanged.
+    monkeypatch.setattr(serving, "HANDSHAKE_TIME", 0.5)
     made = open_socket()
     with pytest.raises(ConnectionClosed) as closed:
         made.recv(timeout=PATIENCE)
@@ -99,11 +98,12 @@ def test_probes_beyond_60_per_second_are_dropped(
     answered: list[int] = []
     monkeypatch.setattr(serving, "probe", lambda session, message: answered.append(message.id))
     now = time.monotonic()
-    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))  # the clock stands still
+    # The clock is stopped, so that no probe becomes allowed again.
+    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))
     for id in range(300):
         client.say("probe", id=id, u=1, v=1)
     client.say("copy", format="toml")
-    client.hear("copied")  # is sent after all of them
+    client.hear("copied")  # this answer is sent after the answers to all probes
     assert answered == list(range(serving.MOST_PROBES))
     now += 1.5
     client.say("probe", id=300, u=1, v=1)

@@ -57,7 +57,7 @@ def test_world_with_a_camera_keeps_the_default_lights() -> None:
     assert np.array_equal(color(view.lit, camera, samples=2), color(world, camera, samples=2))
 
 
-def test_faint_emission_keeps_the_light_of_other_objects() -> None:
+def test_faint_emission_does_not_replace_the_default_light() -> None:
     for camera in (None, model().view_from()):
         session = Session(model(), camera)
         before = color(session.view.lit, session.view.still_camera, samples=4, integrator="direct")

@@ -111,15 +111,15 @@ TAKEN = {
     **{("overlay", field): (True,) for field in ("cameras", "explained", "grid")},
     **{("pose", field): (1.5, -1) for field in ("roll", "pitch", "yaw")},
     ("film", "seconds"): (1.5,),
-    ("upload", "data"): ("x" * 2000,),  # is base64
+    ("upload", "data"): ("x" * 2000,),  # valid base64
     ("film", "degrees"): (1.5, -1),
     **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("visible", "visible"): (True,),
     ("texture", "file"): (PATH,),  # refused when the message is handled
-    **{(kind, "name"): (PATH,) for kind in ("keep_camera", "remove_camera")},  # any text is a name
-    **{(kind, "name"): (PATH,) for kind in ("camera", "photograph")},  # a name that no camera has
-    ("hello", "session"): (PATH,),  # a session that does not exist
+    **{(kind, "name"): (PATH,) for kind in ("keep_camera", "remove_camera")},  # any text is a valid name
+    **{(kind, "name"): (PATH,) for kind in ("camera", "photograph")},  # no camera has this name
+    ("hello", "session"): (PATH,),  # the id is valid, but no such session exists
 }
 """Which of these values a field may have."""
 CASES = [(kind, field) for kind, made in MESSAGES.items() for field in field_types(made)]

@@ -215,7 +215,7 @@ def test_ground_is_found_below_and_across_cracks() -> None:
         found = probe.ground_below(world, camera, np.array([x, 0.3, 3.0]), 0.01)
         assert found == pytest.approx(3 - steps_at(x), abs=1e-5)
     assert probe.ground_below(world, camera, np.array([9.5, 0, 2.4]), 0.1) is None
-    # A gap of 5 cm between two floors, and a cellar far below.
+    # The world has a gap of 5 cm between two floors, and a cellar far below.
     boards = raycam.World()
     for y in (-1.025, 1.025):
         boards.add_object(box={"size": [2, 2, 0.1]}, location=[0, y, -0.05])

@@ -39,7 +39,7 @@ def test_panes_show_the_images_of_their_cameras(client: Client, small_world: ray
         shown = np.asarray(Image.open(io.BytesIO(data)), np.float64)
         expected = raycam.render(small_world, small_world.camera(name).resized(HALF), samples=SAMPLES)
         assert np.abs(shown - expected.to_srgb8()).mean() < 4
-        client.say("panes", names=["front", "side"])  # sent again to a client that has reconnected
+        client.say("panes", names=["front", "side"])  # a client that has reconnected sends the names again
 
 
 def test_panes_show_the_channel_of_the_session(client: Client, server: Server) -> None:
@@ -68,7 +68,7 @@ def test_panes_are_rendered_again_only_after_changes_that_they_show(client: Clie
     assert [each.images.version for each in session.panes] == [versions[0] + 1, versions[1] + 2]
 
 
-def test_panes_end_with_the_empty_list_and_with_their_camera(client: Client, server: Server) -> None:
+def test_panes_are_removed_by_an_empty_list_and_with_their_camera(client: Client, server: Server) -> None:
     (session,) = server.sessions.values()
     client.say("panes", names=["side", "front"])
     client.say("remove_camera", name="side")
@@ -126,7 +126,13 @@ def test_browser_shows_four_cameras_and_selects_one(
     until(lambda: session.view.camera_name == "side" and not session.panes)
     press(tab, "u")
     until(lambda: len(session.panes) == 2)
+    camera = session.view.camera
+    press(tab, "c")  # the hidden main image keeps its camera
+    for name in ("ArrowLeft", "Home"):
+        for kind in ("keyDown", "keyUp"):
+            tab.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
     press(tab, "u")
     until(lambda: not session.panes)
+    assert session.view.camera is camera
     assert text_of(tab, "title") == "small"
     assert not [line for line in tab.said if "error" in line.lower()]

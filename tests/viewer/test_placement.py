@@ -11,7 +11,7 @@ from support.raises import raises
 
 @pytest.mark.parametrize("up", ["z", "y"])
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
-def test_placement_is_the_matrix_of_the_keys_and_back(up: str, mirror: float) -> None:
+def test_placement_and_matrix_convert_into_each_other(up: str, mirror: float) -> None:
     random = np.random.default_rng(5)
     for _ in range(50):
         location, angles = random.uniform(-5, 5, 3), random.uniform([-180, -89, -180], [180, 89, 180])

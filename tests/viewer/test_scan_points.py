@@ -47,7 +47,7 @@ def test_drawn_points_are_projections_of_visible_points(hall: raycam.World) -> N
 
 def test_points_behind_an_object_are_not_drawn(hall: raycam.World) -> None:
     points = scan_points(hall, "top")
-    behind = camera([20, 0, 0])  # behind the wall
+    behind = camera([20, 0, 0])  # this camera is behind the wall
     assert points.drawn(hall, behind)["points"] == []
     front = np.reshape(points.drawn(hall, camera([0, 0, 0]))["points"], (-1, 3))
     assert len(front) > 500

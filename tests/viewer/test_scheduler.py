@@ -35,8 +35,8 @@ def step(scheduler: Scheduler) -> Session | None:
     return session
 
 
-def test_moving_views_are_rendered_first_and_oldest_first(small_world: raycam.World) -> None:
-    rests, late, early = (ready(small_world) for _ in range(3))  # the session `rests` has work too
+def test_moving_views_are_rendered_first_in_order_of_age(small_world: raycam.World) -> None:
+    rests, late, early = (ready(small_world) for _ in range(3))  # the session `rests` also has work to do
     early.images.restart()
     late.images.restart()
     late.images.touched = early.images.touched + 1e-3
@@ -45,9 +45,8 @@ def test_moving_views_are_rendered_first_and_oldest_first(small_world: raycam.Wo
 
 
 def test_refinement_starts_after_a_pause(small_world: raycam.World) -> None:
-    session = ready(
-        small_world, time.monotonic() + PATIENCE
-    )  # touched later than any delay of a busy machine
+    # The session was touched so late that no delay of a busy machine matters.
+    session = ready(small_world, time.monotonic() + PATIENCE)
     assert Scheduler(lambda: [session])._next() is None
     session.images.touched -= PATIENCE + REST_S
     assert Scheduler(lambda: [session])._next() is not None

@@ -468,7 +468,7 @@ def test_close_sends_a_closing_message(server: Server, client: Client) -> None:
     server.close()
     assert client.hear("closing")
     with pytest.raises(ConnectionClosed):
-        client.hear("nothing")  # skips an image that was already sent
+        client.hear("nothing")  # `hear` skips an image that was already sent
     assert not server.scheduler.is_alive()
 
 

@@ -169,6 +169,22 @@ def test_acknowledgements_count_images_that_were_sent(session: Session) -> None:
     assert session.connection.acknowledged == 5
 
 
+def test_moving_camera_is_sent_once_for_each_image(session: Session) -> None:
+    heard: list[tuple[str, Any]] = []
+    session.connection.open(lambda message, _: heard.append((message["type"], message.get("C"))))
+    for degrees in (1, 2, 3):
+        receive(session, orbited(session.view.camera_message(0), degrees))
+    assert [kind for kind, _ in heard].count("camera") == 1
+    session.connection.send_image({"type": "picture", "moving": True}, [b""])
+    cameras = [C for kind, C in heard if kind == "camera"]
+    assert cameras[1:] == [session.view.camera_message(0)["C"]]  # the newest one, before the image
+    assert heard[-1][0] == "picture"
+    receive(session, orbited(session.view.camera_message(0), 4))
+    receive(session, {"type": "home", "seq": 99})
+    session.connection.send_image({"type": "picture", "moving": True}, [b""])
+    assert [C for kind, C in heard if kind == "camera"][2:] == [session.view.camera_message(0)["C"]]
+
+
 def test_every_message_has_one_handler() -> None:
     handlers = [*Session.ACTIONS, *SLOW, Hello, Probe, Hold, Follow]
     assert len(handlers) == len(set(handlers))

@@ -96,7 +96,7 @@ def test_models_with_the_same_name_are_numbered(folder: Path) -> None:
     assert [each.name for each in world.objects] == ["a", "a 2"]
 
 
-def test_models_that_are_y_up_are_rotated_next_to_others(folder: Path) -> None:
+def test_y_up_models_are_rotated_next_to_z_up_models(folder: Path) -> None:
     (folder / "c.stl").write_text(
         "solid c\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
         "endloop\nendfacet\nendsolid c\n"

@@ -34,7 +34,7 @@ def test_each_step_equals_a_render_of_its_samples(
 
 
 @pytest.mark.parametrize("kind", [Slices, FromScratch])
-def test_change_compares_with_half_as_many_samples(
+def test_refinement_change_is_the_difference_from_half_as_many_samples(
     small_world: raycam.World, kind: type[Slices] | type[FromScratch], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stills, "SLICE", 0.0)  # otherwise one step renders all samples
@@ -81,7 +81,7 @@ def test_background_photo_is_part_of_the_image(small_world: raycam.World, tmp_pa
     assert isinstance(refinement(small_world, small_world.camera("front"), "direct", 4, 1), Slices)
 
 
-def test_ground_truth_equals_that_of_render(small_world: raycam.World) -> None:
+def test_ground_truth_of_stills_equals_ground_truth_of_render(small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     expected = raycam.render(small_world, camera, samples=9, channels=TRUTH)
     found = truth(small_world, camera)
@@ -91,7 +91,7 @@ def test_ground_truth_equals_that_of_render(small_world: raycam.World) -> None:
 
 
 @pytest.mark.parametrize(("showing", "most_frames"), [(0.01, 12), (1.0, 4)])
-def test_showing_intermediate_images_takes_at_most_a_quarter_of_the_time(
+def test_intermediate_images_take_at_most_a_quarter_of_the_time(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, showing: float, most_frames: int
 ) -> None:
     now, added = 0.0, 0

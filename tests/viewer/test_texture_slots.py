@@ -55,13 +55,13 @@ def test_slots_of_a_principled_material_are_listed(painted: raycam.World) -> Non
 
 
 @pytest.mark.parametrize(("slot", "image"), [("color", PAINT), ("normal", BUMPS)])
-def test_thumbnail_is_the_texture_as_it_lies_on_the_surface(
+def test_thumbnail_shows_the_texture_in_its_orientation_on_the_surface(
     painted: raycam.World, slot: str, image: np.ndarray
 ) -> None:
     found = thumbnail(painted, 1, slot)
     assert found is not None
     expected = np.asarray(Image.fromarray(image).resize((64, 64), Image.Resampling.NEAREST), int)
-    inner = np.r_[10:22, 42:54]  # away from edges, where texels are interpolated
+    inner = np.r_[10:22, 42:54]  # excludes pixels at edges, where texels are interpolated
     difference = np.abs(found.astype(int) - expected)[np.ix_(inner, inner)]
     assert difference.max() <= 2
 

@@ -170,7 +170,7 @@ def test_opened_uploads_are_deleted_when_space_is_needed(monkeypatch: pytest.Mon
     made = Uploads()
     sent(made, "a.obj", MESH)
     made.open("a.obj")
-    for name in ("b.obj", "c.obj"):  # of the same size as the first one
+    for name in ("b.obj", "c.obj"):  # both files have the size of the first file
         assert sent(made, name, MESH.ljust(40, b"\n"))
         made.open(name)
     assert [path.name for path in made._path().iterdir()] == ["c.obj"]

@@ -35,11 +35,11 @@ def change(path: Path, text: str) -> None:
     os.replace(new, path)
 
 
-def test_used_files_are_the_files_named_in_the_world(path: Path) -> None:
+def test_watched_files_are_the_files_named_in_the_world(path: Path) -> None:
     assert used_files(path) == sorted([path, path.parent / "parts" / "a b.obj"])
 
 
-def test_used_files_are_found_through_other_files_and_in_urls(tmp_path: Path) -> None:
+def test_watched_files_include_indirect_files_and_files_in_urls(tmp_path: Path) -> None:
     (tmp_path / "m.obj").write_text("mtllib m.mtl\n")
     (tmp_path / "m.mtl").write_text("newmtl a\nmap_Kd red.png\n")
     (tmp_path / "red.png").write_bytes(b"")
@@ -82,7 +82,7 @@ def test_changed_world_is_shown_and_the_camera_stays(viewer: raycam.Viewer, path
     until(lambda: viewer.world.bounds[1, 2] == 5)
 
 
-def test_error_in_the_file_is_shown_and_the_world_stays(
+def test_error_in_the_changed_file_is_shown_and_the_old_world_stays(
     viewer: raycam.Viewer, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told: list[str] = []

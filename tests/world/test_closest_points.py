@@ -157,7 +157,7 @@ def test_signed_distances_equal_closed_forms() -> None:
 
 
 def test_signed_distance_near_a_sharp_corner_has_the_right_sign() -> None:
-    # A thin spike: the nearest point is its tip, where the triangles face in opposite directions.
+    # At a thin spike, the nearest point is the tip, where the triangles face in opposite directions.
     spike = np.array([[0, 0, 10], [1, 0, 0], [-0.5, 0.9, 0], [-0.5, -0.9, 0]], float)
     faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]]
     world = raycam.World()

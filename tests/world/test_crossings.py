@@ -58,7 +58,7 @@ def test_lines_cross_closed_meshes_an_even_number_of_times(name: str) -> None:
     counts = world.count_intersections(eyes, directions, t_min=-np.inf)
     assert (counts % 2 == 0).all()
     assert counts.max() >= 2
-    # The same for rays that start on the surface, forwards and backwards.
+    # The same holds for rays that start on the surface and point forwards or backwards.
     along = STEPS[:, None] * np.ptp(world.bounds, axis=0).max()
     ahead = world.count_intersections(targets, along)
     behind = world.count_intersections(targets, -along)
@@ -150,7 +150,7 @@ def test_open_duplicated_and_edge_on_surfaces_are_counted_consistently() -> None
     x = np.linspace(0, 1, 5)
     grid = np.array([[a, b, 1.0] for a in x for b in x])
     counts = world.count_intersections(grid, [0, 0, -1.0])
-    # A border is half-open; both duplicates are crossed.
+    # A border belongs to one side only; a ray crosses both of the duplicate faces.
     expected = [2 if a < 1 and b < 1 else 0 for a in x for b in x]
     np.testing.assert_array_equal(counts, expected)
     assert world.count_intersections([-1, 0.3, 0], [1.0, 0, 0]) == 0, "in the plane"

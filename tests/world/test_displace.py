@@ -66,7 +66,7 @@ def test_sphere_displaced_by_a_constant_is_a_larger_sphere() -> None:
     world = displaced(np.full((64, 64), 0.25), sphere={"radius": 1, "level": 5}, displace={"zero": 0.05})
     corners = world.triangles(0)
     radius = np.linalg.norm(corners, axis=-1)
-    assert radius == pytest.approx(1.2, abs=3e-4)  # between the corners, chords are below the sphere
+    assert radius == pytest.approx(1.2, abs=3e-4)  # between their ends, chords are inside of the sphere
     assert radius.max() == pytest.approx(1.2, abs=1e-6)
     camera = raycam.Camera.look_at([3, 1, 2], [0, 0, 0], size=(64, 64), fov=50)
     frame = raycam.render(world, camera, channels=["position", "shading_normal"])
@@ -139,7 +139,7 @@ def test_ground_truth_of_a_displaced_plane_equals_ray_marching() -> None:
     assert np.median(error) < 2e-4
     flat = -camera.C[2] / directions[:, 2]
     assert np.abs(flat - expected).max() > 0.05
-    # Normals by differences of the exact surface.
+    # The normals, computed from differences of the exact surface.
     position = frame["position"]
     u, v = (position[..., 0] + 1) / 2 * SIDE - 0.5, (1 - position[..., 1]) / 2 * SIDE - 0.5
     slope_v, slope_u = np.gradient(heights.astype(np.float64))
@@ -148,7 +148,7 @@ def test_ground_truth_of_a_displaced_plane_equals_ray_marching() -> None:
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     cosine = (frame["shading_normal"] * normal).sum(-1)
     assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 4
-    # The triangle and its weights give the position.
+    # The triangle and the weights determine the position.
     corners = world.triangles(0)[frame["triangle"]]
     assert (corners * frame["barycentric"][..., None]).sum(-2) == pytest.approx(position, abs=1e-5)
 

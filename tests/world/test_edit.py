@@ -270,7 +270,7 @@ def test_refused_change_leaves_the_world_unchanged(name: str) -> None:
         assert "cup" in str(caught.value)
 
 
-def test_object_attributes_are_read_only_with_the_method_to_use() -> None:
+def test_read_only_object_attributes_raise_with_the_method_to_use() -> None:
     thing = built(floor(), cup()).objects[1]
     for assign in (
         lambda: setattr(thing, "matrix", np.eye(4)),
@@ -498,7 +498,7 @@ TestEdits.settings = settings(
 )
 
 
-def test_tables_are_read_only_with_the_method_to_use() -> None:
+def test_read_only_tables_raise_with_the_method_to_use() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="cup")
     world.add_light("sun", direction=[0, 0, -1], irradiance=2)

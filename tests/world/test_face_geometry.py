@@ -20,7 +20,7 @@ def test_face_areas_are_half_the_base_times_the_height() -> None:
 
 def test_unique_rows_equal_numpys() -> None:
     rows = np.random.default_rng(0).integers(-1, 2, (200, 3)) * 0.5
-    rows[::7] *= -1.0  # zeros of both signs are equal
+    rows[::7] *= -1.0  # +0 and -0 are the same corner
     found, number = unique_rows(rows)
     expected, inverse = np.unique(rows, axis=0, return_inverse=True)
     np.testing.assert_array_equal(found, expected)

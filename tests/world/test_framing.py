@@ -34,7 +34,7 @@ def test_view_from_fits_the_world_into_the_image(
     camera = world.view_from(direction, size=size, zoom=zoom)
     pixels, seen = camera.project(corners)
     assert seen.all()
-    # Distances from the image centre, relative to 90 % of half the image.
+    # The distances from the image centre, as multiples of 90 % of half the image size.
     share = np.abs(pixels - (np.array(size) - 1) / 2) / (np.array(size) / 2 * 0.9 / 1)
     assert share.max() == pytest.approx(zoom, abs=0.02)
     if direction in SIDES[up]:
@@ -81,9 +81,8 @@ def test_view_from_with_a_lens_fits_the_world_into_the_image(
     radius = np.linalg.norm(corners - middle, axis=1).max()
     away = np.linalg.norm(middle - camera.C)
     assert share.max() <= zoom + 1e-9
-    assert share.max() >= zoom * 0.98 or away == pytest.approx(
-        radius
-    )  # never inside the world's bounding sphere
+    # The camera is never inside the world's bounding sphere.
+    assert share.max() >= zoom * 0.98 or away == pytest.approx(radius)
     np.testing.assert_allclose(
         camera.project(middle)[0], camera.corner + np.array(camera.size) / 2, atol=1e-6
     )

@@ -40,7 +40,8 @@ def test_inside_of_a_box_is_half_open() -> None:
     eighths = np.array([[x, y, z] for x in (0, 0.5, 1) for y in (0, 0.5, 1) for z in (0, 0.5, 1)])
     cells = world_of(*(cube(corner, np.array(corner) + 0.5) for corner in eighths[(eighths < 1).all(axis=1)]))
     owners = sum(cells.inside(eighths, objects=[number]).astype(int) for number in range(8))
-    np.testing.assert_array_equal(owners, (eighths < 1).all(axis=1))  # adjacent bodies fill space
+    # Adjacent bodies fill space without gaps.
+    np.testing.assert_array_equal(owners, (eighths < 1).all(axis=1))
 
 
 def test_inside_handles_unions_hollow_and_inside_out_bodies() -> None:
@@ -83,9 +84,8 @@ def test_inside_of_distant_cubes_and_transformed_tori_is_exact(offset: float) ->
     ring = world_of(torus(), matrix=matrix)
     around = random.normal(size=(500, 3)) + matrix[:3, 3]
     by_angles = -solid_angles(ring.triangles(), around)
-    np.testing.assert_array_equal(
-        ring.winding_number(around), np.round(by_angles)
-    )  # a mirrored mesh keeps its outside
+    # Mirroring does not exchange a mesh's inside and outside.
+    np.testing.assert_array_equal(ring.winding_number(around), np.round(by_angles))
     np.testing.assert_array_equal(ring.inside(around), np.abs(by_angles) > 0.5)
 
 

@@ -154,7 +154,7 @@ def test_hits_of_flattened_objects_equal_exact_rational_arithmetic(name: str) ->
     aims = random.normal(size=(150, 3)) * 0.5 @ matrix[:3, :3].T + matrix[:3, 3]
     origins = random.normal(size=(150, 3)) * 2 + matrix[:3, 3]
     assert agree(world, origins, aims - origins) > 50
-    # Also next to other objects, whose boxes do not grow.
+    # The same holds next to other objects, whose boxes do not grow.
     world.add_object(sphere={"radius": 0.5}, location=[0, 0, 7])
     assert (world.cast_rays([0, 0, 9], [0, 0, -1])["instance"] == 1).all()
 
@@ -275,7 +275,7 @@ def test_cast_rays_returns_the_requested_fields() -> None:
         "instance": "int32",
     }
     assert hits["distance"].tolist() == [3, 3, np.inf]
-    # A mirrored plane keeps its outside, which is now below.
+    # The outside of a plane stays its outside after mirroring, and is now below the plane.
     assert hits["front"].tolist() == [False, True, False]
     assert hits["shading_normal"].tolist() == [[0, 0, 1], [0, 0, -1], [0, 0, 0]]
     assert hits["material"].tolist() == [0, 0, -1]
@@ -329,7 +329,7 @@ def test_rays_can_be_limited_to_objects_sides_and_surfaces() -> None:
     assert (seen(facing="front") == 0).all()
     assert (seen(facing="back") == -1).all()
     assert (seen(objects=[]) == -1).all()
-    # The same after so many rays that all objects are merged into one tree.
+    # The results are the same after so many rays that all objects are merged into one tree.
     world.cast_rays(np.repeat(origins.reshape(-1, 3), 20, axis=0), [0, 0, -1.0])
     assert (seen(exclude="glass") == 1).all()
     assert (seen(skip=(0, -1), objects=[0, 2]) == 2).all()

@@ -26,7 +26,8 @@ def test_world_without_lights_has_a_soft_studio_shadow(up: Literal["z", "y"], sc
     assert frame.view == "pbr_neutral"
     color, ground = frame["color"], frame["instance"] < 0
     corner = color[:40, :40].reshape(-1, 3)
-    np.testing.assert_allclose(corner.mean(axis=0), FLOOR, rtol=0.01)  # floor or room, which look the same
+    # A corner shows the floor or the room, which look the same.
+    np.testing.assert_allclose(corner.mean(axis=0), FLOOR, rtol=0.01)
     shadow = color[ground].mean(axis=1)
     assert shadow.min() < 0.5 * FLOOR
     assert np.isinf(frame["depth"][ground]).all()

@@ -52,7 +52,7 @@ def test_data_textures_are_linear_and_serialized_with_the_world() -> None:
     world.add_object(plane={"size": 2}, type="principled", textures={"roughness": texels}, texture=texels)
     description = {"object": [{"plane": {"size": 2}, "type": "unlit", "texture": {"image": texels}}]}
     other = raycam.World.from_dict(description)
-    assert description["object"][0]["texture"] == {"image": texels}  # unchanged
+    assert description["object"][0]["texture"] == {"image": texels}  # the description is unchanged
     for each in (world, other):
         assert raycam.World.from_bytes(each.to_bytes()).to_bytes() == each.to_bytes()
 

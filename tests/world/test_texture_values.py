@@ -42,7 +42,7 @@ def srgb(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def test_uint16_and_bool_colors_are_srgb() -> None:
     texture = raycam.Texture(np.repeat(VALUES[..., None], 3, axis=2), filter="nearest", wrap="clamp")
-    # Each texel covers a quarter of the plane, which is larger than the image.
+    # The plane is larger than the image, and each texel covers a quarter of the plane.
     found = np.unique(shown(texture))
     assert np.allclose(np.unique(srgb(VALUES / 65535)), found, atol=1e-5)
     mask = np.array([[True, False], [False, True]])

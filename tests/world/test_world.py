@@ -161,7 +161,7 @@ def test_relative_file_names_start_at_the_folder_of_the_world(
     world.add_object(mesh="a.off")
     np.testing.assert_array_equal(world.triangles(), [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     assert raycam.load(tmp_path / "a.off").counts["triangles"] == 1
-    # Names in other worlds start at the current folder, as in Python, also in loaded worlds.
+    # In other worlds, including loaded worlds, names are relative to the current folder, as elsewhere in Python.
     loaded = raycam.load(tmp_path / "a.off")
     here = tmp_path / "here"
     here.mkdir()
@@ -198,7 +198,7 @@ def test_scripts_may_name_files_in_any_folder(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.triangle_colors()[1], [0.25, 0.5, 1.0])
     up = raycam.Camera.look_at([0, 0, 9], [0, 0, 20], up=[0, 1, 0], size=(8, 8))
     down = raycam.Camera.look_at([3, 3, 9], [3, 3, 0], up=[0, 1, 0], size=(8, 8), fov=1)
-    # The light is also in the package for workers and other programs.
+    # The package for workers and other programs also contains the light.
     for each in (world, raycam.World.from_bytes(world.to_bytes())):
         np.testing.assert_allclose(
             raycam.render(each, up, samples=1)["color"], sky[:1, :1] + np.zeros((8, 8, 3))
@@ -376,4 +376,4 @@ def test_masked_arrays_are_refused() -> None:
         world.add_object(box={})
         with raises(raycam.Error, code="wrong_type"):
             call(world)
-    world.add_mesh(np.ma.masked_greater(np.eye(3), 5), [[0, 1, 2]])  # an empty mask
+    world.add_mesh(np.ma.masked_greater(np.eye(3), 5), [[0, 1, 2]])  # no value is masked

@@ -21,14 +21,14 @@ const MIN_BYTES: usize = 1 << 15;
 /// Bytes per cache line: planes start at a cache line, and whole lines are written fastest.
 const CACHE_LINE: usize = 64;
 
-/// Values of a plane, plus one cache line. Python holds a view of it, which keeps it alive.
+/// Values of a plane, plus one cache line. Python holds a view of the plane, which keeps the memory alive.
 enum PooledArray {
     F32(Py<PyArray1<f32>>),
     F64(Py<PyArray1<f64>>),
     I32(Py<PyArray1<i32>>),
 }
 
-/// Array, and when it was last used.
+/// An array, and the time when the array was last used.
 struct PoolEntry {
     array: PooledArray,
     values: usize,

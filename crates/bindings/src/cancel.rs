@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use raycam_render::Control;
 
-/// Cancellation flag that ends the calls it is passed to, from any thread.
+/// Cancellation flag. Any thread can set it, and all calls that received the flag then end.
 #[pyclass(frozen, module = "raycam._core")]
 #[derive(Default)]
 pub(crate) struct Cancel {
@@ -17,7 +17,7 @@ impl Cancel {
         Self::default()
     }
 
-    /// Ends all calls that use it, now and later.
+    /// Ends all current and future calls that use this flag.
     fn cancel(&self) {
         self.control.cancel();
     }

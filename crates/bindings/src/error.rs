@@ -39,7 +39,7 @@ pub(crate) fn settings_error(message: impl Into<Message>) -> PyErr {
     with_code(python::SettingsError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidSettings))
 }
 
-/// Converts a `raycam.WorldError` to a `raycam.SettingsError`, for a value that is an argument of a call instead of a
+/// Converts a `raycam.WorldError` to a `raycam.SettingsError`, because the invalid value is a call's argument and not a
 /// part of a world.
 pub(crate) fn as_settings_error(py: Python<'_>, error: PyErr) -> PyErr {
     match error.is_instance_of::<python::WorldError>(py) {
@@ -65,7 +65,7 @@ fn format_error(error: &FormatError) -> PyErr {
     with_code(python::FormatError::new_err(error.to_string()), error.code())
 }
 
-/// Exception of a scene error, with `place` (a file name and a colon, or nothing) before its message.
+/// Exception for a scene error; `place` (a file name and a colon, or an empty string) precedes the message.
 fn scene_error(error: &SceneError, place: &str) -> PyErr {
     let message = error.code().message(format!("{place}{error}"));
     match error {
@@ -116,7 +116,7 @@ impl IntoPyErr for FormatError {
     }
 }
 
-/// Exception of a file that a world file refers to, with the same class as if the file were loaded alone.
+/// Exception for a file that a world file refers to. The exception has the same class as if the file were loaded alone.
 fn named_error(error: &FormatError) -> PyErr {
     let message = error.to_string();
     let FormatError::Named { place, key, source } = error else {

@@ -1,6 +1,6 @@
 //! Compares a hundred meshes with float64 brute force: `brute [RAYS per mesh, default 1e7] [--triangles 90] [--isa
-//! NAME]`. Prints the results for each kind of mesh, and every answer that is wrong beyond the tie band; fails if there
-//! is one.
+//! NAME]`. Prints the results for each kind of mesh and every wrong answer outside the tie band. Fails if any answer is
+//! wrong.
 
 #[path = "../tests/bvh/support/brute.rs"]
 mod brute;

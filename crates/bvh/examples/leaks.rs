@@ -1,9 +1,9 @@
 //! Aims rays at the edges and vertices of closed meshes and counts those that pass through: `leaks [RAYS, default 1e9]
-//! [--isa NAME] [--dump DIR]`. Fails if there is one.
+//! [--isa NAME] [--dump DIR]`. Fails if any ray passes through.
 //!
-//! `--dump` traces nothing; it writes the meshes at their positions in the scene and the first of these rays for
-//! another tracer: NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices) and NUMBER.rays
-//! (origin, direction, t_max in f32). It prints the names.
+//! `--dump` traces nothing; it writes the placed meshes and the first of these rays to files for another ray tracer:
+//! NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices) and NUMBER.rays (origin, direction,
+//! t_max in f32). It prints the names.
 
 #[path = "../tests/bvh/support/edge_rays.rs"]
 mod edge_rays;

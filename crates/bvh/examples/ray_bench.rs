@@ -4,8 +4,8 @@
 //! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 per ray
 //! (origin, direction, t_max); the `.hits` file next to it: f32 t and u32 triangle per ray, or 1 for an occluded shadow
 //! ray. Files whose names start with `shadow` test for any hit, all others for the nearest; `bounce` rays count as
-//! incoherent and the others as coherent unless `--coherent` says otherwise. `--cpu` traces them on one thread and
-//! measures its CPU time (Linux), for a busy machine. `--exact` requests the float64 answers.
+//! incoherent and all other rays as coherent, unless `--coherent` specifies this. `--cpu` traces the rays on one thread
+//! and measures the thread's CPU time (Linux), for a busy machine. `--exact` requests the float64 answers.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;

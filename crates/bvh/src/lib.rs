@@ -2,7 +2,7 @@
 //!
 //! [`Bvh`] is a bottom-level BVH (BLAS) over one mesh. [`Scene`] is a top-level BVH (TLAS) over instances. A query
 //! traces a slice of rays on the calling thread. Hits depend neither on the batch, nor on threads, nor on the
-//! instruction set. This is the only crate with `unsafe` and SIMD; it does not depend on worlds, cameras or materials.
+//! instruction set. This is the only crate with `unsafe` and SIMD. It does not depend on worlds, cameras or materials.
 //!
 //! ```text
 //! src/

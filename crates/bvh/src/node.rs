@@ -4,7 +4,7 @@
 use crate::aabb::Aabb;
 
 /// Reference to a node or a leaf: an index into the blocks of a tree, with [`NodeRef::LEAF_FLAG`] for leaves. A leaf of
-/// the TLAS has no block: its index is that of a subtree of an instance.
+/// the TLAS has no block; its index refers to a subtree of an instance.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct NodeRef(u32);
@@ -102,7 +102,7 @@ impl WideNode {
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct LeafNode {
-    /// x, y and z of the vertices; unused ones repeat the first.
+    /// x, y and z of the vertices; unused entries repeat the first vertex.
     pub vertices: [[f32; 16]; 3],
     /// First, second and third corners, packed by [`crate::simd::pack_indices`].
     pub packed_indices: [u64; 3],
@@ -173,7 +173,7 @@ impl LeafNode {
         self.sliver_mask != 0
     }
 
-    /// Moves the triangles to other corners; returns their bounds. Shared vertices stay shared.
+    /// Moves the triangles to new corner positions; returns the triangles' bounds. Shared vertices stay shared.
     pub fn refit(&mut self, triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Aabb {
         let mut vertices = [[0.0; 3]; MAX_LEAF_TRIANGLES];
         let mut corners = [[0; 3]; MAX_LEAF_TRIANGLES];
@@ -193,8 +193,8 @@ impl LeafNode {
     }
 }
 
-/// Bit masks of the triangles with an area and of slivers; corners by index, axis and triangle. Branch-free, so that it
-/// is vectorised.
+/// Bit masks of the triangles with an area and of slivers; corners by index, axis and triangle. This loop has no
+/// branches, so that the compiler vectorises it.
 #[inline(always)]
 fn classify_triangles(corners: &[[[f64; MAX_LEAF_TRIANGLES]; 3]; 3]) -> (u32, u32) {
     let (mut solid, mut thin) = ([0; MAX_LEAF_TRIANGLES], [0; MAX_LEAF_TRIANGLES]);

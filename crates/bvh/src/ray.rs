@@ -50,7 +50,7 @@ impl Hit {
     /// The hit of a ray that misses.
     pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, instance: INVALID_ID, triangle: INVALID_ID };
 
-    /// Replaces the hit by another one of the same ray if that is closer.
+    /// Replaces the hit by another hit of the same ray if the other hit is closer.
     #[inline(always)]
     pub(crate) fn keep_closer(&mut self, other: Hit) {
         let order = |hit: &Hit| (hit.t, hit.instance, hit.triangle);
@@ -163,7 +163,7 @@ impl ClosestPoint {
     };
 }
 
-/// Knowledge of the caller about a batch. It only affects speed; hits do not depend on it.
+/// Knowledge of the caller about a batch. Coherence only affects speed; hits do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
     /// Nothing is known; the batch is examined.
@@ -171,6 +171,6 @@ pub enum Coherence {
     Unknown,
     /// Neighbours in the slice are coherent; ideally, 64 consecutive rays are an 8 x 8 tile of pixels.
     Coherent,
-    /// Neighbours diverge, like diffuse bounces.
+    /// Neighbouring rays diverge, like diffuse bounces.
     Incoherent,
 }

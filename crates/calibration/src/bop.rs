@@ -17,7 +17,7 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    // Under cam_K, other programs have a map of a matrix.
+    // Other programs store a map with a matrix under cam_K.
     let list = |rest: &str| rest.trim_start().trim_start_matches(':').trim_start().starts_with('[');
     text.split("\"cam_K\"").nth(1).is_some_and(list)
         || text.contains("\"cam_model\"")
@@ -86,7 +86,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     Ok(calibration)
 }
 
-/// Number of millimetres that is read back as this number of metres, or the nearest one.
+/// Number of millimetres that is read back as this number of metres, or the nearest such number.
 fn millimetres(metres: f64) -> f64 {
     let near = metres * 1000.0;
     let exact = |v: &f64| *v / 1000.0 == metres;

@@ -40,7 +40,7 @@ impl Calibration {
     }
 }
 
-/// Direction and camera axes of poses whose file does not specify them.
+/// Direction and camera axes of the poses, for files that do not specify them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoseConvention {
     /// True for world_from_camera, false for camera_from_world.
@@ -52,9 +52,9 @@ pub struct PoseConvention {
 /// Data that a file may lack: trajectories have no intrinsics, some files no image size.
 #[derive(Clone, Debug, Default)]
 pub struct ReadHints {
-    /// Columns and rows, if the file has none.
+    /// Image size (columns, rows), for files without one.
     pub size: Option<[u32; 2]>,
-    /// Camera whose size, K and lens the poses get, if the file has none.
+    /// Camera that provides size, K and lens, for files that contain only poses.
     pub intrinsics: Option<CameraRecord>,
     /// Lens model of the coefficients, if the file does not specify it.
     pub lens: Option<LensModel>,

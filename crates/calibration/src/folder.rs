@@ -7,7 +7,7 @@ use crate::document::zip_members;
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Folder, with its names sorted by the numbers in them: 2 before 10.
+/// A folder and the names in it, sorted by the numbers in the names: 2 before 10.
 pub(crate) struct Folder {
     pub(crate) path: PathBuf,
     pub(crate) names: Vec<String>,
@@ -54,7 +54,7 @@ impl Folder {
     }
 }
 
-/// Order of names: by the numbers in them, and by the text between the numbers.
+/// Order of names: by the numbers in the names, and by the text between the numbers.
 pub(crate) fn by_numbers(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     while !left.is_empty() && !right.is_empty() {

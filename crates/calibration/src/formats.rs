@@ -1,4 +1,4 @@
-//! Table of calibration formats, and reading and writing by it.
+//! Table of calibration formats, and the functions that read and write files according to this table.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -69,8 +69,8 @@ impl CalibrationFormat {
     }
 }
 
-/// All formats. The first one that recognises a file reads it: reliable markers, such as keys, are listed before shapes
-/// of numbers.
+/// All formats. The first format that recognises a file reads it. Formats with reliable markers, such as keys, precede
+/// formats that are recognised by the shape of their numbers.
 const FORMATS: &[CalibrationFormat] = &[
     reader("colmap", colmap::text::detect, colmap::text::read).written(colmap::text::write).with_rigs(),
     reader("colmap-binary", colmap::binary::detect, colmap::binary::read).written(colmap::binary::write).with_rigs(),
@@ -169,8 +169,8 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
 
 /// Reads the cameras in a file or a folder; the contents of a folder determine how it is opened.
 ///
-/// `format` is one of [`formats`]; by default, name and contents determine it. `known` contains values that the file
-/// does not specify.
+/// `format` is one of [`formats`]; by default, the file's name and contents determine the format. `known` contains
+/// values that the file does not specify.
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -299,7 +299,8 @@ fn read_only_file(
     }
 }
 
-/// Index of the only file that names all others, such as VINS' settings, which name the file of each camera.
+/// Index of the only file that refers to all other files, such as VINS' settings, which refer to a file for each
+/// camera.
 fn naming_the_others(found: &[(InputFile, &'static CalibrationFormat, AssetRoot)]) -> Option<usize> {
     let names = |source: &InputFile, other: &InputFile| {
         let name = other.path.file_name().unwrap_or_default().to_string_lossy();
@@ -310,8 +311,8 @@ fn naming_the_others(found: &[(InputFile, &'static CalibrationFormat, AssetRoot)
     whole.next().filter(|_| whole.next().is_none())
 }
 
-/// The calibration of each subfolder, if there is one per camera: `left/calib.json` and `right/calib.json`, `cam0/` and
-/// `cam1/`. The camera has the name of its folder.
+/// The calibration of each subfolder, if there is one subfolder per camera: `left/calib.json` and `right/calib.json`,
+/// `cam0/` and `cam1/`. The camera has the name of its folder.
 fn of_camera_folders(
     folder: &Folder,
     wanted: &dyn Fn(&CalibrationFormat) -> bool,
@@ -407,7 +408,7 @@ fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| (format.detect)(source, text))
 }
 
-/// Reads the cameras in the bytes of a single file. `path` names it in errors; no other file is read.
+/// Reads the cameras in the bytes of a single file. `path` names the file in errors; no other file is read.
 ///
 /// # Errors
 /// See [`FormatError`].

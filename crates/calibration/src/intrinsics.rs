@@ -30,7 +30,7 @@ pub(crate) fn lens_of(model: LensModel, coefficients: &[f64]) -> Result<Lens, St
     Lens::new(model, coefficients).map_err(|error| error.to_string())
 }
 
-/// Rejects the first term that is not 0, among those for which raycam has no model.
+/// Rejects the first nonzero term among the terms that raycam's lens models do not contain.
 pub(crate) fn refuse_terms<'a>(terms: impl IntoIterator<Item = (&'a str, f64)>) -> Result<(), String> {
     match terms.into_iter().find(|(_, value)| *value != 0.0) {
         None => Ok(()),

@@ -132,7 +132,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         poses = poses_on_one_rig(records, format, &mut notices)?;
         let moved = |record: &CameraRecord| record.mount.as_ref().is_some_and(|m| !m.body.is_identity());
         if poses[0].r_c().0 != DMat3::IDENTITY {
-            // Its axes are those of the first camera.
+            // The rig's axes are the first camera's axes.
             let first = poses[0].inverted();
             poses = poses.iter().map(|pose| pose.compose(&first)).collect();
         } else if !records.iter().any(moved) {

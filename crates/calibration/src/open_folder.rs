@@ -8,7 +8,7 @@ use raycam_formats::Budget;
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Files that by their name are the calibration of a whole folder; only the first one in each line counts.
+/// Names of files that contain the calibration of a whole folder; of each line, only the first existing file is used.
 const FILES: [&[&str]; 29] = [
     &["cameras.bin", "cameras.txt"],
     &["sparse/0/cameras.bin", "sparse/0/cameras.txt"],
@@ -66,7 +66,7 @@ const ENDINGS: [&str; 18] = [
 const MAX_BYTES: u64 = 4 << 20;
 pub(crate) const MAX_FILES: usize = 64;
 
-/// Folder with the assets that its files may refer to, including those next to it.
+/// Folder with the assets to which its files may refer, including assets next to the folder.
 pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
     let root = match path.components().next_back() {
         Some(Component::Normal(_)) => path.parent().unwrap_or(path),
@@ -83,8 +83,8 @@ pub(crate) fn candidates(folder: &Folder) -> Vec<PathBuf> {
     FILES.iter().filter_map(first).collect()
 }
 
-/// Files of a folder with an extension of calibrations: the only one, or small ones; none if there are too many. A
-/// single small file may have any extension.
+/// Files of a folder with a calibration's extension: the only such file, or all small files; none if there are too
+/// many. A single small file may have any extension.
 pub(crate) fn small_files(folder: &Folder) -> Vec<PathBuf> {
     let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.len() <= MAX_BYTES);
     let paths = folder.names.iter().filter(|name| !name.starts_with('.')).map(|name| folder.path.join(name));

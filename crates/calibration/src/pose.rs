@@ -63,7 +63,7 @@ impl Rotation {
         }
     }
 
-    /// As a quaternion w, x, y, z; w is not negative if it is computed from a matrix.
+    /// Returns the rotation as a quaternion w, x, y, z; w is not negative if the quaternion is computed from a matrix.
     pub fn quaternion(self) -> [f64; 4] {
         match self {
             Self::Quaternion(quaternion) => quaternion,
@@ -103,7 +103,7 @@ impl Pose {
         Self { rotation, translation: c, world_from_camera: true }
     }
 
-    /// Pose of a camera whose axes are those of the world.
+    /// Pose of a camera whose axes are the world's axes.
     pub fn identity() -> Self {
         Self::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO)
     }

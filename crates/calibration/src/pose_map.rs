@@ -9,7 +9,7 @@ use raycam_formats::Result;
 const ROTATION: [&str; 6] = ["rotation", "orientation", "quaternion", "quat", "q", "r"];
 const TRANSLATION: [&str; 6] = ["translation", "position", "trans", "t", "location", "xyz"];
 
-/// The numbers of a map under the first of some sets of keys.
+/// The numbers of a map under the first complete set of keys.
 fn named<'a, const N: usize>(at: &Cursor<'a>, sets: &[[&str; N]]) -> Option<[Cursor<'a>; N]> {
     sets.iter().find_map(|set| {
         let found: Vec<Cursor<'a>> = set.iter().filter_map(|key| at.get(key)).collect();
@@ -36,7 +36,7 @@ pub(crate) fn is_pose_map(at: &Cursor<'_>) -> bool {
     at.is_map() && (parts(at).is_some() || at.any(&["transform", "pose"]).is_some_and(|at| is_pose_map(&at)))
 }
 
-/// The first three rows of the transform of such a map; None for other values.
+/// The first three rows of the transform of such a map; none for other values.
 pub(crate) fn read(at: &Cursor<'_>) -> Result<Option<[f64; 12]>> {
     if !at.is_map() {
         return Ok(None);

@@ -21,7 +21,7 @@ pub struct CameraRecord {
     pub lens: Lens,
     /// Convention of pixel centres.
     pub pixel_center: PixelCenter,
-    /// Pose; without one, the camera is at the origin of the world and looks along z.
+    /// Pose of the camera; without a pose, the camera is at the world's origin and looks along z.
     pub pose: Option<Pose>,
     /// Camera matrix, if the file contains it instead of K and a pose.
     pub matrix: Option<[[f64; 4]; 3]>,

@@ -113,7 +113,7 @@ fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>> {
     }
 }
 
-/// Cameras of a left and a right file.
+/// Cameras of a pair that is stored in a left and a right file.
 fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for ((source, node), side) in sides.iter().zip(["left", "right"]) {

@@ -19,7 +19,7 @@ pub struct Budget {
     /// Pixels of one image.
     pub image_pixels: u64,
     /// Bytes of memory for textures and their mip maps; textures that do not fit are moved to a temporary file: see
-    /// [`TextureMemory`](raycam_scene::TextureMemory). `None` keeps all of them in memory.
+    /// [`TextureMemory`](raycam_scene::TextureMemory). `None` keeps all textures in memory.
     pub texture_memory: Option<u64>,
     /// Steps for cutting polygons with reflex corners into triangles: some hundreds per corner, and many more if a
     /// contour intersects itself.

@@ -47,7 +47,7 @@ fn serialize(world: &World, mut to: impl Write) -> Result<()> {
     serde::Serialize::serialize(world, &mut writer).map_err(|error| failed(&error))
 }
 
-/// Counts the bytes that are written to it.
+/// A writer that only counts the bytes.
 struct ByteCount(usize);
 
 impl Write for ByteCount {
@@ -97,8 +97,8 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
     Ok(())
 }
 
-/// Reads the world in the bytes of a file, which is called `path` in errors. The world is validated like one that is
-/// built from a description.
+/// Reads the world in the bytes of a file, which is called `path` in errors. The world is validated like a world that
+/// is built from a description.
 ///
 /// # Errors
 /// [`FormatError`] for more bytes than the budget allows, for bytes that are not a world of this version, and for an

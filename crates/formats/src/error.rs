@@ -81,7 +81,7 @@ pub enum FormatError {
     /// A well-formed description of an impossible value.
     #[error("{}{source}", path.as_ref().map(|p| format!("{}: ", p.display())).unwrap_or_default())]
     Scene {
-        /// The file, if there is one.
+        /// The file to which the error belongs, if any.
         path: Option<PathBuf>,
         /// The error of the description.
         source: SceneError,

@@ -9,7 +9,7 @@ use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::io::InputFile;
 
-/// Reads the profile in a file. Its candela values are those of the tested luminaire: multiplier and ballast factors
+/// Reads the profile in a file. Candela values are the values of the tested luminaire: multiplier and ballast factors
 /// are applied.
 ///
 /// # Errors
@@ -64,7 +64,7 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     numbers.next("the input watts")?;
     let count = verticals.saturating_mul(horizontals);
     budget.take_elements(path, count.saturating_add(verticals).saturating_add(horizontals))?;
-    // This many numbers require at least as many bytes.
+    // This number of values requires at least as many bytes in the file.
     if count > source.bytes.len() as u64 {
         let message = format!("{horizontals} x {verticals} intensities are declared, more than the file can contain");
         return Err(FormatError::whole(path, ErrorCode::ImplausibleSize.message(message)));

@@ -19,7 +19,7 @@
 //! encode               PNG, EXR, HDR, masks
 //! ```
 //!
-//! A line imports the lines above it; `encode` is independent of the others.
+//! A line imports the lines above it; `encode` is independent of the other modules.
 #![forbid(unsafe_code)]
 
 mod asset_loader;

@@ -32,7 +32,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let text = lexer::plain_text(&source.bytes);
     let mut rows = LineReader { path, lines: Lines::new(&text), line: 0, odd: Diagnostics::default() };
     let (header, [count, face_count]) = rows.header()?;
-    // At least three digits, each with a space or line end.
+    // A row has at least three digits, each with a space or line end.
     let left = rows.lines.remaining() + 1;
     if count.checked_mul(6).is_none_or(|n| n > left) || face_count.checked_mul(4).is_none_or(|n| n > left) {
         let message = format!("{count} vertices and {face_count} faces declared, but only {left} bytes follow");
@@ -276,7 +276,7 @@ impl<'a> LineReader<'a> {
     }
 }
 
-/// Colours whose range is known only after all have been read.
+/// Colours whose range is known only after all colours have been read.
 #[derive(Default)]
 struct OffColors {
     /// NaN for a missing colour.
@@ -324,7 +324,7 @@ impl OffColors {
         Ok(())
     }
 
-    /// Linear colours, white for missing ones; `None` if there are no colours at all.
+    /// Linear colours, with white for missing colours; `None` if there are no colours at all.
     fn linear(self, what: &str, path: &Path, notices: &mut Vec<Notice>) -> Option<Vec<Rgb>> {
         let shown = path.display();
         if self.mapped > 0 {

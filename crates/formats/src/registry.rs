@@ -1,4 +1,4 @@
-//! Table of file formats, and loading by it.
+//! Table of file formats, and loading of files according to this table.
 
 use std::fs::File;
 use std::path::Path;
@@ -24,7 +24,7 @@ struct FileFormat {
 
 enum Reader {
     World(fn(&InputFile, &mut AssetRoot) -> Result<World>),
-    /// Format of complete worlds, which can also be objects of other worlds.
+    /// Format whose files are complete worlds and can also be used as objects of other worlds.
     Scene(fn(&InputFile, &mut AssetRoot) -> Result<World>),
     Model(fn(&InputFile, &mut AssetRoot) -> Result<MeshFile>),
 }
@@ -117,7 +117,7 @@ fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
 fn format_of_content(path: &Path, bytes: &[u8]) -> Result<&'static FileFormat> {
     let named = named_format(path);
     let sniffed = file_kind::model_extension(bytes);
-    // Text may look like several formats, so a known extension decides.
+    // A text may look like several formats, so a known extension decides.
     let sniffed = sniffed.or_else(|| named.is_none().then(|| text_extension(bytes)).flatten());
     match (named, sniffed) {
         (Some(format), Some("glb")) if format.extension == "gltf" => Ok(format),

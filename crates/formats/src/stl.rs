@@ -110,7 +110,7 @@ fn is_binary(source: &InputFile) -> bool {
     !solid || text.contains(&0)
 }
 
-/// True for a line of a text file that some programs write before or between the statements.
+/// True for an additional line that some programs write before or between the statements of a text file.
 fn is_comment(line: &[u8]) -> bool {
     line.starts_with(b"#") || line.starts_with(b";") || line.starts_with(b"//")
 }
@@ -381,7 +381,7 @@ impl TextParser<'_> {
         )
     }
 
-    /// True if the statement repeats the previous one.
+    /// True if the statement repeats the previous statement.
     fn is_repeated(&self, statement: Statement) -> bool {
         use {ParserState as P, Statement as S};
         matches!(
@@ -390,7 +390,7 @@ impl TextParser<'_> {
         ) || (self.expect, statement, self.count) == (P::Vertex, S::Loop, 0)
     }
 
-    /// Applies a statement; false if it does not follow the previous one.
+    /// Applies a statement; returns false if the statement is not allowed after the previous statement.
     fn statement(&mut self, line: usize, statement: Statement, rest: &[u8]) -> Result<bool> {
         use {ParserState as P, Statement as S};
         self.expect = match (self.expect, statement) {

@@ -12,8 +12,8 @@ use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
-/// Reads the world that `text` describes. `path` is its name in errors; the files to which it refers must be in
-/// `folder`.
+/// Reads the world that `text` describes. `path` is the world file's name in errors; the files to which the world
+/// refers must be in `folder`.
 ///
 /// # Errors
 /// See [`FormatError`]; an error in the text itself has the line and the key.
@@ -41,8 +41,8 @@ fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World> {
     file.build(assets).map_err(|error| with_line(error, &node, text, path))
 }
 
-/// Drops the objects after the first empty one. That one is an error, and a file that consists mostly of empty objects
-/// would otherwise take hundreds of times its own size in memory, for all fields of each object.
+/// Drops the objects after the first empty object. An empty object is an error. Without this rule, a file with many
+/// empty objects would take hundreds of times its own size in memory, because each object has many fields.
 fn truncate_after_empty(node: &mut SpannedValue) {
     let Value::Table(entries) = &mut node.value else { return };
     let objects = entries.iter_mut().find(|entry| entry.key == "object");
@@ -69,7 +69,7 @@ fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue> {
 /// for each table, several times the memory of the result.
 const PIECE_BYTES: usize = 1 << 16;
 
-/// Tree of a text whose objects are parsed a few at a time; `None` if the text is not written that way.
+/// Tree of a text whose objects are parsed a few at a time; `None` if the text has another form.
 fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     const OBJECT: &str = "[[object]]";
     if text.len() < 2 * PIECE_BYTES {

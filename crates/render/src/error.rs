@@ -40,7 +40,7 @@ pub enum RenderError {
          time"
     )]
     OutOfMemory {
-        /// The thing that was requested.
+        /// A description of the requested data.
         what: String,
         /// Its size.
         bytes: u64,

@@ -1,4 +1,4 @@
-//! Switch of path guiding: the only file outside the folder `guiding` that names it.
+//! Switch of path guiding: the only file outside the folder `guiding` that uses this folder.
 
 use crate::path_guiding::PathGuiding;
 use crate::prepare::world::PreparedWorld;

@@ -19,7 +19,7 @@ use crate::soa::{LANES, Vec3xN};
 /// Minimum number of segments from a diffuse surface via another surface to a light; shorter paths are not guided.
 pub(crate) const MIN_GUIDED_SEGMENTS: u32 = 2;
 
-/// Path guiding of one world.
+/// The path guiding data of one world.
 pub(crate) trait PathGuiding: Debug + Send + Sync {
     /// Computes everything that depends only on the geometry, in the current thread pool.
     fn learn_geometry(&self, geometry: &Geometry);
@@ -34,7 +34,7 @@ pub(crate) trait PathGuiding: Debug + Send + Sync {
     /// Learns the additional data that late samples require; once per world.
     fn learn_late(&self, geometry: &Geometry, lights: &Lights);
 
-    /// Guide of a batch of samples; `None` if there are no targets to guide them to.
+    /// Guide of a batch of samples; `None` if there are no targets for these samples.
     fn guide<'a>(&'a self, geometry: &Geometry, lights: &Lights, is_late: bool)
     -> Option<Box<dyn DirectionGuide + 'a>>;
 

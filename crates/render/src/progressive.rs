@@ -104,7 +104,7 @@ impl Progressive {
         &self.settings.channels
     }
 
-    /// Number of samples of the pixel that has the fewest in a region (default: the whole image).
+    /// The smallest number of samples among the pixels of a region (default: the whole image).
     pub fn samples(&self, region: Option<[u32; 4]>) -> u32 {
         self.tiles_in(region).map(|one| one.samples).min().unwrap_or(0)
     }
@@ -124,7 +124,7 @@ impl Progressive {
     }
 
     /// Adds samples for about this time, first to the tiles that have the fewest. Stops after a complete tile, and at
-    /// the settings' number of samples. Returns the number of samples of the tile that has the fewest.
+    /// the settings' number of samples. Returns the smallest number of samples among the tiles.
     ///
     /// # Errors
     /// Errors of [`Progressive::add`].

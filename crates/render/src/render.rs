@@ -295,7 +295,8 @@ impl RenderRequest<'_> {
             let spent = start.elapsed().as_secs_f64();
             (seconds - spent) / (spent / f64::from(taken))
         };
-        // One sample measures how many fit into the time. If no further sample fits, it is the whole frame.
+        // One sample measures how many fit into the time. If there is no time for another sample, this frame is the
+        // result.
         let one = Settings { samples: 1, ..self.settings.clone() };
         let first = self.renderer(camera, &one);
         tiles.par_iter().try_for_each_init(ThreadScratch::default, |scratch, tile| {
@@ -355,7 +356,7 @@ impl RenderRequest<'_> {
                 Ok(())
             })?;
             taken = until;
-            // As many as should fit, and at most as many as have been measured.
+            // The estimated number of samples that fit, but at most the number of samples that have been measured.
             let more = fit(taken);
             let done = (PROGRESS_STEPS / (1.0 + more.max(0.0) / f64::from(taken))) as usize;
             control.advance_by(done.saturating_sub(reported));

@@ -23,9 +23,9 @@ pub struct PictureSeries<'a> {
     pub prepared: &'a PreparedWorld,
     /// Family of the world.
     pub family: &'a Arc<PreparedFamily>,
-    /// Cameras of equal size: one for all images, or one per image.
+    /// Cameras of equal size: one camera for all images, or one camera per image.
     pub cameras: &'a [Camera],
-    /// Objects that move, and their world_from_mesh: one for all images, or one per image.
+    /// Objects that move, and their world_from_mesh: one matrix for all images, or one matrix per image.
     pub poses: &'a [(usize, Vec<DAffine3>)],
 }
 
@@ -62,7 +62,7 @@ impl PictureSeries<'_> {
             control.advance();
             Ok(())
         };
-        // Many short images use one thread each; a few long images use all threads.
+        // Each of many small images uses one thread; a few large images use all threads.
         if each < SHARED_PICTURE || count >= 4 * workers.count() {
             workers.for_each_dynamic(&jobs, |_: &mut (), job| one(job, true))?;
         } else {

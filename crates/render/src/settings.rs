@@ -32,7 +32,7 @@ impl TruthSurface {
 /// Role of shadow catchers in a frame ([`raycam_scene::Object::shadow_catcher`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Catchers {
-    /// Shadow catchers are surfaces like all others.
+    /// Shadow catchers are rendered like all other surfaces.
     #[default]
     Show,
     /// Shadow catchers show the background and hide everything behind it.

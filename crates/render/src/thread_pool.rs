@@ -20,7 +20,7 @@ struct PoolCache {
     by_threads: HashMap<usize, Arc<SharedPool>>,
 }
 
-/// Thread pool, and the number of calls that use it.
+/// A thread pool, and the number of calls that use the pool.
 pub(crate) struct SharedPool {
     threads: rayon::ThreadPool,
     calls: AtomicUsize,
@@ -78,7 +78,7 @@ pub(crate) fn in_pool<T: Send>(f: impl FnOnce() -> T + Send) -> Result<T, Render
 
 const HAS_THREADS: bool = !cfg!(target_family = "wasm");
 
-/// Threads on which a call runs. Results do not depend on them.
+/// Threads on which a call runs. Results do not depend on the threads.
 pub(crate) enum Workers {
     /// Only the calling thread. Work that runs here must not use rayon (whose own pool would not survive a fork),
     /// unless there are no threads.
@@ -202,7 +202,7 @@ pub(crate) struct MadeOnce<T> {
 }
 
 impl<T: Send + Sync> MadeOnce<T> {
-    /// The value if it has been computed.
+    /// Returns the value if it has been computed.
     pub fn get(&self) -> Option<&T> {
         self.value.get()
     }
@@ -269,7 +269,7 @@ fn pool(threads: usize) -> Result<Arc<SharedPool>, RenderError> {
             return Ok(pool.clone());
         }
     }
-    // Created outside the lock, so that it is held only briefly and a fork finds it unlocked.
+    // The pool is created outside the lock, so that the lock is held only briefly and a fork finds it free.
     let built = pool_builder(threads)
         .thread_name(|i| format!("raycam {i}"))
         .build()
@@ -310,8 +310,7 @@ mod tests {
                     let parts: Vec<usize> = (0..parts).collect();
                     let work = |_: &mut (), _: &usize| {
                         started.store(true, Ordering::Relaxed);
-                        // The long call takes as long as it takes, on a busy machine too; if the short call waited for
-                        // it, that would be 10 s.
+                        // If the short call waited for the long call, it would take 10 s, on a busy machine too.
                         if !is_over.load(Ordering::Relaxed) {
                             std::thread::sleep(Duration::from_millis(2));
                         }

@@ -1,8 +1,8 @@
 //! Displacement: a refined mesh whose vertices are moved along its normals by the heights of textures.
 //!
 //! R. Cook, L. Carpenter and E. Catmull, "The Reyes Image Rendering Architecture", SIGGRAPH 1987. Edges are split until
-//! none is longer than the diagonal of a texel, or until it is short enough. Vertices at the same point move together,
-//! so that a closed mesh remains closed.
+//! each edge is at most as long as a texel's diagonal, or as the given maximum length. Vertices at the same point move
+//! together, so that a closed mesh remains closed.
 
 use std::collections::HashMap;
 
@@ -232,7 +232,7 @@ impl DisplacedPoints {
 }
 
 impl PointSums {
-    /// Group of a normal, which is added if it is new.
+    /// Returns the group of a normal; a new normal is added first.
     fn group_of(&mut self, normal: DVec3) -> u32 {
         let is_same = |other: &DVec3| other.dot(normal) > MAX_SHARP_COSINE || *other == normal;
         let found = self.normals.iter().position(is_same).unwrap_or_else(|| {
@@ -259,7 +259,8 @@ impl PointSums {
     }
 }
 
-/// Shading normal of a triangle's corner, or the triangle's own normal if it has none; of any length.
+/// Shading normal of a triangle's corner, or the triangle's normal for a mesh without shading normals; the vector's
+/// length is arbitrary.
 fn corner_normal(mesh: &Mesh, triangle: usize, corner: usize) -> DVec3 {
     let corners = mesh.triangles[triangle];
     let given =

@@ -80,12 +80,12 @@ impl SceneError {
         Self::World(ErrorCode::InvalidMesh.message(message))
     }
 
-    /// The error of a key of a description.
+    /// Returns the error for a key of a description.
     pub fn schema(code: ErrorCode, path: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Schema { path: path.into(), message: code.message(message), span: None }
     }
 
-    /// The error of a key whose value causes another error.
+    /// Returns the error for a key whose value causes another error.
     pub fn at_key(path: impl Into<String>, error: Self) -> Self {
         Self::Schema { path: path.into(), message: Message::from(error), span: None }
     }

@@ -1,11 +1,11 @@
 //! Terms of other programs and raycam's equivalents, used as hints in error messages. They are not accepted as
 //! synonyms.
 
-/// Where a term was found.
+/// The place in which a term was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TermPlace {
     /// A key, or a name from a fixed set, of a world file or a dict. [`ForeignTerm::ours`] contains schema names; a row
-    /// applies if one of them is expected.
+    /// applies if one of these names is expected.
     Schema,
     /// An option of `raycam.render`.
     Render,
@@ -41,7 +41,7 @@ pub struct ForeignTerm {
     /// Words of other programs: in lower case with underscores for [`TermPlace::Schema`], otherwise in their original
     /// spelling.
     pub words: &'static [&'static str],
-    /// Names or expressions to use in raycam. Names that are spelt almost like the word need no row.
+    /// Names or expressions to use in raycam. A row is not needed for words that are almost spelt like raycam's name.
     pub ours: &'static [&'static str],
 }
 
@@ -176,7 +176,7 @@ pub const FOREIGN_TERMS: &[ForeignTerm] = &[
     term(Camera, &["unproject", "pixel_to_ray", "ray"], &["camera.rays(pixels)"]),
 ];
 
-/// The expected schema names that mean the same as a word of other programs.
+/// Returns the expected schema names that mean the same as another program's word.
 pub fn schema_names<'a>(word: &str, expected: &[&'a str]) -> Vec<&'a str> {
     let word = word.to_lowercase().replace(['-', ' '], "_");
     let rows = FOREIGN_TERMS.iter().filter(|row| row.place == Schema && row.words.contains(&word.as_str()));

@@ -72,7 +72,7 @@ pub trait AssetLoader {
     /// Receives a mesh file that was just read by [`AssetLoader::mesh`], for [`AssetLoader::shared_mesh`].
     fn share_mesh(&mut self, _file: &str, _up: Option<Up>, _mesh: &SingleMesh) {}
 
-    /// Reads the image file with this name. Integers in colour images are in sRGB, all others are linear.
+    /// Reads the image file with this name. Integers in colour images are in sRGB; all other values are linear.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
@@ -109,7 +109,7 @@ pub trait AssetLoader {
         Ok(file.into())
     }
 
-    /// The contents of the file of this name.
+    /// Returns the contents of the file with this name.
     ///
     /// # Errors
     /// A file that is missing, unreadable or too large.
@@ -209,7 +209,7 @@ impl MeshFile {
 }
 
 impl Light {
-    /// Reads the file that it refers to, unless it has been read.
+    /// Reads the file to which the light refers, unless it has already been read.
     ///
     /// # Errors
     /// Errors of `files`.

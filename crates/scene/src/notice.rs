@@ -6,7 +6,7 @@ use std::fmt;
 
 use crate::codes::codes;
 
-/// Maximum number of subjects that a notice lists; further ones are counted.
+/// Maximum number of subjects that a notice lists; further subjects are only counted.
 const MAX_SUBJECTS: usize = 3;
 
 /// A notice. Programs should test its code; the message is for people.

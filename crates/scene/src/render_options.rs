@@ -77,7 +77,7 @@ render_options! {
     filter: Filter = Some(Filter::Box), OptionRange::Names(Filter::NAMES);
     /// Seed of all random numbers.
     seed: u64 = Some(0), OptionRange::Whole { min: 0, max: u64::MAX };
-    /// Number of threads (default: all that the process may use). The image does not depend on it.
+    /// Number of threads (default: all that the process may use). The image does not depend on this option.
     threads: usize = None, OptionRange::Whole { min: 1, max: MAX_THREADS as u64 };
     /// Ambient occlusion of the sky's light in corners and under objects: true, false, or the distance in metres up to
     /// which surfaces occlude the sky.
@@ -146,7 +146,7 @@ impl RenderOption {
 /// The type of an option and its valid values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OptionRange {
-    /// One of several names.
+    /// One name from a fixed list.
     Names(&'static [&'static str]),
     /// A whole number from `min` to `max`, both included.
     Whole {
@@ -159,7 +159,7 @@ pub enum OptionRange {
     Radiance,
     /// A number of seconds above 0.
     Seconds,
-    /// A number of stops, at most 100 up or down.
+    /// A number of stops between -100 and 100.
     Stops,
     /// True, false, or a distance in metres above 0.
     SwitchOrDistance,
@@ -255,7 +255,7 @@ pub enum AmbientOcclusion {
 }
 
 impl AmbientOcclusion {
-    /// The distance in metres up to which surfaces occlude the sky, which may be infinite; `None` if it is off.
+    /// The distance in metres up to which surfaces occlude the sky, which may be infinite; `None` if the option is off.
     pub fn max_distance(self) -> Option<f64> {
         match self {
             Self::Switch(false) => None,

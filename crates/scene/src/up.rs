@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Axis of the world that points up. Roll, pitch, yaw, orbits and skies refer to it; vertices are never rotated.
+/// Axis of the world that points up. Roll, pitch, yaw, orbits and skies refer to this axis; vertices are never rotated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Up {

@@ -76,14 +76,14 @@ impl Body {
         Ok(Self { object, name, physics, parts, surface, origin: Pose::from_translation(center), radius, size })
     }
 
-    /// Factor on tolerated lengths: 1 for objects of 0.1 m and more, proportionally smaller for smaller ones.
+    /// Factor for tolerated lengths: 1 for objects of 0.1 m and more, and proportionally less for smaller objects.
     pub(crate) fn tolerance(&self) -> f64 {
         (self.size / FULL_TOLERANCE_SIZE).min(1.0)
     }
 }
 
 impl Obstacle {
-    /// The visible object; `None` if it has no triangles with area.
+    /// The visible object; `None` if the object has no triangles with area.
     pub(crate) fn new(world: &World, object: usize, physics: Physics) -> Option<Self> {
         let surface = surface_of(world, object, world.objects[object].world_from_mesh)?;
         let bounds = surface.mesh().local_aabb();

@@ -13,16 +13,17 @@ const MAX_PENETRATION: f64 = 2e-4;
 /// Maximum distance in metres by which a resting object can be lowered before it touches something, for objects of 0.1
 /// m and more.
 const MAX_GAP: f64 = 5e-4;
-/// The same as a fraction of the size, for objects in several parts, which enclose some space around the mesh.
+/// This distance as a fraction of the size, for objects with several convex parts, which enclose some space around the
+/// mesh.
 const MAX_GAP_OF_PARTS: f64 = 0.02;
 /// Maximum distance in metres by which an object may extend beyond the sides of its target.
 const MAX_OUTSIDE: f64 = 1e-3;
 
 /// Failed check.
 pub(crate) enum Fault {
-    /// Bodies penetrate by these depths; lifting them may help.
+    /// Bodies penetrate by these depths; lifting the bodies may resolve this.
     Penetration { depths: Vec<f64>, text: String },
-    /// Only other random poses of these bodies help.
+    /// These bodies require new random poses.
     Other { bodies: Vec<usize>, text: String },
 }
 
@@ -146,7 +147,7 @@ impl<'a> Judge<'a> {
         self.reject(fallen, "fell next to its target")
     }
 
-    /// Body moved down by the distance within which it must touch something.
+    /// The body, moved down by the distance within which it must touch something.
     fn lowered(&self, number: usize) -> Placed<'a> {
         let body = &self.bodies[number];
         let parts = if body.parts.len() > 1 { MAX_GAP_OF_PARTS * body.size } else { 0.0 };

@@ -18,7 +18,7 @@
 //! settle        attempts until the judge agrees
 //! ```
 //!
-//! A file imports only files above it.
+//! A file imports only files above it in this list.
 
 #![forbid(unsafe_code)]
 

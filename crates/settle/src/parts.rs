@@ -18,7 +18,7 @@ const RESOLUTION: u32 = 64;
 /// Maximum number of meshes whose parts are kept for further calls.
 const CACHE_SIZE: usize = 64;
 
-/// Points whose hulls are the parts of a mesh, in mesh coordinates.
+/// Point sets in mesh coordinates; their convex hulls are the parts of a mesh.
 pub(crate) type Parts = Vec<Vec<Vector>>;
 
 /// Parts by the hash of mesh and limit, most recent last.
@@ -48,7 +48,7 @@ pub(crate) fn solidity(surface: &Surface) -> f64 {
     }
 }
 
-/// Corners and volume of a convex hull; `None` if it is flat.
+/// Corners and volume of a convex hull; `None` if the hull is flat.
 pub(crate) fn hull(points: &[Vector]) -> Option<(Vec<Vector>, f64)> {
     let (corners, triangles) = try_convex_hull(points).ok()?;
     let size = corners.iter().map(|corner| (*corner - corners[0]).length()).fold(0.0, f64::max);

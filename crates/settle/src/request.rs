@@ -24,7 +24,7 @@ impl Default for Physics {
 pub enum Place {
     /// Objects must be completely within its sides.
     Into,
-    /// The objects' centres must be above it.
+    /// The objects' centres must be above this target.
     On,
 }
 
@@ -42,8 +42,8 @@ pub struct Target {
 pub struct Request {
     /// Indices into the world's objects.
     pub moving: Vec<usize>,
-    /// Properties of each object of the world; missing ones have the defaults. Density and parts have no effect on
-    /// objects that do not move.
+    /// Properties of each object of the world; missing properties have default values. Density and parts have no effect
+    /// on objects that do not move.
     pub physics: Vec<(usize, Physics)>,
     /// Where objects are dropped with random poses; without a target they fall from their current poses.
     pub target: Option<Target>,

@@ -18,7 +18,7 @@ const FULL_DRAW_INTERVAL: usize = 10;
 /// Maximum number of times that penetrating bodies are lifted and dropped again, for each draw.
 const MAX_LIFTS: usize = 3;
 
-/// Objects at rest.
+/// The result: objects at rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settled {
     /// world_from_mesh of each moving object, in the request's order.
@@ -30,7 +30,7 @@ pub struct Settled {
 /// Results of the checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// Number of draws that were required: the first one of all bodies, and further ones of rejected bodies.
+    /// Number of draws: the first draw of all bodies, and further draws of rejected bodies.
     pub attempts: usize,
     /// Number of steps of 1/240 s since the poses of all bodies were drawn.
     pub steps: usize,
@@ -99,8 +99,8 @@ struct Rejection {
     text: String,
 }
 
-/// Drops the bodies from their starts, and again after lifting those that penetrate. Returns the measurements with the
-/// motion in another second, or the rejected bodies.
+/// Drops the bodies from their starting poses, and again after lifting bodies that penetrate. Returns the measurements
+/// with the motion in another second, or the rejected bodies.
 fn try_once<'a>(
     simulation: &mut Simulation<'a>,
     starts: &[Start],

@@ -12,7 +12,7 @@ use crate::start::Start;
 const STEP: f64 = 1.0 / 240.0;
 /// Number of steps between two checks for motion.
 const WINDOW_STEPS: usize = 60;
-/// Number of checks without motion after which everything is at rest: one second.
+/// Number of consecutive checks without motion after which all bodies count as resting (one second).
 const REST_WINDOWS: usize = 4;
 /// Maximum motion in metres per second that counts as rest.
 pub(crate) const REST_MOTION: f64 = 1e-4;
@@ -137,7 +137,7 @@ impl<'a> Simulation<'a> {
         format!("object {:?}", self.bodies[body].name)
     }
 
-    /// Moves a body up and stops it.
+    /// Moves a body up and sets its velocity to zero.
     pub(crate) fn lift(&mut self, body: usize, height: f64) {
         let up = self.up;
         let Some(handle) = self.handles[body] else { return };
@@ -153,7 +153,7 @@ impl<'a> Simulation<'a> {
         self.steps += 1;
     }
 
-    /// Sets the damping of rotations, and a fifth of it for translations.
+    /// Sets the damping of rotations, and a fifth of this value as the damping of translations.
     fn damp(&mut self, rate: f64) {
         for &handle in self.handles.iter().flatten() {
             if let Some(body) = self.physics.bodies.get_mut(handle) {

@@ -40,8 +40,8 @@ impl Region {
         Some(Self { objects, bounds, place, up: vector(up.axis()) })
     }
 
-    /// Random starts above the region, one after the other, of the bodies `drawn`, in ascending order. The others
-    /// start at once at their poses in the world, unless they are present already.
+    /// Random starts above the region, one after the other, of the bodies `drawn`, in ascending order. All other bodies
+    /// are placed at their poses in the world at the beginning, unless they are already present.
     pub(crate) fn starts(
         &self,
         bodies: &[Body],

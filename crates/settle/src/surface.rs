@@ -34,7 +34,7 @@ pub(crate) struct Placed<'a> {
 }
 
 impl Surface {
-    /// Surface of these triangles, without those of zero area; `None` if none is left.
+    /// Surface of these triangles, without those of zero area; `None` if no triangles are left.
     pub(crate) fn new(vertices: &[Vector], triangles: impl Iterator<Item = [u32; 3]>) -> Option<Self> {
         let mut numbers = HashMap::new();
         let mut points = Vec::new();
@@ -112,7 +112,7 @@ impl Surface {
 }
 
 impl Placed<'_> {
-    /// Maximum depth to which two surfaces penetrate each other; 0 if they do not.
+    /// Maximum depth to which two surfaces penetrate each other; 0 if they do not penetrate.
     ///
     /// For a closed surface, these are the depths of vertices and edge parts inside it. For an open surface: the
     /// shorter part of an edge on one side of a triangle that the edge crosses.
@@ -147,7 +147,7 @@ impl Placed<'_> {
         })
     }
 
-    /// Depth of this surface's edges inside another one, and true if any edge crosses it.
+    /// Depth of this surface's edges inside another surface, and true if any edge crosses the other surface.
     fn penetration_of_edges(&self, other: &Placed<'_>) -> (f64, bool) {
         let (mut deepest, mut crosses): (f64, bool) = (0.0, false);
         self.any_edge(other, &mut |from, along, solid| {

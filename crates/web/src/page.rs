@@ -228,7 +228,7 @@ impl Camera {
         self.inner.roll_pitch_yaw(if z_up { Up::Z } else { Up::Y }).into()
     }
 
-    /// Origin and unit direction of the ray at pixel coordinates; NaN if there is none.
+    /// Origin and unit direction of the ray at pixel coordinates; NaN if no such point exists.
     pub fn ray(&self, u: f64, v: f64) -> Vec<f64> {
         let (origin, direction) = self.inner.ray(DVec2::new(u, v));
         [origin.to_array(), direction.to_array()].as_flattened().into()

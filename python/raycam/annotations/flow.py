@@ -1,4 +1,4 @@
-"""Optical flow, scene flow and disparity: the surface points of one image located in another one."""
+"""Optical flow, scene flow and disparity: the positions of one image's surface points in another image."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def disparity(
     right = camera_of(world, right)
     if not isinstance(of, str) or of not in ("left", "right"):
         raise CameraError(
-            f'of is {of!r}; expected "left" or "right", the camera whose image is computed',
+            f'of={of!r}: expected "left" or "right", the camera whose image is computed',
             code="invalid_value",
         )
     check_rectified(left, right)

@@ -37,7 +37,7 @@ class Keypoints:
     """The object [n] that occludes the point, possibly the point's own; -1 without an occluder, and outside the
     image."""
     on_surface: Bools
-    """True [n] for visible points that are on the surface that the pixel shows, not in front of it."""
+    """True [n] for visible points that lie on the surface shown by their pixel, instead of in front of it."""
 
 
 def keypoints(

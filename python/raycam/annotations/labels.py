@@ -136,7 +136,7 @@ class Label:
 def join_labels(labels: Sequence[Label], name: str) -> Label:
     """Returns one label for the parts of an object: the union of the masks, under a new name.
 
-    The other values, such as the id and the box in space, are those of the first part.
+    All other values, such as the id and the box in space, come from the first part.
     """
     first = labels[0]
     left, top = (min(item.region[axis] for item in labels) for axis in (0, 1))
@@ -225,7 +225,7 @@ def label(
 
 
 def _number(known: Sequence[Object], which: int | str) -> int:
-    """The id of an object, given by its id or its name; raises `SettingsError` for an unknown one."""
+    """Converts an object's id or name to its id; raises `SettingsError` for an unknown object."""
     if isinstance(which, str):
         names = {item.name: item.id for item in known}
         return names[one_of("object", which, list(names))]

@@ -21,9 +21,9 @@ Atlas = Literal["xatlas", "cells"]
 ATLASES = ("xatlas", "cells")
 """The kinds of atlases."""
 MIN_CELL_TEXELS = 4
-"""Texels along the side of a cell of two triangles."""
+"""Side length, in texels, of a cell that contains two triangles."""
 CELL_GAP_TEXELS = 1.0
-"""Gap between the two triangles of a cell, and to the cell's edge."""
+"""Width of the gap between the two triangles of a cell, and between the triangles and the cell's edge."""
 
 
 def mesh_with_atlas(mesh: ObjectMesh, atlas: Atlas, size: int) -> ObjectMesh:

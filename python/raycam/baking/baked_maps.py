@@ -25,7 +25,7 @@ __all__ = ["BakedMaps"]
 UNIT_MAPS = ("ao", "roughness", "metallic")
 """Maps of values from 0 to 1, which are PNG files."""
 MAX_PNG_ID = 65534
-"""Largest id that a PNG file of 16 bits can contain; 0 is no surface."""
+"""Largest id that a PNG file with 16 bits can contain; the value 0 marks texels without a surface."""
 
 
 @one_line

@@ -14,9 +14,9 @@ def corner_curvatures(corners: Floats) -> Floats:
     """Returns the mean curvature [f, 3], 1/metre, at the corners of triangles [f, 3, 3].
 
     It is positive where the surface is convex (1 / radius for a ball), and 0 at vertices on open borders. Corners with
-    equal positions are one vertex. It is the area gradient of a vertex's one-ring, relative to its mixed Voronoi area.
-    Source: Meyer, Desbrun, Schröder and Barr, Discrete differential-geometry operators for triangulated 2-manifolds,
-    2003.
+    equal positions are one vertex. The curvature is the area gradient of a vertex's one-ring, relative to the vertex's
+    mixed Voronoi area. Source: Meyer, Desbrun, Schröder and Barr, Discrete differential-geometry operators for
+    triangulated 2-manifolds, 2003.
     """
     positions, vertex = unique_rows(corners.reshape(-1, 3))
     vertex, count = vertex.reshape(-1, 3), len(positions)

@@ -16,9 +16,9 @@ from .surface_points import SurfacePoints
 __all__ = ["LIGHT_MAPS", "light_values", "warn_of_default_lights"]
 
 LIGHT_MAPS = ("irradiance", "direct", "radiance")
-"""Maps of light: irradiance of all light and of lights alone, and the radiance along the normal."""
+"""Maps of light: irradiance from all light, irradiance directly from lights, and radiance along the normal."""
 DIRECT_DEPTH = 2
-"""Segments of paths of `direct`: from the texel's surface to a light."""
+"""Number of path segments for `direct`: one segment from the texel's surface to a light."""
 
 
 def light_values(

@@ -29,7 +29,7 @@ from .vertices import bake_vertices, map_names, warn_of_missed
 __all__ = ["bake"]
 
 DEFAULT_CAGE = 0.02
-"""Distance within which a source is looked for, relative to the diagonal of the object's bounds."""
+"""Distance within which the source is searched, relative to the diagonal of the object's bounds."""
 CHUNK_TEXELS = 1 << 17
 """Number of texels processed at a time."""
 
@@ -118,13 +118,14 @@ def bake(
 def _with_coordinates(
     mesh: ObjectMesh, atlas: Atlas | None, wide: int, uv_set: int, object: int | str
 ) -> ObjectMesh:
-    """The mesh with the texture coordinates of an atlas, or its own; raises `WorldError` if it lacks the set."""
+    """The mesh with an atlas's or its own texture coordinates; raises `WorldError` if the mesh lacks the set."""
     if atlas is not None:
         return mesh_with_atlas(mesh, atlas, wide)
     if uv_set >= len(mesh.uvs):
         raise WorldError(
             f"uv_set {uv_set} is missing; object {object!r} has {len(mesh.uvs)} sets of texture coordinates, from 0; "
-            'atlas="xatlas" (--atlas xatlas) unwraps it, and to="vertices" (--to vertices) needs none',
+            'atlas="xatlas" (--atlas xatlas) creates texture coordinates; to="vertices" (--to vertices) works '
+            "without them",
             code="missing_texture_coordinates",
         )
     return mesh
@@ -209,7 +210,7 @@ def _bake_texture(
 
 
 def _empty_map(name: str, wide: int) -> npt.NDArray[Any]:
-    """A map whose texels have no surface."""
+    """An empty map, in which no texel has a surface."""
     if name in ID_MAPS:
         return np.full(wide * wide, -1, np.int32)
     is_scalar = name in SCALARS or name.endswith("_error")

@@ -10,7 +10,7 @@ from .surface_points import MATERIAL_MAPS
 __all__ = ["ID_MAPS", "MAPS", "SCALARS", "BakeSettings"]
 
 ID_MAPS = ("instance", "material", "triangle")
-"""Maps of ids."""
+"""Names of the maps that contain ids."""
 MAPS = (
     *(
         "position",

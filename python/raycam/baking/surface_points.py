@@ -14,9 +14,9 @@ from ..world import World
 __all__ = ["MATERIAL_MAPS", "SurfacePoints", "material_numbers", "transfer"]
 
 MATERIAL_MAPS = ("albedo", "roughness", "metallic", "emission")
-"""Maps of materials, which are fields of hits."""
+"""Maps of material properties, which equal fields of ray hits."""
 MAX_ROUNDING = 64 * float(np.finfo(np.float64).eps)
-"""Rounding error of a point, relative to its largest coordinate, at most."""
+"""Upper bound on a point's rounding error, relative to the point's largest coordinate."""
 OVERLAP = 1e-4
 """Distance beyond a texel's point at which both rays start, relative to the cage: the source may be exactly there."""
 
@@ -40,9 +40,9 @@ class SurfacePoints:
     barycentric: Floats
     """Weights of the faces' corners [n, 3]."""
     missed: Bools
-    """True [n] for points that have no counterpart on the source; their values are those of the baked object."""
+    """True [n] for points without a counterpart on the source; these points have the baked object's values."""
     materials: dict[str, npt.NDArray[np.float32]] = field(default_factory=dict)
-    """Properties [n, ...] of the materials by name: those of `MATERIAL_MAPS`."""
+    """Material properties [n, ...] by the names in `MATERIAL_MAPS`."""
 
 
 def transfer(
@@ -79,7 +79,7 @@ def transfer(
     return SurfacePoints(
         source,
         chosen("position", points.position),
-        chosen("normal", points.normal, -1.0),  # the outward ray hits backs
+        chosen("normal", points.normal, -1.0),  # the outward ray hits the backs of faces
         chosen("shading_normal", points.shading_normal, -1.0),
         chosen("instance", np.full_like(points.instance, -1)),
         chosen("triangle", np.full_like(points.triangle, -1)),

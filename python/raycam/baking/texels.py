@@ -39,7 +39,7 @@ class Texels:
     """The number of texels whose centre is inside several faces, because islands overlap."""
 
     def weights(self, part: slice | Ints = slice(None)) -> Floats:
-        """Barycentric weights of the face's corners [n, 3] for some texels."""
+        """Barycentric weights [n, 3] of the faces' corners for the given texels."""
         return _weights(self.corners[self.face[part]], self.index[part], self.size[0])
 
 
@@ -92,7 +92,7 @@ def _candidates(corners: Floats, size: tuple[int, int]) -> Iterator[tuple[Ints, 
 
 
 def _count_up(lengths: Ints) -> Ints:
-    """0, 1, ... for each of the lengths, one after the other."""
+    """For each of the lengths n, the numbers 0 to n - 1, concatenated."""
     ends = np.cumsum(lengths)
     found: Ints = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - lengths, lengths)
     return found

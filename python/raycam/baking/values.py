@@ -40,7 +40,7 @@ class FacePoints:
 
 
 class BakedObject:
-    """An object of a world, and a detailed source or None, whose maps are computed."""
+    """An object of a world whose maps are computed, and a detailed source or None."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class BakedObject:
             self.tangents = corner_tangents(local, normals, uvs.astype(np.float64))
 
     def values(self, at: FacePoints) -> tuple[dict[str, npt.NDArray[Any]], Bools]:
-        """The values of points by map, and True [n] for those that missed the source.
+        """The points' values by map, and True [n] for points that missed the source.
 
         Maps of light have the standard error of their luminance as NAME_error in addition.
         """
@@ -148,7 +148,7 @@ def _corner_normals(mesh: ObjectMesh, linear: Floats) -> Floats:
 
 
 def unit_vectors(vectors: Floats, default: Floats) -> Floats:
-    """Returns vectors [n, 3] of length 1; `default` for those of length 0."""
+    """Returns vectors [n, 3] of length 1; vectors of length 0 become `default`."""
     length = np.sqrt((vectors**2).sum(axis=1, keepdims=True))
     found: Floats = np.where(length > 0, vectors / np.where(length > 0, length, 1), default)
     return found

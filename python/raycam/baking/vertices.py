@@ -18,11 +18,11 @@ from .values import BakedObject, FacePoints, unit_vectors
 __all__ = ["bake_vertices", "map_names", "warn_of_missed"]
 
 INSET = 0.01
-"""Share of the way from a corner to the face's centroid at which a face's value for the corner is computed."""
+"""A face's value for a corner is computed at this fraction of the way from the corner to the face's centroid."""
 CHUNK_CORNERS = 1 << 17
 """Number of corners processed at a time."""
 RANDOM_COLUMNS = 1 << 12
-"""Columns of the grid of pixels that select the random numbers of corners."""
+"""Number of columns of the pixel grid that selects the random numbers of corners."""
 UNIT_VECTOR_MAPS = ("normal", "shading_normal", "bent_normal")
 """Maps of unit vectors."""
 
@@ -72,7 +72,7 @@ def _mean(name: str, sums: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
 
 
 def warn_of_missed(missed: Bools, count: int, places: str, cage: float, name: object) -> None:
-    """Warns of places without a surface of the source."""
+    """Warns about texels or vertices without a surface of the source."""
     if missed.any():
         message = (
             f"object {name!r}: {int(missed.sum())} of {count} {places} have no surface of the source within "

@@ -1,9 +1,8 @@
 """Benchmark: rays per second through the public array interface, with Embree for comparison.
 
-The scenes are generated (`bench.scenes`). The rays are those of an image: `primary` rays from the camera, `shadow`
-rays from their hits to a point light, `bounce` rays from the hits in cosine-weighted random directions, and
-`shuffled`, the bounce rays in random order. Every measurement is a whole call, from the input arrays to the output
-arrays.
+The scenes are generated (`bench.scenes`). The rays are those of an image: `primary` rays from the camera, `shadow` rays
+from their hits to a point light, `bounce` rays from the hits in cosine-weighted random directions, and `shuffled`, the
+bounce rays in random order. Every measurement covers a complete call, from the input arrays to the output arrays.
 
 If embreex is installed, its Embree traces the same rays. embreex traces single float32 rays on one thread, so its rates
 compare with raycam's on one thread; its builds use all threads. Embree has faster modes (packets, more threads) that no
@@ -31,7 +30,9 @@ from .scenes import SCENES, BenchScene, generate
 __all__ = ["KINDS", "BenchReport", "BenchRow", "bench", "tile_order"]
 
 KINDS = ["build", "primary", "shadow", "bounce", "shuffled"]
-"""The measured calls, in this order: million triangles per second for `build`, million rays per second for the rest."""
+"""The measured calls in order. Rates are million triangles per second for `build`, and million rays per second
+otherwise.
+"""
 
 RAY_OFFSET = 1e-4
 """Offset of secondary rays from the surface, as a fraction of the scene's size."""
@@ -65,7 +66,7 @@ class BenchReport:
     instructions: str
     threads: int
     embree: str | None
-    """The version of embreex; None if it is not installed."""
+    """The version of embreex; None if embreex is not installed."""
     seed: int
     size: tuple[int, int]
     repeat: int
@@ -98,14 +99,14 @@ class BenchReport:
             lines.append(line)
         lines += [
             "",
-            f"Million rays (builds: triangles) per second; best of {self.repeat} calls, including array conversions.",
+            f"Million rays (in build rows: triangles) per second; best of {self.repeat} calls with array conversions.",
             "Scenes are generated; primary rays come in tiles of 8 x 8 pixels.",
         ]
         if beside:
             lines += [
                 f"Embree is used through embreex {self.embree}: single rays in one thread, builds in all threads.",
-                "`ratio` is raycam's rate (watertight, float64 hits) divided by Embree's: rays in one thread, builds",
-                "in all threads. Embree's packets and threads are faster, but embreex does not offer them.",
+                "`ratio` is raycam's rate (watertight, float64 hits) divided by Embree's. Both use one thread for rays",
+                "and all threads for builds. Embree is faster with packets and threads, which embreex does not offer.",
                 "`differ` is the number of rays whose hits differ.",
             ]
         else:
@@ -258,7 +259,7 @@ def count_mismatches(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> int:
 
 
 class _Embree:
-    """Embree through embreex: a scene of one mesh."""
+    """Embree, used through embreex, with a scene of one mesh."""
 
     def __init__(self, scene: BenchScene) -> None:
         from embreex.mesh_construction import TriangleMesh
@@ -270,14 +271,14 @@ class _Embree:
         self._mesh = TriangleMesh(self._scene, vertices, faces), vertices, faces
 
     def build(self) -> None:
-        """Builds the scene; Embree builds lazily, so this traces one ray."""
+        """Builds the scene; Embree builds its tree at the first ray, so this method traces one ray."""
         away = np.array([[0, 0, 1]], np.float32)
         self._scene.run(1e6 * away, away)
 
     def trace(
         self, kind: str, origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32], t_max: float
     ) -> npt.NDArray[Any]:
-        """Traces the rays; returns bools like `World.occluded`, or t like `World.cast_rays`."""
+        """Traces the rays; returns bools as `World.occluded` does, or t as `World.cast_rays` does."""
         if kind == "shadow":
             dark = self._scene.run(origins, directions, t_max, query="OCCLUDED")
             return np.asarray(dark) >= 0

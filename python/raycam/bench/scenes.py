@@ -1,7 +1,7 @@
 """Generated benchmark scenes: four families with any number of triangles, different for every seed.
 
-Terrain and rock are smooth and finely tessellated. Town mixes long thin triangles with tiny ones. Hair is the worst
-case for bounding boxes.
+Terrain and rock are smooth and finely tessellated. The scene "town" mixes long thin triangles with tiny triangles. Hair
+is the worst case for bounding boxes.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class Board:
     """
 
     kind: str = "charuco"
-    """The kind of board: one of `BOARDS`."""
+    """The board's kind, which is one of `BOARDS`."""
     columns: int = 9
     """The number of squares from left to right."""
     rows: int = 7
@@ -127,7 +127,7 @@ class Board:
         )
 
     def _placed(self, camera: Camera, number: int) -> Camera | None:
-        """The camera at one of the poses; None if too little of the board is visible."""
+        """The camera at the pose with this number; None if too little of the board is visible."""
         still = _placed(camera, np.eye(3), np.zeros(3))
         size = np.array(camera.size, float)
         spread = np.array(GOLDEN) * number % 1.0

@@ -46,7 +46,7 @@ class Calibration:
     picture_error: float
     """The largest distance in pixels between the images of the same ray, over the part of the image with corners.
 
-    Coefficients may differ much and compensate each other; this distance does not.
+    Coefficients may differ considerably and compensate each other; this distance is free of such compensation.
     """
 
 
@@ -105,8 +105,8 @@ class SelfCheck:
             "found minus exact corners          "
             f"{self.detector_rms:.4f} px RMS, {self.detector_bias:.4f} px in the mean",
             f"image minus exact projections      {self.picture_largest:.1e} px at most",
-            "the residual is the "
-            + ("corner detector's" if self.cause == "detector" else "image's, which is a bug in raycam"),
+            "the residual comes from "
+            + ("the corner detector" if self.cause == "detector" else "the image, which is a bug in raycam"),
         ]
         return "\n".join(lines)
 
@@ -137,7 +137,9 @@ def selfcheck(
     Source: OpenCV, `calib3d`: Z. Zhang, A Flexible New Technique for Camera Calibration, 2000.
     """
     opencv()  # raises before anything is rendered
-    camera = _default() if camera is None else check_camera(camera, ", as of raycam.load_cameras(path)[name]")
+    camera = (
+        _default() if camera is None else check_camera(camera, ", such as raycam.load_cameras(path)[name]")
+    )
     camera = camera if size is None else camera.resized(size)
     _check(camera)
     views = whole("views", views, MIN_VIEWS, 10_000)

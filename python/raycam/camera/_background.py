@@ -36,14 +36,16 @@ class Background:
     image: Any
     """The path of a PNG, JPEG or other image, or an array or tensor [h, w, 3]: linear floats or sRGB integers."""
     camera: CameraGeometry | None = None
-    """The camera that took the image; None for the camera whose background it is."""
+    """The camera that took the image; None if the camera that has the background took the photo."""
     fit: Fit = "exact"
     """How the image is fitted to the frame: "exact" or "cover"."""
     orientation: Orientation = "auto"
-    """Use of the EXIF orientation: "apply", "ignore", or "auto", which rotates the image if it fits only then."""
+    """Use of the EXIF orientation: "apply", "ignore", or "auto", which rotates the image if it fits the camera only
+    after rotation.
+    """
 
     def __post_init__(self) -> None:
-        """Checks that `fit` is one of the two words."""
+        """Checks that `fit` is "exact" or "cover"."""
         if self.fit not in FITS:
             raise CameraError(nearest("fit of a background", str(self.fit), FITS), code="unknown_name")
         if self.orientation not in ORIENTATIONS:

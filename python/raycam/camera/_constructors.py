@@ -37,7 +37,7 @@ OPENCV_FROM = {
     "opengl": np.diag([1.0, -1.0, -1.0]),
     "x_forward": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
 }
-"""Rotations from other camera axes to OpenCV's, by the name of the axes."""
+"""Rotations from other camera axes to OpenCV's camera axes, by the name of the other axes."""
 
 
 class Constructors(CameraGeometry):
@@ -52,13 +52,13 @@ class Constructors(CameraGeometry):
         """Returns a camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
 
         The centre is the null vector of P. The third row of the left 3x3 part, times the sign of its determinant,
-        points forward. The camera has no lens: `p.replace(distortion=...)` adds one to a camera `p`. Raises
+        points forward. The camera has no lens: `p.replace(distortion=...)` adds a lens to a camera `p`. Raises
         `CameraError` for a rank below 3.
 
         If the left 3x3 part is singular, the centre is at infinity (`center` is its direction). The rays are then
-        parallel lines without a starting point, so nothing is behind the camera; their direction is the one for which
-        the image is not mirrored. Depth, which may be negative, is measured from the plane through the world's
-        origin. The camera is affine if the last row is 0 0 0 w.
+        parallel lines without a starting point, so nothing is behind the camera. Of the two possible directions, the
+        rays have the direction for which the image is not mirrored. Depth, which may be negative, is measured from the
+        plane through the world's origin. The camera is affine if the last row is 0 0 0 w.
 
         Source: Hartley and Zisserman, sections 6.2.3, 6.2.4 and 6.3.
         """
@@ -294,7 +294,7 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "half",
         up: Up = "z",
     ) -> Self:
-        """Returns a camera from one of COLMAP's models, SIMPLE_PINHOLE to EQUIRECTANGULAR, and the pose of an image.
+        """Returns a camera from a COLMAP camera model (SIMPLE_PINHOLE to EQUIRECTANGULAR) and an image's pose.
 
         `params` are COLMAP's, with the centre of the first pixel at (0.5, 0.5); `pixel_center="integer"` shifts the
         principal point accordingly. `R` [3, 3] and `t` [3] are COLMAP's `cam_from_world`. SIMPLE_PINHOLE and PINHOLE

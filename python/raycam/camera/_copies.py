@@ -1,4 +1,4 @@
-"""Copies of a camera with other intrinsics or another background, and the map between two images."""
+"""Copies of a camera with new intrinsics or a new background, and the pixel map between two cameras' images."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Copies(Optics):
         pixel_center: PixelCenter | None = None,
         up: Up | None = None,
     ) -> Self:
-        """Returns the same camera with other values for the given arguments of `Camera`.
+        """Returns a copy with new values for the given arguments of `Camera`.
 
         `distortion` without `model` keeps the lens model ("opencv" for a pinhole); `pinhole` removes the lens.
         `pixel_center` alone changes the pixel coordinates' origin: K moves by half a pixel. `size` alone keeps K;
@@ -76,7 +76,7 @@ class Copies(Optics):
         return self.from_dict(table, up=self.up if up is None else up)
 
     def pinhole(self) -> Self:
-        """Returns the same camera without its lens, with the same K.
+        """Returns a copy without the lens, with the same K.
 
         Raises `CameraError` for "equirectangular" and "cylindrical", whose K is in pixels per radian.
         """
@@ -195,7 +195,7 @@ class Copies(Optics):
         return self._of(self._core.with_background(given.file, given.fit == "cover", camera), self._up)
 
     def _with_same_photo(self, copy: Self) -> Self:
-        """Returns the copy, which has other intrinsics, with this camera's background photo."""
+        """Adds this camera's background photo to a copy with new intrinsics, and returns the copy."""
         photo = self.background
         if photo is None:
             return copy
@@ -213,7 +213,7 @@ def _require_k(table: dict[str, Any]) -> None:
 
 
 def _rectangles(camera: Optics) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """The ranges of x and y on the plane z = 1: the largest within the image border, and the smallest around it."""
+    """Two ranges of x and y on the plane z = 1: the largest inside the image border, and the smallest around it."""
     width, height = camera.size
     first = camera.corner + 0.5
     u, v = np.arange(width) + first, np.arange(height) + first

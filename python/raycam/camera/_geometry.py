@@ -88,7 +88,7 @@ class CameraGeometry(DictSerializable):
 
     @property
     def is_parallel(self) -> bool:
-        """True for parallel rays: an orthographic camera, or one from a matrix with its centre at infinity."""
+        """True for parallel rays, that is, for an orthographic camera or a matrix with its centre at infinity."""
         return self._core.center != "point"
 
     @property
@@ -207,7 +207,9 @@ class CameraGeometry(DictSerializable):
         return array
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """Returns the camera at another pose, camera_from_world [3, 3] and centre [3]; its motion is moved with it."""
+        """Returns the camera at another pose, camera_from_world [3, 3] and centre [3]; the camera's motion is moved,
+        too.
+        """
         return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
 

@@ -143,7 +143,7 @@ class Optics(CameraGeometry):
         return self.still()._changed(shutter={**shutter, "direction": direction})
 
     def _as_pose(self, pose: dict[str, Any]) -> dict[str, Any]:
-        """The pose with K in place of a camera matrix."""
+        """The pose, with K instead of a complete camera matrix."""
         return {"K": self.K.tolist(), **pose}
 
     def still(self) -> Self:

@@ -125,7 +125,7 @@ class Camera(Constructors, Copies):
         return MountedCamera(Camera._of(on_link._core, on_link._up), robot, link)
 
     def _require_pinhole(self, what: str) -> None:
-        """Raises `CameraError` for cameras that their camera matrix alone does not describe."""
+        """Raises `CameraError` for cameras that are not completely described by their camera matrix."""
         if self._lens is not None:
             raise CameraError(
                 f"{what} requires a camera without a lens, and this camera has one ({self.model}, distortion "

@@ -170,7 +170,7 @@ def _is_dashed_name(word: str) -> bool:
 
 
 def _open_closed_streams() -> None:
-    """Opens /dev/null for standard streams that the shell closed, so that no opened file becomes one of them."""
+    """Opens /dev/null for standard streams that the shell closed, so that no other file gets their descriptors."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             with contextlib.suppress(OSError):
@@ -244,7 +244,7 @@ class _Parser(argparse.ArgumentParser):
         """The words that are parsed."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parses words, and keeps them for error messages."""
+        """Parses the command's words, and keeps the words for error messages."""
         self.words = list(sys.argv[1:] if args is None else args)
         return super().parse_known_args(args, namespace)
 
@@ -255,7 +255,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"raycam: error: {message} (see {self.prog} --help)\n")
 
     def _dash_remedy(self) -> str:
-        """Returns how to write the first word that begins with a dash, but is the name of a file; empty if none."""
+        """Returns the correct spelling of the first file name that begins with a dash; empty if there is none."""
         takes_text = {
             name
             for action in self._actions

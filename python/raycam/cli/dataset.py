@@ -140,7 +140,7 @@ def _run(options: argparse.Namespace) -> None:
         print(f"{options.output}: {written.frames} views, {options.format}")
     else:
         print(
-            f"shard {options.shard} is finished; the index of {options.output} is written when all shards are"
+            f"shard {options.shard} is finished; the index of {options.output} is written after the last shard"
         )
 
 
@@ -163,7 +163,7 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
 
 
 def _from_offset(times: list[float] | None, offset: str | None) -> list[float] | None:
-    """The times from an offset on: a number of seconds, or "first" for the earliest of them."""
+    """The times minus an offset, which is a number of seconds or "first" for the earliest time."""
     if offset is None:
         return times
     if times is None:

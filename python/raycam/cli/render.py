@@ -161,7 +161,7 @@ def _render(
     names: Sequence[str],
     save: Callable[[Frame], object],
 ) -> None:
-    """Renders one image, here or as a job of tiles, and saves it."""
+    """Renders one image in this process or as a job of tiles, and saves the image."""
     from ..render import is_shaded
 
     settings = given_render_options(options)
@@ -190,7 +190,7 @@ def _picture(
     names: Sequence[str],
     settings: Mapping[str, Any],
 ) -> Frame:
-    """Renders the image, in front of the background of the options."""
+    """Renders the image in front of the background that the options specify."""
     import time
 
     from ..progress import bar

@@ -137,7 +137,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _show_frames(options: argparse.Namespace) -> None:
-    """The page of one frame, or of two."""
+    """The page that shows one frame or compares two frames."""
     from ..viewer.page import page, write_page
     from ..viewer.saved_frames import load_frame
 

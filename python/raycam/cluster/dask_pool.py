@@ -2,7 +2,7 @@
 
 Tasks are plain data. A worker reads the package from the job's folder, or receives it once through the scheduler if it
 has no access to the folder. The package is never scattered, because scattered data is lost with the worker that holds
-it. Results return to this process; the scheduler keeps none of them.
+it. Results return to this process; the scheduler does not keep results.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ POLL_INTERVAL = 0.2  # seconds between polls for a first worker
 
 
 def connect(address: str, threads: int | None = None, tell: Callable[[Notice], object] = warn) -> DaskPool:
-    """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT"; "local:N" starts one of N processes.
+    """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT"; "local:N" starts a cluster of N
+    processes.
 
     `tell` is called with notices while the pool waits for workers.
 
@@ -127,7 +128,9 @@ class DaskPool:
         self._workers: dict[str, dict[str, Any]] = {}  # worker information by address, as of the last poll
         self._registry: WorkerRegistry | None = None
         self._submitted: dict[Future[FrameResult], tuple[Future[FrameResult], frozenset[str]]] = {}
-        """Futures of submitted frames: for each, Dask's future and the addresses of the workers it was sent to."""
+        """Futures of submitted frames: for each frame, Dask's future and the addresses of the workers to which the
+        frame was sent.
+        """
         self._given = threads
         self._executor = client.get_executor(pure=False, retries=0)
         self.notices: list[Notice] = []
@@ -241,7 +244,7 @@ class DaskPool:
                 )
 
     def _report_waiting(self) -> None:
-        """Reports at growing intervals that no worker is available, and finally that one has joined."""
+        """Reports at growing intervals that no worker is available, and finally that a worker has joined."""
         if self._workers:
             if self._next_report > SILENCE_TIMEOUT:
                 self._tell(Notice("a worker is available: rendering continues", "waiting_for_workers"))
@@ -291,7 +294,7 @@ def _threads_of(worker: dict[str, Any]) -> int:
 
 
 def _is_private(address: str) -> bool:
-    """True for an encrypted connection, or one within this machine."""
+    """True for a connection that is encrypted or stays within this machine."""
     parts = urlsplit(address)
     if parts.scheme != "tcp":
         return True

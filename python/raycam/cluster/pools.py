@@ -33,13 +33,12 @@ def make_pool(
 ) -> contextlib.AbstractContextManager[Pool]:
     """Returns a context manager with a pool of workers for `Job.run`.
 
-    * None: this process.
-    * a number: this many processes on this machine, fewer if memory is short. A worker that dies affects no other.
-    * "local:N": a Dask cluster of N processes on this machine.
-    * "tcp://HOST:PORT", "tls://HOST:PORT": the Dask cluster of the scheduler there.
-    * an `Executor` of `concurrent.futures`, which stays open, or a function that makes one, called again if the
-      executor breaks. Its workers import this version of raycam. They read the package from the job's folder; a worker
-      without access to the folder receives the package with its frame.
+    * None: this process. * a number: this many processes on this machine, fewer if memory is short. A worker that dies
+    does not affect other workers. * "local:N": a Dask cluster of N processes on this machine. * "tcp://HOST:PORT",
+    "tls://HOST:PORT": the Dask cluster of the scheduler there. * an `Executor` of `concurrent.futures`, which stays
+    open, or a function that creates an executor, called again if the executor breaks. Its workers import this version
+    of raycam. They read the package from the job's folder; a worker without access to the folder receives the package
+    with its frame.
 
     `threads` is the number of threads per worker; None divides the cores, if their number is known. `tell` is called
     immediately with urgent notices, such as a cluster without workers.
@@ -88,7 +87,7 @@ class InProcessPool:
             raise PoolLost("stopped")
 
     def slots(self) -> int:
-        """The number of frames that may be queued, 3: one is rendered, one encoded, one waits."""
+        """The number of frames that may be queued: 3, because one frame is rendered, one is encoded, and one waits."""
         return 3
 
     def close(self) -> None:
@@ -149,6 +148,6 @@ class ExecutorPool:
         return self._slots
 
     def close(self) -> None:
-        """Shuts down an executor that this pool created; a given one stays open."""
+        """Shuts down an executor that this pool created; an executor passed by the caller stays open."""
         if self._make is not None:
             self._executor.shutdown(wait=False, cancel_futures=True)

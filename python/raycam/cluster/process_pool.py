@@ -37,7 +37,7 @@ MAX_MEMORY_FRACTION = 0.9
 
 
 class FrameError(Exception):
-    """An exception of a frame in a worker that is not one of raycam's own errors."""
+    """An exception in a worker's frame that is not one of raycam's own errors."""
 
 
 class ProcessPool:
@@ -103,14 +103,14 @@ class ProcessPool:
             thread.join()
 
     def _has_room(self) -> bool:
-        """True if one more worker fits into memory, assuming that each grows to the size of the largest."""
+        """True if another worker fits into memory, assuming that each worker grows to the largest worker's size."""
         sizes = [memory_limits.peak_bytes(pid) for pid in self.pids()]
         expected = max([self._expected, *sizes])
         growing = sum(expected - size for size in sizes) + expected * (len(self._servants) - len(sizes))
         return growing + expected <= memory_limits.available_bytes(MAX_MEMORY_FRACTION)
 
     def _serve(self) -> None:
-        """Thread of one worker: sends it tasks, and replaces it if it dies."""
+        """Thread for one worker: sends tasks to the worker, and replaces the worker if it dies."""
         worker: _Worker | None = None
         while (item := self._tasks.get()) is not None and not self._closing:
             task, future = item
@@ -150,7 +150,7 @@ class _Worker:
     def make(self, task: FrameTask) -> FrameResult:
         """Renders a frame; raises `WorkerDied` if the worker dies before its answer."""
         to, back = self.process.stdin, self.process.stdout
-        if to is None or back is None:  # they are pipes
+        if to is None or back is None:  # for mypy: both are pipes
             raise AssertionError
         try:
             to.write(json.dumps(task._asdict()).encode() + b"\n")

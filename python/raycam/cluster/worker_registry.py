@@ -45,7 +45,7 @@ class WorkerRegistry:
         self._sending: dict[str, Any] = {}
 
     def poll(self, addresses: Iterable[str]) -> None:
-        """Sets the current workers to `addresses`, and probes new ones."""
+        """Sets the current workers to `addresses`, and probes new workers."""
         there = set(addresses)
         with self._changed:
             self._fit &= there
@@ -64,7 +64,7 @@ class WorkerRegistry:
             self._fit.discard(address)
 
     def fit(self, patience: float) -> list[str]:
-        """The addresses of fit workers; waits up to `patience` seconds for a first one.
+        """The addresses of fit workers; waits up to `patience` seconds for a first worker.
 
         Raises `PoolLost` if none of the workers can render a frame.
         """
@@ -94,7 +94,7 @@ class WorkerRegistry:
         self._start(self._probing, address, further, importlib.import_module, dask_worker.__name__)
 
     def _send_package(self) -> None:
-        """Sends the package to workers without it, at most `MAX_CONCURRENT_SENDS` at a time."""
+        """Sends the package to workers that lack it, at most `MAX_CONCURRENT_SENDS` at a time."""
         while self._without_package and len(self._sending) < MAX_CONCURRENT_SENDS:
             self._send_package_to(self._without_package.popleft())
 

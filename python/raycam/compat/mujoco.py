@@ -27,7 +27,7 @@ DEFAULT_GROUPS: Groups = ((0, 1, 2), (0, 1, 2), (0, 1, 2))
 
 
 class Renderer:
-    """Renders a MuJoCo model; constructor and methods are those of `mujoco.Renderer`.
+    """Renders a MuJoCo model; constructor and methods equal those of `mujoco.Renderer`.
 
     `render` returns sRGB colours, uint8 [h, w, 3]. After `enable_depth_rendering`, it returns float32 [h, w]: the depth
     along the viewing direction in metres, and the far plane's depth for the background. After
@@ -56,7 +56,9 @@ class Renderer:
         self._mode = "color"
         self._view: Camera | None = None
         self.camera: Camera | None = None
-        """Camera in world coordinates that replaces the one from `update_scene`; None (default) keeps that one."""
+        """Camera in world coordinates that replaces the camera from `update_scene`; None (default) keeps the camera
+        from `update_scene`.
+        """
         self.look: Literal["mujoco", "direct", "path"] = "mujoco"
         """The light of colour images: MuJoCo's own, or the integrator `direct` or `path` of `raycam.render`."""
 
@@ -224,7 +226,7 @@ def _shown_groups(option: Any) -> Groups:
 
 
 def install() -> None:
-    """Replaces `mujoco.Renderer` by this one."""
+    """Replaces `mujoco.Renderer` by this class."""
     import mujoco
 
     ORIGINALS.setdefault("Renderer", mujoco.Renderer)

@@ -36,7 +36,7 @@ def __getattr__(name: str) -> Any:
 
 
 class RayMeshIntersector:
-    """Ray queries of one mesh: anything with `vertices` [n, 3] and `faces` [m, 3].
+    """Ray queries for one mesh, which is any object with `vertices` [n, 3] and `faces` [m, 3].
 
     The mesh may change; its world is rebuilt when its hash differs. `scale_to_box` is accepted and has no effect.
     """
@@ -142,7 +142,7 @@ def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids
 def _choose_facing(
     corners: Floats, queries: Floats, position: Floats, distance: Floats, triangle: Ids
 ) -> None:
-    """Replaces each closest triangle by the one that faces the query most among those at equal distance.
+    """Among triangles at equal distance, selects the triangle that faces the query point most.
 
     Considers the triangles that share a vertex with the closest one. Distances are equal for the same closest point,
     or if their squares differ by less than trimesh's tolerance. Writes into the last three arrays.

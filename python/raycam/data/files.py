@@ -66,7 +66,9 @@ def path(name: str = "spot/cow.obj") -> Path:
 
 
 def bundled(name: str | os.PathLike[str]) -> Path | None:
-    """Returns the bundled file for a name such as "spot.toml", unless such a file exists; None for other names."""
+    """Returns the bundled file for a name such as "spot.toml", unless such a file exists; None for names of other
+    files.
+    """
     given = os.fspath(name)
     if os.path.exists(given) or given not in NAMES:
         return None

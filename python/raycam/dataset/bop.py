@@ -26,7 +26,7 @@ SEEN = 0.1
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless all cameras are pinholes without skew, of one size."""
+    """Raises an error unless all cameras are pinholes without skew and have the same size."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(

@@ -108,7 +108,7 @@ class Model:
     names: set[str]
     """The names of its objects."""
     world: int
-    """The index of the first world in which it occurs."""
+    """The index of the first world that contains the shape."""
     object: int
     """The id of its first object in that world."""
     id: int = 0
@@ -128,7 +128,7 @@ class ModelCatalogue:
         self.all: list[Model] = []
         """The models, by id."""
         self.notices: list[Notice] = []
-        """Notices about ids that could not be those of categories."""
+        """Notices about ids that could not equal the category ids."""
         pairs: list[dict[int, Model]] = [{} for _ in self.ids]
         if plan.recipe is None:
             own = models(plan)

@@ -41,13 +41,13 @@ def check(plan: Plan) -> None:
             )
         if np.shape(points["points"]) != (len(points["names"]), 3):
             raise SettingsError(
-                f"keypoints of {name!r}: expected one point [3] for each of the names", code="wrong_shape"
+                f"keypoints of {name!r}: expected one point [x, y, z] for each name", code="wrong_shape"
             )
         _check_owners(plan, name, points)
         triangles = points.get("triangles")
         if triangles is not None and len(triangles) != len(points["names"]):
             raise SettingsError(
-                f"keypoints of {name!r}: expected one triangle for each of the names", code="wrong_shape"
+                f"keypoints of {name!r}: expected one triangle for each name", code="wrong_shape"
             )
 
 
@@ -58,7 +58,7 @@ def _check_owners(plan: Plan, category: str, points: dict[str, Any]) -> None:
         return
     if not isinstance(owners, list | tuple) or len(owners) != len(points["names"]):
         raise SettingsError(
-            f"keypoints of {category!r}: expected one entry of objects for each of the names",
+            f"keypoints of {category!r}: expected one object for each name",
             code="wrong_shape",
         )
     known = [item.name for item in plan.objects if (item.category or "object") == category]
@@ -70,7 +70,7 @@ def _check_owners(plan: Plan, category: str, points: dict[str, Any]) -> None:
 
 
 def _names(owners: str | list[str]) -> list[str]:
-    """The objects of a point: the one with which it moves, and those that do not occlude it."""
+    """The objects of a keypoint: the object with which the point moves, and objects that do not occlude it."""
     return [owners] if isinstance(owners, str) else list(owners)
 
 

@@ -35,7 +35,7 @@ class Tracks:
         self._pictures += 1
 
     def __iter__(self) -> Iterator[tuple[Ints, Ints]]:
-        """Iterates over the points: the images that show a point, and its index in each of them, both from 0."""
+        """Iterates over the points: the images that show the point, and its index in each image, both from 0."""
         step = max(1, CELLS // (8 * self._pictures))
         before = np.zeros((self._pictures, 1), np.int32)
         for first in range(0, self._width, step):

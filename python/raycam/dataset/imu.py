@@ -72,7 +72,7 @@ class BodyMotion:
 
 
 def specific_force(quaternions: Floats, accelerations: Floats, up: str) -> Floats:
-    """Returns what an accelerometer measures [m, 3] in the body's axes: acceleration minus gravity, in m/s²."""
+    """Returns an accelerometer's measurements [m, 3] in the body's axes: acceleration minus gravity, in m/s²."""
     lifted = accelerations.copy()
     lifted[:, 2 if up == "z" else 1] += GRAVITY
     return _turned_back(quaternions, lifted)

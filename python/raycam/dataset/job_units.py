@@ -27,7 +27,7 @@ PREFIX = "view"
 
 
 def record_name(unit: int) -> str:
-    """Returns the name of the file with a unit's record, from which the index files are made."""
+    """Returns the name of the file with a unit's record, from which the index files are created."""
     return f".raycam-dataset/{unit:06d}.json"
 
 

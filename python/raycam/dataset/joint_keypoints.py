@@ -21,8 +21,8 @@ def joint_keypoints(
 ) -> tuple[dict[str, Any], list[Notice]]:
     """Returns the option `keypoints` of "coco" for the robots of a world, by category, and notices.
 
-    The names are those of the joints that are not fixed. The skeleton connects each joint with the next one towards
-    the root. Raises `SettingsError` for other formats, and if no robot was added with `category="robot"`.
+    The names are the names of all joints that are not fixed. The skeleton connects each joint with the next joint
+    towards the root. Raises `SettingsError` for other formats, and if no robot was added with `category="robot"`.
     """
     if format != "coco":
         raise SettingsError(

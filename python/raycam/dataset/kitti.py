@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +32,7 @@ CLEAR, PARTLY = 0.95, 0.5
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless cameras are pinholes without skew, and, for flow, of one size."""
+    """Raises an error unless cameras are pinholes without skew and, for flow, have the same size."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
             raise CameraError(
@@ -92,7 +92,7 @@ def make(plan: Plan, number: int) -> Made:
     picture = frame.to_png()
     base, name = "object/training", f"{number:06d}"
     depth = frame["depth"].astype(np.float64)
-    losses = [loss_of(f"depth beyond {MAX_U16:.6g} m", depth)]
+    losses = [loss_of("depth", f"depth beyond {MAX_U16:.6g} m", depth)]
     lines = [line(shot, item) for item in shot.labels(frame["instance"]) if item.visible_pixels]
     made = {
         f"{base}/image_2/{name}.png": picture,
@@ -165,7 +165,7 @@ def upright_box(
     """Returns height, width, length, the centre of the bottom in camera axes, and the rotation about y in radians.
 
     The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel to the object's,
-    the box is the smallest one around the object's own box.
+    the box is the smallest such box around the object's own box.
     """
     forward = product(camera.R, rotation[:, 0] if up == "z" else rotation[:, 2])
     turn = math.atan2(-forward[2], forward[0])
@@ -207,10 +207,10 @@ def calibration(camera: Camera, other: Camera | None) -> str:
     return "".join(f"{name}: {matrix_text(matrix)}\n" for name, matrix in rows.items())
 
 
-def loss_of(what: str, values: Floats) -> Record:
+def loss_of(kind: Literal["depth", "disparity"], what: str, values: Floats) -> Record:
     """Returns the number of finite values that `fixed_point_u16` converts to 0."""
     seen = np.isfinite(values)
-    return lost(what, seen & (fixed_point_u16(values) == 0), seen)
+    return lost(kind, what, seen & (fixed_point_u16(values) == 0), seen)
 
 
 def fixed_point_u16(values: Floats) -> npt.NDArray[np.uint16]:
@@ -232,11 +232,11 @@ def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[s
         f"{base}/disp_occ_0/{name}_10.png": png(values),
         f"{base}/disp_noc_0/{name}_10.png": png(np.where(both, values, 0)),
     }
-    return files, loss_of(f"disparity of 0, below, or beyond {MAX_U16:.6g} pixels", exact)
+    return files, loss_of("disparity", f"disparity of 0, below, or beyond {MAX_U16:.6g} pixels", exact)
 
 
 def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, bytes], Record]:
-    """Returns flow maps to the next image, of all surfaces and of those visible in it, and the record of losses."""
+    """Returns flow maps to the next image, for all surfaces and for surfaces visible in it, and the loss record."""
     found = flow(shot.world, shot.camera, following.world, following.camera, threads=shot.plan.threads)
     both = ~found["occluded"] & ~found["outside"]
     every = flow16(found["flow"], np.ones_like(both))
@@ -245,7 +245,7 @@ def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, 
         f"{base}/flow_noc/{name}_10.png": png(flow16(found["flow"], both)),
     }
     known = np.isfinite(found["flow"][..., 0])  # both components are finite or neither
-    return files, lost("flow of 512 pixels or more", known & (every[..., 2] == 0), known)
+    return files, lost("flow", "flow of 512 pixels or more", known & (every[..., 2] == 0), known)
 
 
 def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint16]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -45,34 +45,34 @@ def depth_units(
     steps = np.rint(millimetres / unit)
     kept = (steps >= 1) & (steps <= 65535)
     what = f"depth of 0 or beyond {65.535 * unit:.6g} m"
-    return np.where(kept, steps, 0).astype(np.uint16), unit, lost(what, seen & ~kept, seen)
+    return np.where(kept, steps, 0).astype(np.uint16), unit, lost("depth", what, seen & ~kept, seen)
 
 
-def lost(what: str, pixels: Bools, of: Bools) -> Record:
-    """Returns the part of a record that counts lost pixels among those with a value; empty if none is lost.
+def lost(kind: Literal["depth", "disparity", "flow"], what: str, pixels: Bools, of: Bools) -> Record:
+    """Returns the part of a record that counts lost pixels among the pixels with a value; empty if no pixel is lost.
 
-    `what` names the values that the format cannot represent, for example "depth beyond 65.535 m".
+    `what` describes the values that the format cannot represent, for example "depth beyond 65.535 m".
     """
     count = int(np.count_nonzero(pixels))
-    return {KEY: {what: [count, int(np.count_nonzero(of))]}} if count else {}
+    return {KEY: {what: [kind, count, int(np.count_nonzero(of))]}} if count else {}
 
 
 def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[Notice]:
     """Returns one notice for each kind of value, with the fraction of pixels and the number of images."""
-    totals: dict[str, list[int]] = {}
+    totals: dict[tuple[str, str], list[int]] = {}
     for record in records:
-        for what, (count, of) in record.get(KEY, {}).items():
-            total = totals.setdefault(what, [0, 0, 0])
+        for what, (kind, count, of) in record.get(KEY, {}).items():
+            total = totals.setdefault((kind, what), [0, 0, 0])
             total[0], total[1], total[2] = total[0] + count, total[1] + of, total[2] + 1
-    return [_lost_notice(format, what, *total) for what, total in totals.items()]
+    return [_lost_notice(format, kind, what, *total) for (kind, what), total in totals.items()]
 
 
-def _lost_notice(format: str, what: str, count: int, of: int, images: int) -> Notice:
-    written = "marked as invalid" if what.startswith("flow") else "written as 0"
+def _lost_notice(format: str, kind: str, what: str, count: int, of: int, images: int) -> Notice:
+    written = "marked as invalid" if kind == "flow" else "written as 0"
     share = f"{count} of {of} pixels with a value ({100.0 * count / of:.3g} %)"
     where = f"in {images} image{'' if images == 1 else 's'}"
     remedy = ""
-    if what.startswith("depth") and format != "kitti":
+    if kind == "depth" and format != "kitti":
         remedy = "; use a larger depth_scale (millimetres per unit)"
     message = f"{format} cannot represent {what}: {share} are {written}, {where}{remedy}"
     return Notice(message, "values_lost")

@@ -54,8 +54,8 @@ def check(plan: Plan) -> None:
     models = sorted({view.camera.model for view in plan.shots})
     if len(models) > 1:
         raise CameraError(
-            f"the cameras have the lens models {', '.join(models)}; but transforms.json supports only one "
-            "camera_model; write one data set for each",
+            f"the cameras have the lens models {', '.join(models)}; but transforms.json supports "
+            "only one camera_model; write one data set per lens model",
             code="unsupported_camera",
         )
 

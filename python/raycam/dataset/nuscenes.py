@@ -275,7 +275,7 @@ def samples(plan: Plan, keys: list[int], scene: str) -> Iterator[dict[str, Any]]
 def sample_data(
     plan: Plan, records: Callable[[], Iterator[Record]], keys: list[int]
 ) -> Iterator[dict[str, Any]]:
-    """Yields the files; a sweep belongs to the next key frame, or else to the last one."""
+    """Yields the files; a sweep belongs to the next key frame, or otherwise to the last key frame."""
     every, total = int(plan.options["key_every"]), units(plan)
     for number, record in enumerate(records()):
         key = min(-(-number // every) * every, keys[-1])

@@ -43,7 +43,8 @@ MAX_CACHED_WORLDS = 2
 """Number of cached worlds of a recipe; frames that are rendered at the same time belong to neighbouring worlds."""
 
 NO_LENSES = (
-    "use pinhole cameras without skew, or the formats coco or webdataset (any lens), colmap or nerf (most)"
+    "use pinhole cameras without skew, or another format: coco or webdataset (any lens), "
+    "colmap or nerf (most lenses)"
 )
 """Advice in the errors of formats that do not support lens models."""
 
@@ -117,7 +118,7 @@ class Plan:
         if not shots:
             raise SettingsError("the data set has no views; pass at least one camera", code="missing_value")
         self.world = world
-        """The world; for a recipe, the first one."""
+        """The world; for a recipe, the first world."""
         self.shots = list(shots)
         """The views."""
         self.rendering = dict(rendering)
@@ -151,7 +152,7 @@ class Plan:
 
     @cached_property
     def picture_names(self) -> list[str]:
-        """The names of the images without ending: those of the source images, or else six digits."""
+        """The image names without ending: the source images' names, or otherwise six digits."""
         names: dict[str, None] = {}
         known: set[str] = set()
         for number, view in enumerate(self.shots):
@@ -214,7 +215,7 @@ class Plan:
 
     @cached_property
     def labelled(self) -> list[int]:
-        """The ids of the objects with a category; of all objects if none has one."""
+        """The ids of the objects with a category; if no object has a category, the ids of all objects."""
         return self.labelled_of(self.objects)
 
     def labelled_of(self, objects: Sequence[Object]) -> list[int]:
@@ -260,7 +261,7 @@ class Shot:
 
     @property
     def background_name(self) -> str | None:
-        """The name of the image that the recipe draws for the view, in its folder; None without one."""
+        """The name of the image that the recipe draws for the view, in its folder; None if there is none."""
         recipe, world = self.plan.recipe, self.view.world
         return None if recipe is None or world is None else recipe.background_name(world, self.background_key)
 

@@ -18,7 +18,7 @@ __all__ = ["SCANNET", "TUM"]
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless all views have one pinhole camera."""
+    """Raises an error unless all views have the same pinhole camera."""
     first = plan.shots[0].camera
     for number, view in enumerate(plan.shots):
         camera = view.camera

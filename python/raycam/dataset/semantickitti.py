@@ -57,7 +57,7 @@ def check(plan: Plan) -> None:
 
 
 def chosen_lidar(plan: Plan, number: int) -> Lidar:
-    """Returns the lidar of a view; raises `SettingsError` if it has none, or several without the option `lidar`."""
+    """Returns a view's lidar; raises `SettingsError` without a lidar, or for several without the option `lidar`."""
     lidars, name = lidars_of(plan.shots[number]), plan.options["lidar"]
     if name is None and len(lidars) == 1:
         return next(iter(lidars.values()))
@@ -111,7 +111,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def labels(shot: Shot, instance: npt.NDArray[np.int32]) -> npt.NDArray[np.uint32]:
-    """Returns the labels [n] of points: the category in the low 16 bits, 1 + the object's number in the high ones."""
+    """Returns the labels [n] of points: category in the low 16 bits, 1 + the object's number in the high bits."""
     ids, plan = label_ids(shot.plan), shot.plan
     known = set(plan.labelled_of(shot.objects))
     semantic = [ids[item.category or "object"] if item.id in known else UNLABELLED for item in shot.objects]

@@ -45,7 +45,7 @@ class WorldSequence:
         if self._sequence is not None:
             if count is not None and count != len(self._sequence):
                 raise SettingsError(
-                    f"count is {count}, but worlds contains {len(self._sequence)}; omit count",
+                    f"count is {count}, but worlds has {len(self._sequence)} entries; omit count",
                     code="conflicting_values",
                 )
             count = len(self._sequence)
@@ -120,7 +120,8 @@ class WorldSequence:
                 self._cached.popitem(last=False)
         if number not in self._cached:
             raise WorldError(
-                f"world {number} of the iterator is required again; pass a function or a list of worlds",
+                f"world {number} is needed again, but an iterator returns each world only once; "
+                "pass a function or a list of worlds",
                 code="conflicting_values",
             )
         return self._cached[number]

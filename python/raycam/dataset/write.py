@@ -60,7 +60,9 @@ class DatasetResult:
     frames: int
     """The number of views."""
     made: int
-    """The number of units of work (views, or tar files of views) that this call created; the others already existed."""
+    """The number of units of work (views, or tar files of views) that this call created; all other units already
+    existed.
+    """
     complete: bool = True
     """True if all views are finished; index files are written only when the views of all shards are finished."""
     notices: tuple[Notice, ...] = ()

@@ -77,7 +77,7 @@ def _narrowness(corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats)
 
 
 class _Smallest:
-    """The triangles with the smallest keys; among equal keys, the first ones."""
+    """The triangles with the smallest keys; among equal keys, the first triangles."""
 
     def __init__(self, most: int) -> None:
         self.index = np.empty(0, np.int64)
@@ -86,7 +86,7 @@ class _Smallest:
         self._keys = np.empty(0)
 
     def add(self, index: Indices, keys: Floats, t: Floats) -> None:
-        """Adds further triangles, which have larger indices."""
+        """Adds the next triangles, which have larger indices."""
         if len(keys) > self._most:
             found = np.partition(keys, self._most - 1)[self._most - 1]
             kept = ~(keys > found)

@@ -1,7 +1,7 @@
 """Explanation of one pixel: every step of the lecture with its numbers, its light, and the search tree.
 
 The numbers of the flat image come from :mod:`raycam.reference`: its functions are run for one ray over all
-triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
+triangles. ``str(explanation)`` prints the steps, and :mod:`raycam.explanation.figure` draws them.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Explanation(PixelSteps):
     def __repr__(self) -> str:
         """The pixel and the object it shows, in one line; `str` returns all steps."""
         seen = text.name(self.winner) if self.winner else "no triangle"
-        return f"Explanation of pixel {self.pixel}: shows {seen}; print it for all steps"
+        return f"Explanation of pixel {self.pixel}, which shows {seen}; print() shows all steps"
 
     def _repr_svg_(self) -> str:
         """The figure that a notebook shows."""
@@ -77,7 +77,7 @@ class Explanation(PixelSteps):
 
         `of="ray"` shows the image with the marked pixel, ray and triangle in 3D, and the inside test. `of="light"`
         shows shadow rays and a light path in 3D. `of="tree"` shows the boxes that the ray enters. Raises SettingsError
-        for other values.
+        for any other value.
         """
         if of not in SUBJECTS:
             raise SettingsError(f"of={of!r}: expected {', '.join(SUBJECTS)}", code="invalid_value")
@@ -196,7 +196,7 @@ FIGURES = (".svg", ".html", ".png", ".pdf")
 
 
 def _converter(suffix: str) -> Callable[..., bytes]:
-    """CairoSVG's function for a file extension; raises `SettingsError` if it is not installed."""
+    """CairoSVG's function for a file extension; raises `SettingsError` if CairoSVG is not installed."""
     try:
         import cairosvg
     except (ImportError, OSError) as error:  # OSError: the library cairo is missing

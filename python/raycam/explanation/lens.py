@@ -48,7 +48,9 @@ class LensSteps:
 
 
 def at_line(camera: Camera, column: int, row: int) -> Camera:
-    """Returns the camera at rest, at the middle of the exposure of the pixel's line; unchanged if it does not move."""
+    """Returns the camera at rest, at the middle of the exposure of the pixel's line; unchanged if the camera does not
+    move.
+    """
     if camera.shutter is None:
         return camera
     pixel = np.array([column, row]) + camera.corner + 0.5
@@ -129,10 +131,10 @@ def _pinhole(camera: Camera, pixel: Floats, origin: Floats, direction: Floats) -
     has = np.linalg.solve(camera.K, np.append(pixel, 1.0))
     has /= np.linalg.norm(has)
     middle = wanted + has
-    if np.linalg.norm(middle) < 1e-9:  # opposite directions: any half turn that exchanges them
+    if np.linalg.norm(middle) < 1e-9:  # the directions are opposite: use any half turn that exchanges them
         middle = np.cross(has, [1.0, 0.0, 0.0] if abs(has[0]) < 0.9 else [0.0, 1.0, 0.0])
     middle /= np.linalg.norm(middle)
     half_turn = 2.0 * np.outer(middle, middle) - np.eye(3)  # exchanges the two directions
-    mirror = 2.0 * np.outer(has, has) - np.eye(3)  # leaves `has` unchanged
+    mirror = 2.0 * np.outer(has, has) - np.eye(3)  # this matrix leaves `has` unchanged
     left, _, right = np.linalg.svd(mirror @ half_turn @ camera.R)
     return Camera(camera.K, left @ right, origin, camera.size, pixel_center=camera.pixel_center, up=camera.up)

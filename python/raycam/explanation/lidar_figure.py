@@ -45,7 +45,9 @@ def _across(reach: float, distance: float) -> float:
 
 
 def _beam(svg: Svg, e: BeamSteps, reach: float, colors: dict[str, str]) -> None:
-    """Draws the sub-rays from the sensor to the surfaces, those over mirrors and glass along the beam's axis."""
+    """Draws the sub-rays from the sensor to the surfaces; sub-rays via mirrors and glass are drawn along the beam's
+    axis.
+    """
     top, bottom = BEAM
     middle = (top + bottom) / 2
     offsets = np.where(np.isfinite(e.offset), e.offset, 0.0)

@@ -51,7 +51,7 @@ class BeamSteps:
     signal: Floats
     """Signal-to-noise ratio [e]; the threshold is 5; infinite if the lidar's `range_10` is unknown."""
     purity: Floats
-    """Share [e] of the object with most of the energy."""
+    """Share [e] of an echo's energy that comes from its main object."""
     lost: list[str]
     """The reason [e] for which the echo is not reported; "kept" for reported echoes."""
 

@@ -48,7 +48,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class LightTerm:
-    """The contribution of one light at the point. Radiances are [3], linear RGB, W/(m² sr)."""
+    """The contribution of a single light at the point. Radiances are [3], linear RGB, W/(m² sr)."""
 
     name: str
     """The type and the index of the light, such as "sun 0"."""
@@ -61,7 +61,7 @@ class LightTerm:
     cosine: float
     """The cosine between shading normal and light; NaN for lights with an extent."""
     blocker: str | None
-    """The object that the shadow ray meets; None if it meets no object, and for lights with an extent."""
+    """The object that the shadow ray meets; None if the shadow ray meets no object, and for lights with an extent."""
     reach: float
     """The length of the shadow ray up to the light or the object, metres; NaN for lights with an extent."""
     diffuse: Floats
@@ -216,7 +216,7 @@ def _term(
 
 
 def _delta(light: dict[str, Any], point: Floats) -> tuple[Floats, float, Floats] | None:
-    """Direction, distance, and irradiance at normal incidence of a directional or point light; None for others."""
+    """Direction, distance, and irradiance at normal incidence of a directional or point light; otherwise None."""
     kind = light["type"]
     if kind == "sun" and not light.get("angular_diameter"):
         way = -np.asarray(light["direction"], np.float64)
@@ -282,7 +282,7 @@ def _text(found: Lighting) -> Iterator[str]:
 
 
 def _term_lines(term: LightTerm, surface: Surface) -> Iterator[str]:
-    """The lines of one light."""
+    """The text lines for one light."""
     yield f"   {term.name.upper()}"
     if term.to_light is None:
         spread = f" ± {number(term.error, 2)}" if term.error > 0 else ""

@@ -48,7 +48,7 @@ def page_figure(e: PixelSteps) -> dict[str, Any]:
 def lines_figure(e: PixelSteps, lines: Sequence[Line], marks: Sequence[Mark]) -> dict[str, Any]:
     """Lines and marks in the world and in the picture, as JSON for `figure/lines.js`. Points are in metres.
 
-    Pixels are counted from the picture's top left corner; parts of a line that the picture does not show are missing.
+    Pixels are counted from the picture's top left corner; parts of a line outside the picture are omitted.
     """
     start, end = focus(e)
     radius = RADIUS * max(float(np.linalg.norm(end - start)), 1e-300)
@@ -122,23 +122,24 @@ def _coarse(e: PixelSteps, center: Floats, radius: float) -> tuple[Floats, Float
     """At most `MAX_COARSE_TRIANGLES` triangles [n, 3, 3] near a point, and their linear colours [n, 3].
 
     The vertices in a cell of a grid become its first vertex (J. Rossignac and P. Borrel, "Multi-resolution 3D
-    approximations for rendering complex scenes", 1993); triangles without area and repeated ones are dropped.
+    approximations for rendering complex scenes", 1993); triangles without area and repeated triangles are dropped.
     """
     every = np.asarray(e.world.triangles(), dtype=np.float64)
     near = (every.min(axis=1) <= center + radius).all(axis=1) & (every.max(axis=1) >= center - radius).all(
         axis=1
     )
     triangles, colors = every[near], np.asarray(e.world.triangle_colors(), dtype=np.float64)[near]
-    found, order = triangles, np.arange(len(triangles))
+    if len(triangles) <= MAX_COARSE_TRIANGLES:
+        return triangles, colors
     points = (triangles.reshape(-1, 3) - center) / (2 * radius)
     for cells in GRIDS:
-        if len(order) <= MAX_COARSE_TRIANGLES:
+        keys = (np.floor(points.clip(-1e3, 1e3) * cells).astype(np.int64) @ [1, 1 << 20, 1 << 40]).reshape(
+            -1, 3
+        )
+        with_area = np.flatnonzero((keys != np.roll(keys, 1, axis=1)).all(axis=1))
+        _, distinct = np.unique(np.sort(keys[with_area], axis=1), axis=0, return_index=True)
+        if len(distinct) <= MAX_COARSE_TRIANGLES:
             break
-        keys = np.floor(points.clip(-1e3, 1e3) * cells).astype(np.int64) @ [1, 1 << 20, 1 << 40]
-        _, first, cell = np.unique(keys, return_index=True, return_inverse=True)
-        corners = cell.reshape(-1, 3)
-        _, order = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
-        order = np.sort(order[(np.diff(np.sort(corners[order], axis=1), axis=1) > 0).all(axis=1)])
-        found = triangles.reshape(-1, 3)[first][corners]
-    order = order[:MAX_COARSE_TRIANGLES]
-    return found[order], colors[order]
+    order = np.sort(with_area[distinct])[:MAX_COARSE_TRIANGLES]
+    _, first, cell = np.unique(keys, return_index=True, return_inverse=True)
+    return triangles.reshape(-1, 3)[first][cell.reshape(-1, 3)[order]], colors[order]

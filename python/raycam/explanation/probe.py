@@ -66,12 +66,12 @@ def emitted(world: World, origin: Floats, direction: Floats) -> Floats:
 
 
 def lit_world(world: World, camera: Camera) -> World:
-    """Returns the world with the lights that `render` uses: its own, or the studio's if it has none."""
+    """Returns the world with the lights that `render` uses: its own, or the studio's for a world without lights."""
     return world.in_studio(camera) if is_unlit(world, camera, {"integrator": "direct"}) else world
 
 
 def only_light(world: World, number: int | None) -> World:
-    """Returns a copy of the world with only one of its lights, or with none."""
+    """Returns a copy of the world with only one of its lights, or without lights."""
     made = world.copy()
     made.add_light(DARK)
     for other in reversed(range(len(world.lights))):
@@ -90,6 +90,6 @@ def facing_light(dark: World, point: Floats, towards: Floats, distance: float) -
 
 
 def _camera(origin: Floats, direction: Floats) -> Camera:
-    """The pinhole of one pixel."""
+    """The pinhole camera for one pixel."""
     up = np.eye(3)[int(np.argmin(np.abs(direction)))]
     return Camera.look_at(origin, origin + direction, up, size=(1, 1), focal=1 / WIDTH)

@@ -43,7 +43,7 @@ BOXES = 60
 FAR = 0.75
 """The drawn length of a segment without an end, as a fraction of the ray's length."""
 PIECES = 24
-"""Number of pieces of a line, which a lens bends."""
+"""Number of straight pieces that represent a line, because a lens bends lines."""
 CORNERS = [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)]
 
 
@@ -51,7 +51,7 @@ class Line(NamedTuple):
     """A line through the world."""
 
     name: str
-    """The name next to the line's end; empty for none."""
+    """The name next to the line's end; empty for a line without a name."""
     color: str
     """The colour of the line where it is drawn over an image."""
     points: Floats
@@ -234,7 +234,7 @@ def _runs(points: Floats) -> list[Floats]:
 
 
 def _plain(points: Floats) -> Floats:
-    """Points [n, 2] of a line, or only its two ends if it is straight within a hundredth of a pixel."""
+    """Points [n, 2] of a line, or only the two ends if the line is straight within a hundredth of a pixel."""
     way = points[-1] - points[0]
     away = points[1:-1] - points[0]
     aside = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0])
@@ -265,6 +265,6 @@ def _side_camera(e: PixelSteps, lines: list[Line], size: tuple[int, int]) -> Cam
 
 
 def _size(world: World) -> float:
-    """The diagonal of the world, metres; 1 for an empty one."""
+    """The world's diagonal in metres; 1 for an empty world."""
     bounds = world.bounds
     return 1.0 if bounds is None else float(np.linalg.norm(bounds[1] - bounds[0]))

@@ -103,7 +103,7 @@ class RaySteps:
     X: Floats
     """The point P⁺ x on the pixel's line, homogeneous, [4]."""
     X_prime: Floats | None
-    """The same point, [3]; None if it is at infinity."""
+    """The same point, [3]; None if the point is at infinity."""
     line: Floats
     """The vector X' - C, [3]; the direction of the line if X' is at infinity."""
     forward: Floats

@@ -105,7 +105,7 @@ def triangles_section(e: PixelSteps) -> Iterator[str]:
 
 
 def triangle_section(c: Candidate) -> Iterator[str]:
-    """The lines of one triangle's details."""
+    """The text lines with one triangle's details."""
     yield f"   {name(c).upper()}"
     yield f"   a                   {vector(c.a)}"
     yield f"   b                   {vector(c.b)}"

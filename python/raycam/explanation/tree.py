@@ -31,7 +31,7 @@ class Box:
     """A box that the ray enters."""
 
     low: Floats
-    """The least coordinates, [3], in the explanation's units."""
+    """The smallest coordinates, [3], in the explanation's units."""
     high: Floats
     """The greatest coordinates, [3]."""
     depth: int
@@ -39,7 +39,7 @@ class Box:
     triangles: int
     """The number of triangles in the box."""
     enters: float
-    """The ray parameter where the ray enters; 0 if it starts inside."""
+    """The ray parameter where the ray enters the box; 0 if the ray starts inside."""
     leaves: float
     """The ray parameter where the ray leaves."""
     is_leaf: bool
@@ -55,7 +55,7 @@ class TreeSearch:
     tested_boxes: int
     """The number of boxes that are tested."""
     skipped_boxes: int
-    """The number of entered boxes that begin behind a hit that was found before."""
+    """The number of entered boxes that begin behind a previously found hit."""
     tested_triangles: int
     """The number of triangles that are tested."""
     triangles: int
@@ -106,7 +106,7 @@ def tree_search(explanation: PixelSteps) -> TreeSearch:
         order = np.argpartition(max(places, key=np.ptp), len(members) // 2)
         halves = (members[order[: len(members) // 2]], members[order[len(members) // 2 :]])
         children = [(half, depth + 1, *bounds(half)) for half in halves]
-        waiting += sorted(children, key=lambda each: -each[4])  # the nearer one is opened first
+        waiting += sorted(children, key=lambda each: -each[4])  # the nearer child is opened first
     return TreeSearch(
         tuple(boxes),
         counts["boxes"],
@@ -119,7 +119,7 @@ def tree_search(explanation: PixelSteps) -> TreeSearch:
 
 
 def _extents(world_corners: Floats, points: Callable[[Floats], Floats]) -> Floats:
-    """The least and greatest coordinates of triangles [n, 3, 3] and their middles, [3, axis, n]."""
+    """The smallest and largest coordinates of triangles [n, 3, 3] and the middles between them, [3, axis, n]."""
     made = np.empty((3, 3, len(world_corners)))
     for start in range(0, len(world_corners), BLOCK):
         a, b, c = points(world_corners[start : start + BLOCK]).transpose(1, 2, 0)
@@ -131,7 +131,7 @@ def _extents(world_corners: Floats, points: Callable[[Floats], Floats]) -> Float
 
 
 def entered(low: Floats, high: Floats, C: Floats, r: Floats) -> tuple[float, float]:
-    """The ray parameters where f(t) = C + t r enters and leaves a box: enter > leave if it misses."""
+    """The ray parameters where f(t) = C + t r enters and leaves a box: enter > leave if the ray misses the box."""
     enter, leave = 0.0, np.inf
     for axis in range(3):
         if r[axis] == 0:

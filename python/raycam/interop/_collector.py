@@ -90,7 +90,7 @@ class WorldCollector:
         self.glb.add("nodes", name=name, mesh=index, matrix=placed.T.ravel().tolist())
 
     def texture(self, image: Any) -> dict[str, int] | None:
-        """Returns a glTF reference to an image of PIL or Open3D, or an array; None if there is none."""
+        """Returns a glTF reference to an image of PIL or Open3D, or an array; None if there is no such image."""
         if image is None:
             return None
         if id(image) not in self.images:

@@ -88,7 +88,7 @@ def _textured(collector: WorldCollector, image: dict[str, int] | None) -> int | 
     return collector.glb.add("materials", pbrMetallicRoughness=pbr, doubleSided=True)
 
 
-# Images, numbers and colours of a tensor mesh's material, by their names in a `MaterialRecord`.
+# The images, numbers and colours of a tensor mesh's material, by their names in a `MaterialRecord`.
 IMAGES = {"ao": "ambient_occlusion"} | {
     name: name for name in ("albedo", "normal", "roughness", "metallic", "ao_rough_metal")
 }
@@ -118,7 +118,7 @@ def _record(material: Any) -> Any:
 
 
 def _open3d_material(collector: WorldCollector, record: Any) -> int:
-    """Adds a `MaterialRecord`; its separate images of roughness and metalness are packed into one, as in glTF."""
+    """Adds a `MaterialRecord`; its separate images of roughness and metalness are packed into one image, as in glTF."""
 
     def image(name: str) -> dict[str, int] | None:
         found = getattr(record, name, None)

@@ -61,7 +61,7 @@ def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> t
     if visual.kind == "texture":
         uvs = None if visual.uv is None or len(visual.uv) != len(vertices) else np.asarray(visual.uv)
         material = _trimesh_material(collector, visual.material, textured=uvs is not None)
-        # For a file with both, trimesh stores vertex colours, which multiply the texture, separately.
+        # If a file also has vertex colours, which multiply the texture, trimesh stores these colours separately.
         beside = visual.vertex_attributes.get("color")
         colors = None if beside is None or len(beside) != len(vertices) else to_linear(beside)
     elif visual.kind == "vertex":
@@ -80,7 +80,7 @@ def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> t
 
 
 def _trimesh_material(collector: WorldCollector, material: Any, *, textured: bool) -> int | None:
-    """Adds trimesh's PBR material, which is glTF's; trimesh converts a simple material to one."""
+    """Adds trimesh's PBR material, which equals glTF's material; trimesh converts simple materials to PBR materials."""
     if material is None:
         return None
     if not hasattr(material, "baseColorFactor"):
@@ -108,7 +108,7 @@ def _trimesh_material(collector: WorldCollector, material: Any, *, textured: boo
 
 
 def _factor(value: Any, count: int) -> list[float] | None:
-    """A factor of glTF; trimesh stores some as bytes, with 255 for 1."""
+    """A glTF factor; trimesh stores some factors as bytes, with 255 for 1."""
     if value is None:
         return None
     array = np.asarray(value)

@@ -15,7 +15,7 @@ from .system_calls import read_at, write_at
 __all__ = ["LocksUnsupportedError", "hold_lock", "lock_holder", "try_lock"]
 
 LOCKED_BYTE = 1 << 20
-"""The place of the byte that Windows locks."""
+"""The position of the byte that Windows locks."""
 
 
 class LocksUnsupportedError(OSError):
@@ -66,7 +66,7 @@ def _wait_for_lock(file: int, folder: Path, patience: float) -> None:
 
 
 def lock_holder(path: Path) -> str | None:
-    """The name of the process that holds a lock now; None if it is free, or if the file system has no locks."""
+    """The name of the process that holds a lock now; None if the lock is free, or if the file system has no locks."""
     try:
         file = os.open(path, os.O_RDWR)
     except OSError:

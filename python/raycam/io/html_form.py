@@ -9,7 +9,9 @@ __all__ = ["html_table"]
 MAX_ROWS = 20
 """Maximum number of rows shown; further rows are counted."""
 CELL = 'style="padding: 2px 14px 2px 0; text-align: left"'
-"""The style of a cell. Some notebooks, such as marimo, show cells without one directly next to each other."""
+"""The style of a cell. Style of table cells, because some notebooks, such as marimo, otherwise show cells without
+padding.
+"""
 
 
 def html_table(

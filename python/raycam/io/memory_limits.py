@@ -17,14 +17,14 @@ __all__ = ["available_bytes", "mac_available", "parse_size", "peak_bytes"]
 
 CGROUP = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
-"""Linux's folder of processes; other systems have none, or another one."""
+"""Linux's folder of processes; other systems have no such folder or a different one."""
 
 
 def available_bytes(share: float = 1.0) -> int:
     """Bytes that this process and its children may still allocate until `share` of a limit is used; may be negative.
 
     The limits are the machine's memory and those of the process's control groups and their parents (Linux, versions 1
-    and 2, as set by containers and batch systems); the tightest limit counts. Used memory includes all processes under
+    and 2, as set by containers and batch systems); the lowest limit counts. Used memory includes all processes under
     the same limit, but not file caches, which the kernel can drop.
     """
     return min(int(share * limit) - used for limit, used in limits())
@@ -42,8 +42,8 @@ def peak_bytes(pid: int) -> int:
 def parse_size(name: str, size: int | str | None) -> int | None:
     """Parses the size called `name` in bytes: a whole number, or a string such as "512 MiB", "2GB", "1.5 GiB".
 
-    K, M, G and T are powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` for an invalid size, or one
-    below a byte.
+    K, M, G and T are powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` for an invalid size, or a
+    size below one byte.
     """
     if size is None:
         return None
@@ -99,7 +99,7 @@ MAC_AVAILABLE = ("free", "speculative", "inactive")
 
 
 def _command_output(*command: str) -> str:
-    """The output of a command of the system; empty if it fails."""
+    """The output of a system command; empty if the command fails."""
     from subprocess import SubprocessError, run  # imported here: `import raycam` does not wait for it
 
     try:

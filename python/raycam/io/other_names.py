@@ -10,7 +10,8 @@ __all__ = ["no_attribute"]
 def no_attribute(owner: object, name: str, ours: str | None = None) -> AttributeError:
     """Returns the error for an attribute that `owner`, an object or a module, does not have.
 
-    The message names `ours`, raycam's counterpart; by default the one in the core's table of other programs' terms.
+    The message names `ours`, raycam's counterpart; by default, the counterpart in the core's table of other programs'
+    terms.
     """
     from .. import _core
 

@@ -1,4 +1,4 @@
-"""System calls that differ between operating systems, or are missing on some."""
+"""System calls that differ between operating systems or are missing on some systems."""
 
 from __future__ import annotations
 
@@ -121,7 +121,8 @@ MMAP_THRESHOLD = -3
 
 
 def give_memory_back() -> bool:
-    """Makes the C library return freed blocks to the system; returns False without effect if it is not glibc.
+    """Makes the C library return freed blocks to the system; returns False without effect for C libraries other than
+    glibc.
 
     By default glibc raises its mmap and trim thresholds after a large block is freed, so each thread may keep up to
     64 MiB of freed memory. This call fixes the thresholds: blocks of 256 KiB or more (image planes, trees) are mapped

@@ -19,7 +19,7 @@ MAX_REPORTED = 8  # differences between two worlds
 
 
 def read_description(path: Path) -> dict[str, Any] | None:
-    """Reads a `job.json`; returns None if there is none. Raises `JobError` if it is damaged."""
+    """Reads a `job.json`; returns None if the file does not exist. Raises `JobError` for a damaged file."""
     try:
         text = path.read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):
@@ -47,7 +47,7 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
             before = JobPackage.from_bytes(stored.read_bytes(), str(stored), there["job"]).world
             lines += world_differences(before, asked.world)
         except (Error, OSError):
-            pass  # the package has another version or is damaged: the hashes above are all that is known
+            pass  # the package has another version or is damaged, so only the hashes above are known
     return (
         f"{folder}: contains another job: {'; '.join(lines)}. Use another folder, or resume=False to start over "
         "and delete its results"

@@ -61,7 +61,7 @@ class Status:
 class Job:
     """A job in a folder, new or resumed.
 
-    `package` defines the job; None opens an existing one. A missing folder is created. If the folder contains the same
+    `package` defines the job; None opens an existing job. A missing folder is created. If the folder contains the same
     job, finished frames are kept. With `resume=False` the job starts again, and the files of the old job are removed
     first.
 
@@ -146,7 +146,7 @@ class Job:
         return Status(len(self._offsets), done, dict(sorted(self._failed.items())), damaged)
 
     def running_processes(self) -> list[str]:
-        """Returns the processes known to this machine that are running the job; empty if there are none."""
+        """Returns the processes on this machine that are running the job; empty if no process is running it."""
         who = (lock_holder(path) for path in sorted(self._state.glob("lock*")))
         return [one for one in who if one is not None]
 
@@ -270,8 +270,8 @@ class Job:
     def assembling(self) -> Iterator[bool]:
         """Context for assembling a file from all frames; on entry, the job reads the progress of all shards.
 
-        If several shards end at the same time, one enters and the others wait. Yields False if another shard has
-        assembled the file and removed the job.
+        If several shards end at the same time, one shard enters and the other shards wait. Yields False if another
+        shard has assembled the file and removed the job.
         """
         with contextlib.ExitStack() as held:
             with contextlib.suppress(FileNotFoundError):
@@ -294,7 +294,9 @@ class Job:
     # Internals ------------------------------------------------------------------------------------------------
 
     def _create(self, package: JobPackage) -> None:
-        """Writes the missing files of the job; `job.json` is last, so it exists only next to a complete package."""
+        """Writes the missing files of the job; `job.json` is written last, so it exists only next to a complete
+        package.
+        """
         path, description = self._state / "package", self._state / "job.json"
         # This folder exists while a process creates the job, or after the process was killed.
         begun = self._state / "scratch-begin"
@@ -383,7 +385,7 @@ class Job:
         self._failed[failed.frame] = failed.error
 
     def log(self, frame: int) -> Path:
-        """The path of the log of a failed frame."""
+        """The path of a failed frame's log."""
         return self._state / "failed" / f"frame_{frame:04}.log"
 
     def _check(self, asked: Iterable[int]) -> None:

@@ -120,7 +120,8 @@ class JobPackage:
     def from_bytes(cls, data: bytes, name: str, id: str) -> JobPackage:
         """Reads the package from the bytes of the file `name`, which must have this `id`.
 
-        Raises `FormatError` for another or an invalid package, and `JobError` for one of another version of raycam.
+        Raises `FormatError` for an invalid package or another id, and `JobError` for a package of another raycam
+        version.
         """
         cls.check(data, name, id)
         header, newline, world = data.partition(b"\n")

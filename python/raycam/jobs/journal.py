@@ -44,7 +44,7 @@ class JournalEntry:
     files: Mapping[str, Stamp] = field(default_factory=dict)
     """The stamps of the frame's files, by name."""
     error: str | None = None
-    """The error of a failed frame, in one line; None for a finished one."""
+    """The error of a failed frame, in one line; None for a finished frame."""
     seconds: float | None = None
     """The time that the worker took, in seconds."""
 
@@ -71,7 +71,7 @@ def digest(pieces: Iterable[bytes]) -> Stamp:
 
 
 def read(path: Path) -> Iterator[tuple[int, JournalEntry | None]]:
-    """Iterates over the entries of a journal with their byte offsets, oldest first; None for a damaged line.
+    """Iterates over the entries of a journal with their byte offsets, oldest first; returns None for a damaged line.
 
     A partial line at the end, left by a killed process, is skipped. A missing file has no entries.
     """
@@ -99,8 +99,8 @@ def read_entry(path: Path, place: int) -> JournalEntry:
 def erase_line(path: Path, place: int) -> None:
     """Overwrites a damaged line, which `read` found at the offset `place`, with spaces.
 
-    The caller holds the lock of the journal, because a line that looks damaged may be one that another machine is still
-    writing. Raises `OSError` from the disk.
+    The caller holds the lock of the journal, because another machine may still be writing a line that looks damaged.
+    Raises `OSError` from the disk.
     """
     with path.open("r+b") as lines:
         lines.seek(place)
@@ -170,8 +170,7 @@ class Journal:
         try:
             with with_path(self._path):
                 if os.write(self._file, line) != len(line):
-                    # The disk accepted only a part. A second attempt raises the error, or uses the
-                    # remaining space.
+                    # The disk accepted only a part of the line. A second attempt raises the error or succeeds.
                     os.ftruncate(self._file, before)
                     if os.write(self._file, line) != len(line):
                         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

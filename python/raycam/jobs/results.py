@@ -129,7 +129,8 @@ class ResultStore:
                 os.unlink(os.path.join(self._folder, path))
             while path := os.path.dirname(path):
                 folders.add(path)
-        for folder in sorted(folders, key=len, reverse=True):  # inner folders have longer paths
+        # Inner folders, which have longer paths, are removed first.
+        for folder in sorted(folders, key=len, reverse=True):
             with contextlib.suppress(OSError):
                 os.rmdir(os.path.join(self._folder, folder))
 

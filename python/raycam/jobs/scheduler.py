@@ -23,7 +23,7 @@ from .worker import FrameResult, FrameTask, WorkerUnfit
 __all__ = ["FailedFrame", "Pool", "PoolLost", "WorkerDied", "schedule", "shared_threads"]
 
 MAX_ATTEMPTS = 3
-"""Attempts per frame with transient errors, such as a lack of memory; also of workers that die while rendering it."""
+"""Attempts per frame after transient errors (such as a lack of memory) and after deaths of the frame's workers."""
 STRAGGLER_TIMEOUT = 30.0
 """Minimum time in seconds after which a frame is a straggler, which another worker gets too."""
 MAX_COPIES = 6
@@ -51,7 +51,7 @@ class Pool(Protocol):
     """Workers that render frames."""
 
     apart: bool
-    """True if workers fail independently, so that a second one may take over from one that does not answer."""
+    """True if workers fail independently, so that a second worker may replace a worker that does not answer."""
 
     @property
     def notices(self) -> Sequence[Notice]:
@@ -83,7 +83,7 @@ class FailedFrame:
     frame: int
     """The frame's number."""
     error: str
-    """The error, in one line."""
+    """The frame's error, in one line."""
     log: str
     """The tracebacks of all attempts."""
 
@@ -127,7 +127,7 @@ class _FrameHistory:
 
 
 class _Scheduler:
-    """The state of one `schedule`."""
+    """The state of one call of `schedule`."""
 
     def __init__(
         self, pool: Pool, tasks: Iterator[FrameTask], attempts: int, now: Callable[[], float]
@@ -182,7 +182,7 @@ class _Scheduler:
         future.add_done_callback(self._arrived.put)
 
     def _complete(self, future: Future[FrameResult]) -> FrameResult | FailedFrame | None:
-        """The outcome of a finished future; None if the frame has no outcome yet, or had one before."""
+        """The outcome of a finished future; None if the frame has no outcome yet, or already had an outcome."""
         if future not in self._under_way:  # a future that was reported twice
             return None
         task, started = self._under_way.pop(future)
@@ -234,7 +234,9 @@ class _Scheduler:
         if enough:
             text = str(fault).strip().partition("\n")[0]
             name = type(fault).__name__
-            killed = f"{story.deaths} workers ended while rendering it; last error: " if died else ""
+            killed = (
+                f"{story.deaths} workers ended while they rendered this frame; last error: " if died else ""
+            )
             return FailedFrame(
                 task.frame, f"{killed}{name}: {text}" if text else f"{killed}{name}", "\n".join(story.logs)
             )

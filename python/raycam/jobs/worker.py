@@ -1,8 +1,8 @@
 """The worker's side of a job: loads the package once and renders the requested frames.
 
-A task is data: the job's hash, the path of its package, the frame. Nothing in a task is run as code: the kind of
-the job is looked up in `jobs.kinds`. Frames are pure functions of their package, so a frame that is made twice, by this
-worker or another, has the same bytes. A worker never writes a final file; it returns the bytes.
+A task is data: the job's hash, the path of its package, the frame. Nothing in a task is run as code: the kind of the
+job is looked up in `jobs.kinds`. Frames are pure functions of their package, so a frame that is rendered twice, even by
+two workers, has the same bytes. A worker never writes a final file; it returns the bytes.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
 
 
 def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]) -> Verdict:
-    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the plane; NaN if r is parallel to it."""
+    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the plane; NaN for a parallel r."""
     rng = np.random.default_rng(1)
     for _ in range(8):
         triangle, C, r = rng.normal(size=(3, 3)), rng.normal(size=3), 3 * rng.normal(size=3)
@@ -168,7 +168,8 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
         return Verdict(False, "The answer is inverted: an odd number of crossings means inside.")
     if all(expected for expected, _, _ in wrong) and len({order for _, order, _ in wrong}) == 1:
         return Verdict(
-            False, "Only one order of the corners works: accept all signs positive, and all negative."
+            False,
+            "Only one order of the corners works: accept three positive signs and three negative signs.",
         )
     if all(not expected and in_box for expected, _, in_box in wrong):
         return Verdict(False, "Points in the triangle's bounding box are accepted. Test against each edge.")
@@ -302,7 +303,7 @@ def _exception(error: Exception) -> str:
 
 
 def _numbers(function: Callable[[], Any], shape: tuple[int, ...]) -> tuple[Any, str]:
-    """The function's result as an array; None and a text if it is missing or has another shape."""
+    """The function's result as an array; None and a text if the answer is missing or has another shape."""
     try:
         given = function()
     except Exception as error:

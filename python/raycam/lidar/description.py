@@ -18,7 +18,7 @@ UNITS = {name: unit for name, (_, _, unit) in SETTINGS.items()} | {
 
 
 def describe_lidar(lidar: Lidar) -> str:
-    """Returns the device's pattern, settings and the sources of its numbers, one per line."""
+    """Returns the device's pattern, its settings and the sources of the numbers, with one entry per line."""
     pattern = lidar.pattern()
     up = np.degrees(np.arcsin(np.clip(pattern.directions[:, 2], -1.0, 1.0)))
     rows, columns = pattern.shape

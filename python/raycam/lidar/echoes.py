@@ -18,7 +18,7 @@ __all__ = ["FWHM_TO_SIGMA", "Echoes", "find_echoes"]
 FWHM_TO_SIGMA = 1.0 / (2.0 * math.sqrt(2.0 * math.log(2.0)))
 """The standard deviation of a Gaussian pulse of width 1 at half its maximum."""
 APART = 8.0
-"""Gaps in standard deviations of the pulse across which surfaces do not change each other's maxima."""
+"""Minimum gap, in standard deviations of the pulse, across which surfaces do not change each other's maxima."""
 MERGED = 2.0
 """Surfaces within this many standard deviations have a single maximum."""
 BLOCK = 1 << 21
@@ -35,7 +35,7 @@ class Echoes:
     energy: Floats
     """Sum of the energies of the echo's contributions."""
     main: npt.NDArray[np.int64]
-    """The largest contribution of the surface with most of the energy."""
+    """The largest contribution of the surface that contributes the most energy."""
     purity: npt.NDArray[np.float32]
     """That surface's share of the energy; a surface is an object after a certain number of bounces."""
     is_single: bool = False
@@ -132,7 +132,7 @@ def _order_by_surface(surface: npt.NDArray[Any], number: npt.NDArray[np.int64]) 
 
 
 def _leaders(number: npt.NDArray[np.int64], ranks: Sequence[npt.NDArray[Any]]) -> npt.NDArray[np.int64]:
-    """Returns the row of each echo number with the largest rank; the next rank decides between equal ones."""
+    """Returns the row of each echo number with the largest rank; the next rank decides between equal ranks."""
     rows = np.arange(len(number))
     if (np.diff(number) < 0).any():
         rows = np.argsort(number, kind="stable")

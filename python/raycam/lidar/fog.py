@@ -22,7 +22,7 @@ __all__ = ["Fog", "attenuation", "fog_contributions", "fog_of", "soft_echo"]
 BACKSCATTER = 0.046
 """Backscattering coefficient times the visibility, in 1/sr (Rasshofer, Spies and Spies 2011)."""
 OVERLAP = (0.9, 1.0)
-"""Distances in metres at which the receiver begins to see the beam, and sees all of it (Hahner et al. 2021)."""
+"""Distances in metres from which the receiver covers part of the beam and the whole beam (Hahner et al. 2021)."""
 STEP = 0.01
 """Step of the numerical integral, in metres."""
 REACH = 12.0
@@ -97,7 +97,7 @@ def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
         return STEP * sum(value * pulse[abs(at - i)] for i, value in enumerate(profile))
 
     low, high = 0, count - 1
-    while high - low > 2:  # the sum has a single maximum
+    while high - low > 2:  # `height` has a single maximum
         third = (high - low) // 3
         if height(low + third) < height(high - third):
             low += third
@@ -118,7 +118,7 @@ def fog_contributions(
     """Returns the fog's echo as one contribution for each pulse, without an object.
 
     The fog is at rest: `drift` [n] is the rate of change of distances along each pulse because the sensor moves.
-    `found` provides the fields' types.
+    `found` determines the types of the fields.
     """
     distance, energy = soft_echo(visibility, pulse_length)
     count = len(pulses)

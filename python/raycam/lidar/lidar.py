@@ -213,7 +213,7 @@ class Lidar:
     # Settings ---------------------------------------------------------------------------------------------
 
     def replace(self, **settings: Any) -> Self:
-        """Returns the lidar with other settings (see the class); None restores the device's own."""
+        """Returns the lidar with new settings (see the class); None restores the device's own."""
         return self._copy(settings=settings)
 
     def _copy(self, *, settings: Mapping[str, Any] | None = None, track: Track | None = None) -> Self:
@@ -350,7 +350,7 @@ class Lidar:
 
     @property
     def beam_width(self) -> tuple[float, float]:
-        """Horizontal and vertical width of the beam where it starts, at 1/e², in metres."""
+        """Horizontal and vertical width of the beam at its origin, at 1/e², in metres."""
         width: tuple[float, float] = tuple(self._value("beam_width", (0.0, 0.0)))
         return width
 
@@ -408,7 +408,7 @@ class Lidar:
 
     @property
     def firing_cycle(self) -> float:
-        """Seconds from one firing cycle of a Velodyne to the next; raises `LidarError` for other devices."""
+        """Time in seconds between a Velodyne's firing cycles; raises `LidarError` for other devices."""
         if self.family != "velodyne":
             raise LidarError(
                 f"{self.name}: only Velodyne's devices have firing cycles, and only they and Ouster's have packets",
@@ -522,7 +522,7 @@ class Lidar:
         """Returns the lidar moving from its pose in the same way as a body that moves from `first` to `second` in
         `seconds`.
 
-        `first` and `second` are poses [4, 4]; the lidar's motion in its own axes is theirs.
+        `first` and `second` are poses [4, 4]; the lidar has the same motion in its own axes.
         """
         back = first[:3, :3].T
         turn, shift = product(back, second[:3, :3]), product(back, second[:3, 3] - first[:3, 3])

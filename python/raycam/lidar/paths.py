@@ -1,4 +1,4 @@
-"""Paths of light from the lidar to surfaces, also by way of mirrors and through glass."""
+"""Paths of light from the lidar to surfaces, including paths via mirrors and through glass."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HIT_FIELDS = (
     "albedo",
 )
 LEAST_ENERGY = 1e-4
-"""A path ends if it carries less than this share of its pulse."""
+"""A path ends if its share of the pulse's energy is below this value."""
 NOTHING = -1
 LEAST_LENGTH = 1e-6
 """Minimum distance in metres: nearer surfaces return as much light as surfaces at this distance."""
@@ -92,7 +92,7 @@ class Contributions:
 
 
 def rows(array: npt.NDArray[Any], chosen: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns the rows `chosen` of an array; fast for repeated values and for rows of several numbers."""
+    """Returns the rows `chosen` of an array; optimised for repeated values and for rows of several numbers."""
     if len(array) and not array.strides[0]:  # the same value in all rows
         return np.broadcast_to(array[0], (len(chosen), *array.shape[1:]))
     return array.take(chosen, axis=0)
@@ -100,7 +100,9 @@ def rows(array: npt.NDArray[Any], chosen: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 @dataclass
 class _Rays:
-    """Rays of one generation; `weight` is the share of the pulse's energy, `index` the medium's refractive index."""
+    """The rays after a given number of interfaces; `weight` is the share of the pulse's energy, `index` the medium's
+    refractive index.
+    """
 
     origins: Floats
     directions: Floats

@@ -46,7 +46,7 @@ class Pattern:
     range_scale: Floats
     """See `range_offset` [n]; 1 except for Velodyne's two-point corrections."""
     shape: tuple[int, int]
-    """Rings and columns of an organised image; (0, 0) if the pulses form none."""
+    """Rings and columns of an organised image; (0, 0) if the pulses form no grid."""
 
     def __len__(self) -> int:
         """Returns the number of pulses."""

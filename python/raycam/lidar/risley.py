@@ -61,7 +61,7 @@ def risley_pattern(prisms: Sequence[Prism], pulse_rate: float, rate: float, fram
 def refract(beam: Floats, normal: Floats, ratio: float) -> Floats:
     """Returns the directions [n, 3] after an interface, by Snell's law.
 
-    `normal` points along the beam; `ratio` is the index before the interface divided by the index behind it.
+    `normal` points along the beam; `ratio` is the index in front of the interface divided by the index behind it.
     """
     normals = np.broadcast_to(normal, beam.shape)
     cos_in = (beam[:, 0] * normals[:, 0] + beam[:, 1] * normals[:, 1] + beam[:, 2] * normals[:, 2])[:, None]

@@ -51,7 +51,7 @@ class Scan(Mapping[str, Array]):
             array.setflags(write=False)
 
     def __getitem__(self, name: str) -> Array:
-        """Returns a field; raises `LidarError` with the nearest name if it is unknown."""
+        """Returns a field; raises `LidarError` with the most similar name for an unknown field."""
         if name not in self._columns:
             raise LidarError(nearest("field of a scan", name, list(self._columns)), code="unknown_name")
         return self._columns[name]

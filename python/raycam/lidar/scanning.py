@@ -151,11 +151,11 @@ def scan_many(
     keep_lost: bool = False,
     threads: int | None = None,
 ) -> Iterator[Scan]:
-    """Yields the scans of several frames, one after another, so that only one is in memory.
+    """Yields the scans of several frames one after another, so that only one scan is in memory.
 
-    `frames` are the frames' numbers, or how many frames from 0. Frame k starts k / `rate` seconds after the world's
-    time; a world without a time is static. A lidar that is given by its name moves as `World.sensors` at that time.
-    Raises the errors of `scan`, and `SettingsError` for a frame number below 0.
+    `frames` are the frames' numbers, or the number of frames, counted from frame 0. Frame k starts k / `rate` seconds
+    after the world's time; a world without a time is static. A lidar that is given by its name moves as `World.sensors`
+    at that time. Raises the errors of `scan`, and `SettingsError` for a frame number below 0.
     """
     numbers = range(whole("frames", frames, 0, 2**31 - 1)) if isinstance(frames, int) else frames
     named = lidar_named(world, lidar) if isinstance(lidar, str) else lidar
@@ -169,7 +169,7 @@ def scan_many(
 def lidar_named(world: World, name: str) -> Lidar:
     """Returns a lidar of the world by its name, or by the name without its rig if only one lidar has it.
 
-    Raises `LidarError` with the nearest names for an unknown one.
+    Raises `LidarError` with similar names for an unknown one.
     """
     lidars = {key: sensor for key, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
     if name in lidars:

@@ -52,7 +52,7 @@ class Surface:
     opacity: float = 1.0
     """The opacity, from 0 to 1."""
     reflectance: float = math.nan
-    """Diffuse reflectance at the wavelength, independent of the base colour; NaN: derived from it."""
+    """Diffuse reflectance at the wavelength, independent of the base colour; NaN: derived from the material."""
     retroreflection: float = 0.0
     """Coefficient of retroreflection R_A at normal incidence, in cd/(lx m²)."""
     retroreflection_table: tuple[tuple[float, float], ...] = ()
@@ -77,7 +77,7 @@ class SurfaceTable:
         self._own = {row[0]: row[1:] for row in _core.world_lidar_surfaces(world._core)}
         self._instances = np.array(sorted(self._own), np.int64)
         self.is_colored = False
-        """True if some hit has a base colour that is not grey."""
+        """True if any hit surface has a base colour other than grey."""
 
     def note_colors(self, surface: npt.NDArray[np.int64], albedo: npt.NDArray[Any]) -> None:
         """Records whether the base colours [n, 3] from which reflectances derive are grey."""
@@ -279,7 +279,9 @@ def _tabulated_sheeting(table: SurfaceTable, surface: npt.NDArray[Any], cosine: 
 
 
 def dielectric_reflectance(cosine: Floats, ratio: Floats) -> Floats:
-    """Returns the unpolarised Fresnel reflectance [n]; `ratio` is the index before the surface by that behind it."""
+    """Returns the unpolarised Fresnel reflectance [n]; `ratio` is the index in front of the surface divided by the
+    index behind it.
+    """
     sine2 = ratio**2 * (1.0 - cosine**2)
     total = sine2 >= 1.0
     inner = np.sqrt(np.where(total, 0.0, 1.0 - sine2))

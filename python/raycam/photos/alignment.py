@@ -1,4 +1,4 @@
-"""The shift of each photograph relative to the others, which reveals wrong poses."""
+"""The shift of each photograph relative to the other photographs, which reveals wrong poses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROUNDS = 5
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """The fit of each photograph to the others; arrays [cameras], NaN for photographs without overlap."""
+    """The fit of each photograph to the other photographs; arrays [cameras], NaN for photographs without overlap."""
 
     shift: Floats
     """Root mean square of the shifts of a photograph's parts, in pixels."""

@@ -13,7 +13,7 @@ Single = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int64]
 
 MAX_BLENDED_VIEWS = 8
-"""Number of views blended per texel: those with the largest weights."""
+"""Number of views that are blended per texel; the views with the largest weights are used."""
 LUMINANCE_TOLERANCE = 0.06
 """Relative difference of luminance within which views agree."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -22,7 +22,7 @@ CHUNK_TEXELS = 1 << 16
 
 
 class TexelViews:
-    """The views with the largest weights of some texels, filled photograph by photograph."""
+    """For a set of texels, the views with the largest weights, filled photograph by photograph."""
 
     BYTES = MAX_BLENDED_VIEWS * 16 + 4
     """The memory that each texel needs, in bytes."""
@@ -33,7 +33,7 @@ class TexelViews:
         self.views = np.zeros(count, np.int32)
 
     def add(self, index: Ints, weight: Single, colors: Single) -> None:
-        """Adds the colours [k, 3] in which one more photograph shows texels [k]."""
+        """Adds another photograph's colours [k, 3] of the texels [k]."""
         self.views[index] += 1
         slot = self.weights[index].argmin(axis=1)
         better = weight > self.weights[index, slot]

@@ -25,9 +25,10 @@ Single = npt.NDArray[np.float32]
 EDGE_PLACES = (0.0, 0.5, 1.0)
 """Number of places on an edge between two photographs at which their colours are compared."""
 EDGE_INSET = 0.01
-"""Distance of these places from the edge, as a fraction of the way to the face's centroid."""
-EDGE_WIDTH_TEXELS = 4.0
-"""Width over which these colours are averaged."""
+"""Distance of these points from the edge, as a fraction of the way to the face's centroid."""
+EDGE_WIDTH_TEXELS = 0.25
+"""Width over which these colours are averaged. Half of the width is on the other face's side of the edge, where the
+surface turns away from the face's plane: at 1 texel, the mean is shifted by a tenth of a texel."""
 FINE_TEXELS, COARSE_TEXELS = 8, 32
 """Radii of the averages that separate three bands."""
 
@@ -53,7 +54,7 @@ class _Lookups:
         self._sorted, self._part = view[self._order], part
 
     def add(self, photos: PhotoSet, number: int, photo: ViewedPhotograph) -> None:
-        """Looks up the points of one photograph."""
+        """Looks up the points that belong to one photograph."""
         low, high = np.searchsorted(self._sorted, [number, number + 1])
         for start in range(int(low), int(high), PART_TEXELS):
             some = self._order[start : min(start + PART_TEXELS, high)]
@@ -85,9 +86,9 @@ class _FaceViews:
 def compose(photos: PhotoSet, blended: BlendedTexels, totals: FaceTotals) -> Composite:
     """Chooses a photograph for each face, and levels the seams between them.
 
-    Texels that their face's photograph does not show, but another one does, have the blended colour. Sources: Lempitsky
-    and Ivanov, Seamless mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there be color!
-    Large-scale texturing of 3D reconstructions, 2014.
+    Texels that are visible only in other photographs than their face's photograph have the blended colour. Sources:
+    Lempitsky and Ivanov, Seamless mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there
+    be color! Large-scale texturing of 3D reconstructions, 2014.
     """
     surface = photos.surface
     texels = surface.texels
@@ -137,7 +138,7 @@ class _SeamEdges:
     first: Ints
     """A face of each edge."""
     second: Ints
-    """The other face."""
+    """The face on the other side of the edge."""
     ends: Ints
     """The corners [m, 2] of the first face at the edge's ends."""
     others: Ints
@@ -152,7 +153,7 @@ class _SeamEdges:
         return cls(first, second, ends, np.take_along_axis(equal.argmax(axis=2), ends, axis=1))
 
     def points(self, photos: PhotoSet, faces: _FaceViews) -> tuple[Ids, Callable[[Ints], SurfacePart]]:
-        """Photographs and points: for each place on the edge, those of the first faces, then of the second ones."""
+        """Photographs and points for each position on the edges: for the first faces, then for the second faces."""
         face, points = [], []
         rows = np.arange(len(self.first))
         for place in EDGE_PLACES:
@@ -239,7 +240,7 @@ def _wanted_steps(
 def add_detail(
     best: Single, blended: Single, known: npt.NDArray[np.bool_], index: Ints, size: tuple[int, int]
 ) -> Single:
-    """Colours [n, 3] with low frequencies of `blended`, high ones of `best`, and the mean of both in between.
+    """Colours [n, 3] with the low frequencies of `blended`, the high frequencies of `best`, and their mean in between.
 
     Sources: Burt and Adelson, A multiresolution spline with application to image mosaics, 1983; Allène, Pons and
     Keriven, Seamless image-based texture atlases using multi-band blending, 2008.

@@ -22,7 +22,7 @@ TOLERANCE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class SparseSymmetric:
-    """A symmetric matrix of n rows without empty ones, as compressed rows."""
+    """A symmetric matrix without empty rows, in compressed row storage."""
 
     values: Floats
     """The entries [m], row by row."""

@@ -34,7 +34,7 @@ VIRIDIS = (
     / 255.0
 )
 SHADE = 0.55
-"""Share of a colour that faces seen edge-on lose."""
+"""Fraction by which the colour of edge-on faces is darkened."""
 UNSEEN = np.array([0.85, 0.0, 0.55])
 
 

@@ -14,7 +14,7 @@ from ..world import World
 __all__ = ["DepthEdges", "find_depth_edges"]
 
 MAX_CELLS = 1 << 17
-"""Number of cells of the grid; each has one ray."""
+"""Number of cells of the grid; one ray is traced per cell."""
 PLANE_TOLERANCE = 0.02
 """Distance of a neighbour from the tangent plane above which depth jumps, relative to the depth."""
 

@@ -17,7 +17,7 @@ Ids = npt.NDArray[np.int32]
 Single = npt.NDArray[np.float32]
 
 MAX_FACE_VIEWS = 6
-"""Number of candidate photographs per face: those with the largest weights."""
+"""Number of candidate photographs per face; the photographs with the largest weights are candidates."""
 QUALITY_SCALE = 4.0
 """Cost of a photograph of weight 0, in seams; a photograph with half the best weight costs half as much."""
 ROUNDS = 40
@@ -49,8 +49,9 @@ class FaceTotals:
         )
 
     def candidates(self) -> FaceCandidates:
-        """The photographs between which each face chooses; photographs whose colour differs from the others are
-        dropped."""
+        """The photographs between which each face chooses; photographs whose colour differs from the other photographs
+        are dropped.
+        """
         empty = (np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), np.zeros((0, 3)))
         face, camera, weight, color = (np.concatenate(part) for part in zip(empty, *self.rows, strict=True))
         order = np.lexsort((camera, face))
@@ -120,12 +121,12 @@ def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
     reverse = place[(order + len(pairs)) % len(order)]
-    # The source's photograph that corresponds to each of the target's.
+    # For each photograph of the target, the corresponding photograph of the source.
     equal = (views[source][:, :, None] == views[target][:, None, :]) & (views[target] >= 0)[:, None, :]
     same, known = equal.argmax(axis=1).T, equal.any(axis=1).T
     flat = same * len(source) + np.arange(len(source))
     starts = np.flatnonzero(np.diff(target, prepend=-1))
-    # One row for each choice: operations on long rows are fast.
+    # The array has one row for each choice, because operations on long rows are fast.
     rows_of_cost = np.ascontiguousarray(cost.T)
     message = np.zeros((views.shape[1], len(order)))
     least = energy(cost, views, chosen, pairs)
@@ -147,7 +148,7 @@ def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
 
 
 def smallest_place(table: Floats) -> Ints:
-    """The row [n] of the smallest value in each column of a table [k, n]; the first of equal ones."""
+    """The row [n] of the smallest value in each column of a table [k, n]; the first row among equal values."""
     place, low = np.zeros(table.shape[1], np.int64), table[0]
     for row, values in enumerate(table[1:], start=1):
         place[values < low] = row

@@ -17,9 +17,10 @@ DARKEST, BRIGHTEST = 0.003, 0.95
 ROUNDS = 6
 """Number of reweighting rounds."""
 MAX_POINT_VIEWS = 16
-"""Number of views compared per point: those with the largest weights."""
+"""Number of views that are compared per point; the views with the largest weights are used."""
 RIDGE = 1e-10
-"""Weight of the prior that gains are 1, relative to the views'; it decides for photographs without overlap."""
+"""Weight of the prior gain 1 relative to the views' weights; the prior determines gains of photographs without overlap.
+"""
 OUTLIER_SCALE = 0.05
 """Differences of log colour above which views count less, such as highlights and wrong poses."""
 
@@ -28,9 +29,9 @@ def estimate_gains(survey: Survey) -> Floats:
     """The factors [cameras, 3] of each photograph's linear red, green and blue.
 
     The logarithms are the least squares solution of log color = log reflected + log gain over points that are visible
-    twice, reweighted so that outliers count less; their mean is 0 for each group of photographs that overlap.
-    Photographs without overlap have the gain 1. Source: Brown and Lowe, Automatic panoramic image stitching using
-    invariant features, 2007.
+    in two photographs, reweighted so that outliers count less; their mean is 0 for each group of photographs that
+    overlap. Photographs without overlap have the gain 1. Source: Brown and Lowe, Automatic panoramic image stitching
+    using invariant features, 2007.
     """
     gains = np.ones((survey.cameras, 3))
     usable = np.all((survey.color > DARKEST) & (survey.color < BRIGHTEST), axis=1)

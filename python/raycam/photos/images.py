@@ -23,7 +23,7 @@ __all__ = ["PhotoSource", "Photos", "Pyramid"]
 Photos = str | os.PathLike[str] | Mapping[str, Any]
 """A folder with the photographs, or a mapping from their names to paths or arrays."""
 LISTED_NAMES = 3
-"""Maximum number of photographs listed in an error; further ones are counted."""
+"""Maximum number of photographs listed in an error; further photographs are only counted."""
 
 
 class PhotoSource:
@@ -120,7 +120,7 @@ def linear_photo(name: str, given: Any) -> npt.NDArray[np.float32]:
     """An array as linear float32 [h, w, 4].
 
     Arrays are [h, w] or [h, w, 1] (grey), [h, w, 2] (grey and opacity), [h, w, 3] or [h, w, 4]; uint8 and uint16 are
-    sRGB, floats are linear, bool is black and white. Raises `SettingsError` for others.
+    sRGB, floats are linear, bool is black and white. Raises `SettingsError` for other arrays.
     """
     pixels = np.asarray(given)
     if pixels.ndim == 2:
@@ -165,7 +165,7 @@ class Pyramid:
         self.top = int(np.floor(np.log2(min(photo.shape[:2]))))
 
     def level(self, number: int) -> npt.NDArray[np.float32]:
-        """The photograph halved `number` times, at most until a side has one pixel."""
+        """The photograph, halved in size `number` times, but at most until a side has one pixel."""
         while len(self.levels) <= number:
             last = self.levels[-1]
             height, width = (last.shape[0] // 2) * 2, (last.shape[1] // 2) * 2

@@ -73,7 +73,7 @@ class FacePoints:
         return np.unique(_nearest(self.barycentric[point], face, corners, weights, first, numbers))
 
     def cover(self, faces: npt.NDArray[np.int64], corners: Floats, places: Floats) -> Bools:
-        """Returns True [n] for places on `faces` [n] whose nearest sample is also the nearest one to a point.
+        """Returns True [n] for places on `faces` [n] whose nearest sample is also the nearest sample of a lidar point.
 
         `corners` [n, 3, 3] are those of the faces, `places` [n, 3] weights of the corners. A face has the samples that
         `surface_visibility` uses for this lidar alone.

@@ -1,4 +1,4 @@
-"""Poisson's equation on some texels of a grid, solved with a hierarchy of coarser grids."""
+"""Poisson's equation on a subset of a grid's texels, solved with a hierarchy of coarser grids."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class GridLinks:
 
 
 class _Level:
-    """A grid's equation: of texels, or of squares of 2 x 2 cells of the finer level."""
+    """The equation on one grid, whose cells are texels or squares of 2 x 2 cells of the finer level."""
 
     def __init__(self, links: GridLinks, weight: Floats, mass: Floats) -> None:
         self.links, self.weight, self.mass = links, weight, mass
@@ -118,7 +118,7 @@ def solve_poisson(links: GridLinks, right: Floats) -> Floats:
 
     def cycle(number: int, residual: Single) -> Single:
         level = levels[number]
-        if number == len(levels) - 1:  # a level without links is the coarsest one
+        if number == len(levels) - 1:  # a level without links is the coarsest level
             return np.asarray(residual / level.diagonal, np.float32)
         x: Single = level.inverse * residual
         rest = level.sums_in_squares(

@@ -1,4 +1,4 @@
-"""The fit of a photograph to the others that show the same surface."""
+"""The fit of a photograph to other photographs of the same surface."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ __all__ = ["PhotographFit"]
 
 @dataclass(frozen=True)
 class PhotographFit:
-    """The fit of a photograph to the others."""
+    """The fit of one photograph to the other photographs."""
 
     name: str
     """The photograph's name."""
     texels: int
-    """The number of texels that it shows."""
+    """The number of texels that the photograph shows."""
     gain: tuple[float, float, float]
     """Factors of its linear red, green and blue, by which its colours were divided; 1 with exposure="off"."""
     shift_px: float
-    """Its shift relative to the other photographs, the root mean square over its parts in pixels; NaN without
-    overlap."""
+    """The photograph's shift relative to the other photographs, as the root mean square over its parts in pixels; NaN
+    without overlap.
+    """
     disagreement: float
-    """Median difference of its luminance from the other photographs, relative to their luminance; NaN without
-    overlap."""
+    """Median difference of the photograph's luminance from the other photographs, relative to their luminance; NaN
+    without overlap.
+    """

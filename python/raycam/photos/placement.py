@@ -24,7 +24,7 @@ INSIDE_SHARE = 0.9
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
-    """Returns a notice if fewer than half of the cameras show the world, with the best scale factor; else an empty
+    """Returns a notice if fewer than half of the cameras show the world, with the best scale factor; otherwise an empty
     list.
 
     The notice is also given if most cameras show backs of faces, as if they were inside the mesh, but would show fronts
@@ -36,24 +36,17 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     if 2 * fronts >= len(given) or bounds is None:
         return []
     inside = 2 * seeing >= len(given)
-    counts = {1.0: fronts}
-    for factor in (*SCALE_FACTORS, *OTHER_FACTORS):
-        if inside and factor < 0:
-            continue  # an inside-out mesh around the origin is equally possible, and more common
-        counts[factor] = count_cameras(world, given, factor)[1]
-        if counts[factor] == len(given):
-            break
-    best = max(counts, key=lambda factor: counts[factor])
-    if inside and counts[best] < INSIDE_SHARE * len(given):
+    best, count = best_scale(world, given, inside)
+    if inside and count < INSIDE_SHARE * len(given):
         return []
     problem = (
-        f"{seeing - fronts} of {len(given)} cameras show only the backs of its faces, as from inside the mesh"
+        f"{seeing - fronts} of {len(given)} cameras show only the backs of faces, as from inside the mesh"
         if inside
         else f"the mesh is visible to only {seeing} of {len(given)} cameras"
     )
     remedy = "check that the mesh is in the coordinates of the cameras"
-    if counts[best] > fronts:
-        remedy = f"scale the mesh by {best:g} to make it visible to {counts[best]} cameras"
+    if count > fronts:
+        remedy = f"scale the mesh by {best:g} to make it visible to {count} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])
     around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
@@ -61,8 +54,25 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     return [Notice(message, "misplaced_mesh")]
 
 
+def best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[float, int]:
+    """Returns the factor at which the most cameras show fronts of the world, and the number of these cameras.
+
+    `inside` excludes negative factors: an inside-out mesh around the origin is equally possible, and more common.
+    """
+    counts = {1.0: count_cameras(world, cameras)[1]}
+    for factor in (*SCALE_FACTORS, *OTHER_FACTORS):
+        if inside and factor < 0:
+            continue
+        counts[factor] = count_cameras(world, cameras, factor)[1]
+        if counts[factor] == len(cameras):
+            break
+    best = max(counts, key=lambda factor: counts[factor])
+    return best, counts[best]
+
+
 def count_cameras(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> tuple[int, int]:
-    """Counts the cameras that show the world scaled by `factor` around the origin, and those that show mainly fronts.
+    """Counts the cameras that show the world scaled by `factor` around the origin, and the cameras that show mainly
+    fronts.
 
     A camera shows the world if one of a grid of rays hits it. The back sides are the front sides of a mirrored world.
     """

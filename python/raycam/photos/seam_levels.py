@@ -31,9 +31,9 @@ class SeamSamples:
     """Points [m] on edges between faces of different photographs, where both show a colour."""
 
     first: Ints
-    """Unknowns [m, 2] of one photograph at the edge's ends."""
+    """Indices [m, 2] of the first photograph's unknowns at the edge's ends."""
     second: Ints
-    """Unknowns [m, 2] of the other photograph."""
+    """Indices [m, 2] of the second photograph's unknowns at the edge's ends."""
     place: Floats
     """Place on the edge [m], from 0 to 1."""
     difference: Floats

@@ -31,7 +31,7 @@ MIN_BATCH = 1 << 12
 MAX_BATCH = 1 << 17
 """Maximum number of points drawn at a time."""
 MAX_DRAWS = 1 << 22
-"""Maximum number of points drawn; an error is raised if fewer visible ones than requested were found."""
+"""Maximum number of points drawn; an error is raised if fewer visible points than requested were found."""
 
 
 @one_line

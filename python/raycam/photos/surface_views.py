@@ -58,7 +58,7 @@ class TexturedSurface:
         self.spacing = np.sqrt(face_areas(mesh.corners) / np.maximum(in_texels, 1e-30))
 
     def part(self, some: slice | Ints) -> SurfacePart:
-        """The surface points of some of the texels."""
+        """The surface points of a subset of the texels."""
         face = self.texels.face[some]
         points = np.einsum("nk,nkj->nj", self.texels.weights(some), self.mesh.corners[face])
         return SurfacePart(face, points, self.normals[face], self.spacing[face])
@@ -129,7 +129,7 @@ def view_part(
 def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
     """Colours [n, 4] averaged over the parallelogram `footprint` [n, 2, 2] in pixels for each texel.
 
-    Up to four lookups are placed along the longer axis, each with the width of the shorter one. Source: McCormack,
+    Up to four lookups are placed along the longer axis, each with the width of the shorter axis. Source: McCormack,
     Perry, Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
     """
     footprint = np.nan_to_num(footprint)

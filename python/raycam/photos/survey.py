@@ -1,4 +1,4 @@
-"""A survey of some texels in all photographs, from which gains and shifts of the photographs are estimated."""
+"""Views of selected texels in all photographs, from which the photographs' gains and shifts are estimated."""
 
 from __future__ import annotations
 

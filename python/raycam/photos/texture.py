@@ -49,7 +49,7 @@ COMPOSED_TEXEL_BYTES = 400
 MAX_TEXEL_PX = 4.0
 """Pixels of the photographs for each side of a texel above which the texture is too small."""
 MISALIGNED_PX = 0.5
-"""Shift in pixels of a photograph against the others above which it may be misaligned."""
+"""Shift in pixels relative to the other photographs above which a photograph may be misaligned."""
 MISALIGNED_RATIO = 3.0
 """Multiple of the median shift that the shift must also exceed."""
 
@@ -163,7 +163,7 @@ def _compute(
 
 
 def _fits(photos: PhotoSet, survey: Survey, blended: BlendedTexels, size: int) -> tuple[PhotographFit, ...]:
-    """The fit of each photograph to the others, with notices about poor fits."""
+    """The fit of each photograph to the other photographs, with notices about poor fits."""
     sizes = np.array([camera.size for camera in photos.cameras.values()], float)
     alignment = measure_alignment(survey, photos.gains, sizes)
     warn_all([*_size_notices(survey, size), *_alignment_notices(alignment, list(photos.cameras))])
@@ -204,7 +204,7 @@ def _size_notices(survey: Survey, size: int) -> list[Notice]:
 
 
 def _alignment_notices(alignment: Alignment, names: list[str]) -> list[Notice]:
-    """The notice that photographs are shifted against the others."""
+    """The notice that photographs are shifted relative to the other photographs."""
     known = alignment.shift[np.isfinite(alignment.shift)]
     if len(known) < 3:
         return []
@@ -262,7 +262,7 @@ def _result(
 
 
 def _nearest(known: Floats, wanted: Floats, threads: int | None) -> npt.NDArray[np.int64]:
-    """The number of the nearest known point for each wanted one."""
+    """The index of the nearest known point for each requested point."""
     cloud = World()
     each = np.arange(len(known))
     cloud.add_mesh(known, np.stack([each, each, each], axis=1))

@@ -112,10 +112,13 @@ def _maps(result: TextureMaps) -> list[str]:
     most = int(result.views.max(initial=0))
     figures = [
         (result.texture[::step, ::step], "texture"),
-        (np.where(covered[..., None], views, white), f"views: dark 1, yellow {most}, magenta unseen"),
+        (
+            np.where(covered[..., None], views, white),
+            f"photographs per texel: dark = 1, yellow = {most}, magenta = none",
+        ),
         (
             np.where(covered[..., None], heat, white),
-            f"disagreement of luminance: dark 0, yellow {100 * FULL_DISAGREEMENT:.0f} % and more; "
+            f"luminance difference between photographs: dark = 0, yellow = {100 * FULL_DISAGREEMENT:.0f} % or more; "
             "high where poses are wrong",
         ),
     ]

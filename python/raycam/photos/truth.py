@@ -76,9 +76,9 @@ def photo_truth(
 def named_photographs(
     cameras: Mapping[str, Camera] | Sequence[Camera], images: Mapping[str, str] | None = None
 ) -> dict[str, Camera]:
-    """Returns cameras by the names of their photographs, or else by their own names or numbers.
+    """Returns cameras by their photographs' names, or otherwise by the cameras' names or numbers.
 
-    Raises `SettingsError` for anything but cameras, and for two cameras of one photograph.
+    Raises `SettingsError` for objects other than cameras, and for two cameras with the same photograph.
     """
     return _named(cameras, images, Camera, "raycam.Camera")
 

@@ -151,7 +151,7 @@ def side_of(
     """Returns "both", with a notice, if at least 90 % of the rays that hit the world hit back sides first; else
     "front".
 
-    For a lidar, as many of its points are used as a camera has rays.
+    For a lidar, the number of used points equals the number of a camera's rays.
     """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     hits += [one.front[:: max(1, len(one.front) // GRID_SIDE**2)] for one in lidars]
@@ -302,7 +302,7 @@ class _Totals:
     def _keep_best(
         self, number: int, faces: npt.NDArray[np.int64], resolution: Floats, cosine: Floats
     ) -> None:
-        """Notes the camera or lidar as the best one of the faces [k] for which its resolution is the largest so far."""
+        """Stores the camera or lidar as the best view of faces [k] for which its resolution is the largest so far."""
         single = resolution.astype(np.float32)
         better = single > self.best_resolution[faces]
         faces = faces[better]

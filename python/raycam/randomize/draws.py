@@ -22,7 +22,7 @@ DIGITS = 12
 
 
 class RejectedSample(WorldError):
-    """A sample in which an object has no space or a camera no view; it is drawn again."""
+    """A sample in which an object has no space or a camera has no view; the sample is drawn again."""
 
 
 class RandomStream:
@@ -82,7 +82,7 @@ class RandomStream:
                 lent = dict(lists[place.integer(0, len(lists) - 1)])
                 if twice := sorted(lent.keys() & table.keys()):
                     raise WorldError(
-                        f"{where}: {', '.join(twice)}: given both in {ONE_OF} and next to it",
+                        f"{where}: {', '.join(twice)}: given both inside and outside {ONE_OF}",
                         code="duplicate_name",
                     )
                 table |= lent
@@ -96,7 +96,7 @@ class RandomStream:
 
 
 def _uniform(draw: RandomStream, given: Any) -> Any:
-    """A uniform number, or a list of independent ones."""
+    """A uniform random number, or a list of independent random numbers."""
     return _each(given, lambda low, high, i: draw.uniform(low, high, i))
 
 

@@ -1,4 +1,4 @@
-"""Objects of a recipe that are dropped into or onto others, and come to rest."""
+"""Objects of a recipe that are dropped into or onto other objects, and come to rest."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ MAX_SECONDS = 60.0
 class Drop:
     """The target of a dropped object, and its physical properties.
 
-    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError`, whose message starts with
-    `what`.
+    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError` with a message that begins
+    with `what`.
     """
 
     def __init__(self, drop: Any, physics: Any, what: str) -> None:
@@ -31,14 +31,14 @@ class Drop:
         check_known_keys(f"drop of {what}", drop, DROP_KEYS)
         where = [key for key in ("into", "on") if key in drop]
         if len(where) != 1:
-            raise WorldError(f"{what}: drop requires one of into and on", code="missing_value")
+            raise WorldError(f"{what}: drop requires one of the keys into and on", code="missing_value")
         if not isinstance(drop[where[0]], str):
             raise WorldError(
                 f"{what}: {where[0]} must be the name of an object, not {drop[where[0]]!r}", code="wrong_type"
             )
         seconds = real(f"{what}: seconds", drop.get("seconds", 5.0), 0.1, MAX_SECONDS, what="seconds")
         self.target = (where[0], str(drop[where[0]]), seconds)
-        """Key, name of the target and limit of time; objects with equal ones fall together."""
+        """Key, target name and time limit; objects for which all three are equal fall together."""
         self.physics = dict(physics)
         """The object's properties, as in `raycam.settle`."""
 
@@ -78,7 +78,7 @@ def settle_drops(
 
 
 def _is_waiting(name: str, dropped: list[tuple[str, Drop]], target: tuple[str, str, float]) -> bool:
-    """True for an object that falls after those of `target`."""
+    """True for an object that falls after the objects of `target`."""
     order = list(dict.fromkeys(drop.target for _, drop in dropped))
     own = next(drop.target for one, drop in dropped if one == name)
     return order.index(own) > order.index(target)

@@ -26,7 +26,7 @@ LEVEL = 0.999
 """Cosine of the steepest slope on which objects are placed: 2.6 degrees."""
 MAX_TRIES = 2000
 FIRST_BATCH, MAX_BATCH = 8, 512
-"""Tries that are checked together: few at first, because most objects find room at once."""
+"""Number of tries that are checked together: small at first, because most objects find space immediately."""
 MAX_HULL_TRIANGLES = 20_000
 """Largest surface whose convex hull is computed to find out whether an object fits at all."""
 SLACK = 1e-6
@@ -163,7 +163,7 @@ class PlacementSampler:
         """Samples the pose [4, 4] of an object with the bound `shape`, and reserves its space.
 
         The pose rotates the object about the up axis and places its lowest point on the object `surface` (default:
-        any object), at least `gap` metres from all others. Raises `WorldError` if there is no space.
+        any object), at least `gap` metres from all other objects. Raises `WorldError` if there is no space.
         """
         ground, areas, owners = self._ground(surface)
         if not len(ground):
@@ -193,7 +193,7 @@ class PlacementSampler:
     def check_total_area(self, shapes: list[ConvexPrism], surface: str | None, what: str) -> None:
         """Raises `RejectedSample` if the objects' total area exceeds the level surface that they are placed on.
 
-        `what` names the first of them. Without this check, many attempts would be spent on the objects that still fit.
+        `what` names the first object. Without this check, many attempts would be spent on the objects that still fit.
         """
         ground, areas, _ = self._ground(surface)
         if not 0 < len(ground) <= MAX_HULL_TRIANGLES:
@@ -215,7 +215,8 @@ class PlacementSampler:
         return self._hulls[surface]
 
     def _is_too_large(self, shape: ConvexPrism, surface: str | None, ground: Floats, gap: float) -> bool:
-        """True if no position and rotation can put the base inside the ground's convex hull, next to the others there.
+        """True if no position and rotation can put the base inside the ground's convex hull, next to the objects that
+        are already there.
 
         A convex outline inside another has no larger diameter, width or area.
         """
@@ -319,13 +320,14 @@ class PlacementSampler:
     def _world_axes(self, pose: Floats) -> Floats:
         """Converts a transform from axes with up last to the world's axes."""
         order = np.eye(4)
-        order[:3, :3] = np.eye(3)[self._axes]  # rotation from world axes to axes whose last one is up
+        # The rotation from world axes to axes whose third axis points up.
+        order[:3, :3] = np.eye(3)[self._axes]
         found: Any = product(product(order.T, pose), order)
         return np.asarray(found)
 
 
 def _batches() -> Iterator[tuple[int, int]]:
-    """The numbers of the tries in batches: first, and one past the last."""
+    """The tries in batches: the number of the first try, and the number after the last try."""
     first, size = 0, FIRST_BATCH
     while first < MAX_TRIES:
         last = min(first + size, MAX_TRIES)

@@ -241,7 +241,7 @@ class Recipe:
                 )
 
     def world(self, number: int) -> World:
-        """Returns world `number`, from 0, which is independent of other worlds.
+        """Returns world `number`, counted from 0; the world does not depend on other worlds.
 
         If an object has no space or a camera no view, the whole world is drawn again, at most `MAX_ATTEMPTS` times.
 

@@ -29,7 +29,7 @@ def place_camera(
 ) -> Camera:
     """Samples a pose of `camera` that fulfils `wanted`; returns the camera at this pose.
 
-    The pose depends only on the world, `wanted` and `draw`. `wanted` has these keys. `object` is a name or a
+    The pose depends only on the world, `wanted` and `draw`. `wanted` has the following keys. `object` is a name or a
     category, one of whose objects is chosen (default: any object with a category, or any object). `distance` [low,
     high] is in metres to the centre of the object's box (default: 2 to 6 times the radius of the box). `elevation` (5
     to 85) and `azimuth` (0 to 360) are the direction from the object to the camera in degrees, `roll` (0) rotates the
@@ -174,7 +174,7 @@ def _seen(world: World, camera: Camera, number: int) -> tuple[float, float]:
 def _is_good(
     share: float, visible: float, coverage: tuple[float, float], least: float, slack: float = 0.0
 ) -> bool:
-    """True if a view shows enough of the object, and not too much."""
+    """True if the object's share of the view is within the requested range."""
     low, high = coverage[0] * (1.0 - slack), coverage[1] * (1.0 + slack)
     return share > 0.0 and low <= share <= high and visible >= least * (1.0 - slack)
 

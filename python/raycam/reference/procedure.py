@@ -199,15 +199,15 @@ class Trace:
     """The hits of rays. Every array has one entry per ray, in order."""
 
     index: npt.NDArray[np.int64]
-    """The closest triangle, -1 for none."""
+    """The closest triangle's index; -1 if the ray hits no triangle."""
     t: Floats
     """The parameter of the hit point f(t) = C + t r; +inf for a miss."""
     next_t: Floats
-    """The t of the second closest triangle; +inf for none."""
+    """The t of the second closest triangle; +inf if there is no second triangle."""
 
 
 def trace(triangles: Floats, C: Floats, r: Floats, progress: Progress | None = None) -> Trace:
-    """Returns the closest of `triangles` [n, 3, 3] for rays from `C` [3] along `r` [m, 3], by testing all of them.
+    """Returns the closest of `triangles` [n, 3, 3] for rays from `C` [3] along `r` [m, 3], by testing all triangles.
 
     Memory is bounded for any n and m. The first of triangles with equal t wins. `progress(done, total)`
     is called with the number of finished rays.

@@ -41,7 +41,7 @@ def is_unposed_within(world: World, camera: Camera) -> bool:
 
 
 def world_of(world: Any) -> World:
-    """Returns the world, or loads it from a path; raises `SettingsError` for anything else."""
+    """Returns a given world, or loads a world from a path; raises `SettingsError` for other objects."""
     if isinstance(world, World):
         return world
     if isinstance(world, str | os.PathLike):

@@ -39,8 +39,8 @@ def numpy_background(given: Any) -> Any:
 def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """Returns the image behind a frame of `size` (width, height), [h, w, 3] in linear light, and notices.
 
-    `given` is a colour, the path of an image, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
-    sRGB, floats linear), or a `Background`. An image file of the frame's size is used pixel by pixel; any other is
+    `given` is a colour, the path of an image, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are sRGB,
+    floats linear), or a `Background`. An image file of the frame's size is used pixel by pixel; any other image is
     scaled until it covers the frame.
 
     Raises `SettingsError` for other types and for photographs of another size, and `FormatError` or `OSError` for
@@ -210,7 +210,7 @@ def _read(
 ) -> tuple[Colors, list[Notice]]:
     """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`.
 
-    `size` is that of the camera that took it, which determines whether its EXIF orientation is applied.
+    `size` is the size of the camera that took the photo, which determines whether the EXIF orientation is applied.
     """
     try:
         pixels, notices = read_oriented(path, size, orientation)

@@ -22,7 +22,7 @@ LIGHT_CHANNELS = (
     *("color", "albedo", "shadow", "transmittance"),
     *("emission", "direct", "indirect", "diffuse", "specular", "volume"),
 )
-"""Channels of linear light, in addition to those of single lights."""
+"""Channels of linear light, in addition to the channels of single lights."""
 FRACTION_CHANNELS = ("coverage", "alpha", "roughness", "metallic")
 """Channels of fractions, 0 to 1."""
 UNIT_VECTOR_CHANNELS = ("normal", "normal_camera", "shading_normal", "shading_normal_camera")

@@ -61,8 +61,8 @@ def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
 def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) -> Colors:
     """Returns the channel `shadow` [h, w, 3], the factor by which shadow catchers darken the background.
 
-    `alpha` is the objects' opacity. `caught` and `free` are the colour and alpha of the catchers alone, lit with and
-    without the objects.
+    `alpha` is the objects' opacity. `caught` and `free` are the colour and alpha of the shadow catchers, rendered with
+    and without the objects.
     """
     share, whole = caught["alpha"][..., np.newaxis], free["alpha"][..., np.newaxis]
     left = 1 - alpha[..., np.newaxis]

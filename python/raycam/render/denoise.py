@@ -22,7 +22,7 @@ Image = npt.NDArray[np.float32]
 
 
 def load() -> Any:
-    """Imports the library; raises `SettingsError` if it is not installed."""
+    """Imports Open Image Denoise; raises `SettingsError` if the library is not installed."""
     try:
         import pyoidn
     except ImportError as error:

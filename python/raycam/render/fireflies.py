@@ -23,7 +23,7 @@ FIREFLY_RATIO = 20.0
 MIN_PATH_SHARE = 0.5
 """Minimum fraction of a firefly's light that a single path contributes."""
 MAX_TRACED_PIXELS = 64
-"""Maximum number of pixels, the brightest ones, whose paths are traced again."""
+"""Maximum number of pixels whose paths are traced again; the brightest pixels are used."""
 MAX_NAMED_PATHS = 3
 """Maximum number of light paths that a notice lists."""
 DISTANCE_TOLERANCE = 1e-3
@@ -33,7 +33,7 @@ SUN_TYPES = ("sun", "daylight")
 DAYLIGHT_SUN_DIAMETER_DEG = 0.53
 """Diameter of a daylight's sun, in degrees."""
 SUN_MARGIN_DEG = 0.1
-"""Maximum angle between a sun's disk and a ray that counts as hitting it, in degrees."""
+"""Maximum angle in degrees between a sun's disk and a ray at which the ray counts as a hit."""
 
 Pixels = npt.NDArray[np.int64]
 Vector = npt.NDArray[np.float64]
@@ -84,7 +84,7 @@ def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:
     if min(height, width) < 3:
         return np.zeros((0, 2), dtype=np.int64)
     padded = np.pad(light, 1, mode="edge")
-    # Few pixels are far brighter than their darkest neighbours: the median is found for those alone.
+    # Few pixels are far brighter than their darkest neighbours, so the median is computed only for these pixels.
     rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
     darkest = np.minimum(np.minimum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
     y, x = np.nonzero(light > FIREFLY_RATIO * darkest)
@@ -144,7 +144,7 @@ def _is_sun_along(light: dict[str, Any], direction: Vector) -> bool:
 
 
 def _distance(light: dict[str, Any], point: Vector) -> float:
-    """The distance of a point from a light that has a position, less than the light's size counting as none."""
+    """The distance of a point from a light with a position; distances below the light's size count as 0."""
     position = np.asarray(light["position"], dtype=float)
     u, v = (np.asarray(light.get(name, [0.0, 0.0, 0.0]), dtype=float) for name in ("u", "v"))
     if u.any() and v.any():

@@ -321,7 +321,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return _core.encode_png(pixels(bits, exposure, view))
 
     def _shown(self, channel: str | None) -> str:
-        """The channel that an image shows: the requested one, the colour, or the only one."""
+        """The channel that an image shows: the requested channel, the colour, or the only channel."""
         if channel is not None:
             return one_of("channel", channel, list(self._channels))
         return "color" if "color" in self._channels else next(iter(self._channels))

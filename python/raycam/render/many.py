@@ -194,7 +194,7 @@ def _by_joints(
     poses: Mapping[str | int, npt.ArrayLike] | None,
     joints: Mapping[str, JointValues] | None,
 ) -> tuple[list[tuple[str | int, npt.NDArray[np.float64]]], list[Camera]]:
-    """The poses [n, 4, 4] with those of the robots' objects, and the cameras with those on the robots placed."""
+    """The poses [n, 4, 4] including the robots' objects, and the cameras, with mounted cameras at their places."""
     moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
     if joints is None:
         return moved, cameras
@@ -279,7 +279,7 @@ def _composed(
 
 
 def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Matrices [n, 4, 4]; one alone is [1, 4, 4]."""
+    """Matrices [n, 4, 4]; a single matrix becomes [1, 4, 4]."""
     found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
     if not (found[..., 3, :] == [0, 0, 0, 1]).all():
         raise WorldError(
@@ -304,17 +304,21 @@ def _count(lengths: dict[str, int]) -> int:
     count = max(lengths.values())
     if 0 in lengths.values():
         empty = next(name for name, length in lengths.items() if length == 0)
-        raise SettingsError(f"{empty} is empty; expected one, or one for each image", code="missing_value")
+        raise SettingsError(
+            f"{empty} is empty; expected one entry, or one entry per image", code="missing_value"
+        )
     if any(length not in (1, count) for length in lengths.values()):
         said = ", ".join(f"{length} {name}" for name, length in lengths.items() if length > 1)
-        raise SettingsError(f"{said}; expected one for all images, or equal numbers", code="wrong_shape")
+        raise SettingsError(
+            f"{said}; expected equal numbers, or one entry for all images", code="wrong_shape"
+        )
     return count
 
 
 def _arrays(
     out: Mapping[str, npt.NDArray[Any]] | None, names: list[str], shape: tuple[int, int, int]
 ) -> Pixels:
-    """The output arrays: the given ones, and new ones for the other channels."""
+    """The output arrays: the given arrays, and new arrays for all other channels."""
     given = dict(out or {})
     arrays: Pixels = {}
     for name in names:

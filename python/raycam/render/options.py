@@ -85,7 +85,7 @@ ADAPTIVE_SAMPLES = _core.complete_render_options(None, {"time_limit": 1.0})["sam
 
 
 def given_options(options: Mapping[str, Any], arguments: Iterable[str] = ()) -> dict[str, Any]:
-    """Returns the valid values of the options that are given, without those that are None.
+    """Returns the validated values of the given options, without options that are None.
 
     Raises `SettingsError` for an invalid value, and for an unknown name with the equivalent or nearest name;
     `arguments` are other names that the caller accepts.

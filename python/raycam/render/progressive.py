@@ -41,7 +41,7 @@ class Progressive:
         transparent_background: bool = False,
         **options: Unpack[RenderOptions],
     ) -> None:
-        """Creates an image of `world`, seen by `camera`, without any samples yet.
+        """Creates an image of `world` by `camera`, initially without samples.
 
         `world` and `camera` are as in `render`. `channels` may be "color", "alpha", "coverage" and "error"; ground
         truth does not depend on the number of samples. `samples` (16384) is the number per pixel at which `add_for`
@@ -105,13 +105,13 @@ class Progressive:
 
     @property
     def samples(self) -> int:
-        """The smallest number of samples of any pixel."""
+        """The smallest number of samples among all pixels."""
         return self._core.samples(None)
 
     def add(self, samples: int = 1, *, region: Region | None = None, cancel: Cancel | None = None) -> int:
         """Adds samples to all pixels, or to the tiles that touch `region` (x, y, width, height).
 
-        Tiles with more samples than others get fewer new ones. Returns the smallest number of samples of a pixel in
+        Tiles that already have more samples get fewer new samples. Returns the smallest number of samples of a pixel in
         the region. Raises `Cancelled` when `cancel` is cancelled; the samples added so far are kept.
         """
         count = whole("samples", samples, 1, MAX_SAMPLES)

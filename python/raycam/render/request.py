@@ -27,7 +27,7 @@ __all__ = [
 
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 SHADED_CHANNELS = ("color", "error", *PASSES)
-"""The channels that show light, except those of single lights."""
+"""The channels that show light, except the channels of single lights."""
 SURFACES = ["first", "solid"]
 MAX_UINT32 = (1 << 32) - 1
 
@@ -47,7 +47,7 @@ def image_request(
 ) -> tuple[dict[str, Any], float, str]:
     """Returns the arguments of the core's `render`, the exposure in stops and the view transform.
 
-    `options` are those that are given; others have the value in the world's `[render]`, or the default. Raises
+    `options` are the given options; all others come from the world's `[render]`, or are the defaults. Raises
     `SettingsError` for invalid values.
     """
     request = complete_options(world, options)

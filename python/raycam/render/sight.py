@@ -20,11 +20,11 @@ from ..errors import Notice
 __all__ = ["LIT_INTEGRATORS", "blank_notices"]
 
 MIN_WHITE_SHARE = 0.98
-"""The fraction of the objects' pixels beyond white from which a notice reports it."""
+"""A notice is given if at least this fraction of the objects' pixels is brighter than white."""
 WHITE_LEVEL = 254
 """The 8-bit value of red, green and blue from which a compressing view displays white."""
 MIN_PIXELS = 16
-"""The number of the objects' pixels from which one or two displayed colours are reported."""
+"""Minimum number of the objects' pixels for the notice about one or two displayed colours."""
 MIN_CONTRAST = 1.25
 """The ratio of the brightest to the darkest lit pixel from which shading should be visible."""
 PROBES_PER_SIDE = 24
@@ -107,7 +107,7 @@ def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterat
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
-    """True [h, w] where the ray through a pixel's centre hits an object; of probed pixels alone if that is enough."""
+    """True [h, w] where the ray through a pixel's centre hits an object; only probed pixels if these suffice."""
     for name in ("instance", "triangle"):
         if name in planes:
             return planes[name] >= 0
@@ -146,7 +146,7 @@ def _shows_media(world: World, camera: Camera) -> bool:
 
 
 def _enclosing_object(world: World, camera: Camera, instances: npt.NDArray[Any]) -> str | None:
-    """The name of the only object in the image if it contains the camera, or None."""
+    """The name of the image's only object if this object contains the camera; otherwise None."""
     shown = np.unique(instances[instances >= 0])
     if len(shown) != 1 or camera.is_parallel:
         return None

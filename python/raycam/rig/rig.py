@@ -66,7 +66,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
             )
         if not cameras:
             raise CameraError(
-                "a rig without sensors; expected at least one camera or lidar", code="missing_value"
+                "the rig has no sensors; expected at least one camera or lidar", code="missing_value"
             )
         named = {word("sensor names", key): item for key, item in cameras.items()}
         mounts = [(key, item._core) for key, item in named.items() if isinstance(item, Camera)]
@@ -173,7 +173,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     # Cameras ----------------------------------------------------------------------------------------------
 
     def __getitem__(self, name: str) -> Camera:
-        """The camera of this name in world coordinates; raises `KeyError` if it is unknown."""
+        """The camera with this name in world coordinates; raises `KeyError` for an unknown name."""
         return self._cameras[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -194,7 +194,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @property
     def sensors(self) -> dict[str, Sensor]:
-        """All sensors by name, in world coordinates: the cameras, then the others, at the middle of the body's motion.
+        """All sensors by name, in world coordinates at the middle of the body's motion: cameras first.
 
         As a mapping, the rig contains the cameras only.
         """

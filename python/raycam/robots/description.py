@@ -52,7 +52,7 @@ class Visual:
     """A shape of a link."""
 
     link_from_visual: Floats
-    """The transform from the axes of the visual to those of the link, [4, 4]."""
+    """The transform link_from_visual, [4, 4]."""
     geometry: Geometry
     material: Material
     line: int
@@ -88,7 +88,7 @@ class Joint:
     joint_from_child: Floats | None = None
     """Transform [4, 4] of the child link in the joint's frame after its motion; None for the identity, as in URDF."""
     initial: tuple[float, ...] | None = None
-    """The values at the start; None for zero, or the limit nearest to it."""
+    """The initial values; None for zero, or for the limit nearest to zero if zero is not allowed."""
 
 
 @dataclass

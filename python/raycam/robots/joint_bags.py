@@ -52,7 +52,7 @@ def read_joint_states(path: str | os.PathLike[str]) -> dict[str, JointTrack]:
     """Reads the joint states of a bag; returns the positions of each joint over time.
 
     `path` is an .mcap or .db3 file or the folder of a bag, optionally followed by `:/TOPIC`. Without it, the topic is
-    /joint_states, or the only one with joint states. Times come from the headers, or from the recorder if the headers
+    /joint_states, or the only topic with joint states. Times come from the headers, or from the recorder if the headers
     have none; of several positions at one time, the last is used. Messages may contain different joints. Messages
     without positions are skipped.
 
@@ -223,7 +223,7 @@ class _Reader:
         self._order = "<" if data[1] == 1 else ">"
 
     def numbers(self, kind: str, count: int) -> tuple[float, ...]:
-        """Numbers of a kind of `struct`, aligned to their size after the header."""
+        """Reads numbers of a `struct` format, which are aligned to their size after the header."""
         size = struct.calcsize(kind)
         self._place += -(self._place - 4) % size if count else 0
         end = self._place + size * count
@@ -246,7 +246,7 @@ class _Reader:
 
 
 def _decode(data: bytes, logged: int, where: str) -> _State:
-    """A `JointState`; its time is that of the recorder if the header has none."""
+    """Reads a `JointState`; without a time in the header, the recorder's time is used."""
     _check_size(where, len(data))
     reader = _Reader(data, where)
     seconds, nanoseconds = int(reader.numbers("i", 1)[0]), reader.count()

@@ -30,7 +30,7 @@ MAX_FILE_BYTES = 256 << 20
 MAX_FILES = 10_000
 """Largest number of files that a model names."""
 DEFAULT_NAME = "MuJoCo Model"
-"""MuJoCo's name for models without one."""
+"""MuJoCo's name for models without a name."""
 
 
 class CompiledModel(NamedTuple):
@@ -78,7 +78,7 @@ class _Files:
         self._seen: set[Path] = set()
 
     def check(self, root: Element, path: Path) -> None:
-        """Checks a document and those that it includes."""
+        """Checks a document and its included documents."""
         documents = [(root, Path(os.path.abspath(path)))]
         named: list[tuple[str, str]] = []
         while documents:
@@ -174,7 +174,7 @@ def _add_body(robot: RobotDescription, model: Any, body: int, bodies: list[str],
 
 
 def _joint(model: Any, joint: int, name: str, parent: str, child: str, place: Floats) -> Joint:
-    """A joint; its values are those of `qpos`, except that quaternions are x y z w."""
+    """A joint, whose values equal those in `qpos`, except that quaternions are x y z w."""
     kind, address = int(model.jnt_type[joint]), int(model.jnt_qposadr[joint])
     axis = np.asarray(model.jnt_axis[joint], np.float64)
     axis = axis / np.linalg.norm(axis)
@@ -230,7 +230,7 @@ def _add_mimics(robot: RobotDescription, model: Any, joints: list[str]) -> None:
 
 
 def _follows(robot: RobotDescription, joint: Joint, name: str) -> bool:
-    """True if a joint is the one of this name or mimics it, directly or through others."""
+    """True if a joint has this name or mimics the joint with this name, directly or through other joints."""
     while joint.name != name:
         if joint.mimic is None:
             return False

@@ -38,13 +38,15 @@ class RobotModel:
     lights: list[SdfLight] = field(default_factory=list)
     """The lights of the file, with the first robot."""
     mujoco: CompiledModel | None = None
-    """The compiled model of an MJCF file, which contains its shapes, cameras and lights; None for other formats."""
+    """The compiled model of an MJCF file, which contains its shapes, cameras and lights; None for files of other
+    formats.
+    """
 
 
 def read_robots(
     path: str | os.PathLike[str], files: FileResolver, xacro_args: Mapping[str, str] | None = None
 ) -> list[RobotModel]:
-    """Reads the robots of a file: one, or each model of an SDF file. The root element of an .xml file
+    """Reads the robots of a file: one robot, or each model of an SDF file. The root element of an .xml file
     determines whether it is MJCF, URDF or SDF. `xacro_args` are arguments of a xacro file.
 
     Raises `OSError`, `FormatError` with file and line for a malformed file and for other endings, `SettingsError` for

@@ -115,7 +115,7 @@ class FileResolver:
         return list(dict.fromkeys([*self.packages, *inside, *beside]))
 
     def _checked(self, path: Path, roots: list[Path]) -> Path:
-        """The path if it exists inside of one of the roots, also with other upper and lower case letters."""
+        """The path if it exists inside a root folder, even with different upper and lower case letters."""
         normal = Path(os.path.normpath(path))
         if not any(self._inside(normal, root) for root in roots):
             raise Missing(f"{normal} is outside {roots[0]}; allow a wider folder with folder=")
@@ -160,7 +160,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
 
 
 def _other_case(path: Path) -> Path | None:
-    """The file whose path differs from a missing one only in the case of letters, or None."""
+    """The file whose path differs from a missing path only in upper and lower case; None if there is none."""
     parent = path.parent
     if not parent.is_dir():
         found = _other_case(parent) if parent != path else None

@@ -62,7 +62,7 @@ class Robot:
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
-        """The lower and upper limit of each of `joints`, radians or metres; infinite if a joint has none."""
+        """The lower and upper limit of each of `joints`, radians or metres; infinite for joints without limits."""
         return {name: (joint.lower, joint.upper) for name, joint in self._kinematics.joints.items()}
 
     @property
@@ -253,7 +253,7 @@ class Robot:
 
 
 def _floating_values(matrices: Floats) -> Floats:
-    """x y z and the quaternion x y z w of rigid transforms [n, 4, 4]; raises `WorldError` for others."""
+    """x y z and the quaternion x y z w of rigid transforms [n, 4, 4]; raises `WorldError` for other matrices."""
     rotation = matrices[:, :3, :3]
     rigid = np.allclose(rotation @ rotation.transpose(0, 2, 1), np.eye(3), atol=1e-6)
     if not rigid or (np.linalg.det(rotation) < 0).any() or not (matrices[:, 3] == [0, 0, 0, 1]).all():

@@ -161,7 +161,7 @@ class _Document:
         if self.depth >= MAX_INCLUDES:
             raise self.fail(
                 include,
-                f"more than {MAX_INCLUDES} files include each other; is there a circle?",
+                f"more than {MAX_INCLUDES} nested files; do they include each other in a circle?",
                 "budget_exceeded",
             )
         text = uri.text.strip()
@@ -387,7 +387,7 @@ def _link(document: _Document, element: Element, name: str) -> Link:
 
 
 def _shape(document: _Document, part: Element) -> Visual | None:
-    """A visual or collision; None for one that is not shown."""
+    """A visual or collision; None for a shape that is not shown."""
     pose, base = read_pose(part, document.fail)
     if base:
         document.note(
@@ -440,7 +440,7 @@ def _shape(document: _Document, part: Element) -> Visual | None:
 
 
 def _located(document: _Document, uri: str) -> str:
-    """The name of a file; those relative to an included file are absolute."""
+    """The name of a file; names relative to an included file become absolute."""
     if "://" in uri or document.depth == 0:
         return uri
     return os.fspath(Path(document.files.own, uri))

@@ -26,7 +26,7 @@ TYPES = (
     "segmentation",
 )
 CAMERA_FROM_SENSOR = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-"""From x forwards, y left, z up to x right, y down, z forwards."""
+"""Rotation from axes x forward, y left, z up to axes x right, y down, z forward."""
 
 
 @dataclass(frozen=True)

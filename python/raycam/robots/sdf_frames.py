@@ -23,14 +23,14 @@ Fail = Callable[[Element, str, str], FormatError]
 
 
 class FrameGraph:
-    """Named frames, each with a pose relative to another one."""
+    """Named frames, each with a pose relative to another frame."""
 
     def __init__(self, fail: Fail) -> None:
         self._fail = fail
         self._frames: dict[str, tuple[str, Floats, Element]] = {}
 
     def add(self, name: str, base: str, base_from_frame: Floats, element: Element) -> None:
-        """Adds a frame; raises `FormatError` for a name that is taken."""
+        """Adds a frame; raises `FormatError` for a name that is already used."""
         if name in self._frames or name == MODEL_FRAME:
             raise self._fail(element, f"duplicate frame {name!r}", "duplicate_name")
         self._frames[name] = (base, base_from_frame, element)

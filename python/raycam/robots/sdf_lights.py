@@ -18,7 +18,7 @@ __all__ = ["SdfLight", "ambient_light", "read_light"]
 TYPES = {"directional": "sun", "point": "point", "spot": "spot"}
 """Types of lights in SDF, and in raycam."""
 DEFAULT_AMBIENT = 0.4
-"""`<scene><ambient>` of worlds that do not state it."""
+"""Default of `<scene><ambient>`, for worlds that do not specify it."""
 MIN_DISTANCE = 0.1
 """Smallest distance in metres from the origin at which the strength of a lamp is evaluated."""
 
@@ -37,7 +37,7 @@ class SdfLight:
 def read_light(
     light: Element, fail: Fail, name: str, world_from_light: Floats | None = None
 ) -> SdfLight | None:
-    """Returns a `<light>`; None if it is turned off or black.
+    """Returns a `<light>`; None if the light is turned off or black.
 
     A white surface that faces a directional light shows its `diffuse` colour times its `intensity`. The light of lamps
     decreases with the square of the distance; if the file specifies another attenuation, the strength is correct at the
@@ -91,8 +91,8 @@ def read_light(
         raise fail(attenuation or light, "the attenuation must not be 0", "out_of_range")
     if constant or linear:
         text = (
-            f"{label}: <attenuation> is replaced by a falloff with the square of the distance, which equals it at "
-            "the world's origin only"
+            f"{label}: <attenuation> is replaced by a falloff with the square of the distance; "
+            "both agree only at the world's origin"
         )
         notices.append(Notice(text, "approximated_value"))
     keys: dict[str, Any] = {
@@ -114,7 +114,7 @@ def read_light(
 
 
 def ambient_light(world: Element, fail: Fail) -> SdfLight | None:
-    """Returns the ambient light of a `<world>` as a uniform sky; None if it is black."""
+    """Returns the ambient light of a `<world>` as a uniform sky; None if the ambient light is black."""
     scene = world.find("scene")
     ambient = None if scene is None else scene.find("ambient")
     color = (

@@ -21,7 +21,7 @@ __all__ = ["XacroLimits", "expand_xacro"]
 
 @dataclass(frozen=True)
 class XacroLimits:
-    """Limits for expanding one file."""
+    """Limits for the expansion of a single file."""
 
     seconds: float = 60.0
     """Maximum time in seconds."""

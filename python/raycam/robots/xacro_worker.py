@@ -27,12 +27,12 @@ FORBIDDEN = (
     "ctypes.", "ftplib.", "http.", "import", "os.", "pty.", "shutil.", "signal.", "smtplib.", "socket.", "sqlite3.",
     "subprocess.", "tempfile.", "urllib.", "winreg.",
 )  # fmt: skip
-"""First parts of the events of `sys.addaudithook` that nothing here may cause while a file is expanded."""
+"""Beginnings of the `sys.addaudithook` events that are forbidden while a file is expanded."""
 HARMLESS = ("os.listdir", "os.scandir")
 
 
 class Refused(BaseException):
-    """A forbidden action of a description; not a subclass of `Exception`, so that xacro does not catch it."""
+    """Raised for a forbidden action of a description; not an `Exception`, so that xacro does not catch it."""
 
 
 class Guard:
@@ -44,7 +44,7 @@ class Guard:
         sys.addaudithook(self._check)
 
     def start(self) -> None:
-        """Starts refusing other files, processes, connections and imports."""
+        """From now on, refuses access to other files, processes, connections and imports."""
         self._is_active = True
 
     def stop(self) -> None:
@@ -101,7 +101,7 @@ def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
 
 
 def _replace_messages(warnings: list[str]) -> None:
-    """Collects xacro's warnings instead of printing them."""
+    """Collects xacro's warnings instead of printing the warnings."""
 
     def collect(*parts: object, **_: object) -> None:
         warnings.append(" ".join(map(str, parts)).replace("\n", " "))

@@ -14,7 +14,7 @@ __all__ = ["Element", "XmlLimits", "check_xml", "parse_xml"]
 
 @dataclass(frozen=True)
 class XmlLimits:
-    """Limits for one XML document."""
+    """Limits for a single XML document."""
 
     bytes: int = 64 << 20
     """Maximum size of the document in bytes."""
@@ -47,7 +47,7 @@ class Element:
 
 
 def parse_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> Element:
-    """Parses a document and returns its root element; `name` starts the error messages.
+    """Parses a document and returns its root element; Error messages begin with `name`.
 
     Entity declarations and external identifiers are refused, so nothing is expanded and no other file is read. Raises
     `FormatError` with file and line for these, for malformed XML and beyond the limits.

@@ -29,7 +29,7 @@ ARRAYS: dict[str, tuple[str, int]] = {
     "object_matrices": ("<f8", 12),
     "plain_materials": ("<f4", 4),
 }
-"""Type and number of columns of each array. `crates/formats/src/polygon_arrays.rs` describes their contents."""
+"""Data type and number of columns of each array. `crates/formats/src/polygon_arrays.rs` describes their contents."""
 
 
 def write_arrays(folder: Path, arrays: dict[str, list[Any]]) -> None:
@@ -47,7 +47,7 @@ def read_arrays(folder: Path) -> dict[str, npt.NDArray[Any]]:
         path = folder / f"{name}.bin"
         row = np.dtype(kind).itemsize * columns
         if path.stat().st_size % row:
-            raise ValueError(f"{path.name}: its size is not a multiple of {row} bytes")
+            raise ValueError(f"{path.name}: the file's size is not a multiple of {row} bytes")
         table = np.fromfile(path, dtype=kind).reshape(-1, columns)
         found[name] = table.astype(table.dtype.newbyteorder("="), copy=False)
     return found

@@ -27,7 +27,7 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
         float,
     )
     if not (np.isfinite(film).all() and (film > 0).all()):
-        raise ValueError(f"its apertures are {film[0]:g} x {film[1]:g}, expected positive numbers")
+        raise ValueError(f"the camera's apertures are {film[0]:g} x {film[1]:g}, expected positive numbers")
     size = [COLUMNS, max(1, round(COLUMNS * film[1] / film[0]))]
     per_film = np.array(size) / film
     center = np.array(size) / 2 + offset * per_film * [-1, 1]
@@ -35,7 +35,7 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
     world_from_camera = np.array(pose).T[:3, :3] @ np.diag([1.0, -1.0, -1.0])
     rotation = world_from_camera.T
     if not np.allclose(rotation @ world_from_camera, np.eye(3), atol=1e-6):
-        raise ValueError("its transform has no rotation: a scale is 0, or a number is not finite")
+        raise ValueError("the camera's transform has no rotation: a scale is 0, or a number is not finite")
     location = np.array(pose).T[:3, 3]
     spec: dict[str, Any] = {"name": source.GetPrim().GetName(), "size": size, "pixel_center": "half"}
     if value(source.GetProjectionAttr()) == UsdGeom.Tokens.orthographic:
@@ -44,7 +44,7 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
     else:
         focal = value(source.GetFocalLengthAttr()) * per_film
     if not (np.isfinite(focal).all() and (np.array(focal) > 0).all() and np.isfinite(center).all()):
-        raise ValueError(f"its focal length is {value(source.GetFocalLengthAttr()):g}")
+        raise ValueError(f"the camera's focal length is {value(source.GetFocalLengthAttr()):g}")
     if aperture := _aperture(source, time):
         spec["aperture"] = aperture
     intrinsics = [[focal[0], 0.0, center[0]], [0.0, focal[1], center[1]], [0.0, 0.0, 1.0]]

@@ -1,8 +1,8 @@
 """Confinement of a stage: its layers and images are read only from one folder.
 
 OpenUSD opens every file that a layer names. Therefore every layer is opened first, and an asset path that leads out of
-the folder, or to no layer, is removed from the layer in memory. The stage is then composed without it, as OpenUSD
-composes a stage with a missing layer.
+the folder, or to no layer, is removed from the layer in memory. The stage is then composed without this file, as
+OpenUSD composes a stage with a missing layer.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from .notices import StageNotice
 
 __all__ = ["Confinement", "UsdRejected"]
 
-HTML = "it is an HTML page, not the file: download the file itself"
-SERVER = "it is the error message of a server, not the file: download the file itself"
-PACKED = "it is a packed file (gzip, bzip2, XZ, 7-Zip, Zstandard): unpack it first"
+HTML = "the file is an HTML page instead of USD data; download the file itself"
+SERVER = "the file is a server's error message instead of USD data; download the file itself"
+PACKED = "the file is compressed (gzip, bzip2, XZ, 7-Zip or Zstandard); decompress it first"
 FIRST_BYTES = (
-    (b"version https://git-lfs.github.com", "it is a Git LFS pointer, not the file: run git lfs pull"),
-    (b"/annex/objects/", "it is a git-annex pointer, not the file: run git annex get"),
+    (b"version https://git-lfs.github.com", "the file is a Git LFS pointer; run git lfs pull"),
+    (b"/annex/objects/", "the file is a git-annex pointer; run git annex get"),
     (b"<!doctype html", HTML),
     (b"<html", HTML),
     (b"404: not found", SERVER),
@@ -34,17 +34,20 @@ FIRST_BYTES = (
 
 ZIP = b"pk\x03\x04"
 OTHER_KINDS = (
-    (b"<?xml", "it is an XML document (a server's error page, or another kind of model), not a USD file"),
+    (
+        b"<?xml",
+        "the file is an XML document (a server's error page or another kind of model), not a USD file",
+    ),
     (b"\x1f\x8b", PACKED),
     (b"bzh", PACKED),
     (b"\xfd7zxz", PACKED),
     (b"7z\xbc\xaf", PACKED),
     (b"\x28\xb5\x2f\xfd", PACKED),
-    (ZIP, "it is a ZIP archive: unpack it first, or rename it to .usdz if it is a USD package"),
-    (b"gltf", "it is a GLB file: rename it to .glb"),
-    (b"ply\n", "it is a PLY file: rename it to .ply"),
-    (b"\x89png", "it is a PNG image, not a USD file"),
-    (b"\xff\xd8\xff", "it is a JPEG image, not a USD file"),
+    (ZIP, "the file is a ZIP archive; unpack it first, or rename it to .usdz if it is a USD package"),
+    (b"gltf", "the file is a GLB file; rename it to .glb"),
+    (b"ply\n", "the file is a PLY file; rename it to .ply"),
+    (b"\x89png", "the file is a PNG image, not a USD file"),
+    (b"\xff\xd8\xff", "the file is a JPEG image, not a USD file"),
 )
 """First bytes, in lower case, of files that are not USD stages."""
 
@@ -88,10 +91,10 @@ class Confinement:
         return self._own.parent
 
     def fault(self, file: Path) -> Fault | None:
-        """Returns the reason why a file must not be read; None if it may be read."""
+        """Returns the reason why a file must not be read; None if the file may be read."""
         real = Path(os.path.realpath(file))
         if real != self._own and not real.is_relative_to(self.folder):
-            leads = f"it is a symbolic link to {real}" if os.path.islink(file) else "it is"
+            leads = f"the file is a symbolic link to {real}" if os.path.islink(file) else "the file is"
             wider = os.path.commonpath([self.folder, real])
             return Fault(
                 "outside_root",
@@ -101,7 +104,7 @@ class Confinement:
         if not real.exists():
             return Fault("file_not_found", "no such file")
         if not real.is_file():
-            return Fault("file_unreadable", "it is not a regular file")
+            return Fault("file_unreadable", "the path is not a regular file")
         if real.stat().st_size == 0:
             return Fault("empty_file", "the file is empty")
         found = _find_kind(FIRST_BYTES, real)
@@ -111,7 +114,9 @@ class Confinement:
         """Counts bytes that are read; raises `UsdRejected` beyond the limit."""
         self._left -= size
         if self._left < 0:
-            raise UsdRejected("budget_exceeded", f"its files are too large; the limit is {self._most} bytes")
+            raise UsdRejected(
+                "budget_exceeded", f"the stage's files are too large; the limit is {self._most} bytes"
+            )
 
     def open_layers(self) -> list[Sdf.Layer]:
         """Opens all layers of the stage, starting with the root layer, without forbidden asset paths."""
@@ -123,7 +128,7 @@ class Confinement:
         self.charge(self._own.stat().st_size)
         first = Sdf.Layer.FindOrOpen(str(self._path))
         if first is None:
-            raise UsdRejected("syntax", "Pixar's library cannot read it as a USD layer")
+            raise UsdRejected("syntax", "Pixar's library cannot read the file as a USD layer")
         self._layers[first.identifier] = first
         waiting: list[tuple[Sdf.Layer, dict[str, Any]]] = [(first, _variables(first))]
         while waiting:
@@ -138,7 +143,7 @@ class Confinement:
             if place and real != self._own and not real.is_relative_to(self.folder):
                 raise UsdRejected(
                     "outside_root",
-                    f"a value clip is {real}, outside {self.folder}; copy it there, or load with a wider folder=",
+                    f"the value clip {real} is outside {self.folder}; copy it there, or load with a wider folder=",
                 )
 
     def _confine(self, layer: Sdf.Layer, variables: dict[str, Any]) -> list[tuple[Sdf.Layer, dict[str, Any]]]:
@@ -153,8 +158,8 @@ class Confinement:
                 value = Sdf.VariableExpression(asset).Evaluate(variables)
                 named = value.value if isinstance(value.value, str) else ""
                 if not named:
-                    errors = "; ".join(value.errors) or "it is not a string"
-                    reason = Fault("file_unreadable", f"its expression has no value: {errors}")
+                    errors = "; ".join(value.errors) or "the value is not a string"
+                    reason = Fault("file_unreadable", f"the layer's expression has no value: {errors}")
             known = len(self._layers)
             opened = reason or (self._opened(layer, named) if named else None)
             if isinstance(opened, Fault):
@@ -205,7 +210,7 @@ class Confinement:
             found = Sdf.Layer.FindOrOpen(identifier)
         except Tf.ErrorException as error:
             return Fault("syntax", "; ".join(part.commentary.strip() for part in error.args))
-        return Fault("syntax", "Pixar's library cannot read it as a layer") if found is None else found
+        return Fault("syntax", "Pixar's library cannot read the file as a layer") if found is None else found
 
     def _shown(self, layer: Sdf.Layer) -> str:
         """The layer's path, relative to the folder of the stage."""
@@ -213,7 +218,7 @@ class Confinement:
 
 
 def _find_kind(kinds: tuple[tuple[bytes, str], ...], file: Path) -> tuple[bytes, str] | None:
-    """The kind whose first bytes the file has; None if it has none of them."""
+    """The file kind that the first bytes indicate; None for unknown first bytes."""
     with file.open("rb") as stream:
         first = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip().lower()
     return next((kind for kind in kinds if first.startswith(kind[0])), None)

@@ -23,13 +23,13 @@ class Faces(NamedTuple):
 
 
 def find_fault(faces: Faces) -> str | None:
-    """The reason why the arrays are invalid; None for valid ones."""
+    """The reason why the arrays are invalid; None for valid faces."""
     points, counts, indices = faces.points, faces.counts, faces.indices
     if (counts < 0).any() or counts.sum() != len(indices):
         return f"faceVertexCounts add up to {counts.sum()}, but faceVertexIndices has {len(indices)} values"
     if len(indices) and not (indices.min() >= 0 and indices.max() < len(points)):
         return f"faceVertexIndices has values outside 0 to {len(points) - 1}"
-    return None if len(indices) else "it has no faces"
+    return None if len(indices) else "the mesh has no faces"
 
 
 def find_unusable_faces(faces: Faces) -> Any:

@@ -27,7 +27,7 @@ MOST_LISTED = 10_000
 
 
 def found_elsewhere(written: str, folder: Path) -> Path | None:
-    """Returns an image that is not at its path but was found elsewhere; None if it was not found."""
+    """Returns an image that is not at its path but was found elsewhere; None if no image was found."""
     parts = [
         part
         for part in re.split(r"[\\/]+", written)

@@ -14,7 +14,7 @@ from ..srgb import linear_from_srgb, srgb_from_linear
 __all__ = ["ValueChange", "is_grey", "value_change"]
 
 FLOATS = (".exr", ".hdr")
-"""Endings of images of floats, which are linear whatever the shader states."""
+"""Endings of float image files; their values are linear, regardless of the shader's colour space."""
 USED_CHANNEL = {"roughness": 1, "metallic": 2}
 """The channel of an image that an MTL file's map is, as in glTF."""
 
@@ -53,7 +53,9 @@ class ValueChange:
 def value_change(
     key: str, output: str, scale: Sequence[float], bias: Sequence[float], space: str, file: Path
 ) -> tuple[ValueChange | None, Any]:
-    """Returns the conversion that an input's image requires, and the remaining factor; None if none is required."""
+    """Returns the conversion that an input's image requires, and the remaining factor; None if no conversion is
+    required.
+    """
     if key == "normal":
         half = tuple(value / 2 for value in scale[:3]), tuple((value + 1) / 2 for value in bias[:3])
         known = half == ((1.0,) * 3, (0.0,) * 3) or _is_plain(scale, bias)

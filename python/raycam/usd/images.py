@@ -63,7 +63,7 @@ class Images:
         self.notices.append(StageNotice(code, text, f"image {path!r}"))
 
     def baked(self, file: str, how: str, bake: Callable[[Any], Any]) -> str | None:
-        """Returns the name of the image that `bake` creates from an image's pixels; None if it creates none.
+        """Returns the name of the image that `bake` creates from an image's pixels; None if no image is created.
 
         If the pixels cannot be decoded, returns the original image, with a notice. `sizes` contains the image's size.
         """

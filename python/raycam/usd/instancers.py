@@ -52,7 +52,7 @@ class PointInstancers:
     ) -> None:
         self.notices: list[StageNotice] = []
         self.moves = False
-        """True if an instance or a prototype has several time samples."""
+        """True if any instance or prototype has several time samples."""
         self._meshes = meshes
         self._handover = handover
         self._places = places
@@ -93,7 +93,7 @@ class PointInstancers:
             self._note(
                 "ignored_element",
                 prim,
-                f"its {len(which)} instances are not shown: positions has {positions} values, and all arrays must have"
+                f"all {len(which)} instances are not shown: positions has {positions} values, and all arrays must have"
                 " the same length as protoIndices",
             )
             which = which[:0]
@@ -110,7 +110,7 @@ class PointInstancers:
         return which[numbers], matrices[numbers], numbers
 
     def _note_missing(self, prim: Usd.Prim, which: Any, targets: list[Any]) -> None:
-        """Reports the instances whose prototype does not exist or shows nothing."""
+        """Reports instances whose prototype does not exist or contains nothing visible."""
         for index in np.unique(which).tolist():
             count = np.count_nonzero(which == index)
             if not 0 <= index < len(targets):
@@ -236,7 +236,7 @@ class PointInstancers:
         return [(number,) for number in self._handover.add_plains(table).tolist()]
 
     def _repeat(self, inner: Instances, name: str, numbers: Any, placed: Any) -> list[tuple[Any, Instances]]:
-        """The objects of a nested instancer for each instance of the outer one."""
+        """The objects of a nested instancer for each instance of the outer instancer."""
         count = len(inner.names)
         if not count:
             return []

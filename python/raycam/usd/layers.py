@@ -14,7 +14,7 @@ from .notices import StageNotice
 __all__ = ["find_layer_problems", "read_unit"]
 
 MAX_LINE = 300
-"""Maximum number of characters shown of one composition error."""
+"""Maximum number of characters of a composition error that are shown."""
 
 
 def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
@@ -23,7 +23,9 @@ def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
 
 
 def read_unit(layer: Sdf.Layer) -> float | None:
-    """The unit of length in metres; None if the layer contains none. Blender 2.8 wrote it in single precision."""
+    """The unit of length in metres; None if the layer does not specify a unit. Blender 2.8 wrote the unit in single
+    precision.
+    """
     root = layer.pseudoRoot
     return float(root.GetInfo("metersPerUnit")) if root.HasInfo("metersPerUnit") else None
 
@@ -54,7 +56,7 @@ def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
                     known[path] = any(layer.GetPrimAtPath(path) for layer in layers)
                 if not known[path]:
                     file = os.path.basename(spec.layer.realPath or spec.layer.identifier)
-                    text = f"it inherits from <{path}>, which no layer contains (in @{file}@)"
+                    text = f"the prim inherits from <{path}>, which no layer contains (in @{file}@)"
                     yield StageNotice("invalid_file", text, f"prim {prim.GetPath()}")
 
 
@@ -71,7 +73,7 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         if own is not None and own > 0 and unit > 0 and abs(own / unit - 1) > 1e-6:
             yield StageNotice(
                 "assumed_convention",
-                f"its unit is {own:g} m, but the stage's unit is {unit:g} m; its coordinates are not converted:"
+                f"the layer's unit is {own:g} m, but the stage's is {unit:g} m; coordinates are not converted:"
                 f" multiply them by {own / unit:g}",
                 f"layer {name}",
             )
@@ -79,6 +81,6 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         if str(other) != axis:
             yield StageNotice(
                 "assumed_convention",
-                f"its up axis is {other}, but the stage's up axis is {axis}; its coordinates are not converted",
+                f"the layer's up axis is {other}, but the stage's is {axis}; coordinates are not converted",
                 f"layer {name}",
             )

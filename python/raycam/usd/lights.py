@@ -42,7 +42,7 @@ def light_spec(
     place, axes = matrix[:3, 3], matrix[:3, :3]
     scale = np.linalg.norm(axes, axis=0)
     if not np.isfinite(matrix).all() or (kind != "SphereLight" and np.linalg.matrix_rank(axes) < 3):
-        return None, "ignored: its transform has scale 0 or is not finite"
+        return None, "ignored: the light's transform has scale 0 or is not finite"
     forward = (-axes[:, 2]).tolist()
     normalized = value("normalize", False)
     fault = _odd_size(kind, value, normalized)
@@ -65,7 +65,7 @@ def light_spec(
         bulb: dict[str, Any] = {"position": place.tolist(), "power": power.tolist()}
         cone = value("shaping:cone:angle", 180.0)
         if not cone > 0:
-            return None, f"ignored: its cone angle is {cone:g}"
+            return None, f"ignored: the light's cone angle is {cone:g}"
         if cone <= 90:
             # Intensity on the axis: radiance times the area of the visible disk.
             intensity = (power / (4 * np.pi)).tolist()
@@ -78,7 +78,7 @@ def light_spec(
         v = -axes[:, 1] * value("height", 1.0)
         area = float(np.linalg.norm(np.cross(u, v)))
         panel = {"type": "area", "position": place.tolist(), "u": u.tolist(), "v": v.tolist()}
-        said = "its texture is ignored" if _file(prim, time) else None
+        said = "the light's texture is ignored" if _file(prim, time) else None
         return panel | {"radiance": radiance(area)}, said
     if kind == "DiskLight":
         radius = float(value("radius", 0.5) * scale[:2].mean())
@@ -104,7 +104,7 @@ def _dome_light(
         return {"type": "sky", "radiance": color.tolist()}, None
     file = image(asset)
     if file is None:
-        return None, "ignored: its image cannot be used"
+        return None, "ignored: the light's image cannot be used"
     # The middle of a latlong image is at the light's +z, its top at +y.
     middle, pole = axes[:, 2], axes[:, 1]
     if kind == "DomeLight_1" and _pole_axis(prim, up) == "Z":
@@ -112,9 +112,9 @@ def _dome_light(
     yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
     said = None
     if np.abs(pole / np.linalg.norm(pole) - np.array([0, up == "y", up == "z"])).max() > 1e-3:
-        said = "its pole is not the up axis; its image is shown upright"
+        said = "the light's pole is not the up axis; the image is shown upright"
     elif np.ptp(color) > 1e-6 * color.max():
-        said = "its image is multiplied by the mean of its colour"
+        said = "the light's image is multiplied by the mean of the light's colour"
     sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
     return sky | {"scale": float(color.mean())}, said
 
@@ -131,7 +131,7 @@ def _odd_size(kind: str, value: Callable[[str, Any], Any], normalized: bool) -> 
             or (size == 0 and not may_be_zero)
             or (key == "angle" and size > 180)
         ):
-            return f"its {key} is {size:g}"
+            return f"the light's {key} is {size:g}"
     return None
 
 
@@ -143,8 +143,8 @@ def _color(kind: str, value: Callable[[str, Any], Any]) -> tuple[Any, str | None
     fallback = 50000.0 if kind == "DistantLight" else 1.0
     color = color * value("intensity", fallback) * 2.0 ** value("exposure", 0.0)
     if not np.isfinite(color).all():
-        return color, "its colour or intensity is not finite"
-    return np.maximum(color, 0.0), None if (color > 0).any() else "it emits no light"
+        return color, "the light's colour or intensity is not finite"
+    return np.maximum(color, 0.0), None if (color > 0).any() else "the light has no intensity"
 
 
 def _file(prim: Usd.Prim, time: Usd.TimeCode) -> Sdf.AssetPath | None:
@@ -162,9 +162,10 @@ def _pole_axis(prim: Usd.Prim, up: str) -> str:
 def cylinder_light(
     prim: Usd.Prim, world_from_local: Gf.Matrix4d, time: Usd.TimeCode
 ) -> tuple[MeshArrays, list[float]]:
-    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if it emits no light.
+    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if the light has no
+    intensity.
 
-    With `normalize`, the area is that of the cylinder in the world, as for the other lights.
+    With `normalize`, the power refers to the cylinder's area in the world, as for other lights.
     """
 
     def value(key: str, default: Any) -> Any:
@@ -175,10 +176,10 @@ def cylinder_light(
     color, fault = _color("CylinderLight", value)
     radius, length = float(value("radius", 0.5)), float(value("length", 1.0))
     if fault is None and not (np.isfinite([radius, length]).all() and radius > 0 and length > 0):
-        fault = f"its radius is {radius:g} and its length {length:g}"
+        fault = f"the light's radius is {radius:g} and its length {length:g}"
     axes = np.array(rows(world_from_local))[:3, :3]
     if fault is None and not (np.isfinite(axes).all() and np.linalg.matrix_rank(axes) == 3):
-        fault = "its transform has scale 0 or is not finite"
+        fault = "the light's transform has scale 0 or is not finite"
     if fault:
         raise ValueError(f"ignored: {fault}")
     turns = np.linspace(0, 2 * np.pi, CYLINDER_SIDES, endpoint=False)

@@ -38,7 +38,7 @@ MAPS = {
     "normal": "norm",
 }
 PURPOSES = (UsdShade.Tokens.full, UsdShade.Tokens.preview, UsdShade.Tokens.allPurpose)
-"""The purposes of material bindings, the preferred one first."""
+"""The purposes of material bindings, beginning with the preferred purpose."""
 
 
 def _purpose(binding: Usd.Relationship) -> str:
@@ -63,7 +63,8 @@ class Coordinates:
     matrix: Any = None
     """The matrix that transforms the coordinates; None for the identity."""
     constant: Any = None
-    """The coordinates [2] where a mesh has none, or where no primvar is read; None for a material without images."""
+    """The coordinates [2] for meshes without the primvar, or if no primvar is read; None for a material without images.
+    """
     low: Any = (0.0, 0.0)
     """The smallest coordinates of all meshes."""
     high: Any = (1.0, 1.0)
@@ -94,7 +95,7 @@ class Map:
     alpha: tuple[Any, ...] | None = None
     """The arguments of `bake_opacity`, for an image of opacities."""
     change: ValueChange | None = None
-    """The conversion of the image's values to those of the map; None if both are equal."""
+    """The conversion of the image's values to the map's values; None if both are equal."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class ColorReader:
 
     primvar: str
     fallback: tuple[float, float, float] | None
-    """The colour of meshes without the primvar; None if the file contains none."""
+    """The colour of meshes without the primvar; None if the file contains no such value."""
 
 
 @dataclass
@@ -177,7 +178,7 @@ class Materials:
         return self._materials[number].color_reader
 
     def tint(self, number: int, color: tuple[float, float, float]) -> int:
-        """Returns the number of a copy of this material with another colour."""
+        """Returns the number of a copy of the material with a different colour."""
         if (number, color) not in self._numbers:
             own = self._materials[number]
             lines = [line for line in own.lines if line.split()[0] != "Kd"]
@@ -189,7 +190,9 @@ class Materials:
         return self._numbers[number, color]
 
     def coordinates(self, number: int) -> Coordinates:
-        """The texture coordinates of a material; the default ones for a plain material, whose number is negative."""
+        """The texture coordinates of a material; default texture coordinates for a plain material, whose number is
+        negative.
+        """
         return self._materials[number].coordinates if number >= 0 else Coordinates()
 
     def write(self, path: Path, used: set[int]) -> tuple[list[str], dict[int, int]]:
@@ -241,7 +244,7 @@ class Materials:
                 if key in values and fallback is not None:
                     values[key] = _like(fallback, FALLBACK[key])
                 name = self._given(shader, "varname", "")
-                used = "its default" if fallback is None else f"the reader's fallback {fallback}"
+                used = "the input's default" if fallback is None else f"the reader's fallback {fallback}"
                 self._note(
                     "ignored_feature", path, f"{key} from primvar {name!r} is not supported; {used} is used"
                 )
@@ -266,7 +269,7 @@ class Materials:
             return
         base = np.vstack([turned[0].matrix, [0, 0, 1]])
         if np.linalg.det(base) == 0:
-            self._note("ignored_feature", path, "the UsdTransform2d of its image has scale 0 and is ignored")
+            self._note("ignored_feature", path, "the image's UsdTransform2d has scale 0 and is ignored")
             turned[0].matrix = np.eye(3)[:2]
             return
         coordinates.matrix = base[:2]
@@ -274,7 +277,7 @@ class Materials:
         for own in maps:
             own.matrix = own.matrix @ back
             if not _is_straight(own.matrix):
-                self._note("ignored_feature", path, f"the rotation of its {own.key} image is ignored")
+                self._note("ignored_feature", path, f"the rotation of the {own.key} image is ignored")
                 own.matrix = np.eye(3)[:2]
 
     def _given(self, shader: UsdShade.Shader, name: str, default: Any) -> Any:
@@ -311,7 +314,7 @@ class Materials:
             self._note(
                 "assumed_convention",
                 path,
-                "its normal map has no scale 2 and bias -1; these values are assumed",
+                "the normal map lacks scale 2 and bias -1; these values are assumed",
             )
         return found, factor
 
@@ -339,7 +342,7 @@ class Materials:
                 self._note(
                     "ignored_feature",
                     path,
-                    f"texture coordinates {known!r} are ignored; all its images use {coordinates.primvar!r}",
+                    f"texture coordinates {known!r} are ignored; all images use {coordinates.primvar!r}",
                 )
         return matrix[:2]
 

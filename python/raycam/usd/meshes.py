@@ -27,7 +27,7 @@ GREY = (0.8, 0.8, 0.8)
 
 
 def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
-    """The matrix for column vectors, as raycam uses them; USD's matrices are for row vectors."""
+    """The matrix for column vectors, which raycam uses; USD's matrices are for row vectors."""
     return np.array(matrix).T.tolist()  # type: ignore[no-any-return]
 
 
@@ -48,7 +48,7 @@ class Shape:
 
 @dataclass
 class Group:
-    """Faces with one material."""
+    """A group of faces with the same material."""
 
     material: int
     faces: Any
@@ -86,7 +86,7 @@ class Meshes:
         self._instance_inputs: set[str] = set()
 
     def bind(self, prims: list[Usd.Prim]) -> None:
-        """Looks up the materials of many prims at once, which is faster than one by one."""
+        """Looks up the materials of many prims at once, which is faster than separate look-ups."""
         self._bindings.update(self._materials.bound_materials(prims))
 
     def describe(
@@ -151,7 +151,7 @@ class Meshes:
             groups = [replace(own, faces=own.faces[~shape.unusable[own.faces]]) for own in groups]
         groups = [own for own in groups if len(own.faces)]
         if not groups:
-            raise Reason("all its faces are holes or unusable")
+            raise Reason("all faces are holes or unusable")
         left_handed = UsdGeom.Gprim(prim).GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded
         mirrored = baked is not None and np.linalg.det(baked[:3, :3]) < 0
         counts = shape.faces.counts
@@ -231,7 +231,7 @@ class Meshes:
         try:
             points = self._skinning.points(prim, shape.faces.points)
         except ValueError as reason:
-            self._note("ignored_feature", prim, f"its skeleton is not applied: {reason}")
+            self._note("ignored_feature", prim, f"the mesh's skeleton is not applied: {reason}")
             return
         if shape.normals is not None:
             normals = self._skinning.normals(prim, shape.normals.spread(), shape.faces)
@@ -274,7 +274,7 @@ class Meshes:
             self._note(
                 "ignored_feature",
                 prim,
-                "the target of its material binding is missing or of an unknown purpose",
+                "the material binding's target is missing or has an unknown purpose",
             )
         if prim.GetTypeName() == "Mesh":
             holes = read_table(UsdGeom.Mesh(prim).GetHoleIndicesAttr().Get(self._time), 1)
@@ -299,7 +299,7 @@ class Meshes:
         colors = self._find(prim, "displayColor", 3, instance)
         base: tuple[float, ...] = GREY
         if colors is not None and (colors.rows is None or not np.isfinite(colors.rows).all()):
-            self._note("ignored_key", prim, "displayColor is ignored: it has values that are not numbers")
+            self._note("ignored_key", prim, "displayColor is ignored: some values are not numbers")
             colors = None
         if colors is not None:
             if (row := colors.constant) is not None:
@@ -338,7 +338,7 @@ class Meshes:
                 self._note(
                     "ignored_key",
                     prim,
-                    f"its material reads colours from primvar {reader.primvar}, which is missing or not a colour;"
+                    f"the material reads colours from primvar {reader.primvar}, which is missing or not a colour;"
                     " the reader's fallback is used",
                 )
             return Group(self._materials.tint(number, reader.fallback or (0.0, 0.0, 0.0)), chosen)
@@ -359,7 +359,7 @@ class Meshes:
             self._note(
                 "invalid_file",
                 subset.GetPrim(),
-                'its material is used although familyName is not "materialBind"',
+                'the subset\'s material is used although familyName is not "materialBind"',
             )
             subsets.append(subset)
         return subsets
@@ -453,7 +453,7 @@ class Meshes:
     def _uvs(
         self, prim: Usd.Prim, material: int, faces: Faces, instance: InstanceValues | None
     ) -> Attribute | None:
-        """The texture coordinates of a mesh for a material; None if there are none."""
+        """The texture coordinates of a mesh for a material; None if the mesh has no texture coordinates."""
         coordinates = self._materials.coordinates(material)
         constant = coordinates.constant
         name = coordinates.primvar or ("st" if constant is None else None)
@@ -519,7 +519,7 @@ def _array(attribute: Usd.Attribute, kind: type, time: Usd.TimeCode) -> Any:
         given = attribute.GetPropertyStack(time)[0].typeName
         raise Reason(f"{attribute.GetName()} has the type {given}, expected {attribute.GetTypeName()}")
     if not value:
-        raise Reason(f"it has no {attribute.GetName()}")
+        raise Reason(f"the mesh has no {attribute.GetName()}")
     return np.array(value)
 
 

@@ -87,7 +87,7 @@ class Primvar:
 def find_primvar(
     prim: Usd.Prim, name: str, width: int, time: Usd.TimeCode, instance: InstanceValues | None = None
 ) -> Primvar | None:
-    """The primvar that applies to a prim, inherited ones included; None if it has no value.
+    """The primvar that applies to a prim, inherited ones included; None if the primvar has no value.
 
     A primvar within the prototype takes precedence over one of the point instancer.
     """

@@ -113,7 +113,7 @@ def read(
     status, output = run_limited([*command, json.dumps(limits)], budget.seconds, path, "USD", environment)
     answer = folder / "world.json"
     if not answer.is_file() or status != 0:
-        last = output.splitlines()[-1] if output else "it printed no reason"
+        last = output.splitlines()[-1] if output else "the process printed no reason"
         raise FormatError(
             f"{path}: the process that reads USD failed ({describe_status(status)}): {last}",
             code="failed_process",

@@ -60,10 +60,10 @@ class Skinning:
         if target.IsRigidlyDeformed():
             matrix = target.ComputeSkinnedTransform(transforms, self._time)
             if matrix is None:
-                raise ValueError("its weights do not fit its skeleton")
+                raise ValueError("the weights do not fit the skeleton")
             return _transformed(moved, Gf.Matrix4d(matrix) * to_local)
         if not target.ComputeSkinnedPoints(transforms, moved, self._time):
-            raise ValueError("its weights do not fit its points and skeleton")
+            raise ValueError("the weights do not fit the points and the skeleton")
         return _transformed(moved, to_local)
 
     def normals(self, prim: Usd.Prim, normals: Any, faces: Faces) -> Any:
@@ -100,7 +100,7 @@ class Skinning:
         shares, shapes, parts = query.ComputeSubShapeWeights(weights)
         indices, offsets = query.ComputeBlendShapePointIndices(), query.ComputeSubShapePointOffsets()
         if not query.ComputeDeformedPoints(shares, shapes, parts, indices, offsets, points):
-            raise ValueError("its blend shapes do not fit its points")
+            raise ValueError("the blend shapes do not fit the points")
         return points
 
 

@@ -26,14 +26,14 @@ __all__ = ["StageReader", "rate_of"]
 
 
 class Role(Enum):
-    """The way in which raycam uses a prim."""
+    """The kinds of prims that raycam distinguishes."""
 
     GEOMETRY = 1
     INSTANCER = 2
     CAMERA = 3
     LIGHT = 4
     UNSUPPORTED = 5
-    """A type that other renderers show."""
+    """A prim type that other renderers show."""
     NONE = 6
 
 
@@ -42,7 +42,7 @@ class ReadOptions:
     """Selects which parts of a stage are read."""
 
     time: float | None
-    """The time in seconds; None for the first one."""
+    """The time in seconds; None for the first time."""
     merged: bool
     """True if all meshes become one object, without lights and cameras."""
     up: str | None
@@ -51,7 +51,7 @@ class ReadOptions:
 
 
 class StageReader:
-    """Reads one stage; collects objects, lights and cameras."""
+    """Reads a stage, and collects its objects, lights and cameras."""
 
     def __init__(self, stage: Usd.Stage, images: Images, options: ReadOptions) -> None:
         self.lights: list[dict[str, Any]] = []
@@ -171,11 +171,13 @@ class StageReader:
     def _read_geometry(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
         matrix = self._turn @ np.array(from_local).T
         if not np.isfinite(matrix).all():
-            self._note("ignored_element", prim, "not shown: its transform is not finite")
+            self._note("ignored_element", prim, "not shown: the prim's transform is not finite")
             return
         rank = np.linalg.matrix_rank(matrix[:3, :3])
         if rank < 2:
-            self._note("ignored_element", prim, "not shown: its transform has scale 0 along two axes or more")
+            self._note(
+                "ignored_element", prim, "not shown: the prim's transform has scale 0 along two axes or more"
+            )
             return
         # A matrix of rank 2 has no inverse, so the points are written in world coordinates.
         appearance = self._meshes.describe(prim, baked=matrix if rank < 3 else None)

@@ -9,10 +9,10 @@ from pxr import Usd, UsdGeom, UsdLux
 __all__ = ["unused_of_camera", "unused_of_light", "unused_of_model"]
 
 LIGHT_INPUTS: dict[str, tuple[str, Any]] = {
-    "shaping:focus": ("its focus", 0.0),
-    "diffuse": ("its factor of diffuse reflection", 1.0),
-    "specular": ("its factor of specular reflection", 1.0),
-    "shadow:enable": ("its disabled shadows", True),
+    "shaping:focus": ("the light's focus", 0.0),
+    "diffuse": ("the light's factor of diffuse reflection", 1.0),
+    "specular": ("the light's factor of specular reflection", 1.0),
+    "shadow:enable": ("the light's disabled shadows", True),
 }
 """Ignored inputs of all lights: the ignored property, and the input's neutral value."""
 FORMATS = ("automatic", "latlong")
@@ -21,9 +21,9 @@ OLD_INPUTS = (
     *("intensity", "exposure", "color", "normalize", "radius", "width", "height", "angle"),
     *("enableColorTemperature", "colorTemperature", "texture:file", "shaping:cone:angle"),
 )
-"""Inputs that were written without "inputs:" before USD 21.05; Pixar's library no longer reads them."""
+"""Inputs that were written without "inputs:" before USD 21.05; Pixar's library no longer reads these names."""
 SHAPED = ("SphereLight",)
-"""Lights whose cone is used."""
+"""Types of lights for which the cone is applied."""
 DRAWN = ("default", "inherited", "")
 """Draw modes that show the meshes."""
 
@@ -38,22 +38,24 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
 
     said = [words for key, (words, neutral) in LIGHT_INPUTS.items() if value(key, neutral) != neutral]
     if profile := getattr(value("shaping:ies:file", None), "path", ""):
-        said.append(f"its profile {profile!r}")
+        said.append(f"the light's profile {profile!r}")
     kind = prim.GetTypeName()
     angle = value("shaping:cone:angle", 180.0)
     if kind in SHAPED and 90 < angle < 180:
-        said.append(f"its cone of {angle:g} degrees (maximum: 90; the light shines in all directions)")
+        said.append(
+            f"the light's cone of {angle:g} degrees (maximum: 90; the light shines in all directions)"
+        )
     elif kind not in SHAPED and angle < 180 and prim.HasAPI(UsdLux.ShapingAPI):
-        said.append(f"its cone of {angle:g} degrees")
+        said.append(f"the light's cone of {angle:g} degrees")
     if kind.startswith("DomeLight") and (format := value("texture:format", "automatic")) not in FORMATS:
-        said.append(f"the format {format} of its image")
+        said.append(f"the image's format {format}")
     filters = prim.GetRelationship("light:filters")
     if filters and filters.GetTargets():
-        said.append("its filters")
+        said.append("the light's filters")
     light = UsdLux.LightAPI(prim)
     linked = (light.GetLightLinkCollectionAPI(), light.GetShadowLinkCollectionAPI())
     if any(_leaves_out(collection) for collection in linked):
-        said.append("its light links (it lights all objects)")
+        said.append("the light's links (all objects are lit)")
     old = [
         key
         for key in OLD_INPUTS
@@ -70,11 +72,11 @@ def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     source = UsdGeom.Camera(prim)
     said = []
     if source.GetExposureAttr().Get(time):
-        said.append("its exposure (render with exposure=)")
+        said.append("the camera's exposure (render with exposure=)")
     if source.GetFStopAttr().Get(time) and not (source.GetFocusDistanceAttr().Get(time) or 0) > 0:
-        said.append("its f-stop (focusDistance is missing, so the whole image is sharp)")
+        said.append("the camera's f-stop (focusDistance is missing, so the whole image is sharp)")
     if source.GetClippingPlanesAttr().Get(time):
-        said.append("its clipping planes")
+        said.append("the camera's clipping planes")
     return said
 
 
@@ -87,9 +89,9 @@ def unused_of_model(prim: Usd.Prim) -> list[str]:
     if prim.HasAPI(UsdGeom.ModelAPI):
         mode = UsdGeom.ModelAPI(prim).GetModelDrawModeAttr().Get() or ""
         if mode not in DRAWN:
-            said.append(f"its draw mode {mode}: its meshes are shown")
+            said.append(f"the draw mode {mode} (meshes are shown)")
     shining = [name for name in schemas if name in ("MeshLightAPI", "VolumeLightAPI")]
-    said.extend(f"its light ({name})" for name in shining)
+    said.extend(f"the emitted light ({name})" for name in shining)
     return said
 
 

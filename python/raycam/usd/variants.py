@@ -39,7 +39,7 @@ def _find_sets(stage: Usd.Stage) -> list[VariantSet]:
 
 
 def list_variants(stage: Usd.Stage) -> tuple[list[str], list[str]]:
-    """Returns all distinct variants as "SET=NAME", and the selected ones."""
+    """Returns all distinct variants as "SET=NAME", and the selected variants."""
     sets = _find_sets(stage)
     every = dict.fromkeys(f"{own.name}={name}" for own in sets for name in own.names)
     return list(every), list(dict.fromkeys(f"{own.name}={own.selection}" for own in sets if own.selection))

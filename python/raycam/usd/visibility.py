@@ -18,7 +18,7 @@ class PrimVisibility:
         self._purposes: dict[Sdf.Path, Any] = {}
 
     def hidden_reason(self, prim: Usd.Prim) -> str | None:
-        """The reason why a prim is not shown; None if it is shown."""
+        """The reason why a prim is not shown; None if the prim is shown."""
         imageable = UsdGeom.Imageable(prim)
         if not imageable:
             return None

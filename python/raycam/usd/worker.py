@@ -47,16 +47,16 @@ class Options:
     up: str | None = None
     """The up axis to which objects are turned; None for that of the file."""
     variant: str | None = None
-    """The variants to select; None for those that the file selects."""
+    """The variants to select; None for the variants that the file selects."""
 
 
 def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     """Reads the file, writes arrays, materials and images to the folder, and returns the rest of the world."""
     confinement = Confinement(path, Path(options.folder), options.bytes)
-    layers = confinement.open_layers()  # the stage uses the open layers
+    layers = confinement.open_layers()  # the stage uses layers that are already open
     stage = Usd.Stage.Open(layers[0])
     if stage is None:
-        raise UsdRejected("syntax", "Pixar's library cannot open it as a stage")
+        raise UsdRejected("syntax", "Pixar's library cannot open the file as a stage")
     if options.variant is not None:
         try:
             select_variants(stage, options.variant)
@@ -96,9 +96,7 @@ def _notices_of_stage(
     unit = read_unit(stage.GetRootLayer()) or UsdGeom.GetStageMetersPerUnit(stage)
     if unit != 1.0:
         notices.append(
-            StageNotice(
-                "assumed_convention", f"its unit of length is {unit:g} m; coordinates are not converted"
-            )
+            StageNotice("assumed_convention", f"the file's unit is {unit:g} m; coordinates are not converted")
         )
     if reader.moves and options.time is None:
         notices.append(StageNotice("first_only", _describe_times(stage)))
@@ -122,15 +120,19 @@ def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], o
     """Raises `UsdRejected` for a stage without objects, unless it contains other supported prims."""
     if has_lost or options.single or not stage.GetRootLayer().rootPrims:
         reasons = "".join(f"; {notice}" for notice in notices[:5])
-        raise UsdRejected("nothing_visible", f"it contains no meshes or solids that can be shown{reasons}")
+        raise UsdRejected(
+            "nothing_visible", f"the file contains no meshes or solids that can be shown{reasons}"
+        )
 
 
 def _describe_times(stage: Usd.Stage) -> str:
-    """The text for a stage with several times."""
+    """The notice for a stage with several times."""
     rate = rate_of(stage)
     ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
     span = ends if stage.HasAuthoredTimeCodeRange() else " in seconds"
-    return f"it is animated and shown at its first time; to show another, use raycam.load(path, time=SECONDS),{span}"
+    return (
+        f"the first time of the animation is shown; for another, use raycam.load(path, time=SECONDS),{span}"
+    )
 
 
 def main(path: Path, folder: Path, options: Options) -> None:
@@ -151,7 +153,7 @@ def main(path: Path, folder: Path, options: Options) -> None:
     except MemoryError:
         answer = {
             "code": "budget_exceeded",
-            "error": f"it exceeds the limits: {options.memory} bytes of memory, {options.corners} face corners",
+            "error": f"the file exceeds the limits: {options.memory} bytes of memory, {options.corners} face corners",
         }
     (folder / "world.json").write_text(json.dumps(answer), encoding="utf-8")
 

@@ -81,7 +81,7 @@ opacity."""
 
 
 def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
-    """Returns the codec for an ending and options; raises `SettingsError` if there is none."""
+    """Returns the codec for an ending and options; raises `SettingsError` if no codec supports them."""
     codec = CODECS.get((ending, lossless, alpha))
     if codec is None and not lossless:  # .mkv is always lossless
         codec = CODECS.get((ending, True, alpha))

@@ -93,7 +93,7 @@ def make_video(
 
 
 def _encoder(job: Job, numbers: Iterable[int], add: Add) -> Callable[[], bool]:
-    """Returns a function that encodes finished frames up to the first missing one; True if none is missing."""
+    """Returns a function that encodes finished frames up to the first missing one; True if no frame is missing."""
     waiting = iter(numbers)
     following = next(waiting, None)
 
@@ -112,4 +112,4 @@ def _report(film: VideoPlan, made: FrameResult) -> None:
 
 
 class _OtherShards(Exception):
-    """Other shards will create the file, or have created it."""
+    """Raised if other shards will create the file, or have already created it."""

@@ -34,7 +34,7 @@ from .wire import data_url, pack
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
 
 SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph, Scan, Thumbnails, Tile)
-"""The messages whose answers take their time."""
+"""The messages whose answers take a long time."""
 AT_ONCE = 4
 """Maximum number of answers computed at the same time, for all clients."""
 MOST_WAITING = 4
@@ -68,7 +68,7 @@ class Answers:
                 threading.Thread(target=self._run, name="raycam answers", daemon=True).start()
 
     def forget(self, session: Session) -> None:
-        """Cancels a client's answers; the result of the current one is dropped."""
+        """Cancels a client's answers; the result of the current answer is dropped."""
         with self._changed:
             self._waiting = [each for each in self._waiting if each[0] is not session]
 
@@ -120,7 +120,7 @@ def probe(session: Session, message: Probe) -> None:
 
 
 def send_tile(session: Session, message: Tile) -> None:
-    """Sends the exact numbers of a part of the shown channel; nothing for a part outside of the image."""
+    """Sends the exact numbers of a part of the shown channel; sends nothing for a part outside of the image."""
     with session.lock:
         view, still = session.view, session.images.still
     width, height = view.size

@@ -22,7 +22,7 @@ NEXT_CONSTANT = re.compile(r", ([A-Z_\d]+) = ")
 
 @functools.cache
 def client_file(name: str) -> str:
-    """The text of a file of the client, by its path from the client's folder."""
+    """The text of a client file, given by its path in the client's folder."""
     return (files(__package__) / "client" / name).read_text(encoding="utf-8")
 
 

@@ -55,7 +55,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Length:
-    """Limits of the length of a text or a list."""
+    """Length limits of a text or a list."""
 
     high: int
     low: int = 0
@@ -72,7 +72,7 @@ class OneOf:
     words: tuple[str, ...]
 
     def accepts(self, value: Any) -> bool:
-        """True for one of the words."""
+        """True if the value is one of the words."""
         return value in self.words
 
 
@@ -222,7 +222,7 @@ class Photograph(Message):
 
 @dataclass(frozen=True)
 class Time(Message):
-    """Sets the world's time in seconds, and the animation (empty for the first one)."""
+    """Sets the world's time in seconds, and the animation (empty for the first animation)."""
 
     KIND = "time"
     CHANGES = "view"

@@ -186,11 +186,11 @@ class Folder:
         return self._add("text", label, value=value, editable=editable)
 
     def add_image(self, label: str, image: npt.ArrayLike) -> Control:
-        """Adds an image [h, w, 3] of sRGB bytes; `update(image=...)` replaces it."""
+        """Adds an image [h, w, 3] of sRGB bytes; `update(image=...)` replaces the image."""
         return self._add("image", label, **self._controls.describe("image", image=image))
 
     def add_plot(self, label: str, x: npt.ArrayLike, y: npt.ArrayLike) -> Control:
-        """Adds a line plot of `y` [n] over `x` [n], at most 10,000 points; `update(x=..., y=...)` replaces it."""
+        """Adds a line plot of `y` [n] over `x` [n], at most 10,000 points; `update(x=..., y=...)` replaces the data."""
         return self._add("plot", label, **self._controls.describe("plot", x=x, y=y))
 
 
@@ -237,7 +237,7 @@ class Controls(Folder):
         return made
 
     def remove(self, control: Control) -> None:
-        """Removes a control; does nothing if it was removed before."""
+        """Removes a control; has no effect if the control is already removed."""
         with self._lock:
             self._all.pop(control.number, None)
         self.changed()

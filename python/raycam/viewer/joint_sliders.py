@@ -13,7 +13,7 @@ from .scene.edits import Edits
 __all__ = ["JointSliders"]
 
 MAX_SLIDERS = 200
-"""Maximum number of joints with a slider; a text reports the number of the others."""
+"""Maximum number of joints with a slider; a text reports the number of joints without a slider."""
 STEP = 0.001
 """Step of the sliders in radians and metres."""
 UNLIMITED_RANGE = 1.0
@@ -21,7 +21,7 @@ UNLIMITED_RANGE = 1.0
 
 
 class JointSliders:
-    """One slider for each joint with one value; moving it moves the robot, and undo restores it.
+    """One slider for each joint with one value. Moving a slider moves the robot; undo restores the joint.
 
     Sliders are in the folder `Joints of ROBOT`. They range from the lower to the upper limit, and from -π to π for
     continuous joints. They are updated after undo, after a script's changes, and when the file is loaded again. A
@@ -59,7 +59,7 @@ class JointSliders:
                         slider.set_range(min(low, value), max(high, value), value)
 
     def _replace(self, robots: list[Robot]) -> None:
-        """Removes all sliders and adds those of these robots."""
+        """Removes all sliders, and adds sliders for these robots."""
         for control in [*self._sliders.values(), *self._others]:
             control.remove()
         self._sliders, self._others = {}, []

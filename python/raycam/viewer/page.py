@@ -164,7 +164,7 @@ def write_page(made: Page, *, browser: bool = True) -> Path:
 
 
 def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
-    """The arrays that are planes of this image, by name. Raises `SettingsError` for other shapes."""
+    """The arrays that are planes of this image, by name. Raises `SettingsError` for arrays of other shapes."""
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
         raise SettingsError(

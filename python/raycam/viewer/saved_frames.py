@@ -23,10 +23,10 @@ __all__ = ["ENDINGS", "is_frame", "load_frame"]
 Planes = dict[str, npt.NDArray[Any]]
 
 MOST_HEADER = 16 << 20
-"""Bytes of a header that are read at most."""
+"""Maximum number of header bytes that are read."""
 
 TOGETHER = ("RGB", "rgb", "XYZ", "xyz", "UV", "uv", "XY")
-"""Last letters of channels of an EXR file that are one plane, if all of them are there."""
+"""Last letters of EXR channels that together form one plane, if all of these channels exist."""
 
 
 def is_frame(path: str | os.PathLike[str]) -> bool:

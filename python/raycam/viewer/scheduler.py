@@ -25,14 +25,14 @@ from .wire import pack, reduced
 __all__ = ["Scheduler", "failure"]
 
 MOVING_QUALITY, REFINING_QUALITY, STILL_QUALITY = 70, 80, 93
-"""The JPEG qualities of moving images, of still images that are being refined, and of finished ones."""
+"""The JPEG qualities of moving images, of still images that are being refined, and of finished still images."""
 REST_S = 0.06
 """Time without a change after which a view is at rest: longer than between two steps of a flight."""
 IDLE_S = 0.03
 """Time between two checks for work, unless something wakes the thread."""
 MIN_WAIT_S = 0.001
 RETRY_S = 1.0
-"""Time before the next image after one that failed."""
+"""Time to wait before the next image after a failed image."""
 
 Work = Callable[[], None]
 
@@ -84,7 +84,7 @@ class Scheduler(threading.Thread):
                 self._failed(session, failure(error))
 
     def _failed(self, session: Session, text: str) -> None:
-        """Reports an image that failed, and waits before the next one."""
+        """Reports a failed image, and waits before the next image."""
         session.complain(text)
         session.images.delay(RETRY_S)
 
@@ -302,5 +302,5 @@ def _encoded(
 
 
 def _progress(session: Session, view: View, refinement: Refinement) -> dict[str, Any]:
-    """The message with the samples of the still image so far, and of the finished one."""
+    """The message with the still image's current number of samples and its final number of samples."""
     return {"type": "progress", "samples": refinement.samples, "wanted": session.images.samples_of(view)}

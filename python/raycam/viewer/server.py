@@ -28,7 +28,7 @@ from .tokens import Tokens
 __all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "Server"]
 
 PORTS = range(7421, 7431)
-"""The ports that are tried if none is given."""
+"""The ports that are tried if no port is given."""
 MOST_SESSIONS = MOST_FREE
 MOST_CONNECTIONS = 32
 CONNECTIONS_OF_FOLLOWERS = 96
@@ -44,7 +44,7 @@ TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
 
 
 class Server:
-    """Serves sessions created by `make_session` until `close`; raises `NetworkError` if it cannot listen."""
+    """Serves sessions created by `make_session` until `close`; raises `NetworkError` if the port cannot be used."""
 
     def __init__(
         self,
@@ -101,7 +101,7 @@ class Server:
 
     @property
     def urls(self) -> list[str]:
-        """All addresses to open: on every network if the server listens on all of them."""
+        """All addresses of the page; one per network if the server listens on all networks."""
         host, port = self.address
         hosts = machine_addresses(host) if host in WILDCARDS else [host]
         return [f"http://{f'[{each}]' if ':' in each else each}:{port}/#t={self.token}" for each in hosts]
@@ -128,7 +128,7 @@ class Server:
         self.scheduler.join()
 
     def join(self, timeout: float | None = None) -> bool:
-        """Waits until the server has ended; returns whether it has."""
+        """Waits until the server has ended; returns True if it has."""
         # Not the thread's join: in Python 3.11 Ctrl-C during a join makes the thread look as if it had ended.
         return self._ended.wait(timeout)
 
@@ -245,7 +245,7 @@ class Server:
             hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
             if not isinstance(hello, Hello):
                 raise BadMessage("the first message must be hello")
-        except TimeoutError:  # a page on a slow machine: it connects again
+        except TimeoutError:  # probably a page on a slow machine, which will connect again
             await connection.close(GOING_AWAY, f"no hello within {HANDSHAKE_TIME:g} s")
             return None
         except BadMessage as error:
@@ -280,7 +280,7 @@ class Server:
         return session
 
     def _session(self, resumed: str, may_lead: bool) -> Session | None:
-        """The resumed session, or a new one; None if there are too many sessions.
+        """The resumed session, or a new session; None if too many sessions exist.
 
         With followers, a client that may lead takes the leader's session if nobody leads; others follow.
         """
@@ -303,7 +303,7 @@ class Server:
         return session
 
     def _make_room(self, waiting: Mapping[str, float]) -> bool:
-        """Ends sessions that waited too long, and one more if there are too many; returns whether one can start."""
+        """Ends expired sessions, and another session if there are too many; returns True if a session can start."""
         following = self.following
         kind, most = (False, MOST_SESSIONS) if following is None else (True, MOST_FOLLOWERS)
         full = sum(each.role.is_attached == kind for each in self.sessions.values()) >= most
@@ -392,7 +392,7 @@ REMEDIES = {
 
 
 def _listening(host: str, port: int | None) -> socket.socket:
-    """A socket that listens on `port`, or on the first free one of `PORTS`; raises `SettingsError`, `NetworkError`."""
+    """A socket that listens on `port`, or on the first free port of `PORTS`; raises `SettingsError`, `NetworkError`."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for tried in PORTS if port is None else [whole("port", port, 0, 65535)]:
         made = socket.socket(family, socket.SOCK_STREAM)

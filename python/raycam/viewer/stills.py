@@ -45,7 +45,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 Floats32 = npt.NDArray[np.float32]
 SLICE = 0.03  # maximum seconds that other sessions wait
 FIRST_WAIT = 0.5  # seconds of sampling until an image is shown although the samples have not doubled
-WAIT_GROWTH = 1.4  # factor of this time after each image, so that a slow refinement sends few images
+WAIT_GROWTH = 1.4  # factor of FIRST_WAIT after each image, so that a slow refinement sends few images
 SHOWING = 0.25  # maximum fraction of the time spent on showing images before the last one
 
 
@@ -123,11 +123,11 @@ class Slices(Refinement):
     _told: int = field(default=0, init=False)
     """The samples of the last frame."""
     _given: float | None = field(default=None, init=False)
-    """The time at which the last step returned a frame; None if it did not."""
+    """The time at which the last step returned a frame; None if the step shows no frame."""
     _showing: float = field(default=0.0, init=False)
-    """Seconds that it took to show the last frame, measured at the next step."""
+    """Time in seconds for showing the last frame, measured at the next step."""
     _shown: int = field(default=0, init=False)
-    """Frames since the samples doubled; the time until the next one grows with them."""
+    """Number of frames since the samples doubled; the time until the next frame grows with this number."""
     _spent: float = field(default=0.0, init=False)
     """Seconds of samples since the last frame."""
 
@@ -150,7 +150,7 @@ class Slices(Refinement):
         return frame
 
     def _is_worth_showing(self) -> bool:
-        """True if a frame is due; showing too many frames would delay the last one."""
+        """True if a frame is due; too many frames would delay the last frame."""
         if self.samples >= self.most or (self._told == 0 and self.samples >= self.first):
             return True
         affordable = self._spent >= self._showing / SHOWING

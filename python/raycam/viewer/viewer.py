@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 __all__ = ["Viewer"]
 
 QUEUED_PICKS = 16
-"""Maximum number of clicked pixels that wait for callbacks; further ones are dropped."""
+"""Maximum number of clicked pixels that wait for callbacks; further clicks are dropped."""
 FIRST_SIDE = 480
 """Longer side in pixels of the image that a notebook shows without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
@@ -144,7 +144,7 @@ class Viewer:
 
     @property
     def world(self) -> World:
-        """The world, including edits made in the browser. Setting it shows another world to all clients."""
+        """The world, including edits made in the browser. Setting this property shows another world to all clients."""
         return self._edits.world
 
     @world.setter
@@ -172,7 +172,7 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """The address to open in a browser. Anyone who knows it can use the view. Raises `SettingsError` for a
+        """The address to open in a browser. Anyone who knows the address can use the view. Raises `SettingsError` for a
         widget.
         """
         if self._server is None:
@@ -203,7 +203,7 @@ class Viewer:
         return urls
 
     def redirect_file(self) -> Path:
-        """Writes a page that redirects to the view once and that only this user can read; `close` removes it."""
+        """Writes a page that redirects to the view once and that only this user can read; `close` removes the file."""
         if self._server is None:
             return Path(self.url)
         if self._redirects is None:

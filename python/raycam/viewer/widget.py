@@ -90,7 +90,7 @@ def is_unattended() -> bool:
     """True if a program executes the notebook, as `jupyter nbconvert --execute` does: its kernel ends before a widget
     is shown, and a page with a widget is empty without a network.
 
-    Such programs do not accept input for the cell. Voilà does not either, but it keeps the kernel.
+    Such programs do not accept input for the cell. Voilà also executes notebooks, but keeps the kernel.
     """
     ipython = sys.modules.get("IPython")
     kernel = None if ipython is None else getattr(ipython.get_ipython(), "kernel", None)
@@ -122,7 +122,7 @@ def cell_page(title: str) -> str:
 
 
 class Views:
-    """The sessions of a widget, one for each output that shows it."""
+    """The sessions of a widget: one session for each output that shows the widget."""
 
     def __init__(self, make_session: Callable[[], Session], say: Say) -> None:
         self.sessions: dict[str, Session] = {}

@@ -18,7 +18,7 @@ import numpy.typing as npt
 __all__ = ["DTYPES", "FILTERS", "data_url", "pack", "reduced", "unpack"]
 
 MANTISSA_BITS = 12
-"""Bits of the mantissa of numbers that are only displayed."""
+"""Number of mantissa bits for numbers that are only displayed."""
 FILTERS = ("plain", "apart", "left", "left_up")
 DTYPES = ("float16", "float32", "float64", "int32")
 
@@ -77,7 +77,7 @@ def pack(
 
 
 def reduced(array: Array) -> Array:
-    """Floats rounded to `MANTISSA_BITS` bits of their mantissa, which deflate better; other arrays as they are.
+    """Floats rounded to `MANTISSA_BITS` bits of their mantissa, which deflate better; other arrays are unchanged.
 
     The relative error is at most 2^-(MANTISSA_BITS + 1); infinities and NaN do not change.
     """

@@ -17,7 +17,7 @@ __all__ = ["Chosen", "object_mask", "object_number", "one_object"]
 MAX_NUMBER = (1 << 31) - 1
 """The largest number that an object may have."""
 Chosen = int | str | Iterable[int | str]
-"""An object, or several: numbers and names."""
+"""One or several objects, given by numbers or names."""
 
 
 def object_mask(core: _core.World, objects: Chosen | None, exclude: Chosen | None = None) -> Bools | None:
@@ -48,7 +48,7 @@ def object_number(core: _core.World, which: int | str) -> int:
 
 
 def one_object(which: object) -> int | str:
-    """Returns the number or name of one object; raises `WorldError` for anything else."""
+    """Returns a single object's number or name; raises `WorldError` for other values."""
     if isinstance(which, str):
         return which
     try:

@@ -128,7 +128,7 @@ class WorldContents:
         return ReadOnlyDict(found, "sensors are read-only; world.add_sensor and add_rig add sensors")
 
     def _sensors_at(self, time: float | None) -> dict[str, Sensor]:
-        """The sensors at a time of the world's motion; None: at rest."""
+        """The sensors at a time of the world's motion; None if the world is at rest."""
         rig_at = None if self.video is None else self.rig_at
         return sensors_of(self._core, self.rigs.values(), rig_at, time)
 
@@ -193,7 +193,7 @@ class WorldContents:
 
     @contextlib.contextmanager
     def _warning(self) -> Iterator[None]:
-        """Context of a change, which warns of the notices that it adds."""
+        """Context manager for a change; issues the notices that the change adds."""
         before = len(self._core.notices)
         yield
         warn_all(self._core.notices[before:])
@@ -341,6 +341,6 @@ class WorldContents:
 
 
 def _matrix(rows: npt.ArrayLike, name: str) -> Floats:
-    """The read-only matrix [4, 4] of the object of this name."""
+    """The read-only matrix [4, 4] of the object with this name."""
     remedy = f"objects are read-only; world.set_object({name!r}, matrix=...) moves the object; matrix.copy() is a copy"
     return read_only_array(rows, remedy, WorldError)

@@ -1,4 +1,4 @@
-"""Copies of objects without some of their faces."""
+"""Copies of objects in which selected faces are removed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Endings of files that worlds are loaded from; the core's table of formats lists most of them."""
+"""Endings of files from which worlds are loaded; the core's table of formats lists most endings."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ MIN_GROUND_SIDE = 10.0
 MAX_SLOPE = 1e-6
 """Maximum height difference within a level square, relative to its side: the rounding error of files."""
 MAX_SQUARES = 1000
-"""In worlds with more squares, a ground is found by its name only."""
+"""In worlds with more squares, a ground is found only by its name."""
 GROUND_NAME = re.compile(r"(ground|studio floor)\d*")
 """Default names of the squares that `World.add_ground` and `add_studio` add."""
 MOMENT_COUNT = 9
@@ -144,7 +144,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
         return np.where(seen & np.isfinite(share), share, np.inf)
 
     def nearest(cloud: Floats) -> float:
-        """The least distance at which the points fit, outside of the world's bounding sphere."""
+        """The smallest distance outside the world's bounding sphere at which the points fit."""
         low = high = radius
         while not (excess(high, cloud) <= 1).all():
             low, high = high, 2 * high

@@ -211,7 +211,7 @@ class PointQueries:
 
 
 def _rounding(*points: npt.NDArray[Any]) -> float:
-    """Eight units in the last place of the coarsest dtype among points, at their largest finite coordinate."""
+    """Eight units in the last place at the points' largest finite coordinate, for the least precise dtype."""
     largest = 0.0
     coarsest = float(np.finfo(np.float64).eps)
     for array in points:

@@ -134,7 +134,7 @@ class _Builder:
         ]
 
     def find_meshes(self, missing: str) -> None:
-        """Finds all meshes; raises `FormatError` with all missing ones, unless boxes replace them."""
+        """Finds all meshes; raises `FormatError` with all missing meshes, unless boxes replace them."""
         faults: dict[str, str] = {}
         for _, _, shape in self._shapes():
             name = shape.geometry.file

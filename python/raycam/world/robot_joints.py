@@ -65,7 +65,7 @@ def joint_poses(world: WorldContents, joints: Mapping[str, JointValues]) -> dict
 
 
 def mounted_camera(world: WorldContents, camera: Any) -> Any:
-    """Returns the mounted camera of this name, if a robot of the world has one; other values are returned unchanged."""
+    """Returns a robot's mounted camera for its name; all other values are returned unchanged."""
     if isinstance(camera, str):
         for robot in world._robots.values():
             for name, link, on_link in robot._cameras:

@@ -94,7 +94,7 @@ def _add(world: WorldBuilding, table: dict[str, Any], folder: Path) -> None:
 
 
 def _inside(folder: Path, name: str) -> Path:
-    """The path of a file in the world's folder; raises `WorldError` for one outside, `OSError` for a missing one."""
+    """The path of a file in the world's folder; raises `WorldError` outside of it, `OSError` for a missing file."""
     path = folder / name
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise WorldError(f"{name!r} is outside the world's folder {folder}", code="outside_root")

@@ -1,4 +1,4 @@
-"""Piles: objects that fall and come to rest."""
+"""Simulation of objects that fall and come to rest."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Settled:
     penetration: float
     """The greatest penetration depth of two meshes, in metres."""
     motion: float
-    """The greatest motion of a point of the objects during another second, in metres."""
+    """The largest motion of any point of the objects during one more second, in metres."""
 
 
 def settle(
@@ -101,7 +101,7 @@ def settle(
     )
     if fault is not None:
         raise WorldError(fault[1], code=fault[0])
-    assert settled is not None  # for mypy: one of both is present
+    assert settled is not None  # for mypy: one of the two is always present
     (attempts, steps, penetration, motion), transforms = settled
     for number, matrix in zip(moving, transforms, strict=True):
         world.set_object(number, matrix=np.array(matrix))

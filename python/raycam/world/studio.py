@@ -142,7 +142,8 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
     _, front, upward = axes_of(world.up)
     if camera is None:
         camera = world.default_camera()
-    for axis in (camera.R[2], -camera.R[1], front):  # forward; if the camera looks down, the image's up axis
+    # The camera's forward axis or, if the camera looks down, the image's up axis.
+    for axis in (camera.R[2], -camera.R[1], front):
         level = axis - (axis * upward).sum() * upward
         length = float(np.sqrt((level * level).sum()))
         if length > 0.05:
@@ -177,7 +178,7 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     for at, above, wide, high, radiance in SOFTBOXES:
         across = np.abs((azimuth - at + 180) % 360 - 180) * cosine
         sky += radiance * _edge(wide / 2 - across, 4.0) * _edge(high / 2 - np.abs(degrees - above), 4.0)
-    lifted = _edge(degrees - 16, 12.0)  # the room above a seamless horizon
+    lifted = _edge(degrees - 16, 12.0)  # the light of the room above a seamless horizon
     weight = np.where(degrees > 0, sine * cosine * (math.pi / ROOM_IMAGE_ROWS) ** 2, 0.0)
     received = math.fsum((lifted * sky * weight).ravel()) + KEY_IRRADIANCE * math.sin(
         math.radians(KEY_ELEVATION)

@@ -56,7 +56,7 @@ def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
 
 
 def _point(world: WorldContents, target: Any) -> Floats:
-    """A point [3], or the centre of the object of this name."""
+    """Returns a point [3], or the centre of the object with this name."""
     if not isinstance(target, str):
         return floats("target", target, (3,), error=WorldError)
     names = {item.name: item.id for item in world.objects}

@@ -11,7 +11,7 @@ from .source import CRATES, text_of
 
 PATH = re.compile(r"[\w.*-]+(/[\w.*-]+)+/?$|\w+\.(rs|py|pyi|md|toml|yaml)$")
 NAME = re.compile(r"[A-Za-z_]\w*((::|\.)\w+)*(\(\))?$")
-# A file or a name that the reader chooses.
+# Stands for a file or a name that the reader chooses.
 NEW = re.compile(r"foo|Foo|FOO")
 
 

@@ -64,4 +64,5 @@ def test_flexes_are_hit_where_mujocos_rays_hit_them() -> None:
         expected.append(np.inf if hit < 0 else hit)
     both = np.isfinite(found) & np.isfinite(expected)
     assert both.sum() > 20
-    np.testing.assert_allclose(found[both], np.array(expected)[both], rtol=0, atol=2e-3)  # its radius
+    # The tolerance is the body's radius.
+    np.testing.assert_allclose(found[both], np.array(expected)[both], rtol=0, atol=2e-3)

@@ -24,7 +24,7 @@ def test_images_resemble_those_of_mujocos_renderer(name: str) -> None:
     difference = abs(renderer.render().astype(int) - expected)
     assert np.median(difference) == 0
     assert difference.mean() < 1
-    assert (difference.max(axis=2) > 12).mean() < 0.04  # edges and highlights
+    assert (difference.max(axis=2) > 12).mean() < 0.04  # only pixels at edges and highlights differ more
 
 
 def test_look_selects_physically_based_light() -> None:
@@ -53,7 +53,7 @@ def test_shadows_follow_the_state() -> None:
         image = scene.render(camera, samples=1)
         points, _ = camera.project([[place, 1.0, 0.0], [-place, 1.0, 0.0]])
         shadow, lit = (int(image[int(v - camera.corner), int(u - camera.corner), 0]) for u, v in points)
-        assert (shadow, lit) == (0, 180)  # 255 cos 45 degrees
+        assert (shadow, lit) == (0, 180)  # 180 is 255 cos 45 degrees
 
 
 def test_more_samples_smooth_edges() -> None:
@@ -65,7 +65,7 @@ def test_more_samples_smooth_edges() -> None:
     assert 0.01 < changed < 0.4
 
 
-def test_geoms_covered_by_identical_later_ones_are_omitted_with_a_notice() -> None:
+def test_geoms_covered_by_identical_later_geoms_are_omitted_with_a_notice() -> None:
     box = '<geom name="{}" type="box" size=".3 .2 .1" rgba="{} 1"/>'
     shapes = (
         box.format("lower", "1 0 0")

@@ -134,7 +134,8 @@ def test_spot_lights_and_their_motion_reach_the_world() -> None:
         scene = raycam.from_mujoco(model, data)
     light = scene.world.lights[0]
     assert light["type"] == "spot"
-    np.testing.assert_allclose(light["intensity"], [np.pi * 0.5 * 4] * 3)  # irradiance pi / 2 at the centre
+    # The irradiance at the centre is pi / 2.
+    np.testing.assert_allclose(light["intensity"], [np.pi * 0.5 * 4] * 3)
     data.qpos[0] = 0.25
     mujoco.mj_forward(model, data)
     scene.update(data)

@@ -117,7 +117,7 @@ def test_tendons_are_capsules_of_the_world_that_move() -> None:
             side = np.cross(end - start, [0.3, 0.5, 0.8])
             side /= np.linalg.norm(side)
             hit = scene.world.cast_rays(middle + 0.05 * side, -side, t_max=0.05, objects=["rope"])
-            assert hit["t"] == pytest.approx(0.05 - radius, abs=0.03 * radius)  # of 16 sides
+            assert hit["t"] == pytest.approx(0.05 - radius, abs=0.03 * radius)  # the rope has 16 sides
     assert [item.name for item in raycam.from_mujoco(model, data, tendons=()).world.objects] == [
         "drum",
         "geom1",

@@ -63,7 +63,7 @@ def test_packets_with_two_returns_equal_those_of_ouster_sdk() -> None:
     assert hashlib.sha256(b"".join(data for _, data in packets)).hexdigest() == SDK_DUAL_PACKETS
 
 
-def test_check_sum_is_that_of_the_catalogue() -> None:
+def test_checksum_equals_the_catalogue_value() -> None:
     """The check value of CRC-64/XZ in the catalogue of parametrised CRC algorithms (G. Cook)."""
     text = np.frombuffer(b"123456789", np.uint8)
     assert crc64(np.stack([text, text])).tolist() == [0x995DC9BBDF1939FA] * 2

@@ -81,7 +81,8 @@ def test_packets_of_a_vls128_are_decoded(hall: raycam.World, tmp_path: Path) -> 
     apart = np.linalg.norm(scan["position"][expected] - found[order, :3], axis=1)
     angle = np.degrees(apart / scan["distance"][expected])
     assert np.quantile(angle, 0.999) < 0.06
-    assert angle.max() < 0.2  # the decoder estimates the rotor's speed, and less well in the first packets
+    # The decoder estimates the rotor's speed, and the estimate is less accurate in the first packets.
+    assert angle.max() < 0.2
     assert np.ptp(scan["time"][expected] - found[order, 4]) < 1.6e-5
 
 

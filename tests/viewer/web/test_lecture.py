@@ -216,7 +216,7 @@ def test_sun_behind_the_camera_is_dragged_in_the_picture(tab: Tab) -> None:
     selector = show(tab, "lights")
     canvas = f"document.querySelectorAll('{selector} canvas')[1]"
     before = tab.evaluate(f"document.querySelector('{selector} output').textContent")
-    start = [243.9 / 320, 20 / 240]  # the marker's place, as in test_lecture_figures.py
+    start = [243.9 / 320, 20 / 240]  # the marker's position; see test_lecture_figures.py
     drag(tab, canvas, start, [start[0] - 0.1, start[1] + 0.05])
     tab.wait(f"document.querySelector('{selector} output').textContent !== {json.dumps(before)}")
     tab.evaluate("document.getElementById('reset').click()")

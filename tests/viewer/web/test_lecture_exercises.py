@@ -311,7 +311,7 @@ def test_correct_answers_are_accepted_in_random_states() -> None:
             np.testing.assert_allclose(answers[exercise], value, rtol=1e-5, atol=1e-8, err_msg=exercise)
 
 
-def test_answers_of_other_exercises_appear_when_these_are_solved() -> None:
+def test_answers_appear_after_their_exercises_are_solved() -> None:
     hidden, shown = in_page(
         "const { given } = EXERCISES.find(({ id }) => id === 'distance');"
         "return [false, true].map((isSolved) => given(factsOf(), () => isSolved).join());"

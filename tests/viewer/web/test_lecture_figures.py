@@ -193,7 +193,8 @@ def test_crossings_equal_the_reference_in_random_states(count: int) -> None:
         numbers = [*numbers, int(truth.count[0])]
         assert_shown([re.sub(r"[₁₂₃]", "", line) for line in lines], numbers, state)
         assert lines[-1].endswith("inside" if reference.inside(truth)[0] else "outside"), (lines, state)
-        ways, u = state[1:] - state[0], truth.u[0][:2]  # exact: all are multiples of 1/64
+        # The values are exact, because all of them are multiples of 1/64.
+        ways, u = state[1:] - state[0], truth.u[0][:2]
         on_walk = [name for name, (x, y) in zip("abc", ways, strict=True) if x * u[1] == y * u[0]]
         assert ("exactly through " + " and ".join(on_walk) in lines[-2]) == bool(on_walk)
 
@@ -201,7 +202,7 @@ def test_crossings_equal_the_reference_in_random_states(count: int) -> None:
 ARROWS = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowDown": (0, -1)}
 
 
-def test_walk_through_a_vertex_counts_it_once() -> None:
+def test_vertex_passed_by_the_ray_counts_once() -> None:
     (lines,) = in_page("return crossingTexts([[]], 'Send u through vertex b');")
     assert "u passes exactly through b, which counts as right of u" in lines
     assert lines[-1] in ("0 crossings: even, f(t) is outside", "2 crossings: even, f(t) is outside")
@@ -359,7 +360,8 @@ def test_sun_in_view_follows_the_pointer(start: dict[str, Any]) -> None:
     goal = [at[0] + 60, at[1] - 40]
     after = dragged(numbers, "", [at, goal])
     seen = np.asarray(camera_of(after).P)[:, :3] @ to_sun(after)
-    assert seen[:2] / seen[2] == pytest.approx(pixel_of(goal), abs=0.6)  # 0.1 degrees
+    # The tolerance corresponds to 0.1 degrees.
+    assert seen[:2] / seen[2] == pytest.approx(pixel_of(goal), abs=0.6)
 
 
 def test_sun_behind_the_camera_has_a_marker_at_the_edge(start: dict[str, Any]) -> None:
@@ -371,7 +373,7 @@ def test_sun_behind_the_camera_has_a_marker_at_the_edge(start: dict[str, Any]) -
     assert at["pixel"][0] in (pytest.approx(19.5), pytest.approx(299.5)) or at["pixel"][1] == pytest.approx(
         19.5
     )
-    assert sides[0] > 159.5  # a sun behind the right shoulder is reached by turning right
+    assert sides[0] > 159.5  # if the sun is behind the camera on the right, the camera must turn right
     numbers = start["numbers"]
     x, y = (2 * value + 1 for value in at["pixel"])
     after = dragged(numbers, "", [[x, y], [x - 30, y - 20]])

@@ -114,7 +114,8 @@ def test_pixel_without_a_ray_is_refused(small_world: raycam.World) -> None:
 def test_numbers_are_formatted_as_in_c() -> None:
     random = np.random.default_rng(2)
     values = [0.0, 1.0, -2.5, 1e-5, 123456.0, 1234567.0, 999999.5, 0.1, 1 / 3, 1e300, -1e-300]
-    values += [1.015625, -1.015625, 1.046875, 12345.25, 123456.5, 123457.5, 5e-324]  # between two decimals
+    # Values halfway between two decimal numbers.
+    values += [1.015625, -1.015625, 1.046875, 12345.25, 123456.5, 123457.5, 5e-324]
     values += (random.standard_normal(500) * 10.0 ** random.integers(-12, 12, 500)).tolist()
     found = run(f"return {json.dumps(values)}.map(general);")
     assert found == [f"{value + 0.0:.6g}" for value in values]

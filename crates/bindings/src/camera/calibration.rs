@@ -131,7 +131,7 @@ pub(crate) fn write_cameras(
     Ok((written.files, written.notices.into()))
 }
 
-/// Returns the names of the formats that can be read, and of those that can be written.
+/// Returns the names of the readable formats and the names of the writable formats.
 #[pyfunction]
 pub(crate) fn calibration_formats() -> (Vec<&'static str>, Vec<&'static str>) {
     (raycam_calibration::formats().collect(), raycam_calibration::written_formats().collect())

@@ -110,7 +110,7 @@ impl Camera {
         wrap(self.inner.clone().with_lens(lens))
     }
 
-    /// Returns the camera of one of COLMAP's models, at a pose.
+    /// Returns a camera with one of COLMAP's camera models, at a pose.
     #[staticmethod]
     fn from_colmap(
         model: &str,
@@ -242,7 +242,8 @@ impl Camera {
         Some((&background.image, fit, taker))
     }
 
-    /// Returns a copy with a background image, which covers the frame or was taken by a camera; or without one.
+    /// Returns a copy with a background image, which covers the frame or was taken by a camera, or a copy without
+    /// background.
     fn with_background(&self, image: Option<String>, covers: bool, camera: Option<&Self>) -> Self {
         let fit = if covers { BackgroundFit::Cover } else { BackgroundFit::Exact };
         let camera = camera.map(|camera| camera.inner.clone().with_background(None).into());
@@ -250,7 +251,7 @@ impl Camera {
         Self { inner: self.inner.clone().with_background(background) }
     }
 
-    /// Returns a copy with other intrinsics.
+    /// Returns a copy with new intrinsics.
     fn with_intrinsics(&self, k: Matrix3, size: [u32; 2]) -> PyResult<Self> {
         wrap(self.inner.with_intrinsics(matrix3(k), size))
     }

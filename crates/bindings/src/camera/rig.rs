@@ -43,7 +43,7 @@ impl Rig {
         self.inner.sensors().iter().map(sensor_data).collect()
     }
 
-    /// The same rig with sensors by name, kind and settings, whose poses are in the settings.
+    /// Returns the rig with sensors, each given by name, kind and settings; the settings contain the pose.
     fn with_sensors(&self, sensors: Vec<(String, String, String)>) -> PyResult<Self> {
         wrap(self.inner.clone().with_sensors(sensors.into_iter().map(named_sensor).collect()))
     }

@@ -1,4 +1,5 @@
-//! Queries of points and of pairs of points. Python has already made the arrays C-contiguous and broadcast them.
+//! Queries of points and of pairs of points. Python has already converted the arrays to C order and broadcast them to
+//! equal shapes.
 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
@@ -18,7 +19,7 @@ use crate::queries::rays::{flat, mask, surface};
 use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
-/// Selected objects, one flag per object of the world.
+/// One flag per object of the world; true selects the object.
 type Mask<'py> = PyReadonlyArrayDyn<'py, bool>;
 
 /// Points from a dict: points [n, 3], their maximum distances [1] or [n], and the selected objects.

@@ -1,4 +1,4 @@
-//! Light at points of surfaces and along rays. Python has made the arrays C-contiguous and of one length.
+//! Light at points of surfaces and along rays. Python has already converted the arrays to C order and equal length.
 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;

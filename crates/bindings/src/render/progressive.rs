@@ -57,13 +57,13 @@ impl Progressive {
         self.run(py, cancel.as_deref(), |inner, control| inner.add(until, region, control))
     }
 
-    /// Adds samples for this many seconds; returns the number of samples of the pixel that has the fewest.
+    /// Adds samples for this many seconds; returns the smallest number of samples among all pixels.
     fn add_for(&self, py: Python<'_>, seconds: f64, cancel: Option<PyRef<'_, Cancel>>) -> PyResult<u32> {
         let time = Duration::try_from_secs_f64(seconds).map_err(|error| settings_error(format!("seconds: {error}")))?;
         self.run(py, cancel.as_deref(), |inner, control| inner.add_for(time, control))
     }
 
-    /// Returns the number of samples of the pixel of a region that has the fewest.
+    /// Returns the smallest number of samples among the pixels of a region.
     fn samples(&self, py: Python<'_>, region: Option<[u32; 4]>) -> u32 {
         py.detach(|| self.inner.lock().unwrap_or_else(PoisonError::into_inner).samples(region))
     }

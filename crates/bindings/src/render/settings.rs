@@ -95,7 +95,8 @@ pub(crate) fn options_dict<'py>(py: Python<'py>, options: &RenderOptions) -> Dic
     Ok(dict)
 }
 
-/// Options of a call. Options that the call does not give are those of the world's `[render]`, or the defaults.
+/// Options of a call. Options that are not passed to the call come from the world's `[render]` section or are the
+/// defaults.
 #[pyfunction]
 #[pyo3(signature = (world, options))]
 pub(crate) fn complete_render_options<'py>(

@@ -1,4 +1,5 @@
-//! Images that Python passes as arrays. They are converted immediately, and the description refers to them like files.
+//! Images that Python passes as arrays. The arrays are converted immediately, and the description refers to the images
+//! like files.
 
 use std::sync::Arc;
 
@@ -144,7 +145,7 @@ fn texels_of<T: numpy::Element + Copy>(array: &NewArray<'_, T>, channels: usize,
 pub(crate) struct FilesAndArrays<'a> {
     pub(crate) files: &'a mut AssetRoot,
     pub(crate) arrays: &'a ArrayImages,
-    /// The files that other worlds have read.
+    /// The files that were already read for other worlds.
     shared: Option<&'a SharedFiles>,
     /// The number of notices before the last mesh file was read.
     notice_count: usize,
@@ -155,7 +156,7 @@ impl<'a> FilesAndArrays<'a> {
         Self { files, arrays, shared: None, notice_count: 0 }
     }
 
-    /// Reads the files of several worlds once.
+    /// Reads files that several worlds share only once.
     pub(crate) fn sharing(self, shared: Option<&'a SharedFiles>) -> Self {
         Self { shared, ..self }
     }

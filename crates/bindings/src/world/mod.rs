@@ -50,7 +50,7 @@ impl World {
         ))
     }
 
-    /// Reads the world in a file, whose files are in `folder` or, by default, in the folder of the file.
+    /// Reads a world from a file. The files that it names are in `folder` (default: the world file's folder).
     #[staticmethod]
     #[pyo3(signature = (path, folder, texture_memory))]
     fn load(py: Python<'_>, path: PathBuf, folder: Option<PathBuf>, texture_memory: Option<u64>) -> PyResult<Self> {
@@ -59,7 +59,7 @@ impl World {
         Ok(Self::from_inner(detached(py, read)?, PathBuf::new()))
     }
 
-    /// Reads the world in the bytes of a file with this name; it must not refer to other files.
+    /// Reads a world from the bytes of a file with this name; the world must not refer to other files.
     #[staticmethod]
     #[pyo3(signature = (bytes, name, texture_memory))]
     fn load_bytes(py: Python<'_>, bytes: Vec<u8>, name: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
@@ -96,7 +96,7 @@ impl World {
         self.snapshot().notices.clone().into()
     }
 
-    /// Replaces the notices by those of another reader.
+    /// Replaces the notices by the notices of another reader.
     fn set_notices(&self, notices: Notices) -> PyResult<()> {
         self.modify_unseen(|world| {
             world.notices = notices.0;
@@ -104,7 +104,7 @@ impl World {
         })
     }
 
-    /// Returns the maximum memory of textures in bytes, if it is limited.
+    /// Returns the limit of texture memory in bytes, or none without a limit.
     #[getter]
     fn texture_memory(&self) -> Option<u64> {
         self.snapshot().texture_cache.as_ref().map(|memory| memory.limit())
@@ -262,7 +262,7 @@ impl World {
         self.derive(|world| world.at_line(&camera.inner, pixel.into()))
     }
 
-    /// Returns the world's time in seconds, if it has one.
+    /// Returns the world's time in seconds, or none for a world without a time.
     #[getter]
     fn time(&self) -> Option<f64> {
         self.state().world.time.map(|clock| clock.time)
@@ -292,13 +292,13 @@ impl World {
         self.snapshot().variants.iter().map(|v| v.name.clone()).collect()
     }
 
-    /// Returns the world in the materials of a variant; it shares everything that has been built.
+    /// Returns the world with the materials of a variant; both worlds share everything that has been built.
     fn with_variant(&self, name: &str) -> PyResult<Self> {
         self.derive(|world| world.with_variant(name))
     }
 
-    /// Returns corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all visible
-    /// objects.
+    /// Returns the corners [n, 3, 3] of one object's triangles, or of all visible objects' triangles, in the world and
+    /// in the order of (instance, triangle).
     #[pyo3(signature = (object))]
     fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> ArrayResult<'py, f64> {
         let world = self.snapshot();
@@ -335,7 +335,7 @@ impl World {
         serde_json::to_string(&material).map_err(|error| world_error(error.to_string()))
     }
 
-    /// Builds everything that rendering requires; otherwise, the first render builds it.
+    /// Builds everything that rendering requires. Without this call, the first render builds these structures.
     fn prepare(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<()> {
         self.prepared(py, threads).map(drop)
     }

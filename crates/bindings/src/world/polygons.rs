@@ -59,7 +59,7 @@ fn flat<'a, T: Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyR
     Ok(rows::<T, 1>(array, name)?.as_flattened())
 }
 
-/// Builds the world of a description without objects and of polygon meshes, whose materials and images are in `folder`.
+/// Builds a world from polygon meshes and a description without objects. Materials and images are in `folder`.
 #[pyfunction]
 pub(crate) fn world_from_polygons(
     description: &Bound<'_, PyAny>,

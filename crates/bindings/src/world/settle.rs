@@ -18,12 +18,13 @@ fn properties((density, friction, restitution, parts): PhysicsParts) -> Physics 
     Physics { density, friction, restitution, parts }
 }
 
-/// Attempts, steps, penetration and motion of objects at rest, and their world_from_mesh.
+/// The numbers of attempts and steps, the penetration and remaining motion of the objects at rest, and their
+/// world_from_mesh.
 type SettledParts = (ReportParts, Vec<[[f64; 4]; 4]>);
 /// Code and message of an error.
 type Fault = (&'static str, String);
 
-/// Returns the moving objects at rest, or the code and the message of the error. `target` contains objects, and true if
+/// Returns the moved objects at rest, or the error's code and message. `target` contains objects, and true if
 /// bodies must stay within their sides.
 #[pyfunction]
 #[pyo3(signature = (world, moving, physics, target, seed, seconds, gravity))]

@@ -9,17 +9,18 @@ use raycam_formats::{AssetRoot, FormatError};
 use raycam_render::PreparedFamily;
 use raycam_scene::{ColorUse, Image, Notice, SingleMesh, Texture, Up, Wrap};
 
-/// Maximum number of bytes of shared files; further files are read again for each world.
+/// Maximum total size of shared files in bytes; files beyond this size are read again for each world.
 const MAX_BYTES: usize = 1 << 30;
 
-/// A file as it was read, and its reader's notices.
+/// A file's contents, and the notices of its reader.
 type Read<T> = (T, Vec<Notice>);
 
-/// The files of one folder that were read for a world, and what was built of them. Files are assumed not to change.
+/// The files of one folder that were read for a world, and the textures and meshes that were built from these files.
+/// Files are assumed not to change.
 #[pyclass(frozen, module = "raycam._core")]
 #[derive(Default)]
 pub(crate) struct SharedFiles {
-    /// Locked only for look-ups: nothing is read meanwhile, and a fork finds it free.
+    /// The lock is held only during look-ups. No file is read while it is held, and a fork finds it free.
     files: Mutex<Files>,
     /// The search trees and textures of the worlds.
     pub(crate) family: Arc<PreparedFamily>,
@@ -68,7 +69,7 @@ impl SharedFiles {
         });
     }
 
-    /// The texture of a file; reads it if no world has.
+    /// The texture of a file. The file is read if no other world has read it.
     pub(crate) fn texture(
         &self,
         files: &mut AssetRoot,
@@ -80,7 +81,7 @@ impl SharedFiles {
         self.read(files, key, |files| &mut files.textures, |texture| image_bytes(&texture.image), read)
     }
 
-    /// The environment of a file; reads it if no world has.
+    /// The environment image of a file. The file is read if no other world has read it.
     pub(crate) fn environment(
         &self,
         files: &mut AssetRoot,

@@ -11,14 +11,14 @@ use raycam_scene::{SceneError, World as Inner};
 use crate::error::{OrRaise, catch_panic};
 use crate::interruptible::run_for_work;
 
-/// World description, and its most recent prepared form.
+/// A world, and the structures that were last prepared for rendering it.
 #[derive(Clone, Default)]
 pub(crate) struct WorldState {
     pub(crate) world: Arc<Inner>,
     pub(crate) prepared: Option<Arc<PreparedWorld>>,
     /// True if `prepared` belongs to the current `world`.
     pub(crate) is_current: bool,
-    /// Parts shared with the worlds derived from this one, and with those that it was derived from.
+    /// Parts shared with the worlds derived from this world, and with the worlds from which this world was derived.
     pub(crate) family: Arc<PreparedFamily>,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct World {
     pub(crate) folder: PathBuf,
 }
 
-/// Budget of a world whose textures may take `texture_memory` bytes.
+/// Budget of a world whose textures may use `texture_memory` bytes.
 pub(crate) fn budget(texture_memory: Option<u64>) -> Budget {
     texture_memory.map_or_else(Budget::default, Budget::with_texture_memory)
 }

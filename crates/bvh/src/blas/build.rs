@@ -17,7 +17,7 @@ impl Bvh {
         Self::build_with(Dispatch::detect(), vertices, triangles, &[])
     }
 
-    /// Same as [`Bvh::build`] for several meshes in one; `mesh_offsets` contains the first triangle of each.
+    /// Same as [`Bvh::build`], for several meshes in one tree; `mesh_offsets` contains the first triangle of each.
     pub(crate) fn build_flattened(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
@@ -57,7 +57,7 @@ pub(crate) fn validate_mesh(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Re
         return Err(BuildError::TooLarge { what: "triangles", given: triangles.len(), limit: MAX_TRIANGLES });
     }
     // Without their signs, the bits of floats have the same order as the floats, with NaN and infinity last. A
-    // vectorised maximum detects an invalid value; only then is it located.
+    // vectorised maximum detects whether any value is invalid; only then, the value is located.
     let largest = |words: &[[u32; 3]]| words.as_flattened().iter().fold(0, |a, &b| a.max(b));
     let size = |v: &[[f32; 3]]| {
         let sizes = v.as_flattened().iter().map(|x| x.to_bits() << 1 >> 1);
@@ -87,8 +87,8 @@ mod tests {
 
     type Indexed = (&'static str, Vec<[f32; 3]>, Vec<[u32; 3]>);
 
-    /// A height field, whose triangles share vertices; triangles of any size and position; many copies of a few
-    /// triangles.
+    /// Three kinds of meshes: a height field, whose triangles share vertices; triangles of any size and position; many
+    /// copies of a few triangles.
     fn meshes(side: u32) -> [Indexed; 3] {
         let random = |i: u32| (i.wrapping_mul(2_654_435_761) >> 9) as f32 / (1 << 22) as f32 - 1.0;
         let across = side + 1;

@@ -7,8 +7,8 @@ use crate::error::BuildError;
 use crate::node::{LeafNode, NodeBlock, NodeRef};
 
 impl Bvh {
-    /// Moves the vertices of the same triangles. Hits are those of a newly built tree; the more the mesh deforms, the
-    /// slower rays become: see [`Bvh::sah_cost`].
+    /// Moves the vertices of the same triangles. Hits equal the hits of a newly built tree, but rays become slower as
+    /// the mesh deforms more: see [`Bvh::sah_cost`].
     ///
     /// # Errors
     ///

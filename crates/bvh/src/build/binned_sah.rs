@@ -23,7 +23,7 @@ pub struct BinMapping {
 pub struct SahSplit {
     /// The axis that the plane crosses.
     pub axis: usize,
-    /// Bins below this one are on the left side.
+    /// Bins below this index are on the left side.
     first_right_bin: usize,
     /// The bounds of the primitives on the left and on the right.
     pub bounds: [PackedBounds; 2],
@@ -84,7 +84,7 @@ impl<const N: usize> SahBins<N> {
         }
     }
 
-    /// Adds the primitives of other bins.
+    /// Adds the primitives of another set of bins.
     pub fn merge(&mut self, b: &Self) {
         for axis in 0..3 {
             for i in 0..N {
@@ -110,7 +110,7 @@ impl<const N: usize> SahBins<N> {
             let (bounds, count) = (&self.bounds[axis], &self.count[axis]);
             // SAFETY: a box has eight floats.
             let bin = |i: usize| unsafe { I::F32x8::load(bounds[i].as_ptr()) };
-            // Costs of the bins from each one on, four at a time.
+            // For each bin, the cost of this bin and all following bins; four bins at a time.
             let mut right = [F32x4::splat(f32::INFINITY); N];
             let (mut whole, mut n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in (0..N / 4).rev() {
@@ -122,7 +122,7 @@ impl<const N: usize> SahBins<N> {
                 }
                 right[four] = half_areas(extents).mul(F32x4::new(weights));
             }
-            // Costs of the bins up to each one, added to those.
+            // Adds, for each bin, the cost of all preceding bins to the cost of the following bins.
             (whole, n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in 0..N / 4 {
                 let (mut extents, mut weights) = ([F32x4::splat(0.0); 4], [0.0; 4]);
@@ -151,8 +151,8 @@ impl<const N: usize> SahBins<N> {
     }
 }
 
-/// True if the depth limit leaves room for a SAH split. Halving requires as many levels as the count has bits; once no
-/// more are left, every split is a halving.
+/// True if the depth limit leaves room for a SAH split. Halving requires as many levels as the count has bits. When no
+/// more levels are left, every split halves the range.
 pub fn has_depth_budget(prims: &[PrimRef], depth: usize) -> bool {
     depth + (prims.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH
 }

@@ -10,9 +10,9 @@ use crate::simd::{Isa, Vector};
 #[repr(align(32))]
 pub struct BinaryNode {
     pub bounds: PackedBounds,
-    /// `cost[k - 1]`: least cost as at most k children.
+    /// `cost[k - 1]`: least cost of the subtree if it becomes at most k children of its parent.
     cost: PackedBounds,
-    /// Index of the left child; the right one follows it.
+    /// Index of the left child; the right child has the next index.
     left: u32,
     /// The range of the primitives below.
     pub first: u32,
@@ -76,12 +76,12 @@ pub fn collapse<I: Isa>(
 /// The least cost of two nodes as k children together, k from 1 to 8, each node taking at least one.
 #[inline(always)]
 pub fn distribute_cost<I: Isa>(left: &PackedBounds, right: &PackedBounds) -> PackedBounds {
-    // The right costs, shifted by the children that the left node takes.
+    // The right node's costs, shifted by the number of children that the left node uses.
     let mut later = [f32::INFINITY; 16];
     later[8..].copy_from_slice(right);
     let mut best = I::F32x8::splat(f32::INFINITY);
     for take in 1..8 {
-        // SAFETY: `take` is at most 7, and eight floats follow.
+        // SAFETY: `take` is at most 7, so at least eight floats follow.
         let rest = unsafe { I::F32x8::load(later[8 - take..].as_ptr()) };
         best = best.min(I::F32x8::splat(left[take - 1]).add(rest));
     }
@@ -91,8 +91,8 @@ pub fn distribute_cost<I: Isa>(left: &PackedBounds, right: &PackedBounds) -> Pac
     cost
 }
 
-/// Writes the wide nodes below a binary node, parents before children; returns the reference of the root. Iterative,
-/// because it is inlined into the kernel together with the leaf builder.
+/// Writes the wide nodes below a binary node, parents before children; returns the reference of the root. This function
+/// is iterative, because it is inlined into the kernel together with the leaf builder.
 #[inline(always)]
 pub fn emit_wide_nodes(
     tree: &[BinaryNode],
@@ -100,7 +100,7 @@ pub fn emit_wide_nodes(
     blocks: &mut Vec<NodeBlock>,
     mut leaf: impl FnMut(&BinaryNode, &mut Vec<NodeBlock>) -> NodeRef,
 ) -> NodeRef {
-    // Nodes to write, with the index of their parent (none for the root) and their lane there.
+    // Nodes to write, with the index of the parent (none for the root) and the lane in the parent.
     let mut open = vec![(root, usize::MAX, 0)];
     let mut first = NodeRef::EMPTY;
     while let Some((at, above, lane)) = open.pop() {
@@ -128,7 +128,7 @@ pub fn emit_wide_nodes(
             NodeRef::node(index)
         };
         match blocks.get_mut(above) {
-            // SAFETY: it is a node that was written here.
+            // SAFETY: the index belongs to a node that was written here.
             Some(above) => unsafe { above.node.children[lane] = reference },
             None => first = reference,
         }
@@ -136,8 +136,8 @@ pub fn emit_wide_nodes(
     first
 }
 
-/// The wide node of some children. Leaves come last: packets of shadow rays visit the last child first, and rays that
-/// end in a leaf skip the other subtrees.
+/// Creates a wide node with these children. Leaves come last: packets of shadow rays visit the last child first, and
+/// rays that end in a leaf skip the other subtrees.
 pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
     let mut node = WideNode::EMPTY;
     for leaf in [false, true] {
@@ -151,7 +151,7 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
 }
 
 /// The binary nodes that `at` becomes in at most `places` child slots, the slots of each, and their number. With
-/// `opened`, `at` itself is not one of them.
+/// `opened`, `at` itself is not in the list.
 #[inline(always)]
 pub fn select_children(tree: &[BinaryNode], at: usize, slots: usize, opened: bool) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];

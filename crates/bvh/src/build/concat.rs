@@ -1,5 +1,5 @@
-//! Concatenation of treelets in order while they are built. Each is copied once, from the scratch memory in which it
-//! was built.
+//! Concatenation of treelets in order while they are built. Each treelet is copied once, from the scratch memory in
+//! which it was built.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -50,7 +50,7 @@ struct ReservedTreelet<'a> {
 }
 
 impl<'a> OrderedWriter<'a> {
-    /// Assigns output ranges to a treelet and to the finished ones that follow it.
+    /// Assigns output ranges to a treelet and to the finished treelets that follow it.
     fn reserve<L: LeafBuilder>(&mut self, index: usize, treelet: Treelet) -> Vec<ReservedTreelet<'a>> {
         self.out_of_order.insert(index, treelet);
         let mut reserved = vec![];

@@ -1,7 +1,7 @@
 //! The top of a large tree, built from a sample of its primitives: a k-d tree whose cells become treelets.
 //!
-//! Only the sample is binned and partitioned repeatedly. Every other primitive is assigned to its cell once and
-//! generated when the treelet of that cell is built, so they are never in memory together.
+//! Only the sample is binned and partitioned repeatedly. The remaining primitives are assigned to their cells once.
+//! They are generated when their cell's treelet is built, so they are never all in memory at the same time.
 
 use crate::build::traits::PrimSource;
 use crate::limits::MAX_DEPTH;
@@ -18,7 +18,7 @@ use crate::build::traits::{BuildContext, LeafBuilder, TREELET_SIZE};
 use crate::build::treelet::TreeletDesc;
 use crate::simd::Portable;
 
-/// Depth limit of cells: at greater depth, enough levels are left to halve 2^32 primitives.
+/// Depth limit of cells, which leaves enough levels below to halve 2^32 primitives.
 const MAX_KD_DEPTH: usize = MAX_DEPTH - 32;
 
 /// A k-d tree over centroids.
@@ -39,7 +39,7 @@ struct KdStep {
     /// The split coordinate; infinity for a cell.
     at: f32,
     axis: u32,
-    /// Index of the left child, which the right one follows; a cell refers to itself.
+    /// Index of the left child; the right child has the next index. A cell contains its own index.
     next: u32,
     /// The index of the cell.
     cell: u32,
@@ -73,7 +73,7 @@ impl SortedChunk {
     }
 }
 
-/// The top of the tree from one in `rate` primitives, and the input of its treelets.
+/// Builds the top of the tree from a sample of one in `rate` primitives, and collects the input of the treelets.
 pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     source: &'a S,
     rate: usize,
@@ -118,7 +118,7 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
 /// Primitives per search.
 const SEARCH_BATCH: usize = 16;
 
-/// If a batch has more changes of cell than this, the batched search is used for the next one.
+/// If consecutive primitives change cells more often than this within a batch, the next batch uses the batched search.
 const MAX_CELL_CHANGES: usize = 3;
 
 /// The maximum number of chunks.
@@ -192,7 +192,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
             chunks.iter().for_each(|chunk| source.prims(chunk.ids(cell), prims));
         };
         if count > 2 * TREELET_SIZE {
-            // The sample did not contain them, or too few of them to separate them.
+            // The sample contained none or too few of these primitives to separate them.
             let mut prims = Vec::with_capacity(count);
             make(&mut prims);
             let range = parallel_split::prim_info(self.shared.dispatch, &prims);
@@ -239,7 +239,7 @@ impl KdTree {
         self.add(&children[1], next + 1, right, depth + 1);
     }
 
-    /// The cells of some centroids, all advanced level by level so that their loads overlap.
+    /// Finds the cells of several centroids, which descend level by level together so that their memory loads overlap.
     #[inline(always)]
     fn find_cells<const N: usize>(&self, centroids: &[[f32; 4]; N]) -> [u32; N] {
         let mut at = [0; N];
@@ -252,7 +252,7 @@ impl KdTree {
         at.map(|at| self.steps[at as usize].cell)
     }
 
-    /// Sorts primitives by cell; large ones have a separate cell after the others.
+    /// Sorts primitives by cell; large primitives have a separate cell, which comes last.
     fn bin_by_cell<S: PrimSource + ?Sized>(
         &self,
         source: &S,
@@ -282,7 +282,7 @@ impl KdTree {
                     let prim = source.prim(at);
                     if !large.matches::<Portable>(&prim) {
                         let centroid = prim.centroid().array();
-                        // Neighbours are usually in one cell.
+                        // Neighbouring primitives are usually in the same cell.
                         if !self.regions[cell as usize].contains(&centroid) {
                             [cell] = self.find_cells(&[centroid]);
                             changes += 1;

@@ -1,5 +1,6 @@
-//! Primitives almost as large as the whole mesh, such as a floor. No plane through centroids separates them from small
-//! ones, and they would make every node above them as large as themselves, so they are split off first.
+//! Primitives almost as large as the whole mesh, such as a floor. No plane through centroids separates large primitives
+//! from small primitives, and every node above a large primitive would be as large as the primitive. Large primitives
+//! are therefore split off first.
 
 use crate::build::binned_sah::has_depth_budget;
 use crate::build::prim_ref::{PrimInfo, PrimRef, half_area};
@@ -24,7 +25,7 @@ impl LargePrimFilter {
         LargePrimFilter { min_half_area: LARGE_AREA_RATIO * half_area::<I>(bounds) }
     }
 
-    /// Removes large primitives from a sample. If all are large, none is.
+    /// Removes large primitives from a sample. If all primitives are large, none is split off.
     pub fn remove_from_sample(sample: &mut Vec<PrimRef>, range: &PrimInfo) -> LargePrimFilter {
         let large = LargePrimFilter::from_info::<Portable>(range);
         if sample.iter().all(|prim| large.matches::<Portable>(prim)) {
@@ -42,8 +43,8 @@ impl LargePrimFilter {
     }
 }
 
-/// Partitions large primitives to the front; returns the first of the others and the bounds of both sides, or `None` if
-/// one side is empty.
+/// Moves large primitives to the front; returns the index of the first other primitive and the bounds of both sides, or
+/// `None` if one side is empty.
 #[inline(always)]
 pub fn split_large<I: Isa>(
     prims: &mut [PrimRef],
@@ -70,7 +71,7 @@ mod tests {
     use super::*;
     use crate::limits::MAX_DEPTH;
 
-    /// One or several floors under small boxes along a line.
+    /// Creates one or several floors under small boxes along a line.
     fn prims(floors: usize, small: usize) -> Vec<PrimRef> {
         let floor = |id| PrimRef::new([0.0; 3], [10.0, 10.0, 0.0], id);
         let at = |i: usize| i as f32 / small as f32;
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn splits_leave_enough_levels() {
+    fn prims_are_split_only_if_enough_tree_levels_are_left() {
         let mut prims = prims(1, 100);
         let range = PrimInfo::from_prims::<Portable>(&prims);
         assert!(split_large::<Portable>(&mut prims, &range, MAX_DEPTH - 7).is_none());

@@ -93,7 +93,7 @@ fn split(dispatch: Dispatch, prims: &mut [PrimRef], whole: &PrimInfo, depth: usi
     (middle, prim_info(dispatch, left), prim_info(dispatch, right))
 }
 
-/// The cheapest plane between 64 or 256 bins, if there is one.
+/// The cheapest plane between 64 or 256 bins; none if all centroids are in one bin.
 pub fn best_split(
     dispatch: Dispatch,
     prims: &[PrimRef],
@@ -132,8 +132,8 @@ fn bin_and_split<const N: usize>(
 /// Primitives from which a partition is split between threads.
 const PARALLEL_PARTITION: usize = 1 << 17;
 
-/// Partitions primitives so that those on the left of a plane come first. Both halves are partitioned in parallel; then
-/// the primitives on wrong sides are exchanged.
+/// Partitions primitives so that primitives on the left of a plane come first. Both halves are partitioned in parallel;
+/// then the primitives on wrong sides are exchanged.
 pub fn partition(dispatch: Dispatch, prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) -> SplitResult {
     if prims.len() <= PARALLEL_PARTITION {
         let mut halves = (0, PrimInfo::empty(), PrimInfo::empty());

@@ -32,7 +32,8 @@ impl PartitionState<'_> {
     }
 }
 
-/// Partitions primitives so that those on the left of a plane come first; returns their number and both sides.
+/// Partitions primitives so that primitives on the left of a plane come first; returns the number of left primitives
+/// and both sides.
 #[inline(always)]
 pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) -> (usize, PrimInfo, PrimInfo) {
     let nothing = [F32x4::splat(f32::INFINITY), F32x4::splat(f32::NEG_INFINITY)];
@@ -52,7 +53,7 @@ pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) 
 
 /// Both ends of the free range.
 struct WriteCursors {
-    /// Primitives before this one have been written.
+    /// Primitives before this index have been written.
     low: usize,
     /// Primitives from here on have been written.
     high: usize,
@@ -63,8 +64,8 @@ impl WriteCursors {
     fn write_prim<const AXIS: usize>(&mut self, prims: &mut [PrimRef], prim: PrimRef, sides: &mut PartitionState) {
         let left = sides.add_to_side::<AXIS>(&prim);
         debug_assert!(self.low < self.high && self.high <= prims.len());
-        // SAFETY: there is at least one free place between `low` and `high`, both of which are within the prims:
-        // as many prims have been read as written, and this one besides.
+        // SAFETY: at least one place between `low` and `high` is free, and both are within the prims, because one more
+        // prim has been read than written.
         unsafe {
             *prims.get_unchecked_mut(self.low) = prim;
             *prims.get_unchecked_mut(self.high - 1) = prim;
@@ -121,7 +122,7 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
 }
 
 /// Splits at least two primitives by the cheapest plane between 8 or 16 bins along each axis, for leaves of `leaf_size`
-/// primitives. Reorders them; returns the first of the right side and both sides.
+/// primitives. Reorders the primitives; returns the index of the first primitive on the right side, and both sides.
 #[inline(always)]
 pub fn split<I: Isa>(
     prims: &mut [PrimRef],
@@ -195,8 +196,8 @@ mod tests {
         }
     }
 
-    /// Every way in which the two cursors can meet: few and many primitives; all except one on one side; alternating
-    /// sides; runs of about a block's length.
+    /// Cases for all ways in which the two cursors can meet: few and many primitives; all primitives except one on one
+    /// side; alternating sides; runs of about a block's length.
     #[test]
     fn partitions_keep_every_item() {
         let mut lengths = vec![2, 3, 3 * PARTITION_BLOCK, 3 * PARTITION_BLOCK + 1, 5 * PARTITION_BLOCK + 1];

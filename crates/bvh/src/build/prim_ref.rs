@@ -3,8 +3,8 @@
 use crate::aabb::Aabb;
 use crate::simd::{F32x4, Isa, Vector};
 
-/// A bounding box packed for SIMD: lower corner, padding, negated upper corner, padding. The union of two is one
-/// minimum.
+/// A bounding box packed for SIMD: lower corner, padding, negated upper corner, padding. The union of two boxes is a
+/// single minimum operation.
 pub type PackedBounds = [f32; 8];
 
 /// A build primitive: a bounding box with an id; 32 bytes.
@@ -132,7 +132,7 @@ impl PrimInfo {
             range.centroid_lower = range.centroid_lower.min(centroid);
             range.centroid_upper = range.centroid_upper.max(centroid);
         }
-        // SAFETY: as many floats as it holds.
+        // SAFETY: the pointer refers to as many floats as the struct contains.
         unsafe { bounds.store(range.bounds.as_mut_ptr()) };
         range
     }

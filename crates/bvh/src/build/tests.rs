@@ -6,7 +6,8 @@ use crate::build::prim_ref::PrimRef;
 use crate::limits::MAX_DEPTH;
 use crate::node::NodeBlock;
 
-/// Boxes as leaves, one each; the top of the tree is built from all of them or from one in this many.
+/// A builder with one box per leaf. The top of the tree is built from all boxes, or from a sample of one in this
+/// number.
 struct Boxes(Option<usize>);
 
 impl LeafBuilder for Boxes {
@@ -195,7 +196,7 @@ fn large_floors_are_children_of_the_root() {
             (lower, lower.map(|x| x + 0.01))
         };
         let mut boxes: Vec<_> = (0..n).map(small).collect();
-        // Both in the sample and not in it.
+        // Some large floors are in the sample, and others are not.
         boxes.insert(n / 2, ([-1.0, -1.0, 0.0], [2.0, 2.0, 0.0]));
         for sample in [None, Some(4), Some(16)] {
             let tree = built(&boxes, sample);

@@ -84,7 +84,7 @@ impl TopPlan {
         }
     }
 
-    /// Plans the wide node of a binary node and those below it; returns its index.
+    /// Plans the wide node of a binary node and all wide nodes below; returns the index of the upper node.
     fn plan_node(&mut self, at: usize) -> usize {
         let index = self.nodes.len();
         self.nodes.push(vec![]);

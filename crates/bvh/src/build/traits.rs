@@ -20,7 +20,7 @@ pub const SAMPLING_THRESHOLD: usize = 8 * TREELET_SIZE;
 pub trait LeafBuilder: Sync {
     /// Scratch memory of one thread for one treelet.
     type Scratch: Default + Send;
-    /// Prepares a treelet. May merge primitives and renumber them; returns how many are left.
+    /// Prepares a treelet. Merges and renumbers primitives if possible; returns the number of remaining primitives.
     fn begin_treelet(&self, prims: &mut [PrimRef], scratch: &mut Self::Scratch) -> usize;
     /// True if the few given primitives belong to one mesh; leaves do not span meshes.
     fn same_geometry(&self, _items: &[PrimRef], _scratch: &Self::Scratch) -> bool {
@@ -38,13 +38,14 @@ pub trait LeafBuilder: Sync {
     ) -> NodeRef;
     /// True if leaf references are indices into `blocks`, whose leaves refer to `ids`.
     const LEAVES_ARE_BLOCKS: bool;
-    /// The typical number of primitives of a leaf.
+    /// The typical number of primitives in a leaf.
     const TYPICAL_LEAF_PRIMS: usize;
     /// Maximum number of primitives in a binary leaf, which must fit into one leaf. Splits aim at full leaves.
     fn max_binary_leaf_prims(&self) -> usize;
     /// Bins per axis for a number of primitives: 8 or 16, above the treelets 64 or 256.
     fn bin_count(&self, prims: usize) -> usize;
-    /// Estimated numbers of blocks and ids. Excess memory is released; if too few, they are copied once more.
+    /// Estimated numbers of blocks and ids. Excess memory is released. If too little memory was reserved, the data is
+    /// copied once more.
     fn size_estimate(&self) -> (usize, usize) {
         (0, 0)
     }
@@ -79,7 +80,7 @@ pub trait PrimSource: Sync {
     /// A primitive by index.
     fn prim(&self, at: usize) -> PrimRef;
 
-    /// Appends some primitives.
+    /// Appends primitives.
     fn prims(&self, ids: &[u32], prims: &mut Vec<PrimRef>) {
         prims.extend(ids.iter().map(|&id| self.prim(id as usize)));
     }

@@ -16,7 +16,7 @@ pub struct TreeletDesc {
     pub bounds: PackedBounds,
     /// The number of its primitives.
     pub count: usize,
-    /// The number of splits above it.
+    /// The number of splits above this treelet.
     pub depth: usize,
 }
 
@@ -43,7 +43,7 @@ pub struct SubtreeRoot {
     pub reference: NodeRef,
 }
 
-/// Subtree whose references are relative to its own start.
+/// A subtree whose references are relative to the subtree's start.
 #[derive(Default)]
 pub struct Treelet {
     pub blocks: Vec<NodeBlock>,
@@ -70,7 +70,7 @@ kernel! {
 }
 
 impl Treelet {
-    /// Builds another treelet in its place.
+    /// Builds the next treelet in the same memory.
     pub fn build<L: LeafBuilder>(
         &mut self,
         job: TreeletJob,
@@ -155,7 +155,8 @@ fn build_generic<I: Isa, L: LeafBuilder>(
         }
         let bins = leaves.bin_count((count as usize).min(TREELET_SIZE));
         let leaf_size = leaves.max_binary_leaf_prims() as u32;
-        // The whole mesh has already lost its large primitives; a cell or treelet may have others.
+        // Primitives that are large relative to the whole mesh have already been split off; a cell or treelet may
+        // contain primitives that are large relative to itself.
         let large = match at {
             0 => split_large::<I>(here, &range, depth as usize),
             _ => None,

@@ -11,15 +11,16 @@ pub struct TrianglePrims<'a> {
     pub vertices: &'a [[f32; 3]],
     pub triangles: &'a [[u32; 3]],
     pub scale: f32,
-    /// The first triangle of each mesh if there are several: leaves do not span meshes, which keeps their bounds tight.
+    /// The first triangle of each mesh, if there are several meshes. Leaves do not span meshes, which keeps the leaves'
+    /// bounds tight.
     pub mesh_offsets: &'a [u32],
 }
 
 /// Scratch memory for the leaves of a treelet.
 pub struct LeafScratch {
     pairs: PairFinder,
-    /// Hash table of vertices: the vertex in the upper half, the leaf that has it and its position there in the lower
-    /// half.
+    /// Hash table of vertices. The upper half of an entry is the vertex; the lower half is the leaf and the vertex's
+    /// position in the leaf.
     vertex_table: Box<[u64; VERTEX_TABLE_SIZE]>,
     leaf: u32,
     /// Candidate leaves: runs of primitives whose vertices fit into one leaf.
@@ -42,7 +43,7 @@ impl Default for LeafScratch {
     }
 }
 
-/// The distinct vertices of a leaf, and the corners of its triangles among them.
+/// The distinct vertices of a leaf, and the triangles' corners as indices into these vertices.
 struct LeafVertices {
     vertices: [u32; MAX_LEAF_TRIANGLES + 4],
     count: usize,

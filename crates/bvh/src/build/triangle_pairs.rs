@@ -17,9 +17,9 @@ const MAX_PROBES: usize = 8;
 pub struct TrianglePair {
     /// Four vertices; the fourth repeats the third for a single triangle.
     pub vertices: [u32; 4],
-    /// Both triangles; equal for a single one.
+    /// Both triangles; for a single triangle, the same triangle twice.
     pub triangles: [u32; 2],
-    /// The corners of the second triangle among the vertices; those of the first are 0, 1 and 2.
+    /// The second triangle's corners as indices into the vertices; the first triangle's corners are 0, 1 and 2.
     pub second_corners: [u8; 3],
     /// The number of triangles.
     pub count: u8,
@@ -32,7 +32,7 @@ impl TrianglePair {
         TrianglePair { vertices: [a, b, c, c], triangles: [id; 2], second_corners: [0; 3], count: 1 }
     }
 
-    /// The pair of both, if they share at least two vertices.
+    /// Pairs two triangles if they share at least two vertices.
     #[inline(always)]
     pub fn try_pair(&self, other: &TrianglePair) -> Option<TrianglePair> {
         let [a, b, c, _] = self.vertices;
@@ -77,9 +77,9 @@ fn edge_hash(a: u32, b: u32) -> u64 {
 }
 
 impl PairFinder {
-    /// Merges primitives whose ids are triangles: each is paired with the best preceding unpaired neighbour, if the
-    /// pair is small enough. Returns the number of merged primitives, which come first; their ids index `pairs`. A
-    /// treelet has at most twice `TREELET_SIZE` primitives, which fit 16 bits.
+    /// Merges primitives whose ids are triangles: each triangle is paired with the best preceding unpaired neighbour,
+    /// if the pair is small enough. Returns the number of merged primitives, which come first; their ids index `pairs`.
+    /// A treelet has at most twice `TREELET_SIZE` primitives, which fit 16 bits.
     #[inline(always)]
     pub fn pair_triangles(&mut self, triangles: &[[u32; 3]], prims: &mut [PrimRef]) -> usize {
         let PairFinder { pairs, edge_table } = self;
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn quads_are_paired_in_either_order() {
+    fn triangles_of_a_quad_are_paired_in_either_order() {
         let side = 20;
         let quads = side * side;
         let beside = sheet(side, |t| (t / 2, t % 2 == 1));

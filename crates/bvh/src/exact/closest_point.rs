@@ -14,7 +14,7 @@ const MIN_SQUARED_SINE: f64 = 1e-6;
 pub struct TrianglePoint {
     pub squared_distance: f64,
     pub position: Vector3,
-    /// Weights of the corners, at least 0, with sum 1.
+    /// Weights of the corners; each weight is at least 0, and their sum is 1.
     pub weights: [f64; 3],
 }
 
@@ -102,7 +102,7 @@ fn closest_of_edges(corners: [Vector3; 3], relative: [Vector3; 3]) -> TrianglePo
             (weights[i], weights[j]) = (1.0 - t, t);
             (plus(relative[i], t, along, 0.0, along), plus(corners[i], t, along, 0.0, along))
         } else {
-            // Also for an edge of length zero, whose t is NaN.
+            // This also applies to an edge of length zero, whose t is NaN.
             weights[i] = 1.0;
             (relative[i], corners[i])
         };

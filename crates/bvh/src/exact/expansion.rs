@@ -28,7 +28,7 @@ pub fn two_product(a: f64, b: f64) -> (f64, f64) {
 /// The largest number of components of an [`Expansion`].
 const CAPACITY: usize = 256;
 
-/// An exact sum: components that do not overlap, by growing magnitude, none of them 0.
+/// An exact sum: nonzero components that do not overlap, ordered by increasing magnitude.
 pub struct Expansion {
     components: [f64; CAPACITY],
     len: usize,

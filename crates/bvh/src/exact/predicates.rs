@@ -109,7 +109,7 @@ fn normal_sign([a, b, c]: [Point; 3]) -> i32 {
     signs.into_iter().find(|sign| *sign != 0).unwrap_or(0)
 }
 
-/// A ray, in the coordinates of the corners that it is compared with.
+/// A ray, in the coordinate frame of the corners with which it is compared.
 #[derive(Clone, Copy)]
 pub struct RayPredicates {
     pub origin: Point,
@@ -242,7 +242,7 @@ impl Cross {
         Cross { components: [a, b, c], sizes: [size_a, size_b, size_c] }
     }
 
-    /// The product with a vector, and true if float64 rounds it as it rounds the exact value.
+    /// The product with a vector, and true if the float64 result equals the correctly rounded exact value.
     #[inline(always)]
     fn along(&self, [x, y, z]: Point) -> (DoubleDouble, bool) {
         let ([a, b, c], [size_a, size_b, size_c]) = (self.components, self.sizes);

@@ -45,11 +45,12 @@ impl<T: Copy> HugePageVec<T> {
         Self { start, len: 0, capacity, align_offset: skipped }
     }
 
-    /// The layout of an allocation: the values and a cache line more. Allocators shrink its low alignment in place.
+    /// The layout of an allocation: the values and a cache line more. Because of the low alignment, allocators can
+    /// shrink the memory in place.
     fn layout(capacity: usize) -> Layout {
         let size = capacity.saturating_mul(size_of::<T>());
         let size = if size == 0 { 0 } else { size.saturating_add(CACHE_LINE) };
-        // The largest allocation. A larger request fails as this one does.
+        // The largest allocation. Larger requests fail in the same way.
         let limit = isize::MAX as usize - HUGE_PAGE;
         let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else { unreachable!("a valid layout") };
         layout
@@ -178,7 +179,7 @@ pub fn zeroed_huge<T: Copy + Default>(count: usize) -> Vec<T> {
     values
 }
 
-/// Advises the kernel to use huge pages; a hint without effect on other systems.
+/// Advises the Linux kernel to use huge pages; has no effect on other systems.
 #[cfg(all(target_os = "linux", not(miri)))]
 fn madvise_hugepage(start: *mut u8, size: usize) {
     unsafe extern "C" {
@@ -205,7 +206,7 @@ mod tests {
     #[test]
     fn zeroed_vectors_have_the_requested_length() {
         for count in [0, 1, 1000, 3 << 19, (5 << 20) + 7] {
-            // In memory that contained other values before.
+            // The memory previously contained other values.
             drop(vec![1.5f32; count]);
             let values = zeroed_huge::<f32>(count);
             assert_eq!(values.len(), count);

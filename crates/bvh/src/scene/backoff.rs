@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unsuccessful_heuristics_back_off() {
+    fn unsuccessful_heuristics_are_tried_less_often() {
         let skip = Backoff::default();
         for skipped in [1, 2, 4, 8, 16, 32, 64, 64] {
             assert!(!skip.should_skip());

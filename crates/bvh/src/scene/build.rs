@@ -14,7 +14,7 @@ use crate::scene::backoff::Backoff;
 use crate::scene::rebraid::{InstanceTransform, rebraid, transform_bounds, whole_instances};
 use crate::scene::{Instance, InstanceRecord, Scene, relative_padding_of};
 
-/// The leaves of a TLAS. Hits do not depend on them.
+/// The leaves of a TLAS. Hits do not depend on these options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TlasLeaves {
     /// Whole instances, which are fastest to build.
@@ -209,7 +209,7 @@ fn world_box(instance: &Instance) -> Option<([f64; 3], [f64; 3])> {
     Some(transform_bounds(&m, instance.bvh.bounds()))
 }
 
-/// The inverse of an affine map; `None` if it is singular.
+/// The inverse of an affine map; returns `None` for a singular transform.
 fn inverse(m: &[[f64; 4]; 3]) -> Option<[[f64; 4]; 3]> {
     let cofactor = |r: usize, c: usize| {
         let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);

@@ -36,7 +36,7 @@ mod tests {
 
     #[test]
     fn leaves_contain_triangles_of_one_mesh_only() {
-        // Small intersecting sheets of two triangles each: without the rule, leaves contain up to eight of them.
+        // Small intersecting sheets of two triangles each. Without the rule, a leaf would contain up to eight sheets.
         let (mut vertices, mut triangles, mut first_prims) = (vec![], vec![], vec![]);
         for sheet in 0..200u32 {
             let at = [sheet % 10, sheet / 10 % 10, sheet / 100].map(|x| 0.3 * x as f32);

@@ -12,7 +12,7 @@ pub(crate) struct InstanceRanges {
 impl InstanceRanges {
     /// The mesh of a triangle of the BLAS, and the triangle's index there.
     pub fn locate(&self, triangle: u32) -> (u32, u32) {
-        // An empty mesh begins at the same triangle as the next one.
+        // An empty mesh begins at the same triangle as the next mesh.
         let mesh = self.first_prims.partition_point(|first| *first <= triangle) - 1;
         (mesh as u32, triangle - self.first_prims[mesh])
     }

@@ -1,5 +1,5 @@
-//! The scene: instances of BLAS under a TLAS. This file defines the data. `build` and `flattened` create it, `rebraid`
-//! opens instances for the TLAS, and `query` traces rays.
+//! The scene: instances of BLAS under a TLAS. This file defines the data. `build` and `flattened` create the scene,
+//! `rebraid` opens instances for the TLAS, and `query` traces rays.
 
 pub mod backoff;
 pub(crate) mod build;
@@ -44,7 +44,7 @@ pub trait ExactTriangles {
     }
 }
 
-/// An instance as traversal uses it.
+/// An instance in the form that traversal uses.
 #[derive(Debug)]
 pub(crate) struct InstanceRecord {
     pub bvh: Arc<Bvh>,
@@ -73,18 +73,18 @@ pub struct Scene {
     pub(crate) root: NodeRef,
     /// The bounds of all instances, scaled.
     pub(crate) bounds: Aabb,
-    /// Largest absolute coordinate, scaled. Together with the condition number of the worst transform it bounds
-    /// rounding errors.
+    /// Largest absolute coordinate, scaled. Together with the condition number of the worst transform, this value
+    /// bounds rounding errors.
     pub(crate) max_abs_coord: f32,
     pub(crate) transform_condition: f32,
-    /// True for one mesh at the identity: rays skip transform and TLAS.
+    /// True for a single mesh with the identity transform: rays skip the transform and the TLAS.
     pub(crate) is_single_mesh: bool,
     /// The instances of a flattened scene.
     pub(crate) mesh_ranges: Option<InstanceRanges>,
-    /// Back-off of packets of incoherent rays, and of culling at the root.
+    /// Back-off for packets of incoherent rays and for culling at the root.
     pub(crate) packet_backoff: Backoff,
     pub(crate) root_cull_backoff: Backoff,
-    /// Back-off of packets of coherent shadow rays.
+    /// Back-off for packets of coherent shadow rays.
     pub(crate) shadow_packet_backoff: Backoff,
     pub(crate) dispatch: Dispatch,
 }

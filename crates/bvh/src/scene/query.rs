@@ -10,7 +10,7 @@ use crate::traverse::exact::ties::MarkedHits;
 
 impl Scene {
     /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`. Returns the rays that may have
-    /// hit coplanar surfaces of two instances, in any order; [`Scene::closest_exact`] decides which one they hit.
+    /// hit coplanar surfaces of two instances, in any order; [`Scene::closest_exact`] decides which surface they hit.
     pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) -> Vec<u32> {
         assert_eq!(rays.len(), hits.len(), "the numbers of hits and rays must be equal");
         let mut marked = vec![];
@@ -117,7 +117,8 @@ impl Scene {
         }
     }
 
-    /// Hit of every ray, with t and weights accurate to one unit in the last place. `hits` must be as long as `rays`.
+    /// Returns the hit of every ray, with t and weights accurate to one unit in the last place. `hits` must be as long
+    /// as `rays`.
     ///
     /// # Panics
     /// For flattened scenes.
@@ -131,8 +132,8 @@ impl Scene {
     }
 
     /// Crossings of every ray within its range of t, at most `limit` per ray, sorted by (t, instance, triangle), with t
-    /// and weights as in [`Scene::refine`]. They are appended to `found` ray by ray; their numbers are written to
-    /// `counts`, which must be as long as `rays`. Runs on the calling thread.
+    /// and weights as in [`Scene::refine`]. The crossings are appended to `found` ray by ray; the number of crossings
+    /// of each ray is written to `counts`, which must be as long as `rays`. Runs on the calling thread.
     ///
     /// Each ray is shifted by an infinitesimal vector (simulation of simplicity), so that it never passes exactly
     /// through an edge or a corner, or starts exactly on a surface. A surface is crossed once at an edge that its
@@ -181,10 +182,10 @@ impl Scene {
         traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
     }
 
-    /// Closest point of the scene to every point within a distance, which is one for all points or one per point; of
-    /// equally close points, the one with the smaller (instance, triangle). The filter receives only the instance and
-    /// triangle of a hit. Runs on the calling thread; it is fast if consecutive points are close to each other. `found`
-    /// must be as long as `points`.
+    /// Finds the scene's closest point to every given point within a distance. There is one distance for all points, or
+    /// one per point. Of equally close points, the point with the smallest (instance, triangle) is returned. The filter
+    /// receives only the instance and triangle of a hit. The query runs on the calling thread, and is fast if
+    /// consecutive points are close to each other. `found` must be as long as `points`.
     ///
     /// # Panics
     /// For flattened scenes.
@@ -225,7 +226,7 @@ impl HitFilter for FlattenedFilter<'_> {
     }
 }
 
-/// The triangles of all instances as those of the flattened BLAS.
+/// The triangles of all instances, in the order of the flattened BLAS.
 pub(crate) struct FlattenedTriangles<'a, T>(pub &'a InstanceRanges, pub &'a T);
 
 impl<T: ExactTriangles> ExactTriangles for FlattenedTriangles<'_, T> {

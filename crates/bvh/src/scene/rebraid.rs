@@ -1,8 +1,9 @@
 //! Partial re-braiding: the TLAS is built over subtrees of instances (C. Benthin, S. Woop, I. Wald and A. Áfra,
 //! "Improved Two-Level BVHs using Partial Re-Braiding", HPG 2017).
 //!
-//! A ray enters all instances whose AABBs overlap, one BLAS after the other. If they overlap, the top nodes of a BLAS
-//! replace its root as leaves of the TLAS, which separates and orders them. Hits do not change.
+//! A ray that meets overlapping AABBs enters these instances' BLASes one after the other. For overlapping instances,
+//! the top nodes of a BLAS replace its root as leaves of the TLAS. The TLAS then separates and orders the parts of the
+//! instances. Hits do not change.
 
 use std::sync::Arc;
 
@@ -107,7 +108,7 @@ fn open_recursive(
     refs
 }
 
-/// Splits off the references beyond the centre of a group along its longest axis; `None` if one side is empty.
+/// Splits off the references beyond the centre of a group along its longest axis; returns `None` if one side is empty.
 fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     let twice = |subtree: &SubtreeRef, axis: usize| subtree.bounds.lower[axis] + subtree.bounds.upper[axis];
     let ends = |axis: usize| {
@@ -129,8 +130,8 @@ fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     Some(second)
 }
 
-/// Bounds of all subtree references in a group except those of one instance. Per side: the extreme value, its instance,
-/// and the runner-up.
+/// Bounds of all subtree references in a group, except the references to one instance. Per side: the extreme value, its
+/// instance, and the runner-up.
 struct BoundsOfOthers {
     farthest: [[(f32, u32, f32); 3]; 2],
 }
@@ -232,7 +233,8 @@ mod tests {
     use super::*;
     use crate::node::leaf;
 
-    /// Small triangles along a line: of `every` 250 of them, the run starting at `first`.
+    /// Small triangles along a line. Of each `every` runs of 250 triangles, the mesh contains the run that starts at
+    /// `first`.
     fn beads(first: usize, every: usize, lift: f32) -> InstanceTransform {
         let at = |i: usize| [i as f32 * 0.01, lift, (i % 7) as f32 * 0.001];
         let chosen = (0..8000).filter(|i| i / 250 % every == first);

@@ -15,11 +15,13 @@ const TIE_UNITS: f64 = 8.0;
 /// Sine of the largest angle between planes that count as coplanar: rounding to float32 tilts small triangles.
 const MAX_SINE: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// Smallest barycentric weight of a hit that is not at an edge: at an edge, a box that stands on a floor ties with it.
+/// Smallest barycentric weight of a hit that is not at an edge. At its bottom edges, a box that stands on a floor ties
+/// with the floor.
 const MIN_WEIGHT: f64 = 1.0 / (1u64 << 16) as f64;
 
 /// Range of t behind the closest hit in which other instances tie with it: planes that differ by [`TIE_UNITS`] rounding
-/// units of the coordinates across them, of the triangle and of the ray's origin. At most the width in which traversal marks rays.
+/// units of the coordinates across them, of the triangle and of the ray's origin. This width is at most the width
+/// within which traversal marks rays.
 fn tie_width(scene: &Scene, ray: &ExactRay, hit: &ExactHit, corners: [[f64; 3]; 3]) -> f64 {
     let (mut units, mut along) = (0.0, 0.0);
     let normal = cross(corners);
@@ -35,7 +37,7 @@ fn tie_width(scene: &Scene, ray: &ExactRay, hit: &ExactHit, corners: [[f64; 3]; 
     if width < most { width } else { most }
 }
 
-/// Filter of instances other than one, or only later ones.
+/// Filter that accepts all instances except one, or only later instances.
 struct OtherInstances<'a> {
     ranges: Option<&'a InstanceRanges>,
     instance: u32,
@@ -76,8 +78,8 @@ fn are_coplanar_inside(a: &ExactHit, b: &ExactHit) -> bool {
 }
 
 impl Scene {
-    /// Applies the rule for coplanar surfaces to marked rays. Returns those that hit several instances within a
-    /// [`tie_width`], in order of the rays.
+    /// Applies the rule for coplanar surfaces to marked rays. Returns the ties of rays that hit several instances
+    /// within a [`tie_width`], in the order of the rays.
     #[cold]
     #[inline(never)]
     pub(crate) fn settle_ties(
@@ -93,7 +95,8 @@ impl Scene {
         marked.into_iter().filter_map(|ray| self.settle_tie(rays, triangles, filter, ray, hits)).collect()
     }
 
-    /// Applies the rule for coplanar surfaces to a ray. None unless it hits several instances within a [`tie_width`].
+    /// Applies the rule for coplanar surfaces to a ray. Returns none unless the ray hits several instances within a
+    /// [`tie_width`].
     fn settle_tie(
         &self,
         rays: &[ExactRay],

@@ -136,8 +136,8 @@ pub trait Isa: Copy + 'static {
     fn sort_descending(v: Self::F32x8, mask: u32) -> Self::Permutation;
     /// `v[order]`, lane by lane.
     fn permute8(v: Self::F32x8, order: Self::Permutation) -> Self::F32x8;
-    /// Lane of the smallest value among those of `mask`, up to 7 ulp; unspecified for an empty mask. Values must not be
-    /// negative.
+    /// Lane of the smallest value among the lanes of `mask`, up to 7 ulp; unspecified for an empty mask. Values must
+    /// not be negative.
     #[inline(always)]
     fn argmin(v: Self::F32x8, mask: <Self::F32x8 as Vector>::Mask) -> usize {
         argmin(&lanes8(v), Self::F32x8::to_bitmask(mask))
@@ -165,7 +165,7 @@ pub trait Isa: Copy + 'static {
         // SAFETY: each array contains 16 floats.
         columns.map(|column| unsafe { Self::F32x16::load(column.as_ptr()) })
     }
-    /// Prefetches a cache line, if there is an instruction for it.
+    /// Prefetches a cache line, if the instruction set supports prefetching.
     #[inline(always)]
     fn prefetch(_at: *const u8) {}
 }
@@ -188,7 +188,7 @@ pub static COMPRESS: [[u8; 8]; 256] = {
     table
 };
 
-/// The lanes of a vector of eight, for scalar code.
+/// The eight lanes of a vector as an array, for scalar code.
 #[inline(always)]
 pub fn lanes8<V: Vector>(v: V) -> [f32; 8] {
     let mut lanes = [0.0; 8];
@@ -228,7 +228,7 @@ pub fn pack_indices(lanes: &[u8; 16]) -> u64 {
     (0..16).fold(0, |word, i| word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2)))
 }
 
-/// Index `lane` among those packed by [`pack_indices`].
+/// The index for `lane` in indices packed by [`pack_indices`].
 #[inline(always)]
 pub fn packed_index(packed: u64, lane: usize) -> u8 {
     (packed >> (32 * (lane % 2) + 4 * (lane / 2 % 8))) as u8 & 15

@@ -1,4 +1,4 @@
-//! Plain arrays: the fallback for any machine, and the reference for the other instruction sets.
+//! Vectors as plain arrays: the fallback for any machine, and the reference for the other instruction sets.
 
 use crate::simd::{Isa, Vector, permute8, sort_descending};
 
@@ -114,7 +114,7 @@ mod tests {
         let mut twice = 0;
         for _ in 0..1_000_000 {
             let [a, b] = [0, 1].map(|_| f32::from_bits(next() % (30 << 23) + (112 << 23)));
-            // Half of the numbers are so close to the product that little is left.
+            // Half of the subtracted numbers are so close to the product that the difference is small.
             let c = if next() & 1 == 0 {
                 f32::from_bits((a * b).to_bits().wrapping_add(next() % 9).wrapping_sub(4))
             } else {

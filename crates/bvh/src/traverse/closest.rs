@@ -1,4 +1,4 @@
-//! Closest-hit queries: packets, and single rays interleaved for the rest.
+//! Closest-hit queries: packets, and interleaved single rays for the rays outside packets.
 
 use crate::blas::Bvh;
 use crate::node::{LeafNode, NodeRef};
@@ -24,7 +24,8 @@ use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 /// The closest hits of a batch, and the rays that may have hit coplanar surfaces of two instances.
 #[inline(always)]
 pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence, marked: &mut Vec<u32>) {
-    // Two instances, because the coherent one is faster without the code of the other.
+    // Two instances of this function are compiled, because the instance for coherent rays is faster without the code
+    // for incoherent rays.
     match coherence {
         Coherence::Coherent => for_each_chunk::<I, false>(scene, rays, hits, coherence, marked),
         _ => for_each_chunk::<I, true>(scene, rays, hits, coherence, marked),
@@ -77,7 +78,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     }
 }
 
-/// The closest hits of one chunk.
+/// The closest hits of one chunk of rays.
 struct ClosestQuery<'a, 'b, const MAY_DIVERGE: bool> {
     chunk: RayChunk<'a>,
     /// The hits of the batch.
@@ -222,7 +223,8 @@ impl LeafVisitor for ClosestLeafVisitor<'_, '_> {
     }
 }
 
-/// Source and sink of single rays. A ray may arrive as several tasks, one per subtree; the closest hit of all counts.
+/// Source and sink of single rays. A ray may arrive as several tasks, one per subtree; the closest hit of all these
+/// tasks counts.
 struct ClosestSink<'a, 'b, W> {
     scene: &'a Scene,
     tasks: W,

@@ -58,14 +58,15 @@ kernel! {
     ) = closest_exact_batch
 }
 kernel! {
-    /// Any hits that a filter accepts, or the closest ones if it does not accept those.
+    /// Finds any hits that a filter accepts; if the filter does not accept the given closest hits, finds the closest
+    /// accepted hits.
     fn filter_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
         answers: MarkedHits,
     ) = filter_hits
 }
 kernel! {
-    /// Hits accurate to one unit in the last place.
+    /// Refines hits to an accuracy of one unit in the last place.
     fn refine(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) = refine_each
 }
 kernel! {

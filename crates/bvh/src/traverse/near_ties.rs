@@ -1,11 +1,12 @@
-//! Hits of float32 rays at nearly the same t, on two instances: [`crate::traverse::exact::ties`] decides between them.
+//! Detection of float32 rays that hit two instances at nearly the same t. [`crate::traverse::exact::ties`] decides
+//! which instance such a ray hits.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::ray::{Hit, INVALID_ID, Ray};
 use crate::scene::{InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
 
-/// Width of the window of t behind a hit in which other hits are found too: a fraction of t, and a fraction of the
+/// Width of the range of t behind a hit in which other hits are also found: a fraction of t plus a fraction of the
 /// scene's size. Both exceed the window of exact ties by the error of t.
 const RELATIVE_WIDTH: f32 = 1024.0 * MACHINE_EPSILON;
 const ABSOLUTE_WIDTH: f32 = 256.0 * MACHINE_EPSILON;
@@ -32,7 +33,7 @@ impl Scene {
     /// The same for a direction in coordinates of a mesh.
     #[inline(always)]
     pub(crate) fn near_tie_width_in(&self, instance: &InstanceRecord) -> f32 {
-        // A component of a transformed direction is at most three times the largest one.
+        // A component of a transformed direction is at most three times the largest component before the transform.
         self.near_tie_width() * instance.max_scale.max(1.0)
     }
 
@@ -72,7 +73,7 @@ pub fn t_per_length(ray: &Ray) -> f32 {
     1.0 / if most > z { most } else { z }
 }
 
-/// The window's width at t = 0 for rays whose scale of z is given, see [`crate::traverse::packet::Packet::shear`].
+/// The range's width at t = 0 for rays with a given scale of z; see [`crate::traverse::packet::Packet::shear`].
 #[inline(always)]
 pub fn absolute_lanes<I: Isa>(width: f32, scale: I::RayVec) -> I::RayVec {
     scale.abs().mul(I::RayVec::splat(width))

@@ -27,8 +27,8 @@ pub fn intersect_children<I: Isa>(
 #[inline(always)]
 fn t_at<I: Isa>(node: &WideNode, side: &SlabPlanes, axis: usize, row: u32) -> I::F32x8 {
     debug_assert!(row.is_multiple_of(BOUNDS_ROW) && row < 6 * BOUNDS_ROW);
-    // SAFETY: `row` is the first float of one of the six rows, each of 8 floats; a bit selects between the two of an
-    // axis.
+    // SAFETY: `row` is the first float of one of the six rows of 8 floats; one bit of it selects the lower or the upper
+    // bounds along an axis.
     let bound = unsafe { I::F32x8::load(node.bounds.as_ptr().cast::<f32>().add(row as usize)) };
     bound.mul_sub(I::F32x8::splat(side.reciprocal[axis]), I::F32x8::splat(side.offset[axis]))
 }

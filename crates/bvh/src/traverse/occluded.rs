@@ -1,4 +1,4 @@
-//! Any-hit queries: packets of shadow rays, and single rays interleaved for the rest.
+//! Any-hit queries: packets of shadow rays, and interleaved single rays for the rays outside packets.
 
 use crate::node::{LeafNode, NodeRef, leaf, node};
 use crate::ray::{Coherence, INVALID_ID, Ray};
@@ -25,7 +25,7 @@ const SINGLE_RAY_COST: usize = 4;
 /// At most this many rays of a packet at a node continue as single rays. Leaves are always tested at once.
 const MAX_SINGLE_RAYS: u32 = 2;
 
-/// For every ray of a batch, true if it hits anything.
+/// Returns, for every ray of a batch, true if the ray hits anything.
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
     occluded.fill(false);
@@ -77,7 +77,7 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], cohe
     }
 }
 
-/// Occlusion of the rays of one chunk.
+/// Computes the occlusion of the rays of one chunk.
 struct OcclusionQuery<'a> {
     chunk: RayChunk<'a>,
     /// Bit i: ray i of the chunk is occluded, found by a packet.
@@ -163,7 +163,8 @@ fn occluded_in_leaf<I: Isa>(leaf: &LeafNode, active: u64, packet: &Packet, poten
     occluded
 }
 
-/// Source and sink of single rays. A ray may arrive as several tasks; it is occluded if one of them hits.
+/// Source and sink of single rays. A ray may arrive as several tasks; the ray is occluded if one of the tasks finds a
+/// hit.
 struct OcclusionSink<'a, 'b, W> {
     scene: &'a Scene,
     tasks: W,

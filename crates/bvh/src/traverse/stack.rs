@@ -30,7 +30,8 @@ impl Stack {
         }
     }
 
-    /// Pushes the children of `mask`, which is not empty, near ones on top; returns the nearest instead of pushing it.
+    /// Pushes the children of the nonempty `mask`, with near children on top; returns the nearest child instead of
+    /// pushing it.
     #[inline(always)]
     pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> NodeRef {
         self.push_ordered::<I>(node, enter, mask).0
@@ -82,8 +83,8 @@ impl Stack {
         select_unpredictable(done, last, at)
     }
 
-    /// Pushes the children of `mask` except one, which is returned: the nearest `WITH_DISTANCE`, otherwise the last.
-    /// Without children, pops. Branch-free, because the case is unpredictable.
+    /// Pushes all children of `mask` except one, which is returned: with `WITH_DISTANCE` the nearest child, otherwise
+    /// the last child. Without children, pops. Branch-free, because the case is unpredictable.
     #[inline(always)]
     pub fn push_children_or_pop<I: Isa, const WITH_DISTANCE: bool>(
         &mut self,
@@ -187,7 +188,7 @@ impl PacketStack {
         Self { stack: Stack::new(), rays: [const { MaybeUninit::uninit() }; STACK_SIZE] }
     }
 
-    /// [`Stack::push`], with the rays that enter each lane; also returns those of the nearest child.
+    /// Same as [`Stack::push`], with the rays that enter each lane; also returns the rays that enter the nearest child.
     #[inline(always)]
     pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32, entered: &[u64; 8]) -> (NodeRef, u64) {
         let len = self.stack.len;
@@ -209,7 +210,7 @@ impl PacketStack {
     pub fn pop(&mut self, t_max: f32) -> Option<(NodeRef, u64, f32)> {
         let child = self.stack.pop(0, t_max)?;
         let last = self.stack.len;
-        // SAFETY: `push` writes both next to the child that was taken from there.
+        // SAFETY: `push` writes both values next to the child that was removed.
         let (rays, enter) = unsafe {
             (self.rays.get_unchecked(last).assume_init(), self.stack.enter.get_unchecked(last).assume_init())
         };

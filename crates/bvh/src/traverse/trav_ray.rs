@@ -9,9 +9,9 @@ use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 ///
 /// Let u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray. A slab is entered at `bound *
 /// n - (o * n + pad)`, fused, where n = r minus [`RELATIVE_PAD`], and left at `bound * f - (o * f - pad)` where f = r
-/// plus the same amount. Rounding is monotonic, so the slabs of a box contain those of everything in it. A hit's t is
-/// clamped to the slabs of its own triangle (across the main axis as a box's, along it not padded at all: a wall across
-/// the ray is hit at its own distance). No box is therefore culled wrongly by a nearer t.
+/// plus the same amount. Rounding is monotonic, so the slabs of a box contain the slabs of everything inside the box. A
+/// hit's t is clamped to the slabs of its own triangle (across the main axis as a box's, along it not padded at all: a
+/// wall across the ray is hit at its own distance). No box is therefore culled wrongly by a nearer t.
 ///
 /// This requires only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
 /// triangle enclose the ray exactly. Each is x - s z, but for u |s z| of the product and a relative error of the
@@ -28,7 +28,7 @@ pub const RELATIVE_PAD: f32 = 12.0 * MACHINE_EPSILON;
 /// The pad, in T, of a slab nearly parallel to the ray: its r is clamped, see [`MAX_RECIPROCAL`].
 const PARALLEL_PAD: f32 = 2.0;
 
-/// The largest coordinate of a ray's origin. Products of it and of [`MAX_COORD`] stay finite.
+/// The largest coordinate of a ray's origin. Products of this value and [`MAX_COORD`] stay finite.
 pub const MAX_ORIGIN: f32 = (1u64 << 50) as f32;
 /// The largest reciprocal of a direction. Smaller components are clamped, which is off by 2^-40 of the scene.
 pub const MAX_RECIPROCAL: f32 = (1u128 << 70) as f32;
@@ -66,14 +66,15 @@ pub struct TravRay {
     pub reciprocal: [f32; LANES],
     /// A slab is entered at `bound * reciprocal - offset`, padded ...
     pub near: SlabPlanes,
-    /// ... and left at this: see [`SLAB_PAD`].
+    /// Offset at which a slab is left; see [`SLAB_PAD`].
     pub far: SlabPlanes,
     /// The shear that maps the ray to its main axis: x, y, and the scale of z.
     pub shear: [f32; LANES],
-    /// The main axis, of the largest component of the direction, comes last, after the two that follow it.
+    /// The main axis, along which the direction has its largest component, comes last; the two axes that follow it
+    /// cyclically come first.
     pub axes: [u32; LANES],
     /// Per axis, the first float of the row of [`crate::node::WideNode::bounds`] where boxes are entered:
-    /// [`BOUNDS_ROW`] times its index. They are left at that `^ BOUNDS_ROW`.
+    /// [`BOUNDS_ROW`] times its index. The row where boxes are left is this value `^ BOUNDS_ROW`.
     pub near_rows: [u32; LANES],
     /// The ratio of t along this ray to t along the given ray: a power of two.
     pub t_scale: f64,
@@ -99,9 +100,9 @@ impl TravRay {
         ray.setup(origin, direction, bounds, padding).then_some(ray)
     }
 
-    /// Sets up a ray for a tree whose boxes get an additional absolute `padding`. False, without further effect, if the
-    /// ray misses by definition: not finite, without direction, or from beyond 2^50. Works in place, because a copy
-    /// right after the stores would stall on store forwarding.
+    /// Sets up a ray for a tree whose boxes get an additional absolute `padding`. Returns false without further effect
+    /// if the ray misses by definition: it is not finite, has no direction, or starts beyond 2^50. The function writes
+    /// in place, because a copy right after the stores would stall on store forwarding.
     #[inline(always)]
     pub fn setup(&mut self, origin: [f32; 3], direction: [f32; 3], bounds: &Aabb, padding: f32) -> bool {
         let lanes = |[x, y, z]: [f32; 3]| [x, y, z, z];

@@ -1,4 +1,4 @@
-//! Coplanar surfaces of several instances: the last one is hit, whatever the order of traversal.
+//! Of coplanar surfaces of several instances, rays hit the surface of the last instance, in every order of traversal.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Ray, Scene};
@@ -20,7 +20,7 @@ fn world() -> World {
     World { instances: instances.into(), origin: [0.0; 3] }
 }
 
-/// The same instances in one tree.
+/// The same instances, merged into one tree.
 fn flattened(world: &World) -> Scene {
     let (mut vertices, mut triangles, mut firsts) = (vec![], vec![], vec![]);
     for (i, (_, own, _)) in world.instances.iter().enumerate() {

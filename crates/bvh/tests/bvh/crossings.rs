@@ -18,7 +18,7 @@ fn lines(mesh: &Mesh, count: usize, rng: &mut Rng) -> Vec<ExactRay> {
 }
 
 #[test]
-fn lines_through_vertices_and_edges_are_even_with_every_instruction_set() {
+fn lines_through_vertices_and_edges_have_an_even_number_of_crossings_with_every_instruction_set() {
     let mut rng = Rng(3);
     let mesh = sphere(24, &mut rng);
     let world = World::of(&mesh);
@@ -40,7 +40,7 @@ fn lines_through_vertices_and_edges_are_even_with_every_instruction_set() {
     }
 }
 
-/// Everything but one triangle.
+/// All triangles except one.
 struct Without(u32);
 
 impl HitFilter for Without {
@@ -54,7 +54,7 @@ impl HitFilter for Without {
 }
 
 #[test]
-fn first_crossings_are_kept_and_filtered() {
+fn limited_crossings_are_the_nearest_crossings_that_pass_the_filter() {
     // A stack of sheets: more crossings than are kept at once.
     let (mut vertices, mut triangles) = (vec![], vec![]);
     for sheet in 0..300u32 {

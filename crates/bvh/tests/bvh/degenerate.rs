@@ -69,7 +69,7 @@ fn flat_triangles_are_kept_but_never_hit() {
     }
 }
 
-/// Its corners are collinear, but float64 arithmetic relative to the first one gives an area.
+/// The triangle's corners are collinear, but float64 arithmetic relative to the first corner gives a nonzero area.
 #[test]
 fn rounding_does_not_make_flat_triangles_hittable() {
     let line = [-3.404_480_2, -3.404_479_7, -3.404_479];

@@ -1,4 +1,4 @@
-//! Meshes in one tree: equal answers to the same meshes as instances.
+//! Meshes that are flattened into one tree give the same answers as separate instances.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray, Scene};
@@ -10,7 +10,8 @@ fn flattened_scenes_return_the_hits_of_instances() {
     let mut rng = Rng(11);
     let nothing = Mesh { vertices: vec![], triangles: vec![] };
     let (ball, floor) = (sphere(6, &mut rng), grid(40));
-    // The floor twice: at equal distance, float32 hits the first object, and float64 the last one.
+    // The scene contains the floor twice: at equal distance, float32 rays hit the first object, and float64 rays hit
+    // the last object.
     let meshes = [&nothing, &floor, &ball, &nothing, &floor, &nothing];
     let world = World {
         instances: meshes

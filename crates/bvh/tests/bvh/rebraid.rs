@@ -3,7 +3,8 @@
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Ray};
 
-/// Random triangles in one place: translated, rotated, mirrored, sheared and scaled; one of them flat.
+/// Random triangles in one place, as instances that are translated, rotated, mirrored, sheared or scaled; one instance
+/// is flat.
 fn soups(rng: &mut Rng) -> World {
     let matrices = [
         [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, -0.25], [0.0, 0.0, 1.0, 0.125]],
@@ -14,7 +15,7 @@ fn soups(rng: &mut Rng) -> World {
     let instances = matrices.iter().enumerate().map(|(i, matrix)| {
         let mut mesh = soup(1500, 0.03, rng);
         if i == 0 {
-            // Many overlapping triangles in one plane: their indices decide which one is hit.
+            // Many overlapping triangles in one plane: their indices decide which triangle is hit.
             mesh = soup(1500, 0.2, rng);
             mesh.vertices.iter_mut().for_each(|v| v[2] = 0.25);
         }

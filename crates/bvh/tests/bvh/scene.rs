@@ -1,4 +1,4 @@
-//! Queries compared with float64 brute force, and with each other.
+//! These tests compare queries with float64 brute force and with each other.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Ray, Scene};
@@ -217,7 +217,7 @@ fn exact_packets_on_instances_match_brute_force() {
         let away = [0.6, -0.48, 0.64];
         let eye: [f64; 3] = std::array::from_fn(|a| offset + distance * away[a]);
         let mut rays = vec![];
-        // Tiles of rays with similar directions, and some without.
+        // Tiles of rays with similar directions, and some tiles of rays with different directions.
         for tile in 0..40u32 {
             let at = world.corners(tile % 12, rng.below(60) as u32)[0];
             let wide = [1e-3, 0.05, 0.4, 3.0][tile as usize % 4];

@@ -1,4 +1,4 @@
-//! Rays aimed at edges and vertices of closed meshes: none passes through. `examples/leaks.rs` does the same with more
+//! Rays aimed at edges and vertices of closed meshes do not pass through. `examples/leaks.rs` does the same with more
 //! rays.
 
 use crate::support::edge_rays;
@@ -23,8 +23,8 @@ fn rays_aimed_at_edges_never_leak() {
     assert!(leaks.is_empty(), "{leaks:#?}");
 }
 
-/// A ray that crosses a side of a needle 2.6 from its sharp end, the other end 500,000 away: t by weighting corners
-/// that far is off by more than t.
+/// A ray that crosses a side of a needle 2.6 from its sharp end, the other end 500,000 away: computing t by weighting
+/// such distant corners has an error larger than t.
 #[test]
 fn needles_are_hit_close_to_their_tip() {
     let meshes = edge_rays::meshes();

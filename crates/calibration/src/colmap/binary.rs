@@ -90,7 +90,7 @@ impl<'a> BinaryReader<'a> {
 
 impl RecordReader for BinaryReader<'_> {
     fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>> {
-        // No memory is reserved for the declared count; records are added one by one.
+        // No memory is reserved for the declared count, because a damaged file may declare any count.
         let mut records = Vec::new();
         for _ in 0..self.u64()? {
             records.push(read(self)?);

@@ -89,7 +89,7 @@ impl Reconstruction {
             let mut record = camera.clone();
             record.name.clone_from(&image.name);
             record.image = Some(image.name.clone());
-            // If the image's own pose agrees, it is kept, because its digits are those of the file.
+            // If the image's own pose agrees, that pose is kept, because it has the file's exact digits.
             let own = pose(&image.pose);
             let (placed, mount) = placed.get(&image.id).cloned().unwrap_or_else(|| (own.clone(), None));
             record.pose = Some(if poses_equal(&own, &placed) { own } else { placed });
@@ -103,8 +103,8 @@ impl Reconstruction {
         Ok(calibration)
     }
 
-    /// Poses by image from rigs and frames, which take precedence over the poses of the images. A rig of one camera
-    /// provides no mount.
+    /// Poses by image from rigs and frames, which take precedence over the poses of the images. A rig with one camera
+    /// does not define a mount.
     fn poses_from_frames(
         &self,
         fail: &dyn Fn(String) -> FormatError,
@@ -182,7 +182,7 @@ impl Reconstruction {
 }
 
 impl Reconstruction {
-    /// Adds a frame for every image and a rig for every camera. The axes of a rig are those of its first camera.
+    /// Adds a frame for every image and a rig for every camera. The axes of a rig are the axes of its first camera.
     fn add_rigs_and_frames(&mut self, records: &[CameraRecord]) -> Result<()> {
         let mut rigs: Vec<(&str, Vec<PosedCamera<'_>>)> = Vec::new();
         let mut frames: Vec<(&str, &str, Frame)> = Vec::new();
@@ -227,7 +227,7 @@ impl Reconstruction {
         Ok(())
     }
 
-    /// Adds a rig for each camera that does not belong to one, and a frame for each of its images.
+    /// Adds a rig for each camera that does not belong to a rig, and a frame for each image of this camera.
     fn add_single_camera_rigs(&mut self, records: &[CameraRecord]) {
         let mut rig_of_camera = HashMap::new();
         for (image, record) in self.images.iter().zip(records) {
@@ -252,7 +252,8 @@ impl Reconstruction {
 /// Id of a camera, and its pose relative to the body of its rig.
 type PosedCamera<'a> = (u32, &'a Pose);
 
-/// Adds a camera to a rig, unless the rig already contains it; an error if it has a different pose there.
+/// Adds a camera to a rig, unless the rig already contains the camera; returns an error if the camera has a different
+/// pose in the rig.
 fn add_rig_camera<'a>(
     cameras: &mut Vec<PosedCamera<'a>>,
     camera: u32,
@@ -272,7 +273,7 @@ fn add_rig_camera<'a>(
     Ok(())
 }
 
-/// Poses of cameras relative to the first one, which is the reference and has none.
+/// Poses of cameras relative to the first camera, which is the reference and has no pose.
 fn poses_from_reference(cameras: &[PosedCamera<'_>]) -> Vec<(u32, Option<RigidPose>)> {
     let Some((reference, rest)) = cameras.split_first() else { return vec![] };
     let back = reference.1.inverted();

@@ -29,7 +29,7 @@ pub(crate) trait ModelFormat {
     fn is_image_name(name: &str) -> bool;
 }
 
-/// Reads the fields of a file in order. The names of fields are those of the headers; they are used in errors.
+/// Reads the fields of a file in order. Field names equal the names in the headers and are used in errors.
 pub(crate) trait RecordReader {
     /// Results of `read` for every record of the file.
     fn records<T>(&mut self, read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>>;
@@ -39,7 +39,8 @@ pub(crate) trait RecordReader {
 
     fn u32(&mut self, field: &str) -> Result<u32>;
 
-    /// Number with 64 bits in binary files; `what` starts the error for a number that is too large.
+    /// Number with 64 bits in binary files; `what` is the beginning of the error message for a number that is too
+    /// large.
     fn size(&mut self, field: &str, what: &str) -> Result<u32>;
 
     fn f64(&mut self, field: &str) -> Result<f64>;
@@ -57,7 +58,7 @@ pub(crate) trait RecordReader {
 
     fn image_name(&mut self) -> Result<String>;
 
-    /// Ends a record; an error if the line contains further fields.
+    /// Ends a record; returns an error if the line contains further fields.
     fn end_record(&mut self) -> Result<()>;
 
     /// Skips the points of an image, which follow the image's record.

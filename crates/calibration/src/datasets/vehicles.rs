@@ -97,7 +97,7 @@ fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose> {
 pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
-    // A frame contains them in its context.
+    // A frame contains the calibrations in its context.
     let places = [root.clone(), root.get("context").unwrap_or_else(|| root.clone())];
     let list = places.iter().find_map(|at| at.any(&CALIBRATIONS));
     let list = list.ok_or_else(|| root.fail("camera_calibrations is missing, both here and in context"))?;
@@ -111,7 +111,8 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
         record.lens = brown_lens(k1, k2, p1, p2, k3).map_err(|message| row.fail(message))?;
         let at = row.require("extrinsic")?;
         let (r, c) = at.get("transform").unwrap_or(at).matrix4()?;
-        // Axes of Waymo's cameras: x forward, y left, z up. Columns: OpenCV's x, y, z in them.
+        // Axes of Waymo's cameras: x forward, y left, z up. Columns: The directions of OpenCV's x, y and z in these
+        // axes.
         let axes = DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X);
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r * axes), c));
         rolling += usize::from(row.any(&["rolling_shutter_direction", "rollingShutterDirection"]).is_some());

@@ -38,7 +38,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
 fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let first = lines.next().unwrap_or_default();
-    // Pretty-printed JSON has one value on many lines.
+    // Pretty-printed JSON contains one value that spans many lines.
     let (body, further) = if first.trim_end().ends_with('}') { (first, lines.count()) } else { (text, 0) };
     let node = yaml::parse(body, &source.path)?;
     let root = Cursor::root(&node, &source.path);

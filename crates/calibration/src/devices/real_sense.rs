@@ -1,6 +1,6 @@
 //! Intrinsics of RealSense cameras as commonly exported: `ppx`, `ppy`, `fx`, `fy`, `model`, `coeffs` (k1 k2 p1 p2 k3).
-//! Source: librealsense, rs_types.h. The meaning of "Inverse Brown Conrady" differs between versions, so it is never
-//! guessed.
+//! Source: librealsense, rs_types.h. The meaning of "Inverse Brown Conrady" differs between versions, so the reader
+//! does not guess it.
 
 use raycam_scene::{ErrorCode, LensModel, NoticeCode, PixelCenter};
 

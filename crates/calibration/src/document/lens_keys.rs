@@ -1,4 +1,4 @@
-//! Rule that no lens is silently lost: a key that looks like a lens and is not read is an error.
+//! Rule against silently lost lenses: a key that looks like a lens and is not read is an error.
 
 use crate::document::{Cursor, DocumentNode, Value};
 use raycam_formats::Result;
@@ -29,7 +29,7 @@ fn is_coefficient(key: &str) -> bool {
         || matches!(&key[..], "s1" | "s2" | "s3" | "s4" | "taux" | "tauy" | "omega" | "xi")
 }
 
-/// The reason why a key must have a value: it belongs to a lens, or is a number after a decimal comma.
+/// The reason why a key must have a value: the key belongs to a lens, or is a number after a decimal comma.
 pub(crate) fn refused_without_value(key: &str) -> Option<String> {
     let own = key.rsplit('.').next().unwrap_or(key);
     if key.parse::<f64>().is_ok() {
@@ -54,7 +54,7 @@ fn has_value(node: &DocumentNode) -> bool {
 }
 
 impl Cursor<'_> {
-    /// Rejects a key with the name of a lens, and every such key below it, unless its numbers are all 0.
+    /// Rejects a key with the name of a lens, and every such key below it, unless all numbers of the key are 0.
     ///
     /// # Errors
     /// [`crate::FormatError::Syntax`] names the key.

@@ -1,4 +1,4 @@
-//! Documents of YAML, JSON and XML as one tree of maps, lists and scalars, each with its line.
+//! YAML, JSON and XML documents as a tree of maps, lists and scalars, each with its line number.
 
 pub(crate) mod ini;
 pub(crate) mod lens_keys;
@@ -106,7 +106,7 @@ impl<'a> Cursor<'a> {
         matches!(self.node.value, Value::Map(_))
     }
 
-    /// Value of a key, if it exists and is not null.
+    /// Value of a key, if the key exists and is not null.
     pub(crate) fn get(&self, key: &str) -> Option<Cursor<'a>> {
         let Value::Map(entries) = &self.node.value else { return None };
         let (_, node) = entries.iter().find(|(name, _)| name == key)?;
@@ -169,7 +169,7 @@ impl<'a> Cursor<'a> {
         Ok(items.iter().enumerate().map(item).collect())
     }
 
-    /// Numbers of a list, of lists of lists, or of the `data` of a matrix with matching `rows` and `cols`.
+    /// Numbers of a list, of nested lists, or of the `data` of a matrix with matching `rows` and `cols`.
     pub(crate) fn numbers(&self) -> Result<Vec<f64>> {
         if self.is_map() {
             let numbers = self.require("data")?.numbers()?;
@@ -211,7 +211,7 @@ impl<'a> Cursor<'a> {
         Ok(numbers)
     }
 
-    /// The finite numbers of a text with at least two, separated by spaces, as in `K: 500 0 320`.
+    /// The finite numbers of a text that contains at least two numbers separated by spaces, as in `K: 500 0 320`.
     fn spaced_numbers(&self) -> Option<Vec<f64>> {
         let Value::Scalar(word) = &self.node.value else { return None };
         let numbers = word.split_whitespace().map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()));
@@ -274,7 +274,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// First three rows of a 4x4 matrix with a rotation and a translation, or the reason why it is not one.
+/// First three rows of a 4x4 matrix with a rotation and a translation, or the reason why the matrix has another form.
 pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     let last = [m[12], m[13], m[14], m[15]];
     if last != [0.0, 0.0, 0.0, 1.0] {
@@ -309,7 +309,8 @@ pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
     })
 }
 
-/// Minimum focal lengths in pixels of a matrix in the place of a pose that is reported as a camera matrix.
+/// If a pose contains a matrix with focal lengths of at least this number of pixels, the matrix is reported as a camera
+/// matrix.
 const MIN_FOCAL_IN_PLACE_OF_POSE: f64 = 20.0;
 
 /// The focal lengths in pixels [fx, fy] of K R, whatever its scale.
@@ -326,7 +327,7 @@ pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
 
 /// Lens with a name that calibration tools use.
 pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
-    // "None" and "NONE", as Python and ROS drivers write it.
+    // The spellings "None" and "NONE", as written by Python and ROS drivers.
     let lower = name.to_lowercase();
     let has_none = matches!(&lower[..], "none" | "nodistortion" | "no_distortion" | "null");
     let model = match if has_none { "none" } else { name } {
@@ -344,7 +345,7 @@ pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
                 )),
             };
         }
-        // raycam's own names of the other models.
+        // raycam's own names for the other models.
         _ => LensModel::from_name(name).map_err(|_| {
             let names = ["plumb_bob", "rational_polynomial", "radtan", "equidistant", "fov", "none"];
             format!("unknown distortion model {name:?}{}", suggestion(name, names))

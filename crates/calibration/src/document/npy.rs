@@ -1,5 +1,6 @@
-//! NumPy arrays: `.npy`, and `.npz`, a ZIP file of them. Source: numpy.lib.format, "Format Version 1.0". Arrays of
-//! Python objects are pickles, which can run code when they are loaded, so they are never loaded.
+//! NumPy arrays: Reading of `.npy` files and of `.npz` files, which are ZIP archives of `.npy` files. Source:
+//! numpy.lib.format, "Format Version 1.0". Arrays of Python objects are pickles, which can run code when they are
+//! loaded, so they are never loaded.
 
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use raycam_formats::{FormatError, Result};
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// Maximum number of elements of an array that becomes part of a document; pixel maps are larger.
 const MAX_ELEMENTS: usize = 1 << 16;
-/// Maximum number of elements of an array that is read at all.
+/// Maximum number of elements of an array; larger arrays are not read.
 const MAX_ARRAY: usize = 1 << 24;
 /// Maximum number of bytes up to the end of an array's header.
 const MAX_HEADER: usize = 4096;
@@ -235,7 +236,7 @@ fn scalar(word: String) -> DocumentNode {
     DocumentNode { value: Value::Scalar(word), line: 1 }
 }
 
-/// Document of several arrays by name.
+/// Document with several named arrays.
 pub(crate) fn document(arrays: &[(String, NumpyArray)]) -> DocumentNode {
     let entries = arrays.iter().map(|(name, array)| (name.clone(), array.node()));
     DocumentNode { value: Value::Map(entries.collect()), line: 1 }

@@ -58,7 +58,7 @@ pub(crate) fn name_of(bytes: &[u8], text: &str) -> Option<(&'static str, &'stati
     Some((name, way))
 }
 
-/// Format whose files a function recognises by their text.
+/// Unsupported format whose files a function recognises by their text.
 struct UnreadFormat {
     name: &'static str,
     detect: fn(&str) -> bool,
@@ -71,7 +71,7 @@ const fn unread_format(name: &'static str, detect: fn(&str) -> bool, remedy: &'s
 
 const AS_JSON: &str = "write K, dist, img_size and R, T (camera_from_world) of each camera as JSON";
 
-/// Formats that readers of other formats would mistake for their own; they are checked before these.
+/// Unsupported formats that readers of other formats would accept by mistake; they are checked before those readers.
 const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "BAL (bundle adjustment in the large)",

@@ -14,10 +14,10 @@ use raycam_formats::{FormatError, Result};
 /// number.
 const MAX_COPIED_VALUES: usize = 1 << 16;
 
-/// Indent of the lines of a list in brackets after its first, deeper than the keys of a calibration.
+/// Indent of the second and later lines of a bracketed list, deeper than the keys of a calibration.
 const LIST_INDENT: &str = "                                                                ";
 
-/// List or map being read: a map with the key whose value follows, and its previous keys.
+/// A list or map that is being read; a map is stored with the key whose value follows and with its previous keys.
 enum Open {
     List(Vec<DocumentNode>),
     Map(Vec<(String, DocumentNode)>, Option<String>, HashSet<String>),
@@ -208,7 +208,7 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
             anchors.insert(anchor, done.clone());
         }
         match open.last_mut() {
-            // Tools end each message with `---`; an empty document after it does not count.
+            // Tools end each message with `---`; an empty document after this line is ignored.
             None if matches!(&done.value, Value::Scalar(word) if word.is_empty() || word == "~") => {}
             None => match &root {
                 None => root = Some(done),

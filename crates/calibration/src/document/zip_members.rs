@@ -93,7 +93,7 @@ impl ZipMember {
         bytes.get(start..start.checked_add(self.packed)?)
     }
 
-    /// First bytes of the file, at most this many; None if it is damaged.
+    /// The first bytes of the file, at most this number; none if the file is damaged.
     pub(crate) fn start(&self, bytes: &[u8], count: usize) -> Option<Vec<u8>> {
         let packed = self.packed(bytes)?;
         let mut start = Vec::new();

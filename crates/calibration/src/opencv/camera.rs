@@ -10,7 +10,7 @@ use crate::rig::on_a_body;
 use crate::{Calibration, CameraRecord, ReadHints};
 use raycam_formats::{FormatError, Result};
 
-/// K, if the camera has one.
+/// K, if the camera contains K.
 pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     let skew = view.inherited(&keys::SKEW)?.map(|at| Ok::<_, FormatError>((at.number()?, at))).transpose()?;
     if let Some(at) = view.find_value(&keys::K)? {
@@ -75,7 +75,7 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
         let mut numbers = match keys::is_keyed(at) {
             true => sides(at)?,
             false => match at.word() {
-                // As one word, such as 640x480.
+                // The size as one word, such as 640x480.
                 Ok(word) => {
                     let parts = word.split(['x', 'X', '*', ',', ' ']).filter(|part| !part.is_empty());
                     let numbers: Option<Vec<f64>> = parts.map(|part| part.parse().ok()).collect();

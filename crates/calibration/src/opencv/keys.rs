@@ -289,7 +289,8 @@ pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
     at.is_map() && at.get("data").is_none() && at.get("rows").is_none()
 }
 
-/// True for numbers that may be K, or fx, fy, cx and cy. Some of them may not be numbers; the reader reports that.
+/// True for numbers that may be K, or fx, fy, cx and cy. Some of these values may not be numbers, which the reader
+/// reports.
 pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
     let data = at.get("data").unwrap_or_else(|| at.clone());
     let rows = data.list().unwrap_or_default();
@@ -330,7 +331,7 @@ const OTHER_MATRICES: [&str; 13] = [
 ];
 
 /// The marks of the cameras of a map whose keys are K and a name or a number, as `K_event` or `camera_matrix_2`, in the
-/// file's order. A single one counts only if its lens has the same mark.
+/// file's order. A single mark counts only if the camera's lens has the same mark.
 pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     let entries = root.entries().unwrap_or_default();
@@ -352,7 +353,8 @@ pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
     found
 }
 
-/// The rest of a key that begins or ends with one of some words, separated by `_`, `-`, `.`, a digit or a capital.
+/// The rest of a key that begins or ends with one of several words, separated by `_`, `-`, `.`, a digit or a capital
+/// letter.
 fn mark_of(key: &str, words: &[&str]) -> Option<String> {
     // The places in the key at which a word can end or begin.
     let chars: Vec<(usize, char)> = key.char_indices().collect();
@@ -390,7 +392,7 @@ fn looks_like_k(at: &Cursor<'_>) -> bool {
     zeros && m[2 * width + 2] == 1.0 && m[0] > 0.0 && m[width + 1] > 0.0
 }
 
-/// Keys of one camera: those without a marker, or those that end or begin with the marker of its side.
+/// Keys of one camera: keys without a marker, or keys that end or begin with the marker of the camera's side.
 #[derive(Clone)]
 pub(super) struct KeyView<'a> {
     pub(super) at: Cursor<'a>,
@@ -406,7 +408,7 @@ impl<'a> KeyView<'a> {
         Self { at, side: vec![], above: vec![] }
     }
 
-    /// Value of these names here, or otherwise in the innermost enclosing map that has one.
+    /// Value of a key with one of these names in this map, or otherwise in the innermost enclosing map with such a key.
     pub(super) fn inherited(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
         let own = self.find_value(names)?;
         let above = || self.above.iter().find_map(|at| Self::new(at.clone()).find_value(names).transpose()).transpose();
@@ -451,7 +453,7 @@ impl<'a> KeyView<'a> {
         maps.next().map(|(_, at)| KeyView::new(at))
     }
 
-    /// Value of these names; several keys must have equal values.
+    /// Value of a key with one of these names; several such keys must have equal values.
     pub(super) fn find_value(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
         let found = self.all(names);
         let words = |at: &Cursor<'_>| match at.numbers() {

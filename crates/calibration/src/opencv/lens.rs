@@ -147,7 +147,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     view.above.iter().find_map(|at| stated_here(&KeyView::new(at.clone())).transpose()).transpose()
 }
 
-/// Same, for the keys of one map.
+/// Same as above, for the keys of one map.
 fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     let is_word = |at: &Cursor<'_>| matches!(at.node.value, Value::Scalar(_));
     if let Some(at) = view.all(&keys::FISHEYE).into_iter().find(is_word) {
@@ -202,12 +202,12 @@ const NAMES: [&str; 16] = [
     "frame",
 ];
 
-/// "fisheye" as the text of a key that is neither a known one nor a name: `calibration_method: cv2.fisheye`.
+/// "fisheye" as the value of a key that is neither a known key nor a name: `calibration_method: cv2.fisheye`.
 fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a str)> {
     let entries = view.at.entries().unwrap_or_default();
     entries.into_iter().find_map(|(key, at)| {
         let key = plain(key);
-        // `camera` alone may be a name; `camera_method` cannot be one.
+        // `camera` alone may be a name; `camera_method` cannot be a name.
         let is_name = key == "camera" || NAMES.iter().any(|word| key.contains(word));
         let word = at.word().ok().map(plain)?;
         let fisheye =

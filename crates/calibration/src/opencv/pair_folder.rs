@@ -13,7 +13,7 @@ use raycam_scene::NoticeCode;
 
 const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
 
-/// The only file whose name begins with a word.
+/// The file whose name begins with a given word, if there is only one such file.
 fn file_of<'a>(folder: &'a Folder, word: &str) -> Option<&'a String> {
     let known = |name: &&String| {
         let lower = name.to_lowercase();

@@ -34,7 +34,7 @@ const BODIES: [&str; 20] = [
 /// Names of a camera's centre in the world, next to R; then R is camera_from_world.
 const CENTER: [&str; 8] =
     ["c", "center", "centre", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
-/// Names of a position that do not specify the direction of a rotation next to it.
+/// Keys of a position that do not specify the direction of a neighbouring rotation.
 const POSITION: [&str; 8] =
     ["position", "pos", "campos", "camposition", "camerapos", "cameraposition", "location", "cameralocation"];
 /// Names of rotations that are neither a matrix nor a rotation vector.
@@ -218,7 +218,7 @@ pub(super) fn is_named(view: &KeyView<'_>, key: &str) -> bool {
     view.base(key).iter().any(|name| !board(name) && named(name) || matches!(&name[..], "rt" | "tcw" | "twc"))
 }
 
-/// True for a key of the camera's side with a word of a pose, and a value that may be one.
+/// True for a key of the camera's side that contains a word of a pose and whose value may be a pose.
 fn is_named_pose(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
     is_named(view, key)
         && (at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9 | 12 | 16)) || keys::is_keyed(at))
@@ -249,9 +249,9 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
     transform && rows_of(at).is_ok_and(|rows| check_rotation(rigid(&rows).0).is_ok())
 }
 
-/// The pose under a key that is not one of OpenCV's: read if the key or the caller specifies its direction. `known` is the
-/// camera's pose by OpenCV's keys or by its mount: a transform without a direction next to it, as `T_color_depth`, is
-/// then another one.
+/// The pose under a key that OpenCV does not use; it is read if the key or the caller specifies the pose's direction.
+/// `known` is the camera's pose by OpenCV's keys or by its mount: a transform without a direction next to it, such as
+/// `T_color_depth`, is then a different transform.
 pub(super) fn read_named(
     view: &KeyView<'_>,
     known: Option<&Pose>,
@@ -260,7 +260,7 @@ pub(super) fn read_named(
 ) -> Result<Option<Pose>> {
     let mut found: Option<(Cursor<'_>, Pose)> = None;
     for (key, at) in view.at.entries()? {
-        // Of the keys of several cameras, those with the mark of this one and a word of a pose.
+        // Of the keys of several cameras, the keys with this camera's mark and a word of a pose.
         let own = if view.side.is_empty() { is_pose_key(view, key, &at) } else { is_named_pose(view, key, &at) };
         if !own {
             continue;
@@ -286,7 +286,7 @@ pub(super) fn read_named(
     Ok(found.map(|(_, pose)| pose))
 }
 
-/// True for a key of world_from_camera, false for one of camera_from_world; None if it specifies no direction.
+/// True for a key of world_from_camera, false for one of camera_from_world; none if the key specifies no direction.
 fn world_from_camera(key: &str) -> Option<bool> {
     let name = plain(key);
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
@@ -297,8 +297,8 @@ fn world_from_camera(key: &str) -> Option<bool> {
     }
 }
 
-/// The other sensor or body of a transform between it and the camera, and whether the key means body_from_camera:
-/// `lidar_to_camera`, `T_cam_velo` (as in Kalibr, camera from velo), `imu_T_cam`, `cam2base`.
+/// The other sensor or body of a transform between this sensor or body and the camera, and true if the key means
+/// body_from_camera: `lidar_to_camera`, `T_cam_velo` (as in Kalibr, camera from velo), `imu_T_cam`, `cam2base`.
 fn between(name: &str) -> Option<(&'static str, bool)> {
     let name = name.trim_end_matches("matrix").trim_end_matches("link");
     let body = *BODIES.iter().find(|body| name.contains(**body))?;

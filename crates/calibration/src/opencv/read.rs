@@ -15,7 +15,7 @@ use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
 
-/// Keys of a map with the parameters of one camera, whose name is that of the map above.
+/// Keys of a map with the parameters of one camera, whose name is the name of the enclosing map.
 const PARAMETERS: [&str; 5] = ["param", "params", "parameters", "calibration", "values"];
 
 /// Maximum length of a text that is parsed to determine its format.
@@ -210,7 +210,7 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Parts of keys whose numbers are not coefficients.
+/// Parts of keys that mark numbers other than coefficients.
 const NO_LENS: [&str; 46] = [
     "trans",
     "position",
@@ -272,7 +272,7 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     let flat = shape.is_none_or(|(rows, cols)| [rows, cols].iter().any(|side| side.count().is_ok_and(|n| n == 1)));
     let length = numbers.iter().map(|value| value * value).sum::<f64>().sqrt();
     let quaternion = numbers.len() == 4 && (length - 1.0).abs() < 1e-2;
-    // The first coefficient is the largest, and none is in the hundreds.
+    // The first coefficient is the largest, and no coefficient is 100 or more.
     let small = numbers.iter().all(|value| value.abs() < 100.0);
     // p1 and p2 are small; four numbers may belong to a fisheye lens.
     let tangential = numbers.len() == 4 || numbers.get(2..4).is_some_and(|p| p.iter().all(|value| value.abs() < 0.1));

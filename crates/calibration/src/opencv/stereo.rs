@@ -138,7 +138,7 @@ fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibrati
     Ok(pose)
 }
 
-/// Name of the file next to this one whose name contains another word.
+/// Name of the neighbouring file whose name contains the other camera's word.
 pub(super) fn partner(path: &Path, word: &str, other: &str) -> Option<String> {
     let name = path.file_name()?.to_str()?;
     name.contains(word).then(|| name.replace(word, other))

@@ -1,5 +1,5 @@
-//! AliceVision's and Meshroom's `.sfm`: JSON whose numbers are strings, versions 1.0 to 1.2.14. Sources: AliceVision,
-//! jsonIO.cpp, IntrinsicScaleOffset.cpp and CHANGES.md.
+//! AliceVision's and Meshroom's `.sfm`: AliceVision's JSON files, whose numbers are strings; versions 1.0 to 1.2.14.
+//! Sources: AliceVision, jsonIO.cpp, IntrinsicScaleOffset.cpp and CHANGES.md.
 
 use std::collections::HashMap;
 

@@ -150,7 +150,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     Ok(())
 }
 
-/// Chunk from camera, if the camera has it.
+/// chunk_from_camera, if the camera has a transform.
 fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
     let Some(transform) = at.child("transform") else { return Ok(None) };
     let rows = check_rigid(&transform.numbers()?).map_err(|message| transform.fail(message))?;
@@ -159,7 +159,7 @@ fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
 
 /// Chunk from the camera of a slave sensor, computed from its master; None if neither is known.
 ///
-/// A camera's master may have a different sensor than the master of its sensor; both are on one rig.
+/// A camera's master may have a different sensor than the master of its sensor; both masters belong to one rig.
 fn place_by_master<'a>(
     at: &XmlElement<'a>,
     master: &XmlElement<'a>,

@@ -98,7 +98,7 @@ fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String> 
 
 fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(key.to_string(), PixelCenter::Integer);
-    // The values of a base class are next to those of the type, or in value0.
+    // The values of a base class are next to the values of the derived type, or in value0.
     let mut places = vec![data.clone()];
     while let Some(inner) = places[places.len() - 1].get("value0") {
         places.push(inner);

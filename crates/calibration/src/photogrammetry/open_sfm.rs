@@ -78,7 +78,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Terms of every camera, and its other keys.
+/// Keys that every camera has, and keys that only some cameras have.
 const KEYS: [&str; 23] = [
     "projection_type",
     "width",
@@ -132,7 +132,7 @@ fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<Notice>) -> Result<Came
     Ok(record)
 }
 
-/// Lens of a projection; terms that it does not have must be 0.
+/// Lens of a projection; terms that the projection does not have must be 0.
 fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
     let fail = |message: String| at.fail(message);
     let names = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "s0", "s1", "s2", "s3"];

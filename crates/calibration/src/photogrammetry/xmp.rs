@@ -1,5 +1,5 @@
-//! RealityCapture's XMP files, one next to each image: `xcr:Rotation` is camera_from_world, `xcr:Position` the centre.
-//! Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
+//! RealityCapture's XMP files, with one file next to each image: `xcr:Rotation` is camera_from_world, `xcr:Position`
+//! the centre. Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
 
 use glam::{DMat3, DVec3};
 use raycam_scene::{ErrorCode, Notice, NoticeCode, PixelCenter};

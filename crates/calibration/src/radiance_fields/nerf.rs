@@ -1,6 +1,7 @@
-//! `transforms.json` of NeRF, instant-ngp and nerfstudio, and Blender's of the synthetic NeRF scenes, which have one
-//! angle as their only intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the
-//! centre of the first pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
+//! `transforms.json` of NeRF, instant-ngp and nerfstudio, and of the synthetic NeRF scenes made with Blender, which
+//! have an angle as their only intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward),
+//! the centre of the first pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's
+//! `camera_utils`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -444,7 +445,7 @@ pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<Output
             );
             return Err(record.unsupported_error(format, &what));
         }
-        // Angle that is read back as this focal length, or as the nearest one.
+        // Angle that is read back as this focal length, or as the nearest focal length.
         let angle = 2.0 * (0.5 * width / fx).atan();
         let back = |angle: &f64| (0.5 * width / (0.5 * angle).tan() - fx).abs();
         let near =

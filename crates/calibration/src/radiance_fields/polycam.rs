@@ -1,6 +1,6 @@
 //! Polycam's raw export: a JSON file for each image with K and `t_00` to `t_23`, the rows of world_from_camera with
-//! OpenGL's axes, y up. Source: nerfstudio's polycam_utils.py. No program specifies the pixel centres; those of the
-//! NeRF family are assumed.
+//! OpenGL's axes, y up. Source: nerfstudio's polycam_utils.py. Polycam does not specify the position of pixel centres;
+//! the convention of the NeRF family is assumed.
 
 use raycam_scene::{Notice, NoticeCode, PixelCenter};
 

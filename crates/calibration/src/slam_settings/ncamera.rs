@@ -54,7 +54,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         set_lens(&camera, &mut record)?;
         let mount = at.require("T_B_C")?;
         let (r, c) = match mount.numbers()?[..] {
-            // SVO does not read the last row, which some files leave at 0.
+            // SVO does not read the last row, so some files contain zeros in it.
             [a, b, c, x, d, e, f, y, g, h, i, z, 0.0, 0.0, 0.0, 0.0] => {
                 calibration.note_about(
                     NoticeCode::RepairedRotation,

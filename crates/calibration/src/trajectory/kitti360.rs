@@ -43,8 +43,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// Cameras in the axes of the body. K of the rectified ones comes from `perspective.txt` in the same folder, K of
-/// fisheyes from their own files.
+/// Cameras in the axes of the body. K of the rectified cameras comes from `perspective.txt` in the same folder, and K
+/// of the fisheye cameras from their own files.
 fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let perspective = assets.read_reference(std::path::Path::new(""), "perspective.txt").ok();

@@ -192,7 +192,7 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
     }
 }
 
-/// K of a text of three or four lines.
+/// Reads K from a text of three or four lines.
 pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3> {
     let rows: Vec<Vec<f64>> = data_lines(text).filter_map(|(_, line)| values(line)).collect();
     let fail = |message: &str| Err(FormatError::whole(path, message));

@@ -115,7 +115,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         calibration.records.push(record);
     }
     if size.is_none() {
-        // The names of the images differ from those of the poses, so the first image determines the size.
+        // Image names differ from pose names, so the first image determines the size.
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
     }
     if let Some(first) = lost.first() {

@@ -1,5 +1,5 @@
-//! Poses as matrices in JSON, YAML or `.npz`: a list of them, a map by image name, maps that contain one each, or one
-//! of these under a key (`poses`, `w2c`).
+//! Poses as matrices in JSON, YAML or `.npz`: a list of matrices, a map from image names to matrices, maps that contain
+//! one matrix each, or one of these forms under a key (`poses`, `w2c`).
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ const NAMES: [&str; 9] = ["file_path", "file", "filename", "image", "image_path"
 /// Matrices by rows, each with its name, if it has one, and its line.
 pub(crate) type FoundMatrices = Vec<(Option<String>, usize, [f64; 16])>;
 
-/// Poses of a document, and the parts of it that are not read.
+/// Poses of a document, and the parts of the document that are not read.
 pub(crate) struct PosesOfTree {
     /// Key above the poses; empty if there is none.
     pub(crate) key: String,
@@ -81,7 +81,7 @@ fn is_matrix(shape: &[usize]) -> bool {
     matches!(shape, [3 | 4, 4])
 }
 
-/// True for the shape of one pose or of a list of them.
+/// True for the shape of one pose or of a list of poses.
 pub(crate) fn is_poses(shape: &[usize]) -> bool {
     is_matrix(shape) || matches!(shape, [_, 3 | 4, 4])
 }
@@ -152,7 +152,7 @@ fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
     }
 }
 
-/// True for a matrix, a list of them, a map by names, or a list of maps with one each.
+/// True for a matrix, a list of matrices, a map from names to matrices, or a list of maps with one matrix each.
 fn has_poses(at: &Cursor<'_>) -> bool {
     if matrix(at).is_some() {
         return true;
@@ -160,7 +160,7 @@ fn has_poses(at: &Cursor<'_>) -> bool {
     match at.entries() {
         Ok(entries) => {
             let count = entries.iter().filter(|(_, at)| matrix(at).is_some()).count();
-            // A single matrix among other values is something else, such as the transform of a data set.
+            // A single matrix among other values is not a camera's pose, but for example the transform of a data set.
             count > 1 || count == 1 && entries.len() == 1
         }
         Err(_) => at
@@ -175,7 +175,7 @@ fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
     found.next().filter(|_| found.next().is_none())
 }
 
-/// Matrices of a node that contains some.
+/// Matrices of a node that contains matrices.
 fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
     let required = |at: &Cursor<'_>| {
         matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))

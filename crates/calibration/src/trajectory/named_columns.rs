@@ -39,11 +39,12 @@ enum Role {
     Position(usize),
     /// Index, counted from w.
     Quaternion(usize),
-    /// The same for `rw rx ry rz`; without w, the others are a rotation vector or angles.
+    /// The same order for `rw rx ry rz`; without w, the other three columns are a rotation vector or angles.
     RotationLetter(usize),
     /// A number of a quaternion whose order is not specified: `q0` to `q3`, `q1` to `q4`.
     Numbered,
-    /// x, y or z after another word; the position if no other column is named as one.
+    /// A column named x, y or z after another word; it belongs to the position if no other columns are named as a
+    /// position.
     Other(usize),
     /// i, j or k without a group: x, y and z of a quaternion if all three are present.
     Imaginary(usize),
@@ -171,7 +172,7 @@ impl Header {
         Self { names, roles, separator }
     }
 
-    /// Whether the names include those of a quaternion.
+    /// True if the names include the names of a quaternion.
     fn names_a_quaternion(&self) -> bool {
         let count = |is: fn(&Role) -> bool| self.roles.iter().filter(|role| is(role)).count();
         let quaternion = count(|role| matches!(role, Role::Quaternion(_)));

@@ -72,7 +72,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(Calibration { records: found.into_iter().enumerate().map(record).collect(), ..Calibration::default() })
 }
 
-/// The folder with the cameras: this one, or `txt` in it.
+/// The folder with the cameras: the given folder, or the folder `txt` in it.
 fn find_cameras(folder: &Folder, assets: &mut AssetRoot) -> Option<Folder> {
     let inner = folder.has(CAMERAS).then(|| folder.inner(CAMERAS, assets));
     inner.into_iter().chain([Folder::open(&folder.path, assets)]).find(|place| {

@@ -141,7 +141,7 @@ fn errors_name_file_line_and_key() {
     assert!(told(Some("tum")).starts_with("a.tum:2: \"x\""));
 }
 
-/// Takes minutes if the time grows with the square of the number of keys.
+/// This test takes minutes if the reading time grows with the square of the number of keys.
 #[test]
 fn reading_many_keys_is_fast() {
     let keys = |line: &dyn Fn(usize) -> String| (0..100_000).map(line).collect::<String>();

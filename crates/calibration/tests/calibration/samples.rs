@@ -23,7 +23,7 @@ fn samples() -> Vec<(String, PathBuf)> {
     found
 }
 
-/// Cameras in bytes; no other file is opened.
+/// Reads cameras from bytes; no other file is opened.
 fn read(bytes: Vec<u8>, name: &Path, format: Option<&str>) -> Result<Calibration, FormatError> {
     let hints = ReadHints { size: Some([640, 480]), ..ReadHints::default() };
     let name = Path::new("/nonexistent").join(name.file_name().unwrap());

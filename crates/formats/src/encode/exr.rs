@@ -19,7 +19,7 @@ pub struct Layer<'a> {
     pub name: &'a str,
     /// Values per pixel.
     pub components: usize,
-    /// Row by row from the top left; the components of a pixel are adjacent.
+    /// Values row by row from the top left; the components of a pixel are adjacent.
     pub samples: LayerSamples<'a>,
 }
 
@@ -202,7 +202,7 @@ fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
         ("raycam.P", f64_attribute("m44d", &p)),
         ("raycam.pixelCenter", string_attribute(center)),
     ];
-    // With parallel rays it is at infinity.
+    // The centre of a camera with parallel rays is at infinity.
     if camera.center() == Center::Point {
         attributes.push(("raycam.C", f64_attribute("v3d", &camera.c().to_array())));
     }

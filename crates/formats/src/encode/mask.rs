@@ -34,8 +34,8 @@ pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
 }
 
 /// Returns the outlines of a mask along its pixel edges, as closed polygons of corners (x, y) without repeating the
-/// first one. Polygons have no holes and do not overlap: a part with a hole is cut in two through the hole. Filling all
-/// polygons restores the mask.
+/// first corner. Polygons have no holes and do not overlap: a part with a hole is cut in two through the hole. Filling
+/// all polygons restores the mask.
 pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
     let mut found = vec![];
     // Ranges of columns that have not been outlined yet.
@@ -77,7 +77,7 @@ fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right
             && (0..height as i64).contains(&y)
             && mask[y as usize * width + x as usize]
     };
-    // True if an edge leaves a corner in this direction, with the mask on its right and not on its left.
+    // True if an edge leaves a corner in this direction with the mask on its right side and not on its left side.
     let leaves = |[x, y]: [i64; 2], direction: usize| {
         let (a, b) = match direction {
             0 => (inside(x, y), inside(x, y - 1)),
@@ -88,7 +88,7 @@ fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right
         a && !b
     };
     let columns = right - left;
-    // Outlines start at edges to the right; each outline has at least one.
+    // Outlines start at edges that run to the right; each outline has at least one such edge.
     let mut walked = vec![false; (columns + 1) * (height + 1)];
     let place = |[x, y]: [i64; 2]| y as usize * (columns + 1) + x as usize - left;
     let mut loops = vec![];

@@ -1,11 +1,12 @@
-//! Two sources of colour for one surface. Mesh formats do not define a product of them, so only one is used.
+//! Surfaces for which a file contains both vertex colours and face colours or an image. Mesh formats do not define a
+//! product of them, so only one is used.
 
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Notice, NoticeCode};
 
 const WHITE: Rgb = [1.0; 3];
 
-/// Keeps either the vertex colours or the face colours of a mesh that has both; returns the ones that are used.
+/// Keeps either the vertex colours or the face colours of a mesh that has both; returns the kept colours.
 pub(crate) fn choose(mesh: &mut Mesh) -> Option<Notice> {
     let (vertices, faces) = (mesh.vertex_colors.as_deref()?, mesh.face_colors.as_deref()?);
     // Colours that are all equal contain less information.

@@ -15,8 +15,8 @@ pub(crate) struct WorkLimitExceeded;
 ///
 /// The polygon is viewed along its area vector (Newell); it may be concave, and need not be exactly planar. Corners in
 /// the middle of a straight side are used too, so that adjacent polygons that share them have no gaps. A polygon that
-/// intersects itself keeps its signed area; one without area becomes triangles without area. `steps` is reduced by the
-/// work done.
+/// intersects itself keeps its signed area; a polygon without area becomes triangles without area. `steps` is reduced
+/// by the work done.
 pub(crate) fn triangulate(
     corners: &[DVec3],
     steps: &mut u64,
@@ -46,7 +46,7 @@ fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
 fn strictly_convex(flat: &[DVec2]) -> bool {
     let at = |i: usize| flat[i % flat.len()];
     (0..flat.len()).all(|i| signed_area2(at(i), at(i + 1), at(i + 2)) > 0.0)
-        // A contour that always turns left but more than once around is a star.
+        // A contour that always turns left but goes around more than once is a star.
         && (1..flat.len() - 1).all(|i| signed_area2(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
@@ -61,12 +61,12 @@ struct EarClipper {
     flat: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// All corners; those that are not strictly convex are marked, because only these can be inside an ear.
+    /// All corners. Corners that are not strictly convex are marked, because only such corners can be inside an ear.
     reflex: ReflexKdTree,
     /// Convex corners to test, each with a version: an entry with an older version is stale.
     queue: VecDeque<(u32, u32)>,
     versions: Vec<u32>,
-    /// Corners whose ear is blocked, by the blocking obstacle.
+    /// Corners whose ear is blocked, grouped by the blocking obstacle.
     blocked: Vec<Vec<u32>>,
 }
 
@@ -90,8 +90,8 @@ impl EarClipper {
         let mut corner = 0;
         for left in (4..=self.flat.len()).rev() {
             let ear = self.next_ear(steps)?;
-            // There is no ear, because the polygon intersects or touches itself. Use the corner that loses the least
-            // area.
+            // There is no ear, because the polygon intersects or touches itself. No ear is left: cut off the corner
+            // with the smallest triangle.
             let ear = match ear {
                 Some(ear) => ear,
                 None => self.least_reflex(corner, left, steps)?,

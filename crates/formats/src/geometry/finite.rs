@@ -1,4 +1,4 @@
-//! Vertices that are not finite: faces that use them are omitted.
+//! Vertices that are not finite, and omission of the faces that use such vertices.
 
 use glam::DVec3;
 use raycam_scene::Mesh;
@@ -12,7 +12,7 @@ pub(crate) struct NonFinite {
 }
 
 impl NonFinite {
-    /// Text of a notice about them; `None` if all are finite.
+    /// Text of a notice about these vertices; `None` if all are finite.
     pub(crate) fn message(self) -> Option<String> {
         let Self { vertices, triangles } = self;
         match (vertices, triangles) {
@@ -50,7 +50,7 @@ pub(crate) fn drop_non_finite(mesh: &mut Mesh) -> NonFinite {
     NonFinite { vertices, triangles: kept.iter().filter(|kept| !**kept).count() }
 }
 
-/// Keeps the items whose flag is set.
+/// Keeps only items whose flag is set.
 fn retain<T>(items: &mut Vec<T>, kept: &[bool]) {
     let mut flags = kept.iter();
     items.retain(|_| flags.next().is_some_and(|kept| *kept));

@@ -18,7 +18,7 @@ const MAX_CORNERS: usize = 1 << 20;
 #[derive(Debug, Default)]
 pub(crate) struct DegenerateFaces {
     count: usize,
-    /// Position of the first one.
+    /// Position of the first such face in the file.
     first: Option<String>,
 }
 
@@ -50,9 +50,9 @@ pub(crate) struct Polygons {
     positions: Vec<u32>,
     /// Texture coordinates and normal of each corner; empty if no corner has any.
     attributes: Vec<[u32; 2]>,
-    /// Number of triangles before the first other polygon.
+    /// Number of triangles before the first polygon with more corners.
     triangles: usize,
-    /// End offsets of the further polygons in `positions`.
+    /// End offsets in `positions` of the polygons after these triangles.
     ends: Vec<usize>,
 }
 
@@ -80,7 +80,7 @@ impl Polygons {
         self.positions.push(corner.position);
     }
 
-    /// Ends the current polygon, and drops it if it has fewer than 3 corners. True if it was kept.
+    /// Ends the current polygon, and drops it if it has fewer than 3 corners. Returns true if the polygon was kept.
     pub(crate) fn end_face(&mut self) -> bool {
         let (start, end) = (self.start(self.len()), self.positions.len());
         match end - start {
@@ -124,7 +124,7 @@ impl Polygons {
         Corner { position: self.positions[corner], uv, normal }
     }
 
-    /// Changes a corner, by its index over all polygons, if it exists.
+    /// Changes a corner, given by its index over all polygons, if the corner exists.
     pub(crate) fn edit_corner(&mut self, corner: usize, change: impl FnOnce(&mut Corner)) {
         if corner >= self.positions.len() {
             return;

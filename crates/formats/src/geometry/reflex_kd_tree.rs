@@ -5,9 +5,9 @@ use glam::DVec2;
 /// Maximum number of corners in a leaf.
 const LEAF_POINTS: usize = 8;
 
-/// A k-d tree over fixed points, some of which are marked.
+/// A k-d tree over fixed points, each of which can be marked.
 pub(crate) struct ReflexKdTree {
-    /// Indices of the points; those of a node are contiguous.
+    /// Indices of the points; the points of a node are contiguous.
     order: Vec<u32>,
     /// Index in `order` of each point.
     position: Vec<u32>,
@@ -117,7 +117,7 @@ impl ReflexKdTree {
             steps += own.len() as u64;
             let found = own.iter().find(|&&point| {
                 let p = points[point as usize];
-                // A corner at the same position as one of these is a bridge to a hole, not an obstacle.
+                // A point at the same position as a corner belongs to a bridge to a hole and is not an obstacle.
                 self.marked[point as usize]
                     && p != a
                     && p != b

@@ -49,7 +49,7 @@ fn random() -> impl FnMut() -> f64 {
 }
 
 #[test]
-fn stars_in_any_plane_are_covered_exactly_once() {
+fn triangulation_covers_stars_in_any_plane_exactly_once() {
     let mut random = random();
     for round in 0..400 {
         let count = 4 + round % 60;
@@ -99,7 +99,7 @@ fn holes_connected_by_a_bridge_stay_open() {
 }
 
 #[test]
-fn combs_and_spirals_are_covered_exactly_once() {
+fn triangulation_covers_combs_and_spirals_exactly_once() {
     let teeth = 200;
     let mut comb = vec![[0.0, 0.0], [2.0 * teeth as f64, 0.0]];
     comb.extend((0..2 * teeth).map(|i| [(2 * teeth - i) as f64, if i % 2 == 0 { 10.0 } else { 1.0 }]));
@@ -114,7 +114,7 @@ fn combs_and_spirals_are_covered_exactly_once() {
 
 #[test]
 fn degenerate_polygons_keep_their_signed_area() {
-    // Self-intersecting, collinear, all at one point, and not planar.
+    // Polygons that intersect themselves, are collinear, have all corners at one point, or are not planar.
     let pentagram: Vec<_> = (0..5).map(|i| (f64::from(i) * 2.0 * 72.0).to_radians().sin_cos().into()).collect();
     let bow = vec![[0., 0.], [2., 2.], [2., 0.], [0., 2.1], [-1., 1.]];
     for points in [pentagram, bow, vec![[0., 0.], [1., 0.], [2., 0.], [3., 0.]], vec![[1., 1.]; 6]] {

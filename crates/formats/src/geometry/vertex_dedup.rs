@@ -23,8 +23,8 @@ impl Corner {
 pub(crate) const NO_INDEX: u32 = u32::MAX;
 /// Value for an attribute of a vertex that no corner has used yet.
 const UNUSED: u32 = u32::MAX - 1;
-/// Maximum length of the linked list of vertices at one position; further ones are hashed, so that no file makes the
-/// search slow.
+/// Maximum length of the linked list of vertices at one position; further vertices are hashed, so that no file makes
+/// the search slow.
 const MAX_CHAIN: usize = 32;
 
 /// Vertices of one mesh, in the order in which they are found.

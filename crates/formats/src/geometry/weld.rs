@@ -46,7 +46,7 @@ impl WeldKey for [f32; 3] {
     }
 }
 
-/// Random, so that no file can be created whose points all have the same hash.
+/// The hash seed is random, so that nobody can create a file whose points all have the same hash.
 #[derive(Clone, Copy)]
 pub(crate) struct HashSeed([u64; 3]);
 
@@ -67,8 +67,8 @@ fn fold(a: u64, b: u64) -> u64 {
 pub(crate) struct VertexWelder<P> {
     /// The points.
     pub(crate) points: Vec<P>,
-    /// Index into `points` plus one, or 0 for an empty slot; probing starts at the hash. At least twice as long as
-    /// `points`.
+    /// Index into `points` plus one, or 0 for an empty slot; probing starts at the hash. The table is at least twice as
+    /// long as `points`.
     table: Vec<u32>,
     seed: HashSeed,
 }
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn block_size_does_not_change_welding() {
-        // Few and many points, some in many blocks, and some with both signs of zero.
+        // Cases with few and many points, with points in many blocks, and with zeros of both signs.
         for (count, turns) in [(0_u32, 3_u32), (1, 3), (1000, 40), (20_000, 50_000)] {
             let corner = |i: u32| {
                 let i = i.wrapping_mul(2_654_435_761) % turns;

@@ -21,7 +21,7 @@ pub(super) fn latitude_longitude(faces: &[[f32; 4]], side: usize) -> ([usize; 2]
 /// Value of a direction.
 fn texel(faces: &[[f32; 4]], side: usize, [x, y, z]: [f32; 3]) -> [f32; 4] {
     let [ax, ay, az] = [x.abs(), y.abs(), z.abs()];
-    // Column and row in -1..=1, from left to right and from top to bottom.
+    // Column and row, each in -1..=1, from left to right and from top to bottom.
     let (face, column, row) = if ax >= ay && ax >= az {
         (if x > 0.0 { 0 } else { 1 }, if x > 0.0 { z / ax } else { -z / ax }, -y / ax)
     } else if ay >= az {

@@ -107,7 +107,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Floats, none of them infinite or NaN.
+    /// Float values, which are neither infinite nor NaN.
     pub(crate) fn float_texels(&mut self, mut texels: Vec<[f32; 4]>) -> Texels {
         const LARGEST: f32 = 65504.0;
         let mut replaced = 0;

@@ -80,7 +80,7 @@ fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
 
 /// Channels from which an image is read.
 struct ShownChannels {
-    /// Red, green and blue, or one channel three times.
+    /// The channels red, green and blue, or a single channel three times.
     colors: [String; 3],
     alpha: Option<String>,
     /// True for CIE X, Y and Z.
@@ -198,7 +198,8 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
     }
     let layers: Vec<(usize, String)> =
         flat().flat_map(|(i, part)| color_layers(part).map(move |name| (i, name))).collect();
-    // The whole image under the name used by Blender and others, otherwise the first layer.
+    // The layer that contains the whole image, by the name that Blender and other programs use; otherwise the first
+    // layer.
     let whole = |(_, name): &&(usize, String)| {
         ["combined", "rgba", "beauty"].iter().any(|word| name.to_lowercase().ends_with(word))
     };
@@ -260,7 +261,7 @@ fn read_pixels(file: &Decoder<'_>, columns: usize, channels: &ShownChannels) -> 
 }
 
 /// Rejects tiles that are much larger than the image, and DWA blocks that declare more than they can contain, because
-/// the decoder would allocate the declared sizes. With `whole`, each block is decompressed, and none is kept.
+/// the decoder would allocate the declared sizes. With `whole`, each block is decompressed and then discarded.
 fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) -> Result<()> {
     const SMALL: usize = 1 << 16;
     let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);

@@ -64,13 +64,13 @@ fn table_bytes(flags: u8) -> usize {
     if flags & 0x80 == 0 { 0 } else { 3 << ((flags & 7) + 1) }
 }
 
-/// Byte after a frame or an extension, if the file contains all of it.
+/// Position after a frame or an extension, if the file contains all of the frame or extension.
 fn end_of_block(bytes: &[u8], start: usize, frame: bool) -> Option<usize> {
     let mut at = match frame {
         true => start + 11 + table_bytes(*bytes.get(start + 9)?),
         false => start + 2,
     };
-    // Data blocks, each preceded by its length, up to an empty one.
+    // Data blocks, each preceded by its length, up to an empty block.
     loop {
         match *bytes.get(at)? {
             0 => return Some(at + 1),

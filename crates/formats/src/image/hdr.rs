@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
-    // The other signature has the same meaning.
+    // Both signatures have the same meaning.
     let rest = file.bytes.strip_prefix(b"#?RGBE");
     let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
     let rest = rest.unwrap_or_default();
@@ -139,7 +139,8 @@ fn changes_colors(key: &str, value: &str) -> bool {
     !expected.iter().all(|expected| matches!(numbers.next(), Some(Ok(number)) if near(number, expected)))
 }
 
-/// Arrangement of a file's scanlines, if it differs from the usual one: from the top, each from the left.
+/// Arrangement of a file's scanlines, if it differs from the usual arrangement (from top to bottom, each from left to
+/// right).
 ///
 /// Source: Ward, "Radiance File Formats", "Picture File Format". The resolution string names the axis and direction of
 /// consecutive scanlines, then of the pixels in a scanline; +Y is upwards, +X to the right.
@@ -154,8 +155,8 @@ struct Orientation {
 }
 
 impl Orientation {
-    /// Orientation of the resolution string, the line after the first empty one, and its byte range; `None` for the
-    /// standard orientation, and if there is no such string.
+    /// Orientation given by the resolution string (the line after the first empty line), and the string's byte range;
+    /// `None` for the standard orientation, and if there is no such string.
     fn parse(bytes: &[u8]) -> Option<(Self, std::ops::Range<usize>)> {
         let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
         let length = bytes[start..].iter().position(|&b| b == b'\n')?;

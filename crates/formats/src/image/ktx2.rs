@@ -1,4 +1,5 @@
-//! Reading of KTX 2.0 (Khronos KTX File Format Specification): Basis Universal textures, and uncompressed ones.
+//! Reading of KTX 2.0 (Khronos KTX File Format Specification): KTX2 files with Basis Universal or uncompressed
+//! textures.
 
 use std::io::{self, Read, Write};
 
@@ -34,7 +35,7 @@ enum SampleType {
 /// Storage format of the largest level.
 enum LevelFormat {
     Basis(SourceFormat),
-    /// Adjacent channels, the first one blue or red.
+    /// Adjacent channels, of which the first is blue or red.
     Plain {
         sample: SampleType,
         channels: usize,
@@ -46,7 +47,7 @@ enum LevelFormat {
 struct Ktx2Header {
     format: LevelFormat,
     size: [u32; 2],
-    /// 0 is none, 1 is BasisLZ, 2 is Zstandard.
+    /// Supercompression scheme: 0 is none, 1 is BasisLZ, 2 is Zstandard.
     scheme: u32,
     /// The largest level in the file, and its decompressed length.
     level: (usize, usize),
@@ -336,7 +337,7 @@ fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u
     out
 }
 
-/// Channels as stored; missing ones are 0, as in Vulkan, and missing alpha is 1.
+/// Channels as stored; missing channels are 0, as in Vulkan, and missing alpha is 1.
 fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channels: usize) -> Texels {
     fn spread<T: Copy, const N: usize>(
         level: &[u8],

@@ -67,7 +67,7 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
     ImageFormat { magic: |b| b.starts_with(b"GIF8"), trusted: MAX_UNBACKED_BYTES, decode: gif::gif },
     ImageFormat { magic: |b| b.starts_with(b"BM"), trusted: MAX_UNBACKED_BYTES, decode: bmp::bmp },
     ImageFormat {
-        // This signature is the weakest, so it comes last.
+        // TGA has the weakest signature, so it is checked last.
         magic: tga::is_tga,
         trusted: MAX_UNBACKED_BYTES,
         decode: tga::tga,

@@ -49,8 +49,8 @@ pub(crate) fn decode(
     Ok(Texture { image: Arc::new(image), sampler: TextureSampler { wrap, ..TextureSampler::default() } })
 }
 
-/// Texture in an image file that a mesh file refers to; `None`, with a notice, if it is missing, truncated or not an
-/// image.
+/// Texture in an image file that a mesh file refers to; `None`, with a notice, if the file is missing, truncated or not
+/// an image.
 pub(crate) fn optional_texture(
     from: &Path,
     name: &[u8],
@@ -83,7 +83,7 @@ pub(crate) fn optional_texture(
     }
 }
 
-/// Notice about alpha, which a mesh file uses only if it specifies so.
+/// Notice about alpha, which is used only if the mesh file specifies it.
 fn alpha_notice(path: &Path, texture: &Texture) -> Option<Notice> {
     texture.image.texels.has_alpha().then(|| {
         let message = format!(

@@ -13,7 +13,7 @@ use crate::io::{AssetRoot, reference};
 const WORDS: [&[u8]; 2] = [b"<UDIM>", b"<udim>"];
 const FIRST: &[u8] = b"1001";
 
-/// Name of an image, or of its only tile; or the reason if it has several tiles.
+/// Name of an image, or of its only tile; the reason for the rejection if the image has several tiles.
 pub(crate) fn single_image(from: &Path, name: &[u8], assets: &AssetRoot) -> Result<Vec<u8>, String> {
     let word = WORDS.into_iter().find_map(|word| Some((position_of(name, word)?, word.len())));
     let Some((at, length)) = word else { return Ok(name.into()) };

@@ -16,8 +16,8 @@ use crate::io::{InputFile, byte_source, parallel, reference, stand_in};
 
 /// Folder with the remaining budget: names in files refer only to regular files inside it, also through symbolic links.
 ///
-/// A file that the user names may be a link to any location. The files to which it refers are then searched next to the
-/// link, and next to the link's target.
+/// A file that the user names may be a link to any location. The files to which this file refers are then searched next
+/// to the link and next to the link's target.
 #[derive(Debug)]
 pub struct AssetRoot {
     root: PathBuf,
@@ -53,7 +53,7 @@ enum Fault {
 const PARALLEL_READ_THRESHOLD: u64 = 4 << 20;
 /// Number of bytes that one thread reads at a time.
 const READ_CHUNK: usize = 1 << 20;
-/// Maximum number of files per world that are searched for under names that differ from the written one.
+/// Maximum number of files per world that are searched for under names that differ from the written name.
 const MAX_SEARCHES: usize = 1000;
 /// Maximum number of names in a folder that a search examines.
 const MAX_LISTED: usize = 10_000;
@@ -202,7 +202,7 @@ impl AssetRoot {
     }
 
     /// Absolute folder paths from which names in a file start: its own folder, and the folder of its target if it is a
-    /// link. With an empty path, those of the file that the user named.
+    /// link. With an empty path, the folders of the file that the user named.
     fn folders_of(&self, from: &Path) -> Result<Vec<PathBuf>> {
         let from = if from.as_os_str().is_empty() { &self.named } else { from };
         let folder = match from.parent() {
@@ -346,7 +346,8 @@ impl AssetRoot {
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         bytes.try_reserve_exact(size as usize).map_err(|e| io(e.into()))?;
         if size >= PARALLEL_READ_THRESHOLD {
-            // Freed, so that the new pages are zero pages which several threads access first.
+            // The memory is freed first, so that the new memory consists of zero pages, which several threads then
+            // access in parallel.
             drop(bytes);
             bytes = vec![0; size as usize];
             read_at_once(&file, &mut bytes).map_err(io)?;

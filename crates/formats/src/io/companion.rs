@@ -1,5 +1,5 @@
-//! Companions: files to which a mesh file refers and that are not required. If one is missing or must not be read, the
-//! mesh is shown without it, with a notice.
+//! Companions: files to which a mesh file refers and that are not required. If such a file is missing or must not be
+//! read, the mesh is shown without the file, with a notice.
 //!
 //! A name is searched inside the root, in this order; every deviation from the written name causes a notice:
 //!
@@ -90,7 +90,7 @@ pub(crate) fn companion_file(
     Ok(file)
 }
 
-/// Name of the file that is most similar to the written one, and how it was found.
+/// Name of the existing file that is most similar to the written name, and a description of how the file was found.
 fn search(from: &Path, written: &[u8], assets: &mut AssetRoot) -> Option<(Vec<u8>, &'static str)> {
     if let Some(found) = assets.in_other_case(from, written) {
         return Some((found, "the same name with different upper and lower case"));

@@ -1,4 +1,5 @@
-//! Notices of a reader, grouped: each kind once, with its first three places and the number of further ones.
+//! A reader's notices in groups: each kind of notice occurs once, with its first three places and the number of further
+//! places.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -8,7 +9,7 @@ use raycam_scene::{Notice, NoticeCode};
 
 use crate::error::Location;
 
-/// Maximum number of different messages that are kept; further ones are only counted.
+/// Maximum number of different messages that are kept; further messages are only counted.
 const MAX_NOTICES: usize = 1000;
 
 /// Maximum number of places that a notice lists.
@@ -23,7 +24,7 @@ pub(crate) struct Diagnostics {
     suppressed: usize,
 }
 
-/// Notices of one kind, with the message of the first.
+/// Notices of one kind, with the first notice's message.
 #[derive(Debug)]
 struct NoticeGroup {
     code: NoticeCode,
@@ -78,7 +79,7 @@ impl fmt::Display for Place {
 }
 
 impl NoticeGroup {
-    /// Notice about the places; the first place is preceded by the file's name.
+    /// Creates a notice about these places; the file's name precedes the first place.
     fn notice(self, path: &impl fmt::Display) -> Notice {
         let Self { code, message, places, count } = self;
         let joint = match &places[..] {

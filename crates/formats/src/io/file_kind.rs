@@ -66,12 +66,12 @@ const KINDS: &[FileKind] = &[
     kind(0, b"sB", "a Basis image", "convert it to KTX2"),
 ];
 
-/// Format of a file and a remedy, in words for messages; `None` for other formats.
+/// Format of a file and a remedy, in words for messages; `None` for formats that are not in the list.
 pub(crate) fn described(bytes: &[u8]) -> Option<String> {
     found(bytes).map(|kind| format!("{}: {}", kind.name, kind.way))
 }
 
-/// Extension of the model format of a file's first bytes, whatever its name; `None` for other files.
+/// Extension of the model format of a file's first bytes, whatever its name; `None` for files of any other kind.
 pub(crate) fn model_extension(bytes: &[u8]) -> Option<&'static str> {
     found(bytes)?.endings.first().copied()
 }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use crate::error::{FormatError, Result};
 use crate::io::ByteSource;
 
-/// File in memory, or the beginning of one.
+/// A file in memory, or only the beginning of a file.
 #[derive(Debug)]
 pub struct InputFile {
     /// Path as shown in errors; names in the file start from its folder.
@@ -30,7 +30,7 @@ impl InputFile {
         self.rest.as_ref().map_or(self.bytes.len(), |(_, size)| *size)
     }
 
-    /// Some bytes of the file, either all or none of them in memory.
+    /// A range of the file's bytes, which is either completely in memory or completely on disk.
     pub(crate) fn part(&self, range: Range<usize>) -> ByteSource<'_> {
         match &self.rest {
             Some((file, _)) if range.end > self.bytes.len() => {

@@ -15,7 +15,7 @@ impl<'a> Lines<'a> {
         Self { rest: text, number: 0, ended: true }
     }
 
-    /// True if the last line read had a line end; a file without one may be truncated.
+    /// True if the last line read had a line end; a file without a final line end may be truncated.
     pub(crate) fn ended_with_newline(&self) -> bool {
         self.ended
     }
@@ -136,8 +136,8 @@ pub(crate) fn for_message(word: &[u8]) -> String {
     format!("{short:?}")
 }
 
-/// Message that a word is not a number. It mentions decimal commas, which some programs write if the system's language
-/// uses them.
+/// Message that a word is not a number. The message mentions decimal commas, which some programs write if the system's
+/// language uses them.
 pub(crate) fn not_a_number(word: &[u8]) -> String {
     let shown = for_message(word);
     let point: Vec<u8> = word.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect();

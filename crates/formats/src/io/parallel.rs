@@ -5,7 +5,7 @@ use std::panic;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-/// Runs `work` on as many threads as there are cores, at most `count`.
+/// Runs `work` on one thread per core, but on at most `count` threads.
 ///
 /// The threads exist only during the call: a file is read once, and a longer-lived pool would not survive a fork.
 fn run_on_threads(count: usize, work: &(dyn Fn() + Sync)) {

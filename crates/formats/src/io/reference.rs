@@ -56,8 +56,8 @@ pub(crate) fn without_comment(name: &[u8]) -> Option<&[u8]> {
     Some(name[..at].trim_ascii_end()).filter(|name| !name.is_empty())
 }
 
-/// Name without what some programs add: a following comment, quotes, the scheme `file:`, and `%20` for a space. `None`
-/// if there is nothing to remove.
+/// The name without text that some programs add: a following comment, quotes, the scheme `file:`, and `%20` for a
+/// space. `None` if there is nothing to remove.
 pub(crate) fn bare(name: &[u8]) -> Option<Vec<u8>> {
     let mut inner = without_comment(name).unwrap_or(name);
     for quote in [b'"', b'\''] {
@@ -80,7 +80,7 @@ pub(crate) fn bare(name: &[u8]) -> Option<Vec<u8>> {
     Some(found).filter(|found| !found.is_empty() && found != name)
 }
 
-/// Trailing parts of a name with several folders, the longest first: for `C:/a/b/c.png` these are `a/b/c.png`,
+/// Trailing parts of a name with several folders, longest part first: for `C:/a/b/c.png` these are `a/b/c.png`,
 /// `b/c.png` and `c.png`.
 pub(crate) fn tails(name: &[u8]) -> Vec<Vec<u8>> {
     /// Maximum number of folders in the longest part.
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_every_system_are_split_into_parts() {
+    fn paths_of_every_operating_system_are_split_into_parts() {
         let ends = |name: &[u8]| tails(name).into_iter().map(|t| String::from_utf8(t).unwrap()).collect::<Vec<_>>();
         assert_eq!(ends(b"C:/a/b.png"), ["a/b.png", "b.png"]);
         assert_eq!(ends(b"../m/./b.png"), ["m/b.png", "b.png"]);

@@ -1,4 +1,5 @@
-//! Stand-ins: files whose contents do not match their names, because a download or a checkout left something else.
+//! Stand-ins: files whose contents do not match their names, because a download or a checkout stored a pointer or an
+//! error page instead.
 
 use raycam_scene::ErrorCode;
 use std::path::Path;
@@ -25,7 +26,7 @@ const FIRST_BYTES: &[(&[u8], &str)] = &[
 const SERVER_ERROR: &str = "a server's error message instead of the file; download the file itself";
 const HTML_PAGE: &str = "an HTML page instead of the file; download the file itself";
 
-/// Rejects the bytes of a file that stand in for another file, and empty files.
+/// Rejects empty files and files that contain a pointer or an error page instead of data.
 pub fn check(path: &Path, bytes: &[u8]) -> Result<()> {
     if bytes.is_empty() {
         let message = "the file is empty; its download or export may be incomplete";
@@ -34,7 +35,7 @@ pub fn check(path: &Path, bytes: &[u8]) -> Result<()> {
     reason(bytes).map_or(Ok(()), |reason| Err(FormatError::whole(path, ErrorCode::PlaceholderFile.message(reason))))
 }
 
-/// The reason why bytes are not those of a file; `None` if they may be.
+/// The reason why the bytes are not the expected data; `None` if they may be.
 fn reason(bytes: &[u8]) -> Option<&'static str> {
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     // Usually a mesh or an image.
@@ -60,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stand_ins_are_distinguished_from_files() {
+    fn pointer_files_and_error_pages_are_distinguished_from_data() {
         for (bytes, expected) in [
             ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "git lfs pull"),
             ("/annex/objects/SHA256E-s3--ab.obj\n", "git annex get"),

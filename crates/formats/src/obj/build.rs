@@ -81,7 +81,7 @@ pub(crate) fn build_part(
     };
     let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NO_INDEX);
     let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NO_INDEX);
-    // Without corner attributes, the vertices of the file are those of the mesh.
+    // Without corner attributes, the mesh's vertices are the file's vertices.
     let plain = used.is_none() && !has_uvs && !has_normals;
     if !plain {
         begin(vertices, obj.positions.len());
@@ -121,7 +121,7 @@ fn used_positions(obj: &Obj, runs: &[RunRange]) -> Option<Vec<u32>> {
 /// Triangles of a part.
 struct CutPolygons {
     triangles: Vec<[u32; 3]>,
-    /// Index into `materials` for each triangle; empty if all have one material.
+    /// Index into `materials` for each triangle; empty if all triangles have the same material.
     slots: Vec<u16>,
     /// Indices of the model's materials.
     materials: Vec<usize>,
@@ -238,7 +238,7 @@ pub(crate) fn smooth(
     normals.extend(sums.iter().map(|sum| sum.normalize_or_zero().as_vec3().to_array()));
 }
 
-/// Direction of a polygon's area vector; up if it has none.
+/// Direction of a polygon's area vector; up if the area is zero.
 fn flat_normal(mut corners: impl Iterator<Item = DVec3>) -> [f32; 3] {
     let origin = corners.next().unwrap_or_default();
     let (mut area, mut before) = (DVec3::ZERO, DVec3::ZERO);

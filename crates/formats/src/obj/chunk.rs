@@ -129,7 +129,7 @@ impl ColorBounds {
     }
 }
 
-/// Polygons with the same state; at least one.
+/// At least one polygon, all with the same state.
 pub(crate) struct RunRange {
     pub(crate) run: StateRun,
     pub(crate) polygons: Range<usize>,
@@ -233,7 +233,7 @@ impl Chunk {
         }
     }
 
-    /// Number of a smoothing group; 0 is none.
+    /// Number of a smoothing group; 0 means no smoothing group.
     fn smoothing_group(&mut self, line: usize, rest: &[u8]) -> u32 {
         let word = Words(rest).next().unwrap_or_default();
         match word {

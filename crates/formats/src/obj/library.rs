@@ -15,9 +15,10 @@ use crate::obj::parse::Obj;
 pub(crate) struct Library {
     /// Materials, each with its file.
     materials: Vec<(PathBuf, MtlMaterial)>,
-    /// Index into `materials` by name; the last one if there are several.
+    /// Index into `materials` by name; if several materials have the name, the last index.
     exact: HashMap<Vec<u8>, usize>,
-    /// Index by the name in lower case and without a comment; `None` if several names differ only in these.
+    /// Index by the name in lower case and without a comment; `None` if several names differ only in upper and lower
+    /// case.
     similar: HashMap<Vec<u8>, Option<usize>>,
 }
 
@@ -27,8 +28,8 @@ fn similar_name(name: &[u8]) -> Vec<u8> {
 }
 
 impl Library {
-    /// Reads the libraries that an OBJ file refers to or, if there are none, the library in the same folder that has
-    /// the file's name.
+    /// Reads the libraries that an OBJ file refers to; without such references, reads the library with the file's name
+    /// in the same folder.
     pub(crate) fn read(obj: &Obj, path: &Path, assets: &mut AssetRoot, notices: &mut Vec<Notice>) -> Result<Self> {
         let mut library = Self::default();
         let mut count = 0;
@@ -59,7 +60,7 @@ impl Library {
         Ok(library)
     }
 
-    /// Adds the materials of a file; one that cannot be read is omitted with a notice.
+    /// Adds the materials of a file; a file that cannot be read is omitted with a notice.
     fn add(&mut self, path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<()> {
         let materials = match mtl::parse(path, bytes, notices) {
             Err(error) if companion::can_be_left_out(&error) => {
@@ -101,7 +102,8 @@ impl Library {
         Some((found, own != bare))
     }
 
-    /// Material for the faces of a file without any `usemtl`, if there is only one; a notice reports the choice.
+    /// Material for the faces of a file without any `usemtl`, if the library has only one material; a notice reports
+    /// the choice.
     pub(crate) fn only(&self, path: &Path, notices: &mut Vec<Notice>) -> Option<&(PathBuf, MtlMaterial)> {
         let path = path.display();
         match &self.materials[..] {

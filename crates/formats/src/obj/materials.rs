@@ -156,7 +156,7 @@ fn slots(
     Ok(slots)
 }
 
-/// Texture of a map's image alone.
+/// Texture of a map's image without an opacity image.
 fn image(
     library: &Path,
     map: &MtlMap,

@@ -28,7 +28,7 @@ pub(crate) struct MtlMaterial {
     /// As bytes, because names need not be UTF-8.
     pub(crate) name: Vec<u8>,
     pub(crate) line: usize,
-    /// Kd. If it is not given, an image is shown unchanged, and without an image the colour is light grey.
+    /// Kd. If the colour is missing, an image is shown unchanged; without an image, the colour is light grey.
     diffuse: Option<Rgb>,
     specular: Rgb,
     emission: Rgb,
@@ -309,7 +309,7 @@ impl Statement<'_> {
         odd.note_kind(code, &format!("{} {done}", key.to_lowercase()), Location::Line(self.line), message);
     }
 
-    /// The first number, clamped to a range; `None` if it is not a number.
+    /// The first number, clamped to a range; `None` if the word is not a number.
     fn number(&self, expected: &str, range: RangeInclusive<f64>, odd: &mut Diagnostics) -> Option<f64> {
         let expected = format!("a number from {expected}");
         match Words(self.rest).next().and_then(lexer::number).filter(|value| !value.is_nan()) {
@@ -370,7 +370,7 @@ impl Statement<'_> {
     }
 }
 
-/// Records each key once, up to a few keys.
+/// Records each key once, up to a maximum number of keys.
 fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
     let key = String::from_utf8_lossy(&key[..key.len().min(40)]).escape_debug().to_string();
     if unused.len() < 12 && unused.iter().all(|(_, known)| *known != key) {

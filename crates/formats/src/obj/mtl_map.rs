@@ -59,7 +59,7 @@ impl MtlMap {
         (self.image_from_mesh, self.clamp) == (other.image_from_mesh, other.clamp)
     }
 
-    /// Its image as a texture, if it can be read.
+    /// The map's image as a texture, if the image can be read.
     pub(crate) fn texture(
         &self,
         library: &Path,
@@ -121,7 +121,7 @@ struct Given<'a> {
     /// In lower case.
     name: Vec<u8>,
     values: Vec<&'a [u8]>,
-    /// False if it has fewer values than required.
+    /// Returns false if the option has fewer values than required.
     has_values: bool,
 }
 
@@ -143,7 +143,7 @@ fn leading_options(text: &[u8], leaves_name: bool) -> (Vec<Given<'_>>, &[u8]) {
     (found, rest)
 }
 
-/// Minimum and maximum number of values of an option; `None` if it is unknown.
+/// Minimum and maximum number of values of an option; `None` if the option is unknown.
 fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
     match option {
         b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres" | b"-imfchan" | b"-type"

@@ -20,7 +20,8 @@ const MAX_NAMES: usize = 1 << 16;
 #[derive(Default)]
 pub(crate) struct Obj {
     pub(crate) positions: Vec<DVec3>,
-    /// Linear, with the length of `positions` as soon as one has a colour; white for positions without a colour.
+    /// Linear colours; as soon as one position has a colour, the list has the length of `positions`, with white for
+    /// positions without a colour.
     pub(crate) colors: Vec<Rgb>,
     pub(crate) uvs: Vec<[f32; 2]>,
     /// Unit length, or zero if the file's normal has no direction.
@@ -195,7 +196,8 @@ impl ObjBuilder {
         let many = ["vertices", "texture coordinates", "normals"];
         for (kind, ((value, line), count)) in self.max_index.into_iter().zip(counts).enumerate() {
             if value > 0 && count == 0 && kind > 0 {
-                // Some programs remove these from the file, or never write them; the shape is complete without them.
+                // Some programs remove texture coordinates and normals from the file or never write them; the shape is
+                // complete without them.
                 let (one, many) = (INDEX_NAMES[kind], many[kind]);
                 obj.polygons.drop_attribute(kind);
                 obj.notices.push(Notice::new(

@@ -1,5 +1,6 @@
-//! Vertex colours of an OBJ file in addition to the colours of its materials. The format defines no product of the two,
-//! so only one is used: an image has priority over vertex colours, and these over `Kd` and `Ks`.
+//! Vertex colours of an OBJ file in addition to the colours of its materials. The format does not define a product of
+//! several colours, so only one source is used: an image has priority over vertex colours, and vertex colours have
+//! priority over `Kd` and `Ks`.
 
 use std::path::Path;
 
@@ -17,7 +18,7 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     // By material: used by a part with colours, and by a part without.
     let mut used = vec![[false; 2]; textured.len()];
     for part in &mut model.parts {
-        // White is the colour of vertices without one.
+        // Vertices without a colour are white.
         if part.mesh.vertex_colors.as_ref().is_some_and(|colors| colors.iter().all(|color| *color == WHITE)) {
             part.mesh.vertex_colors = None;
         }
@@ -62,11 +63,11 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     }
 }
 
-/// Material whose base colour is that of the vertices, without highlights.
+/// Material without highlights whose base colour is the vertices' colour.
 fn in_white(material: &Material) -> Material {
     let mut white = material.clone();
     if let MaterialModel::Phong { specular, .. } = &mut white.model {
-        // At most as much light is reflected as arrives, whatever the vertices' colours.
+        // For any vertex colours, the material reflects at most as much light as arrives.
         *specular = [0.0; 3];
     }
     white.color = WHITE;

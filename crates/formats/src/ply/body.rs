@@ -29,7 +29,7 @@ enum RowSource<'a> {
     Binary { bytes: ByteSource<'a>, at: usize, big_endian: bool },
 }
 
-/// All bytes of a file; those that are not in memory are read.
+/// All bytes of a file; bytes that are not yet in memory are read.
 fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8]> {
     if let ByteSource::Disk { .. } = bytes {
         let read = bytes.borrowed().read().map_err(|source| FormatError::Io { path: path.into(), source })?;

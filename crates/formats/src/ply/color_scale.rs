@@ -1,4 +1,4 @@
-//! Colours of a PLY file whose range is known only after all have been read.
+//! Colours of a PLY file whose range is known only after all colours have been read.
 //!
 //! Whole numbers are sRGB with 8 bits or, for ushort, 16; floating-point numbers are linear, 0..=1. Files with other
 //! ranges are common: ushort and float with 0..=255.
@@ -54,8 +54,8 @@ impl PlyColors {
         }
     }
 
-    /// Linear colours, and true if some are translucent; no colours if they cannot be read. `note` receives the
-    /// notices.
+    /// Linear colours, and true if some colours are translucent; none if the colours cannot be interpreted. `note`
+    /// receives the notices.
     pub(crate) fn settle(self, mut note: impl FnMut(NoticeCode, String)) -> (Option<Vec<Rgb>>, bool) {
         let Some(Scale { white, linear, guess }) = self.scale() else {
             note(NoticeCode::IgnoredColors, "colours of an unknown range are ignored".into());

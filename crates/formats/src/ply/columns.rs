@@ -140,7 +140,7 @@ impl<'a> Columns<'a> {
         all.map(place).filter(used).collect()
     }
 
-    /// Linear colour of red, green and blue, if their type alone determines the range.
+    /// Linear colour from red, green and blue, if the values' type determines their range.
     pub(crate) fn linear(&self, given: [f64; 3]) -> Option<Rgb> {
         match self.color {
             ScalarType::F32 | ScalarType::F64 => {
@@ -151,7 +151,7 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// Maximum colour value, if the type alone determines it.
+    /// Maximum colour value, if the type determines this value.
     pub(crate) fn white(&self) -> f64 {
         if self.color.is_float() { 1.0 } else { 255.0 }
     }

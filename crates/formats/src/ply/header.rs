@@ -14,7 +14,7 @@ use crate::ply::scalar::ScalarType;
 #[derive(Clone, Debug)]
 pub(crate) struct Property {
     pub(crate) name: String,
-    /// Type of the length, if it is a list.
+    /// Type of the list's length, if the property is a list.
     pub(crate) list: Option<ScalarType>,
     pub(crate) kind: ScalarType,
 }
@@ -73,7 +73,7 @@ impl Header {
     /// Rejects elements with more rows than `after` bytes can contain.
     fn check_counts(&self, path: &Path, encoding: Encoding, after: usize) -> Result<()> {
         for Element { name, count, properties } in &self.elements {
-            // At least a digit and a space or line end for each value in text.
+            // In text, each value takes at least a digit and a space or line end.
             let row: usize = match encoding {
                 Encoding::Ascii => 2 * properties.len(),
                 _ => properties.iter().map(|p| p.list.unwrap_or(p.kind).bytes()).sum(),

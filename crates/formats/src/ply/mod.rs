@@ -58,7 +58,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
 }
 
 /// Number of bytes that must be in memory: the header of a binary file whose length is that of triangles only. If a row
-/// turns out to be different, the rest is read as well.
+/// turns out to have another length, the rest of the file is read as well.
 pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
     /// Maximum length of such a header and row.
     const HEADER: u64 = 1 << 14;
@@ -95,7 +95,7 @@ struct Ply<'a> {
     /// Index in `corner_uvs`, by the bits of the coordinates.
     known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
-    /// Number of each polygon's image, if faces have one.
+    /// Number of each polygon's image, if faces have images.
     images: Option<Vec<i64>>,
     odd: Diagnostics,
     /// Ignored columns and elements.

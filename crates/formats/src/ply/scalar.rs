@@ -41,7 +41,7 @@ impl ScalarType {
         }
     }
 
-    /// Number in its first bytes; 0 if there are too few.
+    /// Reads a number from the first bytes of a slice; 0 if the slice is too short.
     #[inline]
     pub(crate) fn number(self, bytes: &[u8], big_endian: bool) -> f64 {
         #[inline]

@@ -13,7 +13,7 @@ use raycam_scene::ColorUse;
 /// Maximum number of images in one file.
 const MAX_IMAGES: usize = 4096;
 
-/// Adds the images that its header names to a model of one part. `numbers` contains the image number of each triangle;
+/// Adds the images named in the header to a model of one part. `numbers` contains the image number of each triangle;
 /// without it, all triangles have the first image.
 pub(crate) fn add(
     path: &Path,

@@ -1,4 +1,4 @@
-//! Faces of a binary PLY file, read at once if all of them are triangles in the usual layout.
+//! Fast reading of a binary PLY file's faces, if all faces are triangles in the usual layout.
 
 use std::ops::Range;
 

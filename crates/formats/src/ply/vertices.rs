@@ -42,7 +42,7 @@ pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>, odd: &mu
     row_by_row(element.count, &columns, body, odd)
 }
 
-/// `None` if any of them is invalid.
+/// `None` if any of the indices is invalid.
 fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices> {
     let finite = |position: [f64; 3]| position.iter().all(|c| c.is_finite()).then_some(position);
     let positions = table.read([X, Y, Z], finite)?;
@@ -95,12 +95,12 @@ fn row_by_row(count: usize, columns: &Columns<'_>, body: &mut Body<'_>, odd: &mu
     Ok(PlyVertices { positions, normals, colors, uvs, translucent })
 }
 
-/// Direction, or zero if there is none.
+/// Unit direction, or zero for a vector without a direction.
 fn normalized(normal: DVec3) -> [f32; 3] {
     normal.normalize_or_zero().as_vec3().to_array()
 }
 
-/// Texture coordinates with their origin at the top left, if they are finite.
+/// Texture coordinates with their origin at the top left; none if they are not finite.
 fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
     (u.is_finite() && v.is_finite()).then_some([u as f32, (1.0 - v) as f32])
 }

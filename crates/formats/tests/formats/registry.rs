@@ -80,7 +80,7 @@ fn missing_files_and_folders_are_io_errors_of_the_right_kind() {
 }
 
 #[test]
-fn unknown_formats_list_the_supported_ones() {
+fn unknown_formats_list_the_supported_formats() {
     for name in ["a.xyz", "a", "a.obj.bak", ".obj"] {
         let path = file(name, "x");
         let error = message(load(&path, &Budget::default()).unwrap_err(), &path);

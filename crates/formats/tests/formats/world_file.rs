@@ -193,7 +193,7 @@ fn long(objects: usize, first: &str, last: usize, light: &str) -> String {
 }
 
 #[test]
-fn long_world_files_are_read_like_short_ones() {
+fn long_world_files_are_read_like_short_world_files() {
     let count = 3000;
     let text = long(
         count,

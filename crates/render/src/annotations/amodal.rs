@@ -1,4 +1,4 @@
-//! Amodal masks: the pixels that an object alone would cover, also where others occlude it.
+//! Amodal masks: the pixels that an object would cover if no other object occluded it.
 
 use glam::{DMat3, DVec2, DVec3};
 use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, INVALID_ID, Scene};
@@ -224,7 +224,7 @@ const BOX_PADDING: f64 = 1e-6;
 const LENS_MARGIN: f64 = 1.5;
 
 impl TileCone {
-    /// Computes the cone of a tile's rays from nine of them.
+    /// Computes the cone of a tile's rays from nine of these rays.
     fn enclosing(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> TileCone {
         let thirds = |start: u32, length: u32| {
             let (start, end) = (f64::from(start), f64::from(start + length - 1));

@@ -200,7 +200,7 @@ struct OcclusionRay<'a> {
     hit: ExactHit,
 }
 
-/// Optical flow of those pixels of a tile that show a surface.
+/// Computes the optical flow of all pixels of a tile that show a surface.
 fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], FlowSample)> {
     let mut pixels = vec![];
     tile.pixels(&mut pixels);

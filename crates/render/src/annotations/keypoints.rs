@@ -16,7 +16,7 @@ use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// Points of one task.
+/// The points that one task processes.
 const POINTS_PER_TASK: usize = 4096;
 
 /// Point to be projected.
@@ -84,9 +84,9 @@ impl KeypointSource {
 /// Projected point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keypoint {
-    /// World-space position at the time of the image. Without an image: the position in the world at rest.
+    /// World-space position at the time of the image. For points without a pixel: the position in the world at rest.
     pub point: DVec3,
-    /// Image of the point in pixels; NaN if the camera cannot project it.
+    /// Image of the point in pixels; NaN if the camera cannot project the point.
     pub pixel: DVec2,
     /// True if the point's image is inside the rendered image.
     pub inside: bool,

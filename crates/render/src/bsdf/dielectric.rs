@@ -35,7 +35,7 @@ pub(crate) fn relative_ior(glass: &Glass, eta: f32) -> f32 {
     if glass.thin { 1.0 } else { eta }
 }
 
-/// Layers of glass: only an interface, whose base colour tints transmitted light.
+/// The layers of glass: a single interface, whose base colour tints transmitted light.
 pub(crate) fn layer_stack<'a>(
     glass: &Glass,
     eta: f32,

@@ -28,7 +28,7 @@ pub(crate) const DIFFUSE_TRANSMISSION: usize = 2;
 pub(crate) const REFRACTION: usize = 3;
 pub(crate) const COAT: usize = 4;
 
-/// Layers seen from one direction.
+/// A layered material, seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayeredBsdf<'a> {
     pub(crate) stack: LayerStack<'a>,
@@ -106,7 +106,7 @@ impl<'a> LayeredBsdf<'a> {
         self.stack.diffuse != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
-    /// Albedo of the interface for one of its reflectances.
+    /// Albedo of the interface for a given reflectance.
     pub(crate) fn interface_albedo(&self, fresnel: &Fresnel, w: Vec3) -> Albedo {
         if self.stack.ggx.effectively_smooth() {
             return Albedo { single_scatter: fresnel.reflectance(w.z), multi_scatter: Vec3::ZERO };
@@ -327,8 +327,8 @@ impl<'a> LayeredBsdf<'a> {
     }
 }
 
-/// Microfacets of a thin wall: the reflection as seen from behind. `mirrored` is the light's direction mirrored to the
-/// upper side.
+/// For a thin wall, transmission has the shape of the reflection, mirrored to the other side. `mirrored` is the light's
+/// direction mirrored to the upper side.
 fn thin_wall_facets(ggx: &Ggx, wo: Vec3, mirrored: Vec3) -> MicrofacetEval {
     let wm = (wo + mirrored).normalize();
     let cosine = wo.dot(wm);

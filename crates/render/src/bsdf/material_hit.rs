@@ -1,4 +1,4 @@
-//! A hit whose material is evaluated, and its textures.
+//! A hit whose material is evaluated, with the material's textures.
 
 use std::cell::Cell;
 
@@ -24,7 +24,7 @@ pub(crate) struct MaterialHit<'a> {
     /// The shading frame without any normal map.
     pub unmapped_frame: ShadingFrame,
     pub is_front: bool,
-    /// The only colour channel of the path; `None` if it transports all channels.
+    /// The only colour channel of the path; `None` if the path transports all channels.
     pub channel: Option<usize>,
     /// Index of refraction outside of the material's own interior.
     pub outside_ior: f32,
@@ -70,7 +70,7 @@ impl<'a> MaterialHit<'a> {
         }
     }
 
-    /// This hit for one colour channel, and in a medium.
+    /// Returns this hit for one colour channel, inside a given medium.
     #[inline]
     pub fn seen_by(self, channel: Option<usize>, outside_ior: f32) -> Self {
         Self { channel, outside_ior, ..self }
@@ -82,7 +82,7 @@ impl<'a> MaterialHit<'a> {
         self.geometry.base_color_with(self.material, self.hit, self.footprint)
     }
 
-    /// Normal of the material's normal map and height map, if it has one of them.
+    /// Normal from the material's normal map and height map, if the material has either of these maps.
     #[inline]
     pub fn mapped_normal(&self) -> Option<Vec3> {
         let material = &self.material.material;

@@ -40,8 +40,8 @@ pub(crate) struct BsdfSample {
     pub pdf: f32,
     /// True for a direction from a discrete set, which light sampling never finds.
     pub is_specular: bool,
-    /// Square of the relative index of refraction for a refracted sample, otherwise 1. The weight is divided by it, and
-    /// multiplied by it again when the path leaves the medium.
+    /// Square of the relative index of refraction for a refracted sample, otherwise 1. The weight is divided by this
+    /// factor, and multiplied by it again when the path leaves the medium.
     pub eta_scale: f32,
 }
 
@@ -62,7 +62,7 @@ pub(crate) struct BsdfEval {
     pub pdf: f32,
 }
 
-/// BSDF at a point, seen from one direction.
+/// The BSDF at a point for one viewing direction.
 pub(crate) trait BsdfModel {
     /// Value for light from a world direction.
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval;

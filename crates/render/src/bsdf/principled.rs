@@ -107,7 +107,8 @@ fn ggx(p: &Principled, hit: &MaterialHit, roughness: f32) -> Ggx {
     let strength = hit.value(&p.anisotropy, 2);
     Ggx {
         alpha_x: alpha + (1.0 - alpha) * strength * strength,
-        // A mirror in one direction and rough in the other: float32 requires a minimum width.
+        // A surface may be a mirror along one direction and rough along the other; float32 then requires a minimum
+        // roughness.
         alpha_y: if strength > 0.0 { alpha.max(1e-3) } else { alpha },
     }
 }

@@ -119,8 +119,8 @@ impl SpecularBsdf {
     }
 }
 
-/// Transmittance of a wall that light passes straight through: see [`crate::lobes::classify::is_straight`]. Zero if the
-/// hit has other layers or is rough.
+/// Transmittance of a wall that light passes straight through: see [`crate::lobes::classify::is_straight`]. The result
+/// is zero if the hit has other layers or is rough.
 pub(crate) fn straight_transmittance(hit: &MaterialHit) -> Vec3 {
     let stack = hit.layer_stack().filter(|stack| stack.is_interface_only() && stack.ggx.effectively_smooth());
     stack.map_or(Vec3::ZERO, |stack| {

@@ -1,4 +1,4 @@
-//! Output channels (AOVs): one table, a row per channel.
+//! Output channels (AOVs), as a table with one row per channel.
 
 use crate::film::light_name::LightName;
 
@@ -71,7 +71,7 @@ pub enum Channel {
     Emission,
     /// Light that a surface or a medium scatters once. Background: 0, or light that fog scatters.
     Direct,
-    /// Light that is scattered several times. Background: 0, or light that fog scatters.
+    /// Light that is scattered more than once. Background: 0, or light that fog scatters.
     Indirect,
     /// Light that the first surface seen scatters by its diffuse lobes. Background: 0.
     Diffuse,
@@ -95,7 +95,7 @@ pub enum Channel {
     /// image, behind another surface, or turned away; and in worlds without a projector. Background: NaN.
     ProjectorUv,
     /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
-    /// Requesting this channel changes the samples drawn. With one sample per pixel: +inf.
+    /// Requesting this channel changes the samples drawn. The value is +inf with one sample per pixel.
     Error,
 }
 
@@ -145,7 +145,7 @@ const CHANNELS: [ChannelInfo; 30] = [
 ];
 
 impl Channel {
-    /// Returns every channel except those of single lights, in the order of the table.
+    /// Returns all channels except the channels of single lights, in the order of the table.
     pub fn all() -> impl Iterator<Item = Channel> {
         CHANNELS.iter().map(|row| row.channel)
     }
@@ -156,7 +156,7 @@ impl Channel {
         row.map(|row| row.channel).or_else(|| LightName::from_channel(name).map(Channel::Light))
     }
 
-    /// Row of the table; `None` for the light of one source.
+    /// Row of the table; `None` for a channel that shows the light of one source.
     fn row(self) -> Option<&'static ChannelInfo> {
         CHANNELS.iter().find(|row| row.channel == self)
     }

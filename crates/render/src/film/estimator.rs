@@ -24,7 +24,7 @@ pub(crate) struct PixelEstimator {
     /// Samples that escape to the environment.
     misses: Vec<u32>,
     count: Vec<u32>,
-    /// Samples whose radiance is not finite, and samples brighter than the settings allow.
+    /// Number of samples whose radiance is not finite, and number of samples that are brighter than the settings allow.
     pub rejected: u64,
     pub clamped: u64,
     /// The first object shown by each pixel that shows coplanar surfaces of several objects; empty without such pixels.
@@ -57,7 +57,7 @@ impl PixelEstimator {
         }
     }
 
-    /// Marks a pixel that shows an object whose surface is coplanar with another one's.
+    /// Marks a pixel that shows an object whose surface is coplanar with another object's surface.
     #[cold]
     pub fn mark_coplanar(&mut self, pixel: usize, object: u32) {
         self.coplanar.resize(self.count.len(), None);

@@ -63,7 +63,7 @@ impl<'a> Film<'a> {
             .map(|(i, strip)| StripCursor::new(strip, background.get(i).map(|(_, plane)| plane)))
             .collect();
         let mut runs = vec![];
-        // Writes a few rows of all channels before the next rows.
+        // Writes a few rows of all channels before it writes the next rows.
         for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
             let height = blocks.first().map_or(0, |one| one.block.height);
             let blank = blocks.iter().all(|one| one.first_pixel.is_none());

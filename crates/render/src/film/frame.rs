@@ -8,7 +8,7 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::allocate_planes;
 use crate::thread_pool::with_pool;
 
-/// Rendered image, or a rectangular part of one, with its ground truth.
+/// A rendered image, or a rectangular part of an image, with its ground truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Width and height of the whole image.
@@ -22,7 +22,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Returns the plane of a channel, if the frame has it.
+    /// Returns the plane of a channel, or none if the frame does not have the channel.
     pub fn plane(&self, channel: Channel) -> Option<&ImagePlane> {
         self.planes.iter().find(|(c, _)| *c == channel).map(|(_, plane)| plane)
     }
@@ -69,7 +69,7 @@ impl Frame {
     }
 }
 
-/// Rectangle that the regions fill without overlap; `None` if there is none.
+/// Rectangle that the regions fill without overlap; `None` if the frame has no such plane.
 fn covering_rectangle(parts: &[Frame]) -> Option<[u32; 4]> {
     let edges = |part: &Frame| {
         let [x, y, width, height] = part.region.map(u64::from);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
-/// Prefix of the names of these channels.
+/// Prefix of the channel names.
 pub(crate) const LIGHT_PREFIX: &str = "light:";
 
 /// Limits on the names, which are never freed: their number and their length in bytes.

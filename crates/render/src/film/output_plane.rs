@@ -11,7 +11,7 @@ use crate::memory::check_memory;
 /// Largest memory of a frame's planes.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
-/// Number of pixels of a region; an error if there is not enough memory for its planes.
+/// Returns the number of pixels of a region, or an error if there is not enough memory for the region's planes.
 pub(crate) fn check_size([_, _, width, height]: [u32; 4], channels: &[Channel]) -> Result<usize, RenderError> {
     let pixels = u64::from(width) * u64::from(height);
     // Saturating arithmetic: the product of the maximum sides alone exceeds 64 bits.

@@ -1,4 +1,4 @@
-//! Writer of a few rows of one channel of a tile.
+//! Writer for one channel in a few rows of a tile.
 
 use crate::film::channel::Channel;
 use crate::film::image_plane::ImagePlane;
@@ -22,10 +22,10 @@ pub(crate) struct PixelRun {
 
 /// Number type of a plane.
 pub(crate) trait PixelValue: Copy + Default + 'static {
-    /// Values of a plane if it has this type; otherwise empty.
+    /// The plane's values if the plane has this type; otherwise an empty slice.
     fn slice_of(plane: &ImagePlane) -> &[Self];
 
-    /// The output if it has this type.
+    /// The output plane if it has this type.
     fn slice_mut_of<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]>;
 }
 
@@ -90,7 +90,7 @@ impl<'a> StripCursor<'a> {
     }
 }
 
-/// Writer of one channel of some rows of a tile.
+/// Writer for one channel in several rows of a tile.
 pub(crate) struct RowWriter<'p, 'a> {
     pub cursor: &'p mut StripCursor<'a>,
     pub runs: &'p [PixelRun],

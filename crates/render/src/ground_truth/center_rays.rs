@@ -89,7 +89,7 @@ pub(crate) struct CenterRays {
 
 impl CenterRays {
     /// Traces the centre rays of pixels. With `passing`, the ground truth describes the surfaces behind transparent
-    /// ones.
+    /// surfaces.
     pub fn trace(
         &mut self,
         world: &Geometry,
@@ -140,7 +140,7 @@ impl CenterRays {
         self.rebase_depth(camera.ray_start_depth());
     }
 
-    /// [`CenterRays::trace`] with a world per pixel; pixels of a row share one.
+    /// [`CenterRays::trace`] with a world for each pixel; pixels of a row share a world.
     pub fn trace_per_world(
         &mut self,
         worlds: &[Arc<PreparedWorld>],

@@ -1,8 +1,8 @@
-//! Coplanar surfaces of several objects: float32 rays hit the same one as exact rays.
+//! Rule for coplanar surfaces of several objects, by which float32 rays hit the same surface as exact rays.
 //!
 //! Of surfaces in the same plane up to rounding, the object that comes last in the world is hit (see
-//! [`Scene::closest_exact`]). A surface that the ray does not find, or that is mostly transparent there, leaves its
-//! place to the others.
+//! [`Scene::closest_exact`]). If the ray does not find the chosen surface, or if this surface is mostly transparent at
+//! the point, another coplanar surface is chosen.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene, Tie};
@@ -12,8 +12,8 @@ use crate::ground_truth::convert::to_float_hit;
 use crate::ground_truth::transparent::OPACITY_THRESHOLD;
 use crate::prepare::geometry::Geometry;
 
-/// Distance before and behind a float32 hit within which the exact hit is searched: a fraction of t, and one of the
-/// scene's radius.
+/// Distance in front of and behind a float32 hit within which the exact hit is searched: a fraction of t plus a
+/// fraction of the scene's radius.
 const RELATIVE_SEARCH: f64 = 1.0 / (1u64 << 13) as f64;
 const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
 
@@ -35,7 +35,7 @@ impl Geometry {
         if marked.is_empty() { vec![] } else { self.decide_exactly(rays, hits, marked, finds) }
     }
 
-    /// Replaces float32 hits of ties by exact ones. Other marked rays keep their hits, because marks depend on the order
+    /// Replaces tied float32 hits by exact hits. Other marked rays keep their hits, because marks depend on the order
     /// of traversal.
     #[cold]
     #[inline(never)]
@@ -61,8 +61,8 @@ impl Geometry {
         ties.into_iter().map(decide).collect()
     }
 
-    /// Replaces exact hits on coplanar surfaces that rays of a kind do not find, or that are mostly transparent there, by
-    /// hits on others in the same plane, if there are any.
+    /// Replaces exact hits on coplanar surfaces that rays of a kind do not find, or that are mostly transparent there,
+    /// by hits on other surfaces in the same plane, if there are any.
     pub(crate) fn prefer_opaque(&self, rays: &[ExactRay], hits: &mut [ExactHit], ties: &[Tie], finds: FindsRay) {
         let filter = SurfaceFilter { geometry: self, finds };
         for tie in ties {

@@ -41,7 +41,7 @@ impl Geometry {
         ties
     }
 
-    /// Replaces float32 hits of camera rays on hidden objects by the first hits on others. The rays have unit
+    /// Replaces float32 hits of camera rays on hidden objects by the first hits on visible objects. The rays have unit
     /// directions.
     pub(crate) fn skip_hidden(&self, scene: &Scene, rays: &[Ray], hits: &mut [Hit]) {
         let is_hidden = |hit: &Hit| hit.instance != INVALID_ID && !self.ray_visibility(hit.instance).camera;
@@ -117,7 +117,7 @@ impl Geometry {
         }
     }
 
-    /// Replaces a hit that is skipped by the first one that is not.
+    /// Replaces a skipped hit by the first hit that is not skipped.
     fn closest_unskipped(
         &self,
         ray: &ExactRay,
@@ -161,7 +161,7 @@ impl Geometry {
             || !material.double_sided && self.is_culled_back_face(hit, direction)
     }
 
-    /// True if the surface is seen from behind.
+    /// True if the ray hits the back of the surface.
     fn is_culled_back_face(&self, hit: &Hit, direction: DVec3) -> bool {
         let [a, b, c] = self.corners(hit.instance, hit.triangle);
         let away = (b - a).cross(c - a).dot(direction) > 0.0;

@@ -1,7 +1,7 @@
 //! Caustic casters: mirrors, clear glass and glossy objects, which cast light on diffuse surfaces.
 //!
 //! [`find_caustic_candidates`] selects candidates by their materials. The photon pass measures how much light each
-//! candidate casts, and [`choose_casters`] selects those that cast most.
+//! candidate casts, and [`choose_casters`] selects the candidates that cast the most light.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -18,9 +18,9 @@ pub(crate) struct CausticCaster {
     /// Scene-local centre.
     pub center: DVec3,
     pub radius: f64,
-    /// True if some of its surfaces are rough. Samples are guided to a rough caster only if it casts much light.
+    /// True if some surfaces of the caster are rough. Samples are guided to a rough caster only if it casts much light.
     pub is_rough: bool,
-    /// Its share of guided samples, relative to the caster that casts most light.
+    /// The caster's share of guided samples, relative to the caster that casts the most light.
     pub weight: f32,
 }
 
@@ -97,7 +97,7 @@ enum CausticRoughness {
     Rough,
 }
 
-/// Roughness of a material that may cast caustics; `None` for other materials.
+/// Roughness of a material that may cast caustics; `None` for materials that do not focus light.
 fn caustic_roughness(material: &Material) -> Option<CausticRoughness> {
     let (roughness, max_smooth) = match &material.model {
         MaterialModel::Metal(metal) => (metal.roughness, MAX_SMOOTH_CONDUCTOR),
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn casters_are_smooth_metals_and_solid_glass() {
+    fn caustic_casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = find_caustic_candidates(&prepared.geometry)
             .iter()
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn objects_that_throw_most_light_become_casters() {
+    fn objects_that_focus_the_most_light_become_caustic_casters() {
         let caster = |instance| CausticCaster {
             instance,
             center: DVec3::ZERO,

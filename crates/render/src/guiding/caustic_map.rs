@@ -10,7 +10,8 @@ use glam::{DVec3, Vec3};
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::soa::{Vec3xN, lane_vec3, set_lane};
 
-/// Cells per side of the square of octahedral directions. Lab note: "32 x 32 directions, 8 distances", 11-23.
+/// Number of cells per side of the square that represents directions (octahedral map). Lab note: "32 x 32 directions, 8
+/// distances", 11-23.
 const CELLS_PER_SIDE: usize = 32;
 /// Cells from infinity to the bounding sphere, uniform in the reciprocal of the distance. Lab note: as above.
 const DISTANCE_LAYERS: usize = 8;
@@ -141,7 +142,7 @@ impl CausticMap {
         (gather(&self.first, &cells), self.second.as_ref().map(|second| gather(second, &cells)))
     }
 
-    /// Targets of one point.
+    /// The guiding targets for one point.
     #[cfg(test)]
     pub fn lookup(&self, point: Vec3) -> [GuideTarget; 2] {
         let (first, second) = self.lookup_lanes(&point.to_array().map(|x| [x]));
@@ -206,8 +207,8 @@ fn block_targets(block: &[&MapPhoton]) -> [GuideTarget; 2] {
     targets
 }
 
-/// Distance index, centre and radius of the photon neighbourhood that is brightest relative to its size; `None` for few
-/// photons.
+/// Distance index, centre and radius of the photon neighbourhood that is brightest relative to its size; `None` if
+/// there are too few photons.
 fn brightest_neighborhood(photons: &[&MapPhoton], landing: DVec3) -> Option<(usize, DVec3, f64)> {
     let mut best = (0.0, None);
     for way in 0..=WAY_DISTANCES.len() {

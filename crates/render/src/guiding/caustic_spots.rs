@@ -1,5 +1,5 @@
 //! Caustic spots: small places where casters focus light, which then light everything around them like lamps. Samples
-//! of other surfaces are guided to them, because shadow rays do not find them.
+//! of other surfaces are guided to these spots, because shadow rays do not find them.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<Causti
     spots
 }
 
-/// Mean of the points in the cell that receives most light.
+/// The mean of all points in the cell that receives the most light.
 fn brightest_cell(landed: &[(DVec3, f64)], size: f64) -> Option<DVec3> {
     let mut cells = BTreeMap::<[i64; 3], (f64, DVec3)>::new();
     for &(at, light) in landed {
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn spots_are_small_and_bright() {
+    fn caustic_spots_are_small_and_bright() {
         let all =
             square([0.0, 0.0], 2.0, 0.3).chain(square([0.3, 0.2], 0.04, 0.02)).chain(square([-0.5, 0.1], 0.04, 0.03));
         let spots = find_spots(all.collect(), 2.0);

@@ -31,14 +31,14 @@ const SAMPLES_BEFORE: u64 = 1 << 22;
 const PHOTONS: u32 = 1 << 17;
 /// Number of lines through the world, for each half, that search for lit surfaces. Not tuned.
 const LINES: u32 = 1 << 14;
-/// Photons traced together. Not tuned; results do not depend on it.
+/// Photons traced together. This value is not tuned, because results do not depend on it.
 const BATCH: u32 = 1 << 11;
 /// Maximum number of surfaces that a line crosses. Not tuned.
 const MAX_CROSSINGS: u32 = 16;
 /// Maximum number of surfaces that a photon meets. Not tuned.
 const MAX_BOUNCES: u32 = 24;
 
-/// Lit point, the ray that found it, and the amount of light.
+/// A lit point, the ray that found this point, and the amount of light.
 #[derive(Clone, Copy)]
 struct LitHit {
     hit: Hit,
@@ -55,9 +55,9 @@ struct GapPhoton {
     interior_list: InteriorList,
 }
 
-/// Index of a pixel's first sample that is guided to gaps. By then, the image has already taken much longer than
-/// finding the gaps takes. The index does not depend on the number of samples or on the region. `None` for images
-/// without guided samples.
+/// Index of a pixel's first sample that is guided to gaps. After this number of samples, the image has already taken
+/// much longer than the search for gaps takes. The index does not depend on the number of samples or on the region.
+/// `None` for images without guided samples.
 pub(crate) fn first_gap_sample(settings: &Settings, [width, height]: [u32; 2]) -> Option<u32> {
     let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_GUIDED_SEGMENTS);
     let before = SAMPLES_BEFORE.div_ceil(u64::from(width) * u64::from(height));

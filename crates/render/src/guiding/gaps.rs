@@ -34,7 +34,7 @@ const CELLS: usize = 16;
 const MIN_PHOTONS: f64 = 16.0;
 /// Number of cells along the longest side of the world; balls start in these cells.
 const BALL_CELLS: usize = 24;
-/// Number of cells in which balls start: those that most light crosses.
+/// Number of cells in which the search for balls starts; the cells that the most light crosses are used.
 const MAX_BALL_CELLS: usize = 40;
 /// Number of segments by which balls are judged.
 const JUDGES: u32 = 4096;
@@ -58,7 +58,7 @@ pub(crate) struct PhotonSegment {
     pub is_diffuse: bool,
 }
 
-/// Segment as seen from its end.
+/// A photon's segment, described from the segment's end.
 struct Arrival {
     end: DVec3,
     normal: Vec3,
@@ -75,7 +75,7 @@ struct Ball {
     radius: f64,
 }
 
-/// Balls found from two halves of the photons: the first half finds, the second confirms.
+/// Finds balls with one half of the photons and confirms the balls with the other half.
 pub(crate) fn find_gaps(halves: [&[PhotonSegment]; 2], [lower, upper]: [DVec3; 2]) -> Vec<CausticCaster> {
     let size = (upper - lower).max_element();
     let is_enough = |half: &&[PhotonSegment]| {
@@ -96,7 +96,7 @@ pub(crate) fn find_gaps(halves: [&[PhotonSegment]; 2], [lower, upper]: [DVec3; 2
         let Some((_, best)) = best.filter(|&(gain, _)| gain >= least) else {
             break;
         };
-        // A ball that removes little variance now removes even less next to further balls.
+        // A ball that removes little variance in this step removes even less after more balls are added.
         pool = gains.into_iter().filter(|&(gain, _)| gain > 0.5 * MIN_FURTHER_GAIN[0]).map(|(_, ball)| ball).collect();
         if others.gain(&best) >= confirmed {
             own.add(&best);
@@ -196,7 +196,7 @@ struct Mixture<'a> {
     arrivals: &'a [Arrival],
     /// Weight of the balls before it is limited, and their density divided by the cosine's.
     terms: Vec<[f32; 2]>,
-    /// Density relative to the cosine distribution alone.
+    /// Density relative to the density of the cosine distribution.
     variance: f64,
 }
 

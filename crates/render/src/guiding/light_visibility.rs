@@ -11,8 +11,8 @@ use glam::{DVec3, UVec3};
 /// Maximum number of cubes along the longest side of the world. Lab note: "Light sampling at one hit in eight in cubes
 /// (24 along the longest side)", 11-26.
 const MAX_CELLS_PER_SIDE: u32 = 24;
-/// Rate of light sampling in hidden cubes. Greater than zero, because testing a few points does not prove that a cube
-/// is dark. Lab note: as above.
+/// Rate of light sampling in hidden cubes. The value is greater than zero, because tests of a few points do not prove
+/// that a cube is dark. Lab note: as above.
 pub(crate) const HIDDEN_RATE: f32 = 1.0 / 8.0;
 
 const UNKNOWN: u8 = 0;
@@ -31,7 +31,7 @@ pub(crate) struct LightVisibility {
 }
 
 impl LightVisibility {
-    /// Creates the cubes of a box, none of them tested; `None` for a box without a size.
+    /// Creates the untested cubes of a box; `None` for a box without a size.
     pub fn new([lower, upper]: [DVec3; 2]) -> Option<Self> {
         let extent = upper - lower;
         let size = extent.max_element() / f64::from(MAX_CELLS_PER_SIDE);
@@ -43,7 +43,7 @@ impl LightVisibility {
         Some(Self { lower, size, cells_per_unit: 1.0 / size, counts, cells })
     }
 
-    /// Creates the same cubes, all of them hidden.
+    /// Creates the same cubes, with all cubes hidden.
     #[cfg(test)]
     pub fn all_hidden(bounds: [DVec3; 2]) -> Option<Self> {
         let all = Self::new(bounds)?;

@@ -74,7 +74,7 @@ impl LearnedGuiding {
         if let Some(known) = self.candidates.get() {
             return known;
         }
-        // Computed before the cell is locked, so that other threads do not wait for it.
+        // The value is computed before the cell is locked, so that other threads do not wait.
         let candidates = find_caustic_candidates(geometry);
         self.candidates.get_or_init(|| candidates)
     }
@@ -101,7 +101,8 @@ impl PathGuiding for LearnedGuiding {
             return;
         }
         if self.caustics.get().is_none() && needs_caustics(lights, settings) {
-            // Not inside `get_or_init`: a waiting thread would steal work of other images.
+            // The value is not computed inside `get_or_init`, because a waiting thread would steal work of other
+            // images.
             let _ = self.caustics.set(find_caustics(geometry, lights, self.candidates(geometry)));
         }
         if needs_light_visibility(lights, settings) {
@@ -143,7 +144,7 @@ impl PathGuiding for LearnedGuiding {
     }
 }
 
-/// Targets of a batch of samples.
+/// The guiding targets for a batch of samples.
 #[derive(Debug)]
 struct LearnedTargets<'a> {
     caustics: &'a Caustics,

@@ -25,7 +25,7 @@ const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
 /// Computes the cones and samples a direction for every lane.
 pub(crate) struct SampleGuided<'a, const N: usize> {
     pub caustics: &'a Caustics,
-    /// Gaps through which light passes. Samples are guided to them as they are to casters.
+    /// Gaps through which light passes. Samples are guided to these places in the same way as to casters.
     pub gaps: &'a [CausticCaster],
     pub interactions: &'a SurfaceInteractions<N>,
     /// Lanes whose samples are guided.
@@ -170,7 +170,7 @@ mod tests {
         .into()
     }
 
-    /// Maps of two of the casters; the second map has two targets.
+    /// Caustic maps of two casters; the second map has two targets.
     fn thrown() -> Vec<CausticMap> {
         let beside = 0.7 * DVec3::X;
         let balls: [Vec<(DVec3, f64)>; 2] =

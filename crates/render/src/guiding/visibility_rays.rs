@@ -13,8 +13,8 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Numbers of points in a cube from which shadow rays start. In most lit cubes the first few are sufficient. Lab note:
-/// "32 shadow rays", 11-26.
+/// Numbers of points in a cube from which shadow rays start. In most lit cubes, the first few rays are sufficient. Lab
+/// note: "32 shadow rays", 11-26.
 const POINTS: [std::ops::Range<u32>; 2] = [0..4, 4..32];
 
 /// True if rare light sampling may be faster: see [`crate::guiding::light_visibility::LightVisibility`].
@@ -123,7 +123,7 @@ mod tests {
         assert!(guiding.has_rare_light_sampling());
         // Next to and below the lamps, which shine down.
         assert_eq!(rate(&world, &guiding, OPEN - 0.9 * DVec3::Z), 1.0);
-        // Around the globe, whose glass blocks shadow rays; and inside it.
+        // Points around and inside the globe, whose glass blocks shadow rays.
         assert_eq!(rate(&world, &guiding, DVec3::new(-1.5, 0.6, 0.1)), HIDDEN_RATE);
         assert_eq!(rate(&world, &guiding, DVec3::new(-1.0, 0.0, 1.55)), 1.0);
     }
@@ -152,7 +152,7 @@ mod tests {
             let variance = all.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / (all.len() - 1) as f64;
             (mean, variance / all.len() as f64)
         };
-        // At a place from which light is visible.
+        // A point from which a light is visible.
         let everywhere = [DVec3::splat(-3.0), DVec3::splat(3.0)];
         let ((rare, a), (always, b)) = (mean(LightVisibility::all_hidden(everywhere)), mean(None));
         assert!((rare - always).abs() < 4.0 * (a + b).sqrt(), "{rare} {always} {}", (a + b).sqrt());

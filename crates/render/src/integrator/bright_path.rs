@@ -12,7 +12,7 @@ use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::prepare::world::PreparedWorld;
 
-/// Path, and the ray along which most of its light arrived.
+/// A path, and the ray along which most of the path's light arrived.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BrightPath {
     /// Largest component of the radiance of the sample.
@@ -39,14 +39,14 @@ impl BrightPath {
     }
 }
 
-/// Path in progress, and the instances that it has met.
+/// A path in progress, and the instances that the path has met.
 #[derive(Clone, Debug, Default)]
 struct PathRecord {
     instances: Vec<u32>,
     position: DVec3,
 }
 
-/// Paths of one batch, each with its brightest ray.
+/// The paths of one batch, each with its brightest ray.
 struct Recorder<'a, 'b> {
     tracer: PathTracer<'a>,
     batch: &'a CameraRayBatch<'b>,

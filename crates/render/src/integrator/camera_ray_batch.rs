@@ -8,7 +8,7 @@ use crate::sampling::sampler::Sampler;
 
 /// Camera rays and their hits, entry by entry.
 pub(crate) struct CameraRayBatch<'a> {
-    /// Scene in which further rays are traced.
+    /// The scene in which all rays after the camera rays are traced.
     pub scene: &'a Scene,
     /// Scene-local origins.
     pub origins: &'a [DVec3],

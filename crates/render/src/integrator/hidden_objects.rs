@@ -1,4 +1,4 @@
-//! Objects that some rays do not find.
+//! Objects that are hidden from some kinds of rays.
 //!
 //! Light samples pass objects that cast no shadow, and are stopped by objects that do, whether other rays find them or
 //! not. Rays that BSDFs sample must find the same light, because multiple importance sampling divides it between both:
@@ -19,7 +19,7 @@ impl PathTracer<'_> {
         if path.is_camera_ray { !rays.camera } else { !rays.reflection }
     }
 
-    /// True if light that a path finds directly is left to light samples.
+    /// True if light samples already include light that a path finds directly.
     #[inline]
     pub fn skips_light(&self, path: &PathState) -> bool {
         path.light_search == LightSearch::Scattered && !path.specular_bounce

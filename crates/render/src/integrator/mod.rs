@@ -69,7 +69,7 @@ use crate::settings::{Integrator, Settings};
 const MAX_LIGHT_SAMPLES: usize = 64;
 
 /// Adds the radiance along every camera ray to `radiance`, and sets its `passes` in the scratch buffers. Sets
-/// `is_background` where a ray escapes before it is scattered.
+/// `is_background` for each ray that escapes before it is scattered.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &Settings,
@@ -142,7 +142,7 @@ pub(crate) fn bright_paths(
     bright_path::bright_paths(world, &settings, batch, control, scratch)
 }
 
-/// Settings of paths. Those of `direct` have one bounce behind specular surfaces; every light is sampled, and constant
+/// Settings of paths. Paths of `direct` have one bounce behind specular surfaces. Every light is sampled, and constant
 /// environments are an ambient term.
 fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Lights) -> PathSettings<'a> {
     let paths = PathSettings {
@@ -174,7 +174,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
         split_lights: false,
         ambient_term: match settings.ambient_occlusion {
             None => Some(None),
-            // An environment that surfaces at any distance occlude is treated like other lights.
+            // If surfaces at any distance occlude the environment, it is treated like other lights.
             Some(distance) if distance.is_infinite() => None,
             Some(distance) => Some(Some(distance as f32)),
         },

@@ -29,7 +29,7 @@ pub(crate) enum Pass {
     Indirect,
     /// Light whose last scattering before the camera is at a diffuse lobe.
     Diffuse,
-    /// The same at any other lobe of a surface.
+    /// Light whose last scattering before the camera is at any other lobe of a surface.
     Specular,
     /// The same in a medium.
     Volume,
@@ -66,7 +66,7 @@ pub(crate) struct LightWay {
 impl LightWay {
     const STRAIGHT: Self = Self { scatterings: Scatterings::None, first: None };
 
-    /// The way with one more scattering; `first` is used if it has none yet.
+    /// The way with one more scattering; `first` is used if the light has not been scattered yet.
     pub fn scattered(self, first: impl FnOnce() -> FirstScattering) -> Self {
         match self.scatterings {
             Scatterings::None => Self { scatterings: Scatterings::One, first: Some(first()) },
@@ -74,12 +74,12 @@ impl LightWay {
         }
     }
 
-    /// True if further scatterings do not change the way.
+    /// True if additional scattering does not change the way.
     pub fn is_final(&self) -> bool {
         self.scatterings == Scatterings::Several
     }
 
-    /// Fraction of each colour that belongs to a pass other than those of lights.
+    /// Fraction of each colour channel that belongs to a pass; does not apply to passes of single lights.
     fn share(&self, pass: Pass) -> Vec3 {
         let all = |is_part: bool| Vec3::splat(f32::from(u8::from(is_part)));
         match (pass, self.first) {
@@ -97,7 +97,7 @@ impl LightWay {
 /// Source of a contribution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum LightSource {
-    /// A finite light, by its index among those that a ray finds.
+    /// A finite light, given by its index among the lights that a ray finds.
     Finite {
         index: usize,
         view: LightView,

@@ -108,7 +108,7 @@ impl PathScratch {
         self.active.extend(0..self.paths.len() as u32);
     }
 
-    /// Moves the paths through fog and other media; paths that they scatter continue or end before their hits.
+    /// Moves the paths through fog and other media. A path that a medium scatters continues or ends before its hit.
     pub(super) fn cross_media(
         &mut self,
         tracer: &PathTracer,
@@ -123,7 +123,7 @@ impl PathScratch {
         }
     }
 
-    /// Moves the paths through media that scatter them.
+    /// Moves the paths through scattering media.
     #[inline(never)]
     fn scatter_in_media(
         &mut self,

@@ -12,7 +12,7 @@ use crate::light::samples::{LightLiSample, LightRandom};
 use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::material::PreparedMaterial;
 
-/// Light that a ray collects, behind objects that some rays do not find.
+/// The kind of light that a ray collects after it has passed objects that are hidden from some rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightSearch {
     /// Light of lamps, the sky and surfaces, and light that surfaces scatter.
@@ -20,7 +20,8 @@ pub(crate) enum LightSearch {
     /// Only light that light samples find too: the ray has passed an object that casts no shadow, and another path
     /// continues at the object.
     Sampled,
-    /// Only other light: the ray has passed an object that it does not find but that casts a shadow.
+    /// The ray collects only light that light samples do not find, because it has passed a hidden object that casts a
+    /// shadow.
     Scattered,
 }
 
@@ -129,7 +130,7 @@ pub(crate) struct HitView<'a> {
     pub interaction: SurfaceInteraction,
     /// The sampled direction of a diffuse BSDF.
     pub diffuse_direction: Vec3,
-    /// Random numbers of any other BSDF.
+    /// Random numbers for all other BSDFs.
     pub bsdf_random: [f32; 2],
     /// Random numbers of the first light sample.
     pub light_random: LightRandom,

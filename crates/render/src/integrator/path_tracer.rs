@@ -48,8 +48,8 @@ pub(crate) struct PathSettings<'a> {
     pub light_sampling: LightSampling,
     /// True if lights of several kinds are sampled separately at points that the camera sees.
     pub split_lights: bool,
-    /// Replaces constant environments by an ambient term. The value is the distance within which surfaces occlude it,
-    /// if any.
+    /// Replaces constant environments by an ambient term. The value is the distance within which surfaces occlude the
+    /// ambient light, if such a limit exists.
     pub ambient_term: Option<Option<f32>>,
     /// Hides the environment from camera rays.
     pub hide_environment: bool,
@@ -139,7 +139,7 @@ impl<'a> PathModes<'a> {
         matches!(self.light_choice, LightChoice::Choose)
     }
 
-    /// The only light, if there is exactly one and it is finite.
+    /// The only light, if the world has exactly one light and this light is finite.
     pub fn single_light(&self) -> Option<&'a PreparedLight> {
         if let LightChoice::Single(light) = self.light_choice { light } else { None }
     }
@@ -153,7 +153,7 @@ fn last_segment_is_occlusion_only(geometry: &Geometry, lights: &Lights) -> bool 
     !(geometry.has_transparency || lights.has_emissive_triangles() || may_absorb || has_environment)
 }
 
-/// A batch of paths at one bounce.
+/// A batch of paths, all at the same bounce.
 pub(crate) struct PathTracer<'a> {
     pub geometry: &'a Geometry,
     pub lights: &'a Lights,
@@ -244,7 +244,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Weight of light that BSDF sampling found, by the balance heuristic; light sampling has density `pdf` there.
+    /// Balance-heuristic weight of light that BSDF sampling found in a direction for which light sampling has the
+    /// density `pdf`.
     pub fn mis_weight(&self, path: &PathState, pdf: f32) -> f32 {
         if path.specular_bounce || pdf == 0.0 {
             1.0
@@ -276,7 +277,7 @@ impl PathTracer<'_> {
             return;
         }
         if self.settings.media.is_some() || self.skips_light(path) {
-            // In media, these lights are added with the media before them.
+            // In worlds with media, these lights are added together with the media in front of them.
             return;
         }
         let (lights, view) = self.lights_of(path);

@@ -17,8 +17,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Tag of a shadow ray at a path's hit; `None` unless passes are recorded. `first` is what scatters the light
-    /// there.
+    /// Tag of a shadow ray at a path's hit; `None` unless passes are recorded. `first` is the kind of the first
+    /// scattering.
     #[inline]
     pub fn tag(
         &self,

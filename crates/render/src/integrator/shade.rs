@@ -17,8 +17,8 @@ use crate::media::nested_dielectrics::InterfaceTransition;
 use crate::sampling::dimension::Dimension;
 
 impl PathTracer<'_> {
-    /// Shades a hit. Returns true if the path continues. The frequent BSDFs are compiled separately, without the layers
-    /// of others.
+    /// Shades a hit. Returns true if the path continues. Frequent BSDFs are compiled separately, without code for the
+    /// layers of other BSDFs.
     #[inline]
     pub fn shade(
         &self,

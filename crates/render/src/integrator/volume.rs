@@ -35,7 +35,8 @@ struct VolumeVertex {
     position: DVec3,
     medium: Medium,
     interior: InteriorList,
-    /// The strategy that competes with free flight for light that arrives directly, if it applies here.
+    /// The strategy that is combined with free flight for light that arrives directly; none if it does not apply to
+    /// this ray.
     near_lights: Option<NearLights>,
     /// Distance from the part's begin, and its density by free flight.
     distance: f64,
@@ -120,7 +121,7 @@ impl PathTracer<'_> {
         );
     }
 
-    /// Moves a path through one medium; returns the point at which it is scattered, if any.
+    /// Moves a path through one medium; returns the point at which the medium scatters the path, if it does.
     fn cross_part(
         &self,
         path: &mut PathState,
@@ -160,7 +161,7 @@ impl PathTracer<'_> {
         Some(VolumeVertex { position, medium, interior: part.interior, near_lights, distance, density })
     }
 
-    /// Equiangular sampling along a part of a ray, if any light has a place.
+    /// Equiangular sampling along a part of a ray; none if no light has a position.
     fn near_lights(&self, path: &PathState, ray: &MediumRay, part: &MediumPart) -> Option<NearLights> {
         if !self.lights.has_finite() || self.is_at_max_depth(path) {
             return None;
@@ -221,7 +222,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Samples a light at a point of a medium, and continues the path; false if it ends.
+    /// Samples a light at a point of a medium, and continues the path; returns false if the path ends.
     fn scatter(&self, path: &mut PathState, vertex: &VolumeVertex, queues: &mut WavefrontQueues) -> bool {
         if self.is_at_max_depth(path) || path.light_search == LightSearch::Sampled {
             return false;

@@ -68,7 +68,7 @@ impl SurfaceInteraction {
 pub(crate) struct LightSampleContext {
     /// Scene-local.
     pub position: DVec3,
-    /// Unit normal towards the lit side if light arrives only on one side of a surface, otherwise zero. It only guides
-    /// light selection; no light is lost by it.
+    /// Unit normal towards the lit side if light arrives only on one side of a surface, otherwise zero. This normal
+    /// only affects light selection; no light is lost.
     pub normal: Vec3,
 }

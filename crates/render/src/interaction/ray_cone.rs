@@ -106,7 +106,7 @@ impl<'a> PixelCones<'a> {
         }));
     }
 
-    /// Cone of a pixel. Its width is the side length of a square of the pixel's area.
+    /// Cone of a pixel. The cone's width is the side length of a square with the pixel's area.
     fn cone(&self, camera: &Camera, [x, y]: [u32; 2]) -> RayCone {
         let center = camera.pixel_center_of(x, y);
         let ray = |offset: DVec2| match &self.pinhole {
@@ -159,7 +159,8 @@ impl RayCone {
         Self { width: self.width + self.spread * distance, ..*self }
     }
 
-    /// Cone after a scattering event: specular reflection keeps its mean width, anything else collapses it.
+    /// Cone after a scattering event: specular reflection keeps its mean width, any other scattering reduces the cone
+    /// to a ray.
     pub fn after_scatter(&self, mirrored: bool) -> Self {
         if mirrored { Self { stretch: Stretch::ROUND, ..*self } } else { Self::default() }
     }

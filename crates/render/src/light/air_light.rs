@@ -1,7 +1,8 @@
 //! Air light: the light that fog sends to the camera where no surface is behind it, in closed form.
 //!
-//! Single scattering of the light from infinity: H. Koschmieder, "Theorie der horizontalen Sichtweite", 1924. Light
-//! that the fog takes from suns and skies on its way, and light that is scattered twice, are taken as equal.
+//! Single scattering of the light from infinity: H. Koschmieder, "Theorie der horizontalen Sichtweite", 1924. The
+//! approximation assumes that the light which fog removes from suns and skies equals the light that is scattered more
+//! than once.
 
 use glam::Vec3;
 

@@ -121,13 +121,14 @@ pub(crate) struct PreparedLightBounds {
     pub phi: f32,
 }
 
-/// Maximum radius of a group of lights that count as alike at a point, as a fraction of their distance.
+/// Maximum radius of a group of lights with similar effects at a point, as a fraction of the distance to the group.
 const FAR_RADIUS: f32 = 0.2;
 /// Minimum cosine of the half angle of their normal cone.
 const FAR_COS_THETA_O: f32 = 0.8;
 
 impl PreparedLightBounds {
-    /// True if the lights are alike at a point: close together as seen from there, and facing about the same direction.
+    /// True if the lights have similar effects at a point: seen from the point, they are close together and face about
+    /// the same direction.
     #[inline]
     pub fn is_far(&self, position: Vec3) -> bool {
         let far = self.radius * self.radius < FAR_RADIUS * FAR_RADIUS * self.center.distance_squared(position);
@@ -182,14 +183,14 @@ impl Angle {
         Self { sin, cos }
     }
 
-    /// From the sine of an angle of at most 90 degrees.
+    /// Computes a cosine from the sine of an angle of at most 90 degrees.
     #[inline(always)]
     fn from_sin(sin: f32) -> Self {
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         Self { sin, cos }
     }
 
-    /// Difference of two angles, at least 0.
+    /// Difference of two angles, but at least 0.
     #[inline(always)]
     fn saturating_sub(self, other: Self) -> Self {
         let sin = self.sin * other.cos - self.cos * other.sin;

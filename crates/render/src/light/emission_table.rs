@@ -6,15 +6,16 @@ use glam::Vec3;
 ///
 /// The unit square of (u, v) has `size` x `size` cells; the triangle u + v < 1 contains `size - 1 - row` whole cells of
 /// each row and half of the following one. A row is chosen by the marginal distribution, then a cell by the row's
-/// conditional one, both by inversion (M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition,
-/// section A.5.6). Within a whole cell, the density is bilinear between the brightness of the corners (section 2.4.2);
-/// within half a cell, and on an image without interpolation, it is constant.
+/// conditional distribution, both by inversion (M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th
+/// edition, section A.5.6). Within a whole cell, the density is bilinear between the brightness of the corners (section
+/// 2.4.2); within half a cell, and on an image without interpolation, it is constant.
 #[derive(Debug)]
 pub(crate) struct EmissionTable {
     size: usize,
     /// Running sums over the rows, from 0 to 1.
     marginal: Vec<f32>,
-    /// Running sums over the cells of each row, from 0 to 1, row after row; each is one cell shorter than the last.
+    /// Running sums over the cells of each row, from 0 to 1, row after row; each row is one cell shorter than the
+    /// previous row.
     conditional: Vec<f32>,
     /// Brightness at the corners of the cells, in the same order; empty if each cell is constant.
     corners: Vec<f32>,
@@ -89,7 +90,7 @@ impl EmissionTable {
         (mean, is_useful.then_some(Self { size, marginal, conditional, corners }))
     }
 
-    /// Samples a point (u, v). Returns it with its density relative to the uniform distribution.
+    /// Samples a point (u, v). Returns the point with its density relative to the uniform distribution.
     pub fn sample(&self, [x, y]: [f32; 2]) -> ([f32; 2], f64) {
         let (row, mut v) = invert(&self.marginal, y);
         let (column, mut u) = invert(self.row(row), x);
@@ -195,7 +196,7 @@ mod tests {
         80.0 * tent(u, 0.375) * tent(v, 0.25)
     }
 
-    /// Estimates the mean by a table; returns it with the largest weight of a sample.
+    /// Estimates the mean with a table; returns the mean and the largest weight of a sample.
     fn estimate(table: &EmissionTable, light: impl Fn([f32; 2]) -> f32) -> (f64, f64) {
         let count = 1 << 10;
         let (mut sum, mut largest, mut inside) = (0.0, 0.0f64, 0);

@@ -27,7 +27,7 @@ pub(crate) struct EmissiveTriangles {
     triangles: Vec<[u32; 2]>,
     /// Light index of every triangle of an emissive instance.
     light_of_triangle: Vec<Vec<u32>>,
-    /// Distribution of the points on each triangle; `None` if it is uniform.
+    /// Distribution of the points on each triangle; `None` if the emission is uniform.
     distributions: Vec<Option<PointDistribution>>,
     tree: LightTree,
 }
@@ -102,7 +102,8 @@ struct PointDistribution {
 }
 
 impl PointDistribution {
-    /// Samples weights of the second and third vertex. Returns them with their density relative to the uniform one.
+    /// Samples weights of the second and third vertex. Returns the tables with their densities relative to the uniform
+    /// density.
     fn sample(&self, random: [f32; 2]) -> ([f32; 2], f64) {
         let (point, density) = self.table.sample(random);
         (self.grid.to_triangle(point), density)
@@ -203,7 +204,7 @@ impl EmissiveTriangles {
     }
 }
 
-/// First vertex, scene-local, and the edges to the others.
+/// The first vertex in scene-local coordinates, and the edges to the other two vertices.
 fn edges(world: &Geometry, instance: u32, triangle: u32) -> [DVec3; 3] {
     let [a, b, c] = world.corners(instance, triangle);
     [a - world.origin, b - a, c - a]
@@ -249,8 +250,8 @@ impl CellGrid {
     /// Rounding of texture coordinates, in cells.
     const ROUNDING: f32 = 1e-2;
 
-    /// The grid of a triangle. An image without interpolation is constant within a texel, any other one bilinear within
-    /// half a texel.
+    /// The grid of a triangle. An image without interpolation is constant within a texel; any other image is bilinear
+    /// within half a texel.
     fn new(world: &Geometry, instance: u32, triangle: u32) -> Self {
         let material = &world.materials[world.material_index(instance, triangle)].material;
         let grid = || {
@@ -304,7 +305,8 @@ impl CellGrid {
     }
 }
 
-/// Light bounds of a triangle, by its mean radiance, and the distribution of its points; `None` if it is degenerate.
+/// Light bounds of a triangle, by its mean radiance, and the distribution of its points; `None` if the triangle is
+/// degenerate.
 fn measure_emission(
     world: &Geometry,
     instance: u32,

@@ -1,4 +1,4 @@
-//! Bounding spheres of lights: a fast test that most rays fail.
+//! Bounding spheres of lights, for a fast test that excludes most rays.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::WithSimd;

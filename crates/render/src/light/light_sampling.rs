@@ -21,14 +21,14 @@ pub(crate) enum LightSampling {
     /// One light, uniformly: [`Lights::count`] stratified samples select each light once. Emissive triangles count as
     /// one light.
     Uniform,
-    /// Every infinite light, several finite lights and an emissive triangle; see [`Lights::sample_split`].
+    /// Samples of every infinite light, several finite lights and an emissive triangle; see [`Lights::sample_split`].
     Split,
 }
 
 /// Light to which a sample belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SampledLight {
-    /// Index among the infinite lights. Where others overlap, their radiance is included.
+    /// Index among the infinite lights. The radiance of overlapping infinite lights is included.
     Infinite(usize),
     /// Index among the finite lights.
     Finite(usize),
@@ -36,7 +36,7 @@ pub(crate) enum SampledLight {
     Surfaces,
 }
 
-/// Largest number of samples of [`Lights::sample_split`].
+/// Maximum number of samples that [`Lights::sample_split`] returns.
 pub(crate) const MAX_SPLIT_SAMPLES: usize = 2 * MAX_SPLIT_LIGHTS + 1;
 
 /// Point for which lights are sampled, with precomputed importances.
@@ -94,7 +94,7 @@ impl Lights {
         }
     }
 
-    /// The only light that [`Lights::sample`] can select; `None` if there are several.
+    /// The only light that [`Lights::sample`] can select; `None` if there are several lights.
     pub fn single_light(&self, choice: LightSampling) -> Option<&PreparedLight> {
         let one = self.non_constant_infinite == 0 && self.tree.count() == 1 && !self.has_emissive_triangles();
         let [Child::Light(light)] = *self.tree.only_node()?.children() else {
@@ -197,8 +197,8 @@ impl Lights {
         }
     }
 
-    /// Samples one light. Where infinite lights overlap, they count as one: radiance and densities are summed. `by`
-    /// contains the point and known importances.
+    /// Samples one light. Overlapping infinite lights count as one light: their radiances and densities are summed.
+    /// `by` contains the point and known importances.
     #[inline]
     pub fn sample(
         &self,

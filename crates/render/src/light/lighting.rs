@@ -22,7 +22,7 @@ pub(crate) struct Lighting {
     pub default_lights: Option<Lights>,
 }
 
-/// Lighting prepared on demand, with its inputs. Worlds with equal inputs share it.
+/// Lighting prepared on demand, with its inputs. Worlds with equal inputs share the lighting.
 #[derive(Debug)]
 pub(crate) struct LightingCell {
     lights: Vec<Light>,
@@ -34,7 +34,7 @@ pub(crate) struct LightingCell {
     made: OnceLock<Lighting>,
 }
 
-/// Most recently prepared lightings of the worlds of a family.
+/// The most recently prepared lightings of a family of worlds.
 #[derive(Debug, Default)]
 pub(crate) struct RecentLighting {
     /// Locked only for look-ups.
@@ -100,7 +100,7 @@ impl LightingCell {
         }))
     }
 
-    /// True if the lights are those of a world, with the same images and profiles.
+    /// True if the lights equal a world's lights, with the same images and profiles.
     pub fn has_lights_of(&self, world: &World) -> bool {
         let same = self.lights.iter().zip(&world.lights).all(|(a, b)| is_same_light(a, b));
         same && self.lights.len() == world.lights.len()

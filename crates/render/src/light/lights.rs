@@ -43,11 +43,11 @@ pub(crate) enum LightView {
 pub(crate) struct Lights {
     /// Lights without a mesh that illuminate, in the order of the world.
     pub(super) lights: Vec<PreparedLight>,
-    /// Index in the world of each of them.
+    /// For each of these lights, the index in the world.
     pub(super) owners: Vec<usize>,
     /// Names of all lights of the world.
     pub(super) names: Vec<String>,
-    /// Lights that rays from the camera and from mirrors find, if these differ from those that illuminate.
+    /// Lights that rays from the camera and from mirrors find, if these lights differ from the lights that illuminate.
     pub(super) views: Option<Box<[Lights; 2]>>,
     /// Total radiance of constant skies, for integrators that treat it as an ambient term.
     pub ambient: Vec3,
@@ -221,7 +221,7 @@ impl Lights {
         }
     }
 
-    /// True if some rays do not find the lights that illuminate.
+    /// True if some rays do not find all lights that illuminate.
     pub fn has_views(&self) -> bool {
         self.views.is_some()
     }

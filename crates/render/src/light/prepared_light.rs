@@ -1,4 +1,4 @@
-//! Lights without a mesh: a closed set, one match arm per light.
+//! Lights without a mesh, as an enum with one variant per type of light.
 
 use glam::{DVec3, Vec3};
 use raycam_scene::{Light, Up};

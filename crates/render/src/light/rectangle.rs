@@ -228,14 +228,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_samples_equal_single_samples() {
+    fn batched_rectangle_samples_equal_single_samples() {
         const N: usize = 16;
         let edges = [DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
         let slanted = [edges[0], edges[1] + edges[0] / 4.0];
         let (mut near, mut dark) = (0, 0);
         for (edges, two_sided) in [(edges, false), (edges, true), (slanted, false)] {
             let area = RectangleLight::new(DVec3::new(0.0, 0.0, 1.0), edges, Vec3::ONE, two_sided);
-            // Around the light, in its plane and far below it.
+            // Points around the light, in its plane and far below it.
             let points = |lane: usize, axis: usize| {
                 let at = (lane * 3 + axis) as f64;
                 at.sin() * [1.0, 8.0, 1.0, 1e4][lane % 4] + f64::from(lane == 5 && axis == 2)

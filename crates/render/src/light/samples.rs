@@ -1,4 +1,4 @@
-//! Light samples, for one point and for a batch.
+//! Light samples for one point, and for a batch of points.
 
 use glam::{DVec3, Vec3};
 

@@ -59,7 +59,7 @@ pub(crate) enum DirectionalAlbedo {
 pub(crate) struct Albedo {
     /// Albedo of the first reflection.
     pub single_scatter: Vec3,
-    /// Albedo of all further reflections.
+    /// Albedo of all reflections after the first.
     pub multi_scatter: Vec3,
 }
 
@@ -185,7 +185,7 @@ impl Albedo {
 impl AlbedoTables {
     fn new() -> Self {
         let mut tables = Self { entries: [[0.0; 2]; TABLE_ENTRIES], means: [[0.0; 2]; ROUGHNESS_ROWS] };
-        // Rows are independent, so every thread fills some.
+        // Rows are independent, so every thread fills a part of the rows.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let share = ROUGHNESS_ROWS.div_ceil(cores);
         let rows = &mut tables.entries[..ROUGHNESS_ROWS * COSINE_STEPS];

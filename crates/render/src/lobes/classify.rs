@@ -17,7 +17,7 @@ pub(crate) enum BatchKind {
     Glossy,
     /// A rough isotropic interface that refracts, and nothing else.
     RoughDielectric,
-    /// Everything else: evaluated one hit at a time.
+    /// All other materials, which are evaluated one hit at a time.
     General,
 }
 
@@ -139,7 +139,7 @@ pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
     }
 }
 
-/// The absorption per metre in the interior of a material, if it has one.
+/// The absorption per metre in the interior of a material; none for materials without an interior.
 pub(crate) fn interior_absorption(material: &Material) -> Option<Vec3> {
     match &material.model {
         MaterialModel::Principled(p) => {

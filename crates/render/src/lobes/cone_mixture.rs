@@ -1,8 +1,8 @@
 //! Mixture of cosine-weighted and cone sampling for diffuse surfaces.
 //!
-//! A fraction of the samples is distributed uniformly in cones, the others follow the cosine. Every direction has the
-//! density of the whole mixture (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods for
-//! Light Transport Simulation", 1997, section 9.2.4), so any choice of cones is unbiased. Path guiding chooses the
+//! A fraction of the samples is distributed uniformly in cones; the other samples follow the cosine. Every direction
+//! has the density of the whole mixture (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods
+//! for Light Transport Simulation", 1997, section 9.2.4), so any choice of cones is unbiased. Path guiding chooses the
 //! cones.
 
 use std::f32::consts::TAU;

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::lobes::thin_film::ThinFilm;
 
-/// An interface as seen from the viewer's side.
+/// An interface, described from the viewer's side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Fresnel {
     /// C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
@@ -133,22 +133,22 @@ fn conductor(c: f32, n: f32, k: f32) -> f32 {
     (perpendicular + parallel) / 2.0
 }
 
-/// Mirror direction of `wo` about a microfacet normal; `None` if it is below the surface.
+/// Mirror direction of `wo` about a microfacet normal; `None` if the direction is below the surface.
 #[inline(always)]
 pub(crate) fn reflect(wo: Vec3, wm: Vec3) -> Option<Vec3> {
     let wi = 2.0 * wo.dot(wm) * wm - wo;
     (wi.z > 0.0).then_some(wi)
 }
 
-/// Refracted direction of `wo` at a microfacet; `None` for total reflection, or if it is above the surface. `eta` is
-/// the index of the far side relative to the near side.
+/// Refracted direction of `wo` at a microfacet; `None` for total reflection, or if the direction is above the surface.
+/// `eta` is the index of the far side relative to the near side.
 #[inline(always)]
 pub(crate) fn refract(wo: Vec3, wm: Vec3, eta: f32) -> Option<Vec3> {
     let (wi, is_valid) = refract_unchecked(wo, wm, eta);
     is_valid.then_some(wi)
 }
 
-/// [`refract`] without branches: a direction, and true if it exists.
+/// [`refract`] without branches: returns a direction, and true if the direction exists.
 #[inline(always)]
 pub(crate) fn refract_unchecked(wo: Vec3, wm: Vec3, eta: f32) -> (Vec3, bool) {
     let cosine = wo.dot(wm);

@@ -123,8 +123,8 @@ impl MicrofacetEval {
         Self { cosine: wo.dot(wm), weight: shape * ggx.g(wo, wi), pdf: shape * ggx.g1(wo) }
     }
 
-    /// Microfacets that refract; all zero if none refracts. `eta` is the index of the side of `wi` relative to that of
-    /// `wo`.
+    /// Microfacet normals that refract one direction into the other; zero if there is no such normal. `eta` is the
+    /// index of the side of `wi` relative to that of `wo`.
     #[inline(always)]
     pub fn refraction(ggx: &Ggx, eta: f32, wo: Vec3, wi: Vec3) -> Self {
         let wm = (wo + wi * eta).normalize_or_zero();

@@ -42,7 +42,7 @@ mod tests {
     /// The mean cosine of the samples is g, and their density is the function's: the mean of cos^2 / density over the
     /// sphere's area.
     #[test]
-    fn samples_have_the_mean_cosine_and_the_density() {
+    fn phase_function_samples_have_the_mean_cosine_and_density() {
         let axis = Vec3::new(0.6, 0.0, 0.8);
         let count = 600;
         let unit = |i: usize| (i as f32 + 0.5) / count as f32;

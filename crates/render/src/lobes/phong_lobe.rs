@@ -12,7 +12,7 @@ use raycam_scene::MaterialModel;
 
 use crate::lobes::shading_frame::sincos_turns;
 
-/// The specular lobe of one exponent.
+/// A specular Phong lobe with a given exponent.
 #[derive(Debug)]
 pub(crate) struct PhongLobe {
     shininess: f32,

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn lobe_matches_the_paper() {
+    fn sheen_lobe_matches_the_paper() {
         // Equations 2 and 3, with table 1 at alpha = 1, where only the soft fit counts.
         let cosine = 0.6f64;
         let (a, b, c, d, e) = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054);

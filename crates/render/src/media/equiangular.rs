@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn density_is_the_derivative_of_the_samples() {
+    fn equiangular_density_is_the_derivative_of_the_samples() {
         let rays = [(DVec3::new(1.0, 2.0, 0.0), 3.0), (DVec3::new(-4.0, 0.5, 1.0), f64::INFINITY)];
         for (center, length) in rays {
             let angles = Equiangular::new(center, DVec3::X, length);

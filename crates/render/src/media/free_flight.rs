@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn densities_and_passing_rays_sum_to_one_and_equal_the_samples() {
+    fn free_flight_probabilities_sum_to_one_and_match_the_samples() {
         let flight = FreeFlight::new(Vec3::new(1.0, 0.5, 0.1), Vec3::new(0.3, 2.0, 0.0));
         let steps = 200_000;
         let end = 7.0;

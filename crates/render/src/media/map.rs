@@ -20,7 +20,7 @@ pub(crate) struct MediumPart {
     pub interior: InteriorList,
 }
 
-/// A ray through media, from one distance to another. The direction has unit length; the end may be infinite.
+/// A ray through media between two distances. The direction has unit length; the end may be infinite.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MediumRay {
     pub origin: DVec3,
@@ -35,7 +35,7 @@ pub(crate) struct MediumRay {
 pub(crate) struct MediaMap<'a> {
     geometry: &'a Geometry,
     fog: Option<PreparedFog>,
-    /// True if rays from the camera to surfaces are in the fog all the way.
+    /// True if rays from the camera to surfaces are completely inside the fog.
     covers_camera_rays: bool,
 }
 
@@ -105,7 +105,7 @@ impl<'a> MediaMap<'a> {
         InterfaceTransition::at_hit(geometry, interior, &hit, is_front, None).far_side
     }
 
-    /// The part of a ray in the medium that surrounds it.
+    /// The part of a ray inside the medium that surrounds the ray.
     fn part(&self, interior: InteriorList, ray: &MediumRay) -> Option<MediumPart> {
         let &MediumRay { origin, direction, begin, end, .. } = ray;
         if let Some(medium) = interior.medium(self.geometry) {
@@ -141,7 +141,7 @@ fn highest_point(geometry: &Geometry, up: DVec3) -> f64 {
     tops.reduce(f64::max).unwrap_or(0.0)
 }
 
-/// The closed form of light through media: what remains of it, and what the media add.
+/// The closed form of light through media: the fraction that remains, and the light that the media add.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClosedForm {
     pub passed: Vec3,

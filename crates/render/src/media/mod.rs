@@ -1,4 +1,5 @@
-//! Media along rays: what fills the space between surfaces, how much light passes, and where it is scattered.
+//! Media along rays: the medium between surfaces, the fraction of light that passes, and the points at which light is
+//! scattered.
 //!
 //! * [`nested_dielectrics`]: the media that a path is in, selected by priority.
 //! * [`map`]: the medium at each part of a ray.
@@ -7,7 +8,8 @@
 //! * [`equiangular`]: a distance near to a light, for light that arrives directly.
 //!
 //! Media are homogeneous, with a coefficient for each colour. The distances of the two strategies are combined by
-//! multiple importance sampling, and so are the colours: a distance is drawn for one of them, and counts for all.
+//! multiple importance sampling, and so are the colours: a distance is drawn for one colour channel and used for all
+//! channels.
 
 pub(crate) mod equiangular;
 pub(crate) mod free_flight;

@@ -1,9 +1,9 @@
 //! Nested dielectrics: the media that a path is in, such as glass in water.
 //!
 //! C. M. Schmidt and B. Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002.
-//! Where closed meshes overlap, the material of the highest priority fills the space, and surfaces of the others are
-//! false intersections. Among equal priorities, the material that was entered last wins: an inner body displaces the
-//! outer one.
+//! Where closed meshes overlap, the material with the highest priority fills the space, and the surfaces of all other
+//! materials are false intersections. Among equal priorities, the material that was entered last wins, so an inner body
+//! displaces the outer body.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
@@ -77,8 +77,8 @@ impl InteriorList {
         channel: Option<usize>,
     ) -> InterfaceTransition {
         let [first, second, ..] = self.0;
-        // The most frequent case: no other medium. The words are compared one by one, because a single wide comparison
-        // would stall on words that were just stored.
+        // The most frequent case: the path is in no other medium. The words are compared one by one, because a single
+        // wide comparison would stall on words that were just stored.
         if first == if is_front { EMPTY } else { material as u32 } && second == EMPTY {
             let mut far = Self::default();
             far.0[0] = if is_front { material as u32 } else { EMPTY };
@@ -92,7 +92,7 @@ impl InteriorList {
         self.transition_among(geometry, material, is_front, channel)
     }
 
-    /// General case of [`InteriorList::transition`], with other media.
+    /// General case of [`InteriorList::transition`], in which the path is inside other media.
     fn transition_among(
         self,
         geometry: &Geometry,
@@ -127,7 +127,7 @@ impl InteriorList {
         self.current(geometry).and_then(|there| geometry.materials[there].absorption).unwrap_or(Vec3::ZERO)
     }
 
-    /// The medium that fills the space, unless it is empty or outside of bodies.
+    /// The medium that fills the space; none for empty space outside of bodies.
     pub fn medium(&self, geometry: &Geometry) -> Option<Medium> {
         geometry.materials[self.current(geometry)?].medium
     }
@@ -184,7 +184,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn shortcut_and_general_case_are_equal() {
+    fn nested_dielectric_shortcut_equals_the_general_case() {
         let mut world = World::default();
         for priority in [0, 3] {
             let material = Material { priority, model: MaterialModel::Glass(Glass::default()), ..Material::default() };

@@ -1,8 +1,8 @@
 //! World states over a camera's shutter.
 //!
 //! A sample's colour is that of the world in one of many equal time slices, at the slice's middle. Their number depends
-//! on the motion of objects in the image (see [`SliceCount`]). With a rolling shutter there are [`MAX_SLICES`], if the
-//! moving objects are few and rigid. Ground truth shows the world at the exact middle of each row's exposure.
+//! on the motion of objects in the image (see [`SliceCount`]). With a rolling shutter, there are [`MAX_SLICES`] slices
+//! if the moving objects are few and rigid. Ground truth shows the world at the exact middle of each row's exposure.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -19,8 +19,8 @@ use crate::error::RenderError;
 use crate::motion::slice_count::SliceCount;
 use crate::prepare::world::PreparedWorld;
 
-/// Largest number of slices of the time from the opening of the first row until the closing of the last row, for few
-/// rigid objects and for others.
+/// Maximum number of slices between the opening of the first row and the closing of the last row, for few rigid objects
+/// and for all other worlds.
 const MAX_SLICES: usize = 1024;
 const MAX_SLICES_OF_MANY: usize = 256;
 /// Largest number of objects for [`MAX_SLICES`].

@@ -19,7 +19,7 @@ const DEFORMING_PROBES: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SliceCount {
     pub slices: usize,
-    /// Length of the longest way of an object's corner in the image, in pixels.
+    /// Length in pixels of the longest path of a box corner in the image.
     pub motion: f64,
 }
 
@@ -30,7 +30,7 @@ impl SliceCount {
         Self { slices: wanted.next_power_of_two().clamp(min, max), motion }
     }
 
-    /// The count for the motion during an exposure. `at` returns the world at a fraction of it, from 0 to 1.
+    /// The count for the motion during an exposure. `at` returns the world at a fraction of the exposure, from 0 to 1.
     pub fn of_exposure(world: &World, camera: &Camera, max: usize, at: impl Fn(f64) -> Option<World>) -> Self {
         let probes = if world.node_tree.is_some() { DEFORMING_PROBES } else { PROBES };
         let mut way = Ways::default();
@@ -49,10 +49,10 @@ impl SliceCount {
     }
 }
 
-/// Ways of the corners of all objects' boxes in the image.
+/// The paths of the corners of all objects' boxes in the image.
 #[derive(Default)]
 struct Ways {
-    /// Last position of each corner, and the length of its way so far, in pixels.
+    /// The last position of each corner, and the length of the corner's path so far, in pixels.
     corners: Vec<(Option<DVec2>, f64)>,
     /// Boxes of meshes by their address.
     boxes: HashMap<*const Mesh, MeshBox>,
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_follow_the_motion_within_their_limits() {
+    fn slice_counts_grow_with_the_motion_within_their_limits() {
         let count = |motion| SliceCount::for_motion(motion, [64, 1024]).slices;
         assert_eq!([0.0, 64.0, 65.0, 300.0, 1024.0, 1e9].map(count), [64, 64, 128, 512, 1024, 1024]);
         let step = |motion| SliceCount::for_motion(motion, [64, 256]).coarse_step();

@@ -18,7 +18,7 @@ pub(crate) trait BuiltPart {
 /// Built parts by the address of their inputs.
 #[derive(Debug)]
 pub(crate) struct SharedParts<P> {
-    /// Locked only for look-ups: nothing is built or freed while it is locked, and a fork finds it unlocked.
+    /// The lock is held only for look-ups. No part is built or freed while it is held, and a fork finds it free.
     parts: Mutex<HashMap<usize, Arc<P>>>,
 }
 
@@ -33,7 +33,7 @@ impl<P: BuiltPart> SharedParts<P> {
         self.parts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Part of an input, if it has been built.
+    /// The part that was built from an input, if it exists.
     pub fn built_of(&self, input: &Arc<P::Input>) -> Option<Arc<P>> {
         self.lock().get(&Arc::as_ptr(input).addr()).cloned()
     }
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_freed_with_their_input() {
+    fn prepared_parts_are_freed_with_their_input() {
         let known = SharedParts::default();
         let [short, long] = ["a", "abc"].map(|text| Arc::new(String::from(text)));
         for text in [&short, &long] {

@@ -1,4 +1,4 @@
-//! Fog of a prepared world: the part of a ray inside it, and how much light passes.
+//! Fog of a prepared world: the part of a ray inside the fog, and the fraction of light that passes.
 
 use glam::{DVec3, Vec3};
 use raycam_scene::World;

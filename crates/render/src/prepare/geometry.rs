@@ -46,7 +46,7 @@ pub(crate) struct Geometry {
     pub boundaries: Option<Arc<Scene>>,
     /// True if light is absorbed or scattered between surfaces, other than inside of clear bodies.
     has_media: bool,
-    /// The instances with an interior, with their boxes: large ones first.
+    /// The instances with an interior and their boxes, sorted from large to small.
     pub bodies: Vec<(usize, [DVec3; 2])>,
     /// True if shadow rays may pass a surface: a material is not opaque, or an object casts no shadow.
     pub has_transparency: bool,
@@ -55,7 +55,7 @@ pub(crate) struct Geometry {
     /// True if camera rays do not find an object.
     pub has_camera_hidden: bool,
     pub textures: Arc<Vec<Arc<PreparedTexture>>>,
-    /// Texture cache that limits the memory of the images, if there is one.
+    /// Texture cache that limits the memory of the images, if the memory is limited.
     pub texture_cache: Option<Arc<TextureCache>>,
 }
 
@@ -64,7 +64,7 @@ pub(crate) struct Geometry {
 pub(crate) struct OnDemandScenes {
     /// `None` if the flattened scene would be too large or too coarse.
     pub flattened: OnceLock<Option<Scene>>,
-    /// Two-level scene with re-braided leaves. `None` if it cannot be built.
+    /// Two-level scene with re-braided leaves. `None` if the scene cannot be built.
     pub rebraided: OnceLock<Option<Scene>>,
     /// Rays and points traced without the re-braided scene.
     pub two_level_rays: AtomicU64,
@@ -171,7 +171,7 @@ impl Geometry {
         if let Some(known) = self.dielectric_bounds.get() {
             return known;
         }
-        // Computed before the cell is locked, so that threads do not wait for it.
+        // The value is computed before the cell is locked, so that threads do not wait.
         let bounds = closed_dielectric_bounds(&self.instances, &self.materials, self.origin);
         self.dielectric_bounds.get_or_init(|| bounds)
     }
@@ -278,7 +278,7 @@ fn place_instances(
     objects.map(place).collect()
 }
 
-/// True if both place the same meshes with the same transforms.
+/// True if both scenes contain the same meshes with the same transforms.
 fn has_same_places(instances: &[PreparedInstance], others: &[PreparedInstance]) -> bool {
     let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh, object.is_visible);
     instances.iter().map(place).eq(others.iter().map(place))

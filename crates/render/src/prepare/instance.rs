@@ -141,7 +141,7 @@ impl PreparedInstance {
         self.instance_if(self.is_visible, origin)
     }
 
-    /// The same for a scene of the borders of media alone.
+    /// Same as above, for a scene that contains only the borders of media.
     pub fn boundary_instance(&self, origin: DVec3) -> Instance {
         self.instance_if(self.is_boundary, origin)
     }

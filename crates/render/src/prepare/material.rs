@@ -11,7 +11,7 @@ use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, 
 use crate::lobes::phong_lobe::PhongLobe;
 use crate::prepare::medium::Medium;
 
-/// Material and the data that depends only on it.
+/// A material, and the data that depends only on the material.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub material: Material,
@@ -25,14 +25,14 @@ pub(crate) struct PreparedMaterial {
     pub reflects_only: bool,
     /// The medium inside, in worlds with media.
     pub medium: Option<Medium>,
-    /// Absorption per metre of its interior, if it has one.
+    /// Absorption per metre of the material's interior, if it has an interior.
     pub absorption: Option<Vec3>,
-    /// Albedo tables of its interface, if it refracts.
+    /// Albedo tables of the material's interface, if the interface refracts.
     pub dielectric_tables: Arc<[DielectricAlbedo]>,
 }
 
 impl PreparedMaterial {
-    /// True if it is only a Lambertian reflector, whose samples may be guided.
+    /// True if the material is a pure Lambertian reflector, whose samples may be guided.
     pub fn is_diffuse(&self) -> bool {
         matches!(self.kind, BatchKind::Diffuse(_))
     }

@@ -17,7 +17,7 @@ pub(crate) struct Medium {
 }
 
 impl Medium {
-    /// The medium inside of a material; `None` if it does nothing to light.
+    /// The medium inside of a material; `None` if the medium neither absorbs nor scatters light.
     pub fn inside_of(material: &Material) -> Option<Self> {
         let absorption = interior_absorption(material)?;
         let (absorption, scattering, g) = match &material.medium {

@@ -16,7 +16,7 @@ use crate::prepare::family::{BuiltPart, SharedParts};
 use crate::prepare::watertight::is_watertight;
 use crate::thread_pool::in_pool;
 
-/// Mesh and its BVH, whose float32 vertices are relative to `center`.
+/// A mesh and its BVH; the BVH's float32 vertices are relative to `center`.
 #[derive(Debug)]
 pub(crate) struct PreparedMesh {
     pub mesh: Arc<Mesh>,
@@ -139,8 +139,8 @@ impl PreparedMesh {
         }
     }
 
-    /// BVH of the mesh around its centre, after a linear map; `index` is used for errors. It is refitted outside the
-    /// lock, so that threads do not wait for it; refitting does not slow rays down if all boxes are squeezed equally.
+    /// BVH of the mesh around its centre, after a linear map; `index` is used for errors. The BVH is refitted outside
+    /// the lock, so that threads do not wait. Refitting does not slow rays down if all boxes are squeezed equally.
     pub fn stretched_bvh(&self, index: usize, stretch: DMat3) -> Result<Arc<Bvh>, RenderError> {
         let known = || self.stretched.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known().iter().find(|(own, _)| *own == stretch).and_then(|(_, bvh)| bvh.upgrade());

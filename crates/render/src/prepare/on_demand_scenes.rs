@@ -19,7 +19,7 @@ use crate::thread_pool::in_pool;
 const SAMPLES_TO_PAY: u64 = 4;
 /// Samples per triangle that justify the build if instances are far apart, so that few rays enter several.
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
-/// Exact rays per triangle that justify the build; there are fewer of them, and they are coherent.
+/// Exact rays per triangle that justify the build; exact rays are fewer and coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
 /// The same for a world that was created from another by moving objects, and will probably be moved again.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
@@ -80,8 +80,8 @@ impl Geometry {
         }
         let tree = &self.on_demand.flattened;
         if tree.get().is_none() {
-            // The build must not run inside `get_or_init`: a building thread steals tasks of other renders, and one
-            // of the same world would wait for itself. The first result wins; all are equal.
+            // The build must not run inside `get_or_init`: a building thread steals tasks of other renders, and a
+            // stolen task of the same world would wait for this build forever. The first result wins; all are equal.
             let _ = tree.set(in_pool(|| self.flatten()).ok().flatten());
         }
         tree.get().and_then(Option::as_ref)
@@ -109,7 +109,7 @@ impl Geometry {
         self.exact_scene().closest_exact(rays, self, hits)
     }
 
-    /// True if the box of one instance contains all others, such as a room with its objects.
+    /// True if the box of one instance contains all other instances, such as a room that contains objects.
     pub(crate) fn is_room(&self) -> bool {
         let corners = || self.instance_boxes().map(|(middle, half)| [middle - half, middle + half]);
         let all = corners().reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
@@ -152,7 +152,7 @@ impl Geometry {
         if object.is_visible { &object.mesh.mesh.triangles } else { &[] }
     }
 
-    /// Builds the flattened scene; `None` if it would be too large or too coarse.
+    /// Builds the flattened scene; `None` if the scene would be too large or too coarse.
     fn flatten(&self) -> Option<Scene> {
         if !(1..=MAX_TRIANGLES).contains(&self.triangle_count()) {
             return None;
@@ -198,7 +198,7 @@ mod tests {
     use crate::settings::{Integrator, Settings};
     use crate::tile_renderer::traced_samples;
 
-    /// Balls on a floor: one is stretched, two share a mesh.
+    /// Balls on a floor: one ball is stretched, and two balls share a mesh.
     fn world() -> World {
         let mut world = World::default();
         let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());
@@ -283,7 +283,7 @@ mod tests {
         let pool = pool.build().unwrap();
         for _ in 0..10 {
             let prepared = prepare(&world, None);
-            // From threads outside the pool, like Python's threads.
+            // The renders start from threads outside the pool, like Python's threads.
             std::thread::scope(|scope| {
                 for turn in 0..8 {
                     let (pool, prepared) = (&pool, &prepared);

@@ -2,7 +2,7 @@
 
 use raycam_bvh::{ExactHit, HitFilter};
 
-/// Hits of one instance.
+/// Ray hits on a single instance.
 pub(crate) struct OneInstance(pub u32);
 
 impl HitFilter for OneInstance {

@@ -39,7 +39,8 @@ pub(crate) struct StretchedMeshes {
 }
 
 impl StretchedMeshes {
-    /// Stretched mesh of an instance; `None` if its transform requires none, or if the world has too many.
+    /// Stretched mesh of an instance; `None` if the transform does not require a stretched mesh, or if the world has
+    /// too many objects.
     ///
     /// # Errors
     /// [`RenderError::OutOfMemory`] and [`RenderError::Build`].
@@ -66,7 +67,7 @@ impl StretchedMeshes {
     }
 }
 
-/// Stretch to apply to a mesh before its BVH is built; `None` if none is needed or the transform is flat.
+/// Stretch to apply to a mesh before its BVH is built; `None` if no stretch is needed or the transform is flat.
 fn stretch_of(linear: DMat3) -> Option<DMat3> {
     let is_good = |m: DMat3| condition(m) <= MAX_CONDITION;
     if is_good(linear) || !linear.inverse().is_finite() {
@@ -143,7 +144,8 @@ mod tests {
         let tree = |i: usize| instances[i].stretched.as_ref().map(|own| Arc::as_ptr(&own.bvh));
         assert!(tree(0).is_some() && tree(0) == tree(1) && tree(2).is_none());
         assert!(tree(3).is_some() && tree(3) != tree(0));
-        // A copy of the world finds them. A world with too many objects gets none; only its own objects count.
+        // A copy of the world reuses the stretched meshes. A world with too many objects has no stretched meshes; only
+        // the world's own objects are counted.
         let again = PreparedWorld::new(&world, Some(&prepared), None, &Control::new()).unwrap();
         assert!(Arc::ptr_eq(
             &again.geometry.instances[0].stretched.as_ref().unwrap().bvh,

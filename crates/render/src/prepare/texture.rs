@@ -1,9 +1,9 @@
 //! Prepared textures: mip maps and anisotropic lookups over ray footprints.
 //!
-//! T. Akenine-Möller et al., "Improved Shader and Texture Level of Detail Using Ray Cones", JCGT 10(1), 2021. A cone
-//! is as wide as the part of a pixel that a sample stands for. Its footprint on a triangle is an ellipse: the short
-//! axis selects the mip level, and several lookups cover the long axis. Scattered rays use the full-resolution image,
-//! which their many samples average without bias.
+//! T. Akenine-Möller et al., "Improved Shader and Texture Level of Detail Using Ray Cones", JCGT 10(1), 2021. A cone is
+//! as wide as the part of a pixel that a sample represents. Its footprint on a triangle is an ellipse: the short axis
+//! selects the mip level, and several lookups cover the long axis. Scattered rays use the full-resolution image, which
+//! their many samples average without bias.
 
 use std::sync::{Arc, OnceLock};
 

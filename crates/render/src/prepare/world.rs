@@ -29,7 +29,7 @@ pub struct PreparedWorld {
 }
 
 /// Prepared meshes and textures, and the most recent lights, shared by a world and all worlds derived from it (copies,
-/// changed worlds, worlds at other times). The family exists as long as any of them.
+/// changed worlds, worlds at other times). The family exists as long as any of these worlds exists.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
     meshes: SharedParts<PreparedMesh>,
@@ -74,7 +74,7 @@ impl PreparedWorld {
         let before = previous.map(|previous| &previous.geometry);
         let list = MeshList::new(world, &family.meshes);
         let work = if Self::is_brief(world, &list) { 0.0 } else { f64::INFINITY };
-        // Otherwise in one of this crate's pools, because rayon's global pool does not survive a fork.
+        // Otherwise, the work runs in one of this crate's pools, because rayon's global pool does not survive a fork.
         let workers = Workers::for_work(threads, work, true)?;
         let meshes = workers.run(|| instance_meshes(world, list, before, &family.meshes, control))?;
         control.check()?;

@@ -1,4 +1,4 @@
-//! Crossings of rays and surfaces: all of them, or only their number.
+//! Crossings of rays and surfaces: a list of all crossings, or only their number.
 //!
 //! Each ray is shifted by an infinitesimal vector, so that it never passes exactly through an edge or a corner, or
 //! starts exactly on a surface: see [`raycam_bvh::Scene::crossings`].

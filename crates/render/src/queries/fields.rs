@@ -17,7 +17,7 @@ pub enum Field {
     Instance,
     /// Index of the triangle in its mesh; -1 for a miss.
     Triangle,
-    /// Weights of the triangle's corners, at least 0, with sum 1; 0 for a miss.
+    /// Weights of the triangle's corners: each is at least 0, and their sum is 1; all are 0 for a miss.
     Barycentric,
     /// Unit geometric normal in world coordinates, on the ray's side; 0 for a miss.
     Normal,
@@ -112,7 +112,7 @@ impl Column {
     }
 }
 
-/// Columns of several fields.
+/// The columns of several fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns(pub Vec<(Field, Column)>);
 
@@ -188,7 +188,7 @@ fn scatter<T: Copy>(values: &mut [T], order: &[usize], width: usize) {
 /// Ray and its hit, with exact t and weights.
 pub(super) type RayHit<'a> = (&'a ExactRay, &'a ExactHit);
 
-/// Columns of the fields of these hits.
+/// Returns the columns of the requested fields for these hits.
 pub(super) fn columns<'a>(
     geometry: &Geometry,
     fields: &[Field],
@@ -255,7 +255,7 @@ fn singles<'a, const N: usize>(
     Column::Float32(hits.flat_map(of_hit).collect())
 }
 
-/// Weights of the corners, at least 0.
+/// Weights of the corners, each at least 0.
 pub(super) fn weights(hit: &ExactHit) -> [f64; 3] {
     [(1.0 - hit.u - hit.v).max(0.0), hit.u, hit.v]
 }

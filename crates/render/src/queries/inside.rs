@@ -23,7 +23,7 @@ enum Rule {
     Signed,
     /// Closed with mixed windings: the number of crossings is odd.
     Parity,
-    /// Open: the absolute winding number is at least 1/2.
+    /// For open meshes: the absolute winding number is at least 1/2.
     Winding,
 }
 

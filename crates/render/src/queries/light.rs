@@ -42,7 +42,7 @@ pub struct SurfacePoints<'a> {
     pub triangles: &'a [i32],
     /// The weights of the triangle's corners.
     pub barycentrics: &'a [[f64; 3]],
-    /// Unit normals, in world coordinates, on the side whose light counts.
+    /// Unit normals in world coordinates, pointing to the side whose light is measured.
     pub normals: &'a [[f64; 3]],
     /// Pixels of an image, which select the random numbers.
     pub pixels: &'a [[i32; 2]],
@@ -262,7 +262,7 @@ impl LightTracer<'_> {
         Ok(found)
     }
 
-    /// Sets the rays of samples of some points.
+    /// Sets the rays for the samples of several points.
     fn arrive(&self, some: &[usize], samples: Range<u32>, rays: &mut ArrivedRays) {
         let ArrivedRays { origins, directions, hits, samplers, cones } = rays;
         origins.clear();

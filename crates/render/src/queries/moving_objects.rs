@@ -30,7 +30,7 @@ pub(super) struct MovingObjects<'a> {
     geometry: &'a Geometry,
     /// The world's own time, to which the rays' times are added.
     time: f64,
-    /// By object: the motion, if it has one, and how its box is found.
+    /// For each object: the motion, if it moves, and the method for finding its box.
     objects: Vec<(Option<ObjectMotion<'a>>, Place)>,
 }
 
@@ -47,7 +47,7 @@ enum Place {
 }
 
 impl<'a> MovingObjects<'a> {
-    /// Objects of a world, `None` if its motion is not that of objects with keyframes alone. `geometry` is that of the
+    /// The objects of a world; `None` if anything other than objects with keyframes moves. `geometry` is that of the
     /// world, prepared.
     pub fn new(world: &'a World, geometry: &'a Geometry) -> Option<Self> {
         let time = world.time?.time;
@@ -108,7 +108,8 @@ fn moving_place(motion: &ObjectMotion, mesh: &PreparedMesh) -> Place {
 pub(super) struct ReachableObjects<'a> {
     world: &'a World,
     time: f64,
-    /// Numbers in the world of the geometry's instances; they ascend, so that ties are decided in the same way.
+    /// For each instance of the geometry, the object's number in the world. The numbers ascend, so that ties are
+    /// decided in the same way.
     ids: Vec<usize>,
     /// Index of the instance, motion and description of the objects that move.
     moving: Vec<(usize, ObjectMotion<'a>, Object)>,
@@ -126,7 +127,7 @@ impl ReachableObjects<'_> {
         usize::try_from(instance).map_or(-1, |at| self.ids[at] as i32)
     }
 
-    /// Instance of an object of the world; -1 if it is out of reach.
+    /// The instance of a world's object; -1 if the object is out of reach.
     pub fn instance(&self, id: i32) -> i32 {
         let found = usize::try_from(id).ok().and_then(|id| self.ids.binary_search(&id).ok());
         found.map_or(-1, |at| at as i32)

@@ -25,9 +25,9 @@ const NS_PER_POINT: f64 = 20_000.0;
 pub struct PointArrays<'a> {
     /// Points.
     pub points: &'a [[f64; 3]],
-    /// Maximum valid distance: one for all points, or one per point.
+    /// Maximum valid distance: one value for all points, or one value per point.
     pub max_distance: &'a [f64],
-    /// For each object, true if it counts. `None`: all objects count.
+    /// For each object, true if the query includes the object. `None`: all objects count.
     pub objects: Option<&'a [bool]>,
 }
 
@@ -66,7 +66,7 @@ impl HitFilter for ChosenObjects<'_> {
     }
 }
 
-/// Closest point of each point, one entry per point.
+/// The closest surface points, one entry per query point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosestPoints {
     /// Distance in world units; +inf if no point is within reach.
@@ -84,8 +84,8 @@ pub struct ClosestPoints {
 }
 
 /// Closest point of the selected objects to each point. Triangles without area count as segments or points. Of equally
-/// close points, the one with the smaller (instance, triangle) is returned. Points that are not finite have no closest
-/// point.
+/// close points, the point with the smallest (instance, triangle) is returned. Points that are not finite have no
+/// closest point.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for limits that are negative or NaN, [`RenderError::Cancelled`], and errors of

@@ -7,9 +7,9 @@ use raycam_bvh::ExactRay;
 
 /// Rays per packet.
 const PACKET_RAYS: usize = 64;
-/// Minimum number of rays for which an order is found.
+/// Minimum number of rays for which an order is computed.
 const MIN_RAYS: usize = 4 * PACKET_RAYS;
-/// Maximum distance between origins that count as one, as a fraction of the scene's radius.
+/// Maximum distance between origins that are treated as equal, as a fraction of the scene's radius.
 const MAX_ORIGIN_DISTANCE: f64 = 1.0 / 32.0;
 /// Ratio of the packets' widths to those of squares from which a better order is worth its time.
 const MIN_WIDTH_RATIO: f32 = 2.0;
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn spread_interleaves_with_zeros() {
+    fn spread_puts_a_zero_after_each_bit() {
         assert_eq!(spread(0b1011), 0b100_0101);
         assert_eq!(spread(0xffff), 0x5555_5555);
     }

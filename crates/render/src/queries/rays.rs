@@ -22,9 +22,9 @@ pub struct RayArrays<'a> {
     pub origins: &'a [[f64; 3]],
     /// Directions, one per ray.
     pub directions: &'a [[f64; 3]],
-    /// Minimum valid t, in lengths of the direction: one for all rays, or one per ray.
+    /// Minimum valid t, in lengths of the direction: one value for all rays, or one value per ray.
     pub t_min: &'a [f64],
-    /// Maximum valid t, in lengths of the direction: one for all rays, or one per ray.
+    /// Maximum valid t, in lengths of the direction: one value for all rays, or one value per ray.
     pub t_max: &'a [f64],
     /// Arithmetic that decides hits.
     pub kernel: Kernel,
@@ -92,10 +92,10 @@ impl RayArrays<'_> {
 /// Returns fields of the nearest hit of each ray `origin + t * direction` with `t_min <= t <= t_max`, in world
 /// coordinates.
 ///
-/// A triangle is closed: its edges and corners belong to it. Seen edge-on it is not hit. Signs are exact, t is accurate
-/// to one unit in the last place, and positions are interpolated from the corners, so that distant origins lose no
-/// precision. The nearest hit is the one with the smallest (t, instance, triangle). A ray that is not finite or has a
-/// zero direction misses.
+/// A triangle is closed: its edges and corners belong to it. Rays in the triangle's plane do not hit it. Signs are
+/// exact, t is accurate to one unit in the last place, and positions are interpolated from the corners, so that distant
+/// origins lose no precision. The nearest hit is the hit with the smallest (t, instance, triangle). A ray that is not
+/// finite or has a zero direction misses.
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors

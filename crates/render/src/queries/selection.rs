@@ -28,7 +28,7 @@ pub struct Selection<'a> {
     /// For each object, true if it counts. `None`: all objects count.
     pub objects: Option<&'a [bool]>,
     /// For each ray, an object and a triangle that do not count. Triangle -1 means the whole object; object -1 means
-    /// none.
+    /// that nothing is skipped.
     pub skip: Option<(&'a [i32], &'a [i32])>,
     /// Side that rays must come from.
     pub facing: Facing,

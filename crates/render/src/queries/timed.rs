@@ -27,7 +27,7 @@ const RAYS_PER_SLICE: usize = 512;
 /// Bytes per ray of the arrays that are sorted by time.
 const SORTED_RAY_BYTES: u64 = 88;
 
-/// World and its prepared form, for rays at other times.
+/// A world and its prepared form, for rays with other times.
 #[derive(Clone, Copy)]
 pub struct MovingWorld<'a> {
     /// World description at its own time.
@@ -188,7 +188,8 @@ fn trace_slices<T: Send>(
     Ok(parts?.into_iter().flatten().collect())
 }
 
-/// Ranges of at least [`RAYS_PER_SLICE`] rays, as far as there are as many; rays of the same time are in the same range.
+/// Ranges of at least [`RAYS_PER_SLICE`] rays, or fewer if there are not enough rays; rays with the same time are in
+/// the same range.
 fn slices(times: &[f64]) -> Vec<Range<usize>> {
     let mut slices: Vec<Range<usize>> = vec![];
     for run in equal_runs(times) {

@@ -16,7 +16,7 @@ use crate::queries::tasks::{NS_PER_RAY, in_tasks};
 pub struct PointPairs<'a> {
     /// First points.
     pub from: &'a [[f64; 3]],
-    /// Second points, one for each first point.
+    /// The second points, one per first point.
     pub to: &'a [[f64; 3]],
     /// Triangles within this distance of either point do not count.
     pub margin: f64,
@@ -64,13 +64,13 @@ pub fn visible(
     Ok(found)
 }
 
-/// Ray between two points, starting at the smaller one so that the result is symmetric.
+/// The ray between two points. It starts at the point with the smaller coordinates, so that the result is symmetric.
 fn segment([a, b]: [[f64; 3]; 2]) -> ExactRay {
     let (a, b) = if b < a { (b, a) } else { (a, b) };
     ExactRay { origin: a, direction: std::array::from_fn(|k| b[k] - a[k]), t_min: 0.0, t_max: 1.0 }
 }
 
-/// Omits triangles on which an end point lies.
+/// Ignores triangles that contain an end point.
 struct SightFilter<'a> {
     geometry: &'a Geometry,
     ends: &'a [[[f64; 3]; 2]],

@@ -25,7 +25,7 @@ pub(crate) struct PiecewiseConstant2D {
 }
 
 impl PiecewiseConstant2D {
-    /// Builds the distribution; `None` if every cell is black. At most 2^16 columns and rows.
+    /// Builds the distribution; `None` if every cell is black. There are at most 2^16 columns and rows.
     pub fn new([columns, rows]: [usize; 2], brightness: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let edges: Vec<f64> = (0..=rows).map(|row| (PI * row as f64 / rows as f64).cos()).collect();
         let mut across = Vec::with_capacity((columns + 1) * rows);
@@ -58,8 +58,8 @@ impl PiecewiseConstant2D {
     }
 
     /// Samples points by random numbers, of which there may be fewer than lanes: returns the column coordinate u in
-    /// 0..=1 and the cosine of the zenith angle. Runs stage by stage over all lanes, so that each stage prefetches the
-    /// data that the next one reads.
+    /// 0..=1 and the cosine of the zenith angle. The function runs stage by stage over all lanes, so that each stage
+    /// prefetches the data that the next stage reads.
     #[inline(always)]
     pub fn sample_many<const N: usize>(&self, random: &[[f32; 2]], u: &mut [f64; N], cos_theta: &mut [f64; N]) {
         let (mut rows, mut cells) = ([0; N], [0; N]);
@@ -166,7 +166,7 @@ fn guide_index(hints: &[u16], x: f32) -> usize {
 }
 
 /// Cell of `x` (the last one that begins at or before it), and the relative position inside; `first` is any cell at or
-/// before it.
+/// before this cell.
 #[inline(always)]
 fn find_interval(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
     let cells = sums.len() - 1;

@@ -154,7 +154,7 @@ impl Sampler {
         let [exchange, first, second] = self.block_key(number);
         let place = self.permute_pixels(exchange, self.quad_key(number));
         for (bit, apart) in MORTON_XOR.iter().enumerate() {
-            // All ones if the bit is set; the bits are reversed.
+            // A word of ones if the bit is set, otherwise zero; the bits are reversed.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
         }
         let x = reverse_bits(owen_scramble(index, first));

@@ -110,7 +110,7 @@ fn second_dimension_is_the_sobol_sequence() {
 }
 
 #[test]
-fn batched_numbers_equal_single_ones() {
+fn batched_numbers_equal_single_numbers() {
     let samplers: Vec<_> = (0..50).map(|x| Sampler::new(4, 0, [x, 2], x / 3)).collect();
     let which = || (0..50).filter(|i| i % 7 != 3);
     let mut out = vec![[2.0; 2]];

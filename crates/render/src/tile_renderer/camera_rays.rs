@@ -21,7 +21,7 @@ use crate::tile_renderer::{PixelLists, RayBatchBuffers, ThreadScratch, TileRende
 
 /// Approximate rays per batch.
 const BATCH_RAYS: usize = 4096;
-/// Maximum number of samples of a pixel in a batch. With few pixels per batch, rays stay coherent for longer.
+/// Maximum number of samples of a pixel in a batch. The fewer pixels a batch has, the longer its rays stay coherent.
 const SAMPLES_PER_PIXEL_PER_BATCH: u32 = 64;
 
 impl TileRenderer<'_> {

@@ -7,7 +7,7 @@
 //!
 //! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film,
 //! [`rolling_shutter`] splits batches by the time of their rays, [`screen_mask`] culls empty blocks, and [`needs`]
-//! decides which stages run. The folder uses everything below it; only `render` uses the folder.
+//! decides which stages run. This folder uses all lower folders; only `render` uses this folder.
 
 pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;
@@ -117,7 +117,7 @@ struct RayBatchBuffers {
 #[derive(Default)]
 struct GroundTruthBuffers {
     center_rays: CenterRays,
-    /// World seen by each pixel's centre ray; empty unless rows are exposed one after another.
+    /// The world at the time of each pixel's centre ray; empty unless the camera has a rolling shutter.
     pixel_worlds: Vec<Arc<PreparedWorld>>,
     row_worlds: RowWorlds,
 }
@@ -389,7 +389,7 @@ impl<'a> TileRenderer<'a> {
             estimator.add_miss(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
-        // Samples of one pixel are consecutive.
+        // The samples of one pixel are consecutive.
         let mut last = None;
         for (index, (&(pixel, sample), &mut radiance)) in lists.batch.iter().zip(radiance).enumerate() {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {

@@ -21,7 +21,7 @@ pub(crate) struct RenderNeeds {
     pub coverage: bool,
     /// Radiance.
     pub color: bool,
-    /// True if the ground truth describes surfaces behind transparent ones.
+    /// True if the ground truth describes surfaces behind transparent surfaces.
     pub skip_transparent: bool,
     /// Sample positions on the lens and in the exposure.
     pub lens_or_time: bool,

@@ -1,4 +1,4 @@
-//! Samples of adaptive images: those of the pilot, and those that are shown.
+//! Samples of adaptive images: the pilot's samples, and the shown samples.
 
 use std::ops::Range;
 

@@ -19,7 +19,7 @@ use crate::integrator::passes::Pass;
 use crate::settings::Settings;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// Unit of work of a thread.
+/// A thread's unit of work.
 pub(crate) enum TileTask {
     /// Tile to be traced.
     Trace(Tile),
@@ -123,7 +123,7 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// Background pixel, if it is equal everywhere in the image.
+    /// The background pixel, if all background pixels of the image are equal.
     pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
         let Settings { time_limit, clamp, .. } = self.settings;
         let has_transmittance = self.settings.channels.contains(&Channel::Transmittance);

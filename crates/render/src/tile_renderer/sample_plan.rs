@@ -17,7 +17,7 @@ use crate::settings::Settings;
 
 /// Total number of samples after each stage of the pilot.
 const PILOT_STAGES: [u32; 6] = [32, 64, 128, 256, 512, 1024];
-/// A pilot is long enough if the pixel needs at most this many times the pilot's samples.
+/// A pilot is long enough if the pixel needs at most this multiple of the pilot's samples.
 const MAX_EXTRAPOLATION: f64 = 8.0;
 /// Minimum number of shown samples: with fewer, the error is not estimated reliably.
 const MIN_SAMPLES: u32 = 64;
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn quiet_pixels_next_to_noisy_ones_continue() {
+    fn quiet_pixels_next_to_noisy_pixels_receive_more_samples() {
         let mut variances = [0.0; 16];
         variances[8] = 4.0;
         // The noisy pixel needs 4 / (0.75 * 0.05^2) = 2,133 samples, rounded up to a planned number.

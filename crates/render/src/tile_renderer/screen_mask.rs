@@ -31,7 +31,7 @@ pub(crate) struct ScreenMask {
 }
 
 impl ScreenMask {
-    /// Mask of a region; `None` if it is unknown, covers every block or saves no time.
+    /// Mask of a region; `None` if the mask is unknown, covers every block or saves no time.
     pub fn new(boxes: &[[DVec3; 2]], camera: &Camera, region: [u32; 4]) -> Option<Self> {
         let straight = matches!(camera.lens(), Lens::Pinhole) && camera.center() != Center::Infinity;
         if !straight || camera.aperture().is_some() || camera.motion().is_some() {
@@ -78,7 +78,7 @@ impl ScreenMask {
 enum ScreenBounds {
     /// Behind the camera.
     Behind,
-    /// Between two pixels, in pixels from the centre of the first one.
+    /// A position between two pixels, in pixels from the centre of the first pixel.
     Rect([DVec2; 2]),
 }
 

@@ -41,14 +41,14 @@ fn bright_paths_list_the_mirror_before_the_reflected_plane() {
     let mut world = plane(40.0, 0.5);
     world.add_light(sun([1.0, 0.0, -1.0])).unwrap();
     let mirror = Material { model: MaterialModel::Metal(Metal::named("silver").unwrap()), ..Material::default() };
-    // Above the plane and facing it.
+    // A lamp above the plane that faces the plane.
     let turned =
         DAffine3::from_translation(DVec3::new(0.0, 0.0, 2.0)) * DAffine3::from_rotation_x(std::f64::consts::PI);
     add(&mut world, primitive::plane([1.0, 1.0]).unwrap(), mirror, turned);
     let camera = look_at(DVec3::new(0.0, -4.0, 1.0), DVec3::new(0.0, 0.0, 2.0), 2.0, [9, 9]);
     let (_, path) = brightest(&world, &camera, &settings(4));
     assert_eq!(path.instances, [1, 0]);
-    // The ray goes down by two from the mirror, and the same distance per metre as on the way up.
+    // The ray goes down by two from the mirror, with the same horizontal distance per metre as on the way up.
     assert!((path.origin - DVec3::new(0.0, 8.0, 0.0)).length() < 0.5, "{}", path.origin);
 }
 

@@ -10,7 +10,7 @@ fn settings(samples: u32) -> Settings {
     Settings { integrator: Integrator::Direct, samples, ..Settings::default() }
 }
 
-/// Red radiance of a one-pixel image.
+/// The red radiance of an image with one pixel.
 fn radiance(world: &World, eye: DVec3, target: DVec3, settings: &Settings) -> f64 {
     let frame = render(world, &look_at(eye, target, 0.01, [1, 1]), settings);
     f64::from(f32s(&frame, Channel::Color)[0])
@@ -165,7 +165,7 @@ fn albedo(shininess: f32, eye: DVec3) -> f64 {
     add(&mut world, mesh, material([1.0; 3], 0.0, 1.0, shininess), DAffine3::IDENTITY);
     let mut sum = 0.0;
     for ring in 0..RINGS {
-        // Many suns at once, whose light adds up. Each represents an equal solid angle.
+        // All suns are in one world, because their light adds up. Each represents an equal solid angle.
         world.lights.clear();
         let z = (ring as f64 + 0.5) / RINGS as f64;
         for turn in 0..TURNS {
@@ -231,7 +231,7 @@ fn sky_is_ambient_light_and_hidden_on_request() {
     for radiance in [[1.5; 3], [0.5; 3]] {
         world.add_light(Light::uniform_sky(radiance)).unwrap();
     }
-    // From below the disc, whose form factor for a point under its centre is r^2 / (r^2 + h^2).
+    // The point is below the disc. The disc's form factor for a point under its centre is r^2 / (r^2 + h^2).
     let eye = DVec3::new(0.5, 0.0, 0.3);
     close(radiance(&world, eye, DVec3::ZERO, &settings(4)), 0.6 * 2.0, 1e-6);
     let occluded = |distance| Settings { ambient_occlusion: Some(distance), ..settings(4096) };

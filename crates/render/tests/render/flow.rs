@@ -12,7 +12,7 @@ use raycam_render::{Control, RenderError};
 fn flow_follows_the_corners_of_deformed_meshes() {
     let first = plane(2.0, 0.8);
     let mut second = first.clone();
-    // Stretched and bent: the map is affine in each triangle, so it is known at each point.
+    // The mesh is stretched and bent. The map is affine in each triangle, so it is known at each point.
     let bend = |v: DVec3| DVec3::new(1.5 * v.x + 0.2 * v.y, v.y, v.z + 0.3 * v.x.signum());
     let mesh = Arc::make_mut(&mut second.meshes[0]);
     mesh.vertices.iter_mut().for_each(|v| *v = bend(*v));

@@ -15,7 +15,7 @@ use raycam_scene::{Camera, Light, Material, PixelCenter, World};
 const SIDE: u32 = 1024;
 const REGION: [u32; 4] = [0, 0, 24, 16];
 
-/// A grey room next to another one that contains the lamp; the wall between them has a slot of this width.
+/// A grey room next to a room with a lamp; the wall between the rooms has a slot of this width.
 fn rooms(slot: f64) -> World {
     let mut world = World::default();
     let walls = [
@@ -67,7 +67,7 @@ fn gap_guiding_keeps_the_light_and_reduces_noise() {
     });
     let all = || guided.iter().chain(&plain);
     let means: Vec<f32> = (0..plain[0].len()).map(|i| all().map(|one| one[i]).sum::<f32>() / 32.0).collect();
-    // The mean of all pixels, because some show the bright room.
+    // The test uses the mean of all pixels, because some pixels show the bright room.
     let light = |all: &[Vec<f32>]| -> f64 {
         all.iter().flat_map(|one| one.iter().zip(&means)).map(|(x, m)| f64::from(x / m)).sum()
     };

@@ -1,4 +1,4 @@
-//! Passes: parts of the colour by the light's way and by its source.
+//! Passes: parts of the colour, divided by the light's way to the camera or by its source.
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};

@@ -27,7 +27,7 @@ fn unchanged_meshes_are_not_rebuilt() {
     let again = raycam_render::render(&second, &camera, &settings, &control).unwrap();
     assert_eq!(bits(&again), bits(&render(&moved, &camera, &settings)));
     assert_ne!(bits(&again), bits(&render(&world, &camera, &settings)));
-    // A changed mesh is built again, the others are not.
+    // A changed mesh is built again; other meshes are not.
     Arc::make_mut(&mut moved.meshes[2]).vertices[0].x += 0.1;
     let third = PreparedWorld::new(&moved, Some(&second), None, &control).unwrap();
     assert_eq!(control.total(), 1);

@@ -7,7 +7,7 @@ use raycam_scene::material::Alpha;
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Material, MaterialModel, World};
 
-/// Planes of these materials at heights 4, 3, 2, ..., the first one on top; a camera looks down from height 6.
+/// Planes of these materials at heights 4, 3, 2, ..., with the first plane on top; a camera looks down from height 6.
 fn stack(materials: Vec<Material>) -> (World, Camera) {
     let mut world = World::default();
     for (i, material) in materials.into_iter().enumerate() {

@@ -172,7 +172,8 @@ fn coverage_equals_the_visible_fraction_of_the_object() {
     assert!(f32s(&one, Channel::Color).iter().all(|c| *c == 0.0 || *c == 1.0));
 }
 
-/// Four placements of one mesh, including mirrored and sheared ones; and the same as one mesh without transforms.
+/// Four placements of one mesh, including mirrored and sheared placements, and the same geometry as one mesh without
+/// transforms.
 fn placed_and_flattened() -> (World, World) {
     let (mut placed, mut flattened) = (World::default(), World::default());
     let mut mesh = primitive::torus(1.0, 0.4, 24).unwrap();

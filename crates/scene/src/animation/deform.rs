@@ -99,7 +99,8 @@ fn transform_vertex(mesh: &mut Mesh, vertex: usize, by: DAffine3) {
     }
 }
 
-/// Cofactor matrix of a linear map, which transforms normals like the inverse transpose does; it always exists.
+/// Cofactor matrix of a linear map, which transforms normals like the inverse transpose does; this matrix always
+/// exists.
 fn cofactor_matrix(linear: DMat3) -> DMat3 {
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))

@@ -40,7 +40,7 @@ impl NodeTree {
         false
     }
 
-    /// Returns all nodes at a time of an animation, or at rest.
+    /// Returns the transforms of all nodes at a time of an animation, or at rest.
     pub(crate) fn evaluate(&self, moment: Option<(usize, f64)>) -> EvaluatedNodes {
         let mut nodes = self.nodes.clone();
         let channels = moment.and_then(|(animation, _)| self.animations.get(animation));

@@ -1,5 +1,5 @@
-//! Animation: a tree of nodes that carry objects, lights and cameras, and the channels that move it (glTF 2.0, sections
-//! 3.5, 3.7.3 and 3.11).
+//! Animation: a tree of nodes with attached objects, lights and cameras, and the channels that move the nodes (glTF
+//! 2.0, sections 3.5, 3.7.3 and 3.11).
 
 mod deform;
 pub(crate) mod evaluate;
@@ -58,7 +58,7 @@ pub struct Node {
 /// Transform of a node: a matrix, or translation, rotation and scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Transform {
-    /// A matrix; it cannot be animated.
+    /// A matrix, which cannot be animated.
     Matrix(DAffine3),
     /// Translation * rotation * scale.
     Trs {

@@ -116,8 +116,8 @@ pub struct AnimatedMaterial {
 }
 
 impl AnimatedMaterial {
-    /// Sets a property; does nothing if the material does not have it. Values beyond the valid range are clamped, so
-    /// that the material stays valid.
+    /// Sets a property; has no effect if the material does not have this property. Values beyond the valid range are
+    /// clamped, so that the material stays valid.
     pub(super) fn set(&mut self, property: MaterialProperty, value: &[f64]) {
         use MaterialProperty as P;
         let first = value.first().map_or(0.0, |&v| v as f32);

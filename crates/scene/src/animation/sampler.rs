@@ -1,4 +1,4 @@
-//! Keyframes and the values between them (glTF 2.0, section 3.11 and appendix C).
+//! Keyframes and interpolation between them (glTF 2.0, section 3.11 and appendix C).
 
 use glam::DQuat;
 use serde::{Deserialize, Serialize};

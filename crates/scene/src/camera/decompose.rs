@@ -106,7 +106,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
         let k = DMat3::from_cols(DVec3::new(m1.dot(r1), 0.0, 0.0), DVec3::new(m1.dot(r2), b, 0.0), p4);
         return decomposed_parallel(p, k, r1, r2, scale);
     }
-    // The null vector is perpendicular to all rows: it is their largest cross product.
+    // The null vector is perpendicular to all rows, so the largest cross product of two rows is used.
     let unit = |v: DVec3| v.try_normalize().unwrap_or_default();
     let (u1, u2, u3) = (unit(m1), unit(m2), unit(m3));
     let crosses = [u2.cross(u3), u3.cross(u1), u1.cross(u2)];

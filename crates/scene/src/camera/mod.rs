@@ -77,8 +77,8 @@ pub struct Background {
     pub image: String,
     /// Fit of the background image.
     pub fit: BackgroundFit,
-    /// Camera that took the image, given by its intrinsics and lens; `None` if it is the camera that has the
-    /// background.
+    /// Camera that took the image, given by its intrinsics and lens; `None` if the photo was taken by the camera that
+    /// has the background.
     pub camera: Option<Arc<Camera>>,
 }
 

@@ -12,7 +12,7 @@ use crate::camera::{Aperture, Background, Camera, Center, Pose, ShutterMotion, V
 use crate::error::{Result, SceneError};
 
 impl Camera {
-    /// Names of properties other than K, lens and pose.
+    /// Names of the camera's properties other than K, lens and pose.
     pub fn further_properties(&self) -> impl Iterator<Item = &'static str> {
         let has = [
             ("aperture", self.aperture().is_some()),
@@ -106,7 +106,7 @@ impl Camera {
         Ok(Self { r, c, p: camera_matrix(self.k, r, c, self.center)?, matrix: None, motion, ..self.clone() })
     }
 
-    /// Returns a copy with other intrinsics and another image size.
+    /// Returns a copy with new intrinsics and a new image size.
     ///
     /// # Errors
     /// Errors of [`Camera::new`] about K and the size.
@@ -167,7 +167,8 @@ impl Camera {
         self.center
     }
 
-    /// Matrix that the camera was created from, with its original scale and sign; `None` for other constructors.
+    /// Matrix that the camera was created from, with its original scale and sign; `None` for cameras from other
+    /// constructors.
     pub fn matrix(&self) -> Option<[[f64; 4]; 3]> {
         self.matrix
     }

@@ -51,7 +51,7 @@ impl Camera {
         self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
     }
 
-    /// Returns the camera as a [`Pinhole`]; `None` if it has a lens, an aperture or motion.
+    /// Returns the camera as a [`Pinhole`]; `None` if the camera has a lens, an aperture or motion.
     pub fn pinhole(&self) -> Option<Pinhole> {
         (self.is_static_pinhole() && self.aperture.is_none()).then(|| Pinhole {
             k: self.k,
@@ -68,8 +68,8 @@ impl Camera {
     /// images, possibly including points behind it, up to the angle beyond which its model is not one-to-one; all others
     /// have the pixel NaN.
     ///
-    /// A camera with a rolling shutter sees a point on the line that shows it in the middle of that line's exposure: on
-    /// the first such line if there are several, and nowhere if there is none.
+    /// For a camera with a rolling shutter, a point's pixel is on the line that shows the point in the middle of the
+    /// line's exposure. If there are several such lines, the first is used; if there is none, the point has no pixel.
     pub fn project(&self, point: DVec3) -> (DVec2, bool) {
         self.project_moving(|_| point)
     }
@@ -180,8 +180,8 @@ impl Camera {
         self.ray_from(&self.pose_at(pixel, 0.5), pixel)
     }
 
-    /// Returns the rays of many pixel coordinates, each equal to [`Camera::ray`]. For a pinhole that does not move this
-    /// takes half the time, and even less if neighbours are in one row.
+    /// Returns the rays of many pixel coordinates, each equal to [`Camera::ray`]. For a static pinhole, this function
+    /// takes half the time, and even less if neighbouring pixels are in one row.
     #[inline]
     pub fn rays(&self, pixels: impl Iterator<Item = DVec2>, mut take: impl FnMut((DVec3, DVec3))) {
         if !self.is_static_pinhole() {

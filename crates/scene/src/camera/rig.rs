@@ -1,4 +1,4 @@
-//! Cameras on one moving body.
+//! Several cameras on a moving body.
 
 use std::collections::HashSet;
 

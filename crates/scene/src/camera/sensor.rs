@@ -1,4 +1,5 @@
-//! Sensors that are not cameras, and surfaces as lidars measure them: data that the Python package measures with.
+//! Sensors other than cameras, and the properties of surfaces that lidars measure. The Python package uses these data
+//! for its measurements.
 
 use std::collections::HashSet;
 

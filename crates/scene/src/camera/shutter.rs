@@ -12,14 +12,14 @@ use crate::math::hermite::Interpolate;
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "Readout")]
 pub enum ReadoutDirection {
-    /// Rows, the top one first.
+    /// Rows, beginning with the top row.
     #[default]
     Down,
-    /// Rows, the bottom one first.
+    /// Rows, beginning with the bottom row.
     Up,
-    /// Columns, the left one first.
+    /// Columns, beginning with the left column.
     Right,
-    /// Columns, the right one first.
+    /// Columns, beginning with the right column.
     Left,
 }
 
@@ -64,7 +64,7 @@ pub struct ShutterMotion {
 impl ShutterMotion {
     /// Creates a motion from poses at times. Between two poses, the centre moves along a line and the rotation along
     /// the shortest arc at constant speed (Shoemake, "Animating rotation with quaternion curves", 1985). Before the
-    /// first and after the last pose it does not move.
+    /// first and after the last pose, the camera does not move.
     ///
     /// # Errors
     /// [`SceneError::Camera`] if exposure or readout is negative or not finite, if times are not in order, or if there

@@ -74,7 +74,7 @@ fn build_table(k: DMat3, size: [u32; 2], lens: &Lens) -> Box<[DVec2]> {
             let node = DVec2::new(column as f64, row as f64) - f64::from(BORDER_CELLS);
             let pixel = node * cell - 0.5;
             let image = (inverse * pixel.extend(1.0)).truncate();
-            // The previous node is an initial guess for this one.
+            // The previous node's value is the initial guess for this node.
             let near = if column > 0 { nodes.last().copied() } else { None };
             nodes.push(lens.undistort_plane(image, near).unwrap_or(DVec2::NAN));
         }

@@ -50,7 +50,7 @@ impl SrgbTable {
         Self(std::array::from_fn(|bin| {
             let number = |lower: u32| f32::from_bits((FIRST_BIN + bin as u32) << 16 | lower);
             let byte = u32::from(srgb_byte(number(0)));
-            // First lower half with the next byte; 0x10000 if there is none.
+            // First lower half that gives the next byte; 0x10000 if there is none.
             let (mut below, mut next) = (0, 0x1_0000);
             while below + 1 < next {
                 let middle = (below + next) / 2;
@@ -82,7 +82,7 @@ mod tests {
         let odd = [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -0.0, 0.0];
         let more = [f32::MIN_POSITIVE, 1e-40, TABLE_START, 1.0, 1.5, f32::MAX];
         odd.into_iter().chain(more).for_each(same);
-        // Every number near a change of the byte, and many others.
+        // The test compares every number near a change of the byte, and many other numbers.
         let mut last = TABLE_START.to_bits();
         let mut changes = 0;
         for bits in (TABLE_START.to_bits()..1f32.to_bits()).step_by(97) {

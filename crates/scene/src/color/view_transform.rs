@@ -1,8 +1,8 @@
 //! View transforms: from linear radiance to display values.
 //!
 //! All transforms convert linear Rec. 709 with white point D65 to linear Rec. 709 values in 0..=1, which are then
-//! encoded as sRGB. None of them balances white: light of radiance (1, 1, 1) becomes the display's white, and coloured
-//! lights tint the image.
+//! encoded as sRGB. No view transform balances white: light with the radiance (1, 1, 1) becomes the display's white,
+//! and coloured lights tint the image.
 
 use crate::color::Rgb;
 use crate::named_enum::named_enum;

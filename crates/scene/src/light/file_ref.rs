@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct FileRef<T> {
     /// As written in the description.
     pub file: String,
-    /// Content; `None` before it is read.
+    /// Content; `None` before the file is read.
     pub content: Option<Arc<T>>,
 }
 

@@ -7,7 +7,8 @@ use crate::error::{Result, SceneError};
 /// down.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct IesProfile {
-    /// Vertical angles in degrees from the nadir, increasing, within 0..=180. Outside of them no light is emitted.
+    /// Vertical angles in degrees from the nadir, increasing, within 0..=180. Outside of these angles, no light is
+    /// emitted.
     pub vertical: Vec<f64>,
     /// Horizontal angles in degrees, increasing from 0 to 0 (rotationally symmetric), 90 (four equal quadrants), 180
     /// (two equal halves) or up to 360.
@@ -91,7 +92,7 @@ impl IesProfile {
     }
 }
 
-/// Index of the last angle that is not greater than `angle`, and the fraction towards the next one.
+/// Index of the last angle that is not greater than `angle`, and the fraction of the way to the next angle.
 fn bracket(angles: &[f64], angle: f64) -> (usize, f64) {
     let index = angles.partition_point(|&a| a <= angle).saturating_sub(1);
     match angles.get(index + 1) {

@@ -85,7 +85,7 @@ pub enum Light {
         /// In degrees from the axis, 0 <= inner <= outer.
         #[serde(default)]
         inner: f64,
-        /// In degrees from the axis, at most 90.
+        /// Angle from the axis in degrees, at most 90.
         #[serde(default = "default_outer_angle")]
         outer: f64,
         /// In metres. A radius makes the light a sphere, which gives soft shadows and is visible; its light falls off
@@ -100,7 +100,7 @@ pub enum Light {
         position: [f64; 3],
         /// One edge, as a vector over its full length.
         u: [f64; 3],
-        /// The other edge. The light shines towards u x v.
+        /// The second edge vector. The light shines towards u x v.
         v: [f64; 3],
         /// Linear RGB in W/(m² sr).
         #[serde(deserialize_with = "strength")]
@@ -246,7 +246,8 @@ impl Light {
         }
     }
 
-    /// Sets negative values of its image to 0, because light cannot be negative; returns a notice about them.
+    /// Sets negative values of the light's image to 0, because light cannot be negative; returns a notice about these
+    /// values.
     pub(crate) fn clamp_negative_texels(&mut self) -> Option<Notice> {
         let (Self::Environment { image: FileRef { file, content: Some(image) }, .. }
         | Self::Projector { image: FileRef { file, content: Some(image) }, .. }) = self

@@ -1,4 +1,4 @@
-//! Glass, water and other clear media.
+//! The material of glass, water and other clear media.
 
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};

@@ -21,7 +21,8 @@ pub enum HeightUnit {
     /// A metre of the world.
     #[default]
     Metre,
-    /// The width of a texel on the surface: slopes do not depend on the size of the surface. Files without a unit use it.
+    /// The width of a texel on the surface: slopes do not depend on the size of the surface. Files that do not specify
+    /// a unit use this value.
     Texel,
 }
 

@@ -25,7 +25,7 @@ pub struct Material {
     pub color: Rgb,
     /// The texture that multiplies the base colour; its alpha multiplies `opacity`.
     pub texture: Option<TextureSlot>,
-    /// 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` specifies how it is used.
+    /// 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` specifies how this value is used.
     pub opacity: f32,
     /// Meaning of the opacity.
     pub alpha: Alpha,
@@ -59,7 +59,7 @@ pub enum Alpha {
     Opaque,
     /// The surface is opaque where opacity is at least this value, and absent elsewhere.
     Mask {
-        /// Cutoff; 0.5 if a file does not specify it.
+        /// The cutoff; 0.5 if a file does not specify a cutoff.
         cutoff: f32,
     },
     /// Opacity is the fraction of the surface that is visible; the rest shows what is behind.
@@ -95,7 +95,7 @@ impl MaterialModel {
     /// The default model: purely diffuse.
     pub const DEFAULT: Self = Self::Phong { diffuse: 1.0, specular: [0.0; 3], shininess: 32.0 };
 
-    /// Its parameters, if it is principled.
+    /// The parameters of the principled material, if the material is principled.
     pub fn as_principled_mut(&mut self) -> Option<&mut Principled> {
         match self {
             Self::Principled(principled) => Some(principled),
@@ -167,12 +167,12 @@ impl Material {
         self.normal_map.is_some() || self.height_map.is_some()
     }
 
-    /// Returns every texture that it uses.
+    /// Returns every texture that the material uses.
     pub fn texture_slots(&self) -> Vec<TextureSlot> {
         self.clone().texture_slots_mut().map(|slot| *slot).collect()
     }
 
-    /// Returns every texture that it uses, as mutable references.
+    /// Returns mutable references to every texture that the material uses.
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
         let principled = self.model.as_principled_mut().map(Principled::texture_slots_mut);
         let own = [
@@ -185,7 +185,7 @@ impl Material {
         own.into_iter().flatten().chain(principled.into_iter().flatten())
     }
 
-    /// Returns the material with this name, unless it already has one.
+    /// Returns the material with this name, unless the material already has a name.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
         if self.name.is_empty() {

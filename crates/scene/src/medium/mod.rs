@@ -1,4 +1,4 @@
-//! Participating media: matter that absorbs and scatters light on its way, the same everywhere in its volume.
+//! Participating media: homogeneous matter that absorbs and scatters light.
 
 pub mod fog;
 pub mod preset;

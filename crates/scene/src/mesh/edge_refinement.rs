@@ -72,8 +72,7 @@ impl EdgeRefinement {
         SelectedEdges { edges, new_points, point_count, triangle_count }
     }
 
-    /// Splits the selected edges at their midpoints. A triangle is replaced by one triangle more than it has selected
-    /// edges.
+    /// Splits the selected edges at their midpoints. A triangle with n selected edges is replaced by n + 1 triangles.
     pub fn split(&mut self, selected: &SelectedEdges) {
         let SelectedEdges { edges: shared, new_points, point_count, .. } = selected;
         let own = Edges::new(&self.mesh.triangles);

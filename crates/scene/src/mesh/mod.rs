@@ -184,13 +184,14 @@ impl Mesh {
         }
     }
 
-    /// Number of material slots that its triangles use: one more than the largest index.
+    /// Number of material slots that the mesh's triangles use: one more than the largest slot index.
     pub fn slot_count(&self) -> usize {
         self.material_slots.iter().flatten().max().map_or(1, |&slot| usize::from(slot) + 1)
     }
 }
 
-/// Joins two arrays of these lengths. If only one exists, the other is filled with `neutral`.
+/// Joins two arrays of these lengths. If only one mesh has the attribute, the other mesh's part is filled with
+/// `neutral`.
 fn concat_attribute<T: Clone>(all: &mut Option<Vec<T>>, other: Option<&[T]>, before: usize, more: usize, neutral: T) {
     if all.is_none() && other.is_none() {
         return;
@@ -202,7 +203,7 @@ fn concat_attribute<T: Clone>(all: &mut Option<Vec<T>>, other: Option<&[T]>, bef
     }
 }
 
-/// Index of the first value that is not `valid`. For many values, several threads search.
+/// Index of the first value that is not `valid`. Several threads check large arrays.
 fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
     const PARALLEL_THRESHOLD: usize = 1 << 17;
     if values.len() < PARALLEL_THRESHOLD || cfg!(target_family = "wasm") {
@@ -217,7 +218,7 @@ fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) 
     })
 }
 
-/// The same on one thread. Within a block the loop has no early exit, which is several times as fast.
+/// The same check on one thread. Within a block the loop has no early exit, which is several times as fast.
 fn find_first_invalid_serial<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
     const BLOCK: usize = 256;
     let bad = |block: &[T]| !block.iter().fold(true, |all, value| all & valid(value));

@@ -88,7 +88,7 @@ impl Parts {
         triangle
     }
 
-    /// Joins the sets of two triangles; false if they already belong to one set.
+    /// Joins the sets of two triangles; returns false if both triangles already belong to one set.
     fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
@@ -101,7 +101,7 @@ impl Parts {
 pub struct PointTriangles {
     /// Point of each vertex.
     point_of: Vec<u32>,
-    /// For each point, the offset of its first triangle; one additional offset at the end.
+    /// For each point, the offset of its first triangle in the list; the last entry is the list's length.
     starts: Vec<u32>,
     triangles: Vec<u32>,
 }

@@ -132,7 +132,7 @@ impl ObjectSpec {
         Ok(add_materials(changed, textures, name, world)?)
     }
 
-    /// Returns world_from_mesh, and its part other than location and rotation.
+    /// Returns world_from_mesh, and the part of this matrix without location and rotation.
     pub(super) fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3)> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
@@ -189,8 +189,8 @@ impl ObjectSpec {
     }
 }
 
-/// Adds materials, with this name if they have none, and the images they use to a world. Either all or none of them are
-/// added.
+/// Adds materials, with this name if they have none, and the images they use to a world. Either all materials and
+/// images are added, or none.
 fn add_materials(
     materials: Vec<Material>,
     textures: Vec<Texture>,

@@ -195,7 +195,7 @@ impl Mover {
     }
 }
 
-/// Returns the mover with an id; creates it if necessary.
+/// Returns the mover with an id; creates the mover if necessary.
 fn mover_mut(movers: &mut Vec<(usize, Mover)>, id: usize) -> &mut Mover {
     let found = movers.iter().position(|(known, _)| *known == id);
     let found = found.unwrap_or_else(|| {

@@ -37,7 +37,8 @@ struct ChangedMaterials {
     materials: Vec<Material>,
     textures: Vec<Texture>,
     notices: Vec<Notice>,
-    /// False if they replace the previous materials, unless other objects share those.
+    /// False if the new materials replace the previous materials, which is only possible if no other object uses the
+    /// previous materials.
     is_of_new_mesh: bool,
 }
 
@@ -45,8 +46,9 @@ impl ObjectSpec {
     /// Changes the object with this index as described. If that fails, the world is unchanged except for images that
     /// `files` keeps.
     ///
-    /// Placement is replaced as a whole: angles without a location place the object at the origin. A mesh that other
-    /// objects show remains theirs. A mesh file brings its materials; other meshes keep the object's materials.
+    /// Placement is replaced as a whole: angles without a location place the object at the origin. If other objects
+    /// show the same mesh, their mesh does not change. A mesh file brings its materials; other meshes keep the object's
+    /// materials.
     ///
     /// # Errors
     /// Errors of [`ObjectSpec::build`]; [`SceneError::World`] if the object does not exist, and if only vertices are
@@ -59,8 +61,8 @@ impl ObjectSpec {
         }
     }
 
-    /// Changes an object's placement and visibility, if the description contains nothing else; `None` if it contains
-    /// more. No files are needed, and the world is unchanged on failure.
+    /// Changes an object's placement and visibility, if the description contains nothing else; `None` if the
+    /// description contains other keys. No files are needed, and the world is unchanged on failure.
     pub fn change_placement(&self, world: &mut World, id: usize) -> Option<Result<()>> {
         let keys = self.keys();
         let is_more =
@@ -283,7 +285,7 @@ impl ObjectSpec {
         Ok(Arc::unwrap_or_clone(additions.mesh))
     }
 
-    /// Materials of the object with the changes of the description; `None` if there are none.
+    /// Materials of the object with the changes of the description; `None` if no such key is present.
     fn changed_materials<F: AssetLoader>(
         &self,
         world: &World,
@@ -340,7 +342,8 @@ fn put_mesh(world: &mut World, id: usize, mesh: usize) {
     }
 }
 
-/// Assigns materials to an object. They replace the previous ones, or are added as new ones if other objects use those.
+/// Assigns materials to an object. New materials replace the previous materials, or are added if other objects use the
+/// previous materials.
 fn put_materials(world: &mut World, id: usize, changed: ChangedMaterials) {
     let ChangedMaterials { materials, textures, notices, is_of_new_mesh } = changed;
     world.notices.extend(notices);

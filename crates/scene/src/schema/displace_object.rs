@@ -20,7 +20,7 @@ pub(super) struct ObjectParts<'a> {
     pub materials: &'a mut [Material],
     /// Textures of the world.
     pub known_textures: &'a [Arc<Texture>],
-    /// Textures whose indices follow.
+    /// Textures to be added; their indices follow the existing indices.
     pub new_textures: &'a mut Vec<Texture>,
 }
 

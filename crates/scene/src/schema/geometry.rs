@@ -57,7 +57,7 @@ pub(super) struct FileAxes {
 }
 
 impl FileAxes {
-    /// Up axis to which the mesh is rotated; `None` if it keeps the file's axes.
+    /// Up axis to which the mesh is rotated; `None` if the mesh keeps the file's axes.
     pub(super) fn target(self) -> Option<Up> {
         self.upright.unwrap_or(!self.has_matrix).then_some(self.world_up)
     }
@@ -153,7 +153,7 @@ impl ObjectSpec {
         Ok((additions, read))
     }
 
-    /// Applies the description's attributes to the mesh, and checks it.
+    /// Applies the description's attributes to the mesh, and checks the mesh.
     pub(super) fn change_mesh(&mut self, additions: &mut Additions) -> Result<()> {
         let mesh = Arc::make_mut(&mut additions.mesh);
         if self.face_colors.is_some() || self.vertex_colors.is_some() {
@@ -210,7 +210,7 @@ impl ObjectSpec {
     }
 }
 
-/// A mesh file as one mesh, turned to `up` if it specifies another axis.
+/// Returns a mesh file as one mesh, rotated to `up` if the file specifies another up axis.
 fn read_single_mesh<F: AssetLoader>(
     file: &str,
     up: Option<Up>,

@@ -41,7 +41,7 @@ impl<const N: usize> Keys<N> {
         self.refuse_as(ErrorCode::MissingValue, keys, &format!("requires {required}, which is missing"))
     }
 
-    /// Rejects some keys, for a reason of this kind.
+    /// Rejects the given keys with an error of this kind.
     pub fn refuse_as(&self, code: ErrorCode, keys: &[&str], reason: &str) -> Result<()> {
         match self.given(keys).first() {
             Some(key) => Err(SceneError::schema(code, *key, reason)),
@@ -49,7 +49,7 @@ impl<const N: usize> Keys<N> {
         }
     }
 
-    /// Returns the one of several keys that is present.
+    /// Returns the only present key of several alternative keys.
     pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str> {
         match self.given(keys)[..] {
             [key] => Ok(key),

@@ -13,7 +13,7 @@ use crate::schema::shorthand::{Color, Splat};
 use crate::schema::spec::object::{AlphaMode, KEYS, MaterialType, ObjectSpec};
 use crate::schema::texture_binding::TextureBinding;
 
-/// Keys that several material types have.
+/// Keys that are valid for several material types.
 const COMMON_KEYS: [&str; 11] = [
     "type",
     "color",
@@ -27,7 +27,7 @@ const COMMON_KEYS: [&str; 11] = [
     "alpha",
     "roughness",
 ];
-/// Keys that only the lecture's material has, and those of metal, glass and principled.
+/// Keys of the lecture's material only, and keys of metal, glass and principled.
 const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
 const METAL_KEYS: [&str; 1] = ["metal"];
 const GLASS_KEYS: [&str; 6] = ["ior", "thin", "dispersion", "attenuation_color", "attenuation_distance", "priority"];
@@ -254,7 +254,7 @@ impl ObjectSpec {
         // With a type, the material starts from its defaults.
         let known = if self.type_.is_some() { 0 } else { material.priority };
         material.priority = self.priority.unwrap_or(known);
-        // `check_material` has refused what cannot be built.
+        // `check_material` has already refused descriptions that cannot be built.
         match &self.medium {
             Some(medium) => material.medium = medium.build().ok(),
             None if self.type_.is_some() || self.attenuation_distance.is_some() => material.medium = None,
@@ -385,7 +385,7 @@ impl ObjectSpec {
     }
 }
 
-/// A colour, or this default if none is given.
+/// The given colour, or this default without a given colour.
 fn rgb(given: Option<Color>, otherwise: Rgb) -> Rgb {
     given.map_or(otherwise, |Color(rgb)| rgb)
 }

@@ -54,8 +54,8 @@ pub struct WorldFile {
     /// The cameras: one table or several, the default camera first.
     #[schemars(schema_with = "one_or_many::<CameraSpec>")]
     pub camera: Vec<CameraSpec>,
-    /// The rigs, each with several cameras on one body: one table or several. Their cameras follow those of `camera`,
-    /// with names of the form rig/camera.
+    /// The rigs, each with several cameras on one body: one table or several. The rigs' cameras follow the cameras of
+    /// `camera` and have names of the form rig/camera.
     #[schemars(schema_with = "one_or_many::<RigSpec>")]
     pub rig: Vec<RigSpec>,
     /// The lidars that are not on a rig: one table or several.

@@ -13,7 +13,7 @@ use crate::texture::Wrap;
 use crate::world::{Object, RayVisibility};
 use crate::written::{written, written_schema};
 
-/// `N` numbers, or one number that stands for all of them.
+/// `N` numbers, or a single number that is used for all `N`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Splat<const N: usize>(pub [f64; N]);
 
@@ -73,7 +73,7 @@ written_schema!(Category, "Category", |_| schemars::json_schema!({ "anyOf": [
 pub enum Visible {
     /// Visible or hidden.
     Switch(bool),
-    /// Visible to some rays.
+    /// The object is visible to some kinds of rays.
     Rays(RayVisibility),
 }
 

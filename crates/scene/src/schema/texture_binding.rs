@@ -7,11 +7,11 @@ use crate::texture::TextureSlot;
 
 /// Slot of a texture in a material.
 pub(crate) struct TextureBinding {
-    /// Key of the value that it multiplies; "texture" for the base colour.
+    /// Key of the value that the texture multiplies; "texture" for the base colour.
     pub key: &'static str,
     pub slot: TextureSlot,
     pub strength: f32,
-    /// True if it is the base colour's texture and has alpha.
+    /// True if this is the base colour's texture and has alpha.
     pub translucent: bool,
 }
 

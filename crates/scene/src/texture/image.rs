@@ -174,7 +174,7 @@ impl Texels {
 /// An image.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Image {
-    /// Source file; empty if there is none.
+    /// Source file; empty for images without a file.
     pub name: String,
     /// Columns and rows.
     pub size: [u32; 2],
@@ -192,8 +192,8 @@ impl PartialEq for Image {
     }
 }
 
-/// Form of an [`Image`] in the bytes of a world: its file if there is one, otherwise the texels. The file's name has no
-/// folder, so that equal images are equal data wherever they were read from and wherever their texels are.
+/// The form of an [`Image`] in the bytes of a world: the image's file if it exists, otherwise the texels. The file's
+/// name has no folder, so that equal images are equal data wherever they were read from and wherever their texels are.
 #[derive(Serialize)]
 struct StoredImage<'a> {
     name: &'a str,

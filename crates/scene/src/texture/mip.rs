@@ -8,7 +8,7 @@ use crate::texture::texel::TexelKind;
 use crate::texture::texel_weight::{AlphaMean, TexelWeight};
 
 impl Image {
-    /// Returns its mip map: the image itself, then images that are each half as large as the previous one.
+    /// Returns the image's mip map: the image itself, then images that are each half as large as the previous image.
     ///
     /// Images of 8 and 16 bits give linear 16-bit levels; floats give floats. Texels are the means of the texels that
     /// they cover, so that every level has the image's mean up to rounding.

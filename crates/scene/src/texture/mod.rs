@@ -201,7 +201,7 @@ impl Axis {
         (sides.map(|i| wrap.index(i, i64::from(size))), per_texel)
     }
 
-    /// The texel whose centre is at or before a coordinate, and the fraction of the way to the next one.
+    /// The texel whose centre is at or before a coordinate, and the fraction of the way to the next texel.
     #[inline(always)]
     fn locate(coordinate: f32, size: u32) -> (i64, f64) {
         let length = f64::from(size);

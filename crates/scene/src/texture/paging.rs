@@ -55,7 +55,7 @@ impl TextureCache {
         })
     }
 
-    /// Writes an image's tiles: rows of tiles from the top, each from the left.
+    /// Writes an image's tiles row by row from the top, and each row from left to right.
     fn write(&self, image: &Image) -> Result<Level> {
         let [width, height] = image.size.map(|n| n as usize);
         let file = self.file()?;

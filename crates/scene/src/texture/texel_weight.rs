@@ -29,7 +29,7 @@ impl AlphaMean {
         }
     }
 
-    /// The mean; its colour is not multiplied by alpha. If all texels are transparent, it is the plain mean.
+    /// The mean; its colour is not multiplied by alpha. If all texels are transparent, the result is the plain mean.
     pub fn texel(&self) -> [f32; 4] {
         let [.., alpha] = self.plain;
         let [r, g, b] = self.colored.map(|sum| sum / alpha);

@@ -1,4 +1,4 @@
-//! Values at times, and the values between them.
+//! Values at given times, and interpolation between them.
 
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -39,7 +39,7 @@ impl<T> Default for Track<T> {
 }
 
 impl<T: Interpolate> Track<T> {
-    /// Adds a key, which must be later than all previous ones.
+    /// Adds a key, which must be later than all previous keys.
     pub fn push(&mut self, time: f64, value: T, interpolation: KeyframeInterpolation) {
         self.keys.push(Keyframe { time, value, interpolation });
     }
@@ -66,8 +66,8 @@ impl<T: Interpolate> Track<T> {
         })
     }
 
-    /// Catmull-Rom: the velocity at a key is that of the parabola through the key and its neighbours. At both ends it
-    /// is 0.
+    /// Catmull-Rom: the velocity at a key is that of the parabola through the key and its neighbours. At both ends, the
+    /// velocity is 0.
     fn velocity(&self, i: usize) -> DVec3 {
         if i == 0 || i + 1 == self.keys.len() {
             return DVec3::ZERO;

@@ -9,7 +9,7 @@ use crate::world::World;
 pub struct Categories {
     /// Name of every category, indexed by its number.
     pub names: BTreeMap<i32, String>,
-    /// Number of each object's category; -1 for an object without one.
+    /// The number of each object's category; -1 for an object without a category.
     pub of_objects: Vec<i32>,
 }
 

@@ -8,8 +8,8 @@ use crate::error_code::ErrorCode;
 use crate::up::Up;
 use crate::world::World;
 
-/// Direction from the middle to the eye: to the right, to the front and up. It is at least 1.1 degrees off every plane
-/// whose normal has whole components up to 3, so that common slanted planes are not seen edge-on.
+/// Direction from the middle to the eye: to the right, to the front and up. The direction is at least 1.1 degrees off
+/// every plane whose normal has whole components up to 3, so that common slanted planes are not viewed edge-on.
 const AWAY: [f64; 3] = [1.0, 2.463, 1.085];
 
 impl World {

@@ -197,7 +197,7 @@ fn check_number(what: &str, number: usize, count: usize) -> Result<()> {
     Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!("{what} {number} does not exist; {known}"))))
 }
 
-/// Decrements an index if it is above the removed one; false for the removed index.
+/// Decrements an index above the removed index; returns false for the removed index.
 fn follow(index: &mut usize, removed: usize) -> bool {
     let stays = *index != removed;
     *index -= usize::from(*index > removed);

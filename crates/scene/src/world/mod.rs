@@ -46,7 +46,7 @@ pub struct Object {
     pub name: String,
     /// A class for data sets.
     pub category: Option<String>,
-    /// Index into the world's meshes; several objects may share one.
+    /// Index into the world's meshes; several objects may share a mesh.
     pub mesh: usize,
     /// Indices into the world's materials, one per material slot of the mesh; never empty.
     pub materials: Vec<usize>,
@@ -126,7 +126,7 @@ pub struct World {
     /// Shared images.
     #[serde(with = "crate::texture::serde_shared")]
     pub textures: Vec<Arc<Texture>>,
-    /// Cache that limits the memory of images, if there is one; not part of the data.
+    /// Cache that limits the memory of images, if the memory is limited; the cache is not part of the world's data.
     #[serde(skip)]
     pub texture_cache: Option<Arc<TextureCache>>,
     /// Shared materials.
@@ -167,7 +167,7 @@ pub struct World {
     pub notices: Vec<Notice>,
 }
 
-/// A variant: other materials for some objects.
+/// A variant, which assigns other materials to some objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Variant {
     /// Its name.

@@ -90,7 +90,7 @@ impl World {
         }
     }
 
-    /// Changes the node tree, if there is one.
+    /// Changes the node tree, if the world has one.
     pub(crate) fn change_tree(&mut self, change: impl FnOnce(&mut NodeTree)) {
         if let Some(tree) = &mut self.node_tree {
             change(Arc::make_mut(tree));

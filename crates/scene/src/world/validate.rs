@@ -44,7 +44,7 @@ impl World {
         if let Some(rig) = &self.node_tree {
             rig.validate(&self)?;
         }
-        self.names = names; // This may include further numbers.
+        self.names = names; // The value may contain additional numbers.
         self.notices = notices;
         Ok(self)
     }

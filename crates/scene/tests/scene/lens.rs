@@ -125,7 +125,7 @@ fn radii_increase_up_to_the_maximum_angle() {
 
 /// The maximum angles stated in the papers.
 #[test]
-fn wide_models_end_at_the_angles_of_their_papers() {
+fn wide_lens_models_end_at_the_angles_of_their_papers() {
     let end = |model, coefficients: &[f64]| {
         let lens = Lens::new(model, coefficients).unwrap();
         let sees = |angle: f64| {

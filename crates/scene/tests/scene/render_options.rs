@@ -22,7 +22,7 @@ fn every_option_has_a_description_in_the_json_schema() {
 }
 
 #[test]
-fn every_default_is_valid_and_options_without_one_are_off() {
+fn every_default_is_valid_and_options_without_a_default_are_off() {
     let defaults = RenderOptions::defaults();
     defaults.validate().unwrap();
     let given: Vec<_> = defaults.values().map(|(option, _)| option.name).collect();

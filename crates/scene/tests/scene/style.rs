@@ -113,7 +113,7 @@ fn file_materials_can_be_overridden() {
     let p = principled(&world);
     assert_eq!((p.roughness.value, p.clearcoat.value, p.metallic.value), (0.75, 1.0, 1.0));
     assert_eq!(world.materials[0].color, [0.5; 3]);
-    // A type resets all other values.
+    // Setting a type resets all other values.
     let world = build_from(r#"{ "mesh": "a.glb", "type": "principled", "roughness": 0.75 }"#, gold()).unwrap();
     let p = principled(&world);
     assert_eq!((p.clearcoat.value, p.metallic.value), (0.0, 0.0));

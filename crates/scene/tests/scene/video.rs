@@ -103,7 +103,7 @@ fn smooth_keyframes_have_continuous_speed() {
     let expected = (DVec3::new(1.0, 1.0, 0.0) * 2.0 + DVec3::new(1.5, -0.5, 1.0)) / 3.0;
     let found = (position(1.0 + h) - position(1.0 - h)) / (2.0 * h);
     assert!((found - expected).length() < 1e-5, "{found} {expected}");
-    // At rest at both ends.
+    // The motion starts and ends at rest.
     assert!((position(h) - position(0.0)).length() / h < 1e-4);
     assert!((position(4.0) - position(4.0 - h)).length() / h < 1e-4);
 }

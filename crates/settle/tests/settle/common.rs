@@ -1,4 +1,4 @@
-//! Worlds shared by several tests.
+//! Worlds that several tests use.
 
 use glam::{DAffine3, DVec3};
 use raycam_scene::{Mesh, Object, World};

@@ -102,7 +102,7 @@ fn objects_settle_for_many_seeds() {
 }
 
 #[test]
-fn bodies_that_miss_the_bin_are_drawn_again_and_the_others_stay() {
+fn bodies_that_miss_the_bin_are_drawn_again_and_other_bodies_stay() {
     let (world, sides, things) = bin(20);
     let attempts: Vec<usize> = (0..4)
         .map(|seed| settle(&world, &into_bin(&things, &sides, seed), &|| false).unwrap().report.attempts)

@@ -114,7 +114,7 @@ def find_calibration(text: str) -> tuple[str, str] | None:
 
 
 def load_camera(text: str, options: argparse.Namespace) -> Camera:
-    """Loads the camera of FILE (its first one) or FILE:NAME, where FILE is a calibration or a world file."""
+    """Loads the first camera of FILE, or the camera FILE:NAME; FILE is a calibration or a world file."""
     from ...world.load import load
 
     found = find_calibration(text)

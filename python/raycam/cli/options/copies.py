@@ -59,12 +59,12 @@ def _makes_pinholes(options: argparse.Namespace) -> bool:
 
 
 def has_copies(options: argparse.Namespace) -> bool:
-    """Returns True if the options derive new cameras from those of the file."""
+    """Returns True if the options derive new cameras from the file's cameras."""
     return options.crop is not None or _makes_pinholes(options)
 
 
 def derive_cameras(cameras: Found, options: argparse.Namespace) -> Found:
-    """Returns the cameras that the options derive; those of a file with a single rig as that rig."""
+    """Returns the cameras that the options derive. For a file with a single rig, returns the derived rig."""
     from ...rig import Rig
 
     if options.maps is not None and not _makes_pinholes(options):
@@ -107,7 +107,7 @@ def _cropped(camera: Camera, options: argparse.Namespace) -> Camera:
 
 
 def _each(rig: Rig, edit: Callable[[str, Camera], Camera]) -> Rig:
-    """The rig with other cameras at its mounts."""
+    """The rig with new cameras at its mounts."""
     from ...rig import Rig
 
     mounts = {name: edit(name, camera) for name, camera in rig.mounts.items()}
@@ -115,7 +115,7 @@ def _each(rig: Rig, edit: Callable[[str, Camera], Camera]) -> Rig:
 
 
 def _flat(cameras: Found) -> dict[str, Camera]:
-    """All cameras, those of rigs too."""
+    """All cameras, including the cameras of rigs."""
     from ...rig import Rig
 
     found: dict[str, Camera] = {}

@@ -1,4 +1,4 @@
-"""Options of `raycam explain` for one pulse of a lidar."""
+"""Options of `raycam explain` that select a lidar's pulse."""
 
 from __future__ import annotations
 

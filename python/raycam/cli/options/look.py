@@ -95,7 +95,7 @@ def apply_look(
     if lit_by_options and world.lights:
         count = len(world.lights)
         print_notice(
-            f"the world has {count} {'light' if count == 1 else 'lights'}; the lights of the options are added"
+            f"the world has {count} {'light' if count == 1 else 'lights'}; the options' lights are added"
         )
     if shaded and not in_studio and not lit_by_options:
         _report_weak_lights(world, options)

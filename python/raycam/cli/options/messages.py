@@ -1,4 +1,4 @@
-"""The options `--quiet` and `--verbose`, and what commands print."""
+"""The options `--quiet` and `--verbose`, and the printing of notices."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def add_verbosity(command: argparse.ArgumentParser) -> None:
 
 
 def set_verbosity(quiet: bool, verbose: bool) -> None:
-    """Sets how much this command prints."""
+    """Sets the amount of output of this command."""
     from ... import progress
 
     VERBOSITY.update(quiet=quiet, verbose=verbose)

@@ -19,7 +19,7 @@ __all__ = ["add_photograph_cameras", "photograph_cameras"]
 def add_photograph_cameras(
     command: argparse.ArgumentParser, undistort: bool = True, required: bool = True
 ) -> None:
-    """Adds `--cameras`, `--camera-format`, `--size`, `--lens` and, if wanted, `--undistort`."""
+    """Adds `--cameras`, `--camera-format`, `--size`, `--lens` and optionally `--undistort`."""
     command.add_argument(
         "--cameras",
         metavar="FILE",

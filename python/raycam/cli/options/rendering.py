@@ -37,7 +37,8 @@ CALL_ARGUMENTS = ("denoise", "transparent_background")
 def add_render_options(command: argparse.ArgumentParser) -> None:
     """Adds `--preset`, the options of the table, `--denoise` and `--transparent-background`."""
     group = command.add_argument_group(
-        "rendering", "options that are not given have the value in [render] of the world file, or the default"
+        "rendering",
+        "omitted options take their values from the world file's [render] section, or their defaults",
     )
     group.add_argument(
         "--preset",
@@ -61,7 +62,7 @@ def add_render_options(command: argparse.ArgumentParser) -> None:
 
 
 def given_render_options(options: argparse.Namespace) -> dict[str, Any]:
-    """Returns the options of `--preset` and those that are given, as arguments of `raycam.render`.
+    """Returns the options of `--preset` and all given options, as arguments of `raycam.render`.
 
     Raises `SettingsError` for invalid values.
     """
@@ -108,7 +109,7 @@ def _help(option: RenderOption) -> str:
     """The table's description with options as typed, and the defaults of the command line."""
     text = option.help.replace("true, false, or the distance", "the distance")
     if option.name == "integrator":
-        text += ' "reference": "flat" by a slow NumPy program.'
+        text += ' "reference": the image of "flat", computed by a slow NumPy program.'
     for name in RENDER_OPTIONS:
         text = text.replace(f"`{name}`", _typed(name))
     defaults = [f"default: {option.default}"] if option.default not in (None, False) else []

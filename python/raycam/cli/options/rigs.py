@@ -27,7 +27,9 @@ def add_rig(command: argparse._ActionsContainer) -> None:
 
 
 def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
-    """Returns the rig of `--rig`, from the world or the first one of a calibration; None without the option."""
+    """Returns the rig of `--rig`, which is a rig of the world or the first rig of a calibration; None without the
+    option.
+    """
     if options.rig is None:
         return None
     rigs = world.rigs

@@ -113,7 +113,7 @@ def find_file(text: str) -> str | Path:
     found = bundled(text)
     if found is None or os.fspath(found) == text:
         return text
-    print_notice(f"{text}: file not found here; using the one that comes with raycam")
+    print_notice(f"{text}: file not found; using raycam's own file of this name")
     return found
 
 

@@ -28,11 +28,11 @@ ALTERNATIVES = {
     "HashMap": "use a dict, or numpy.unique",
     "HashSet": "use a set, or numpy.unique",
 }
-"""What to use instead, by name; other names get their owner's general alternative."""
+"""Alternatives by name; all other names get their owner's general alternative."""
 
 
 def raise_missing(owner: str, name: str, general: str) -> Any:
-    """Raises `AttributeError` that names an alternative; a plain one for Python's own names (`__len__`, `_x`)."""
+    """Raises an `AttributeError` that names an alternative, or a plain one for Python's own names (`__len__`, `_x`)."""
     if name.startswith("_"):
         raise AttributeError(f"{owner} has no attribute {name!r}")
     raise AttributeError(

@@ -91,7 +91,7 @@ class Device(Hints):
         return 0
 
     def __str__(self) -> str:
-        """The name as Open3D writes it."""
+        """The device's name in Open3D's spelling."""
         return self.name
 
     def __repr__(self) -> str:
@@ -99,7 +99,7 @@ class Device(Hints):
         return 'Device("CPU", 0)'
 
     def __eq__(self, other: object) -> Any:
-        """True for all devices: there is only one."""
+        """Always True, because there is only one device."""
         return isinstance(other, Device) or NotImplemented
 
     def __hash__(self) -> int:
@@ -136,7 +136,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
 
     @classmethod
     def ones(cls, shape: Any, dtype: Any = float32, device: Device | None = None) -> Tensor:
-        """A tensor of ones."""
+        """Returns a tensor filled with ones."""
         return _as_tensor(np.ones(shape, dtype))
 
     @classmethod
@@ -146,7 +146,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
 
     @classmethod
     def full(cls, shape: Any, fill_value: Any, dtype: Any = float32, device: Device | None = None) -> Tensor:
-        """A tensor of one number."""
+        """Returns a tensor filled with one number."""
         return _as_tensor(np.full(shape, fill_value, dtype))
 
     @classmethod
@@ -210,7 +210,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
         return int(self.size)
 
     def append(self, values: Any, axis: int | None = None) -> Tensor:
-        """The numbers followed by others, flat or along an axis."""
+        """Appends other numbers, flat or along an axis."""
         return append(self, values, axis)
 
     def __getitem__(self, key: Any) -> Any:
@@ -225,7 +225,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
         return (self[index] for index in range(len(self)))
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: Any = False) -> Any:
-        """Makes results of NumPy's functions tensors, also those of shape []."""
+        """Converts results of NumPy's functions to tensors, including results of shape []."""
         return _as_tensor(array)
 
     def __getattr__(self, name: str) -> Any:
@@ -316,7 +316,7 @@ for _name, _function in _ELEMENTWISE.items():
 
 
 def concatenate(tensors: Any, axis: int | None = 0) -> Tensor:
-    """Tensors one after the other along an axis."""
+    """Concatenates tensors along an axis."""
     return _as_tensor(np.concatenate([np.asarray(tensor) for tensor in tensors], axis=axis))
 
 

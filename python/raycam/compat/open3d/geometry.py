@@ -91,7 +91,7 @@ class TriangleMesh(Hints):
         return vertices.mean(axis=0) if len(vertices) else np.zeros(3)
 
     def get_min_bound(self) -> Floats:
-        """Returns the least coordinates [3]."""
+        """Returns the smallest coordinates [3]."""
         vertices = Vector3dVector(self.vertices)
         return vertices.min(axis=0) if len(vertices) else np.zeros(3)
 

@@ -95,7 +95,7 @@ SUBMODULES = {
 """Submodules by their names in pyrender."""
 sampler, utils, renderer = texture, colors, offscreen
 __version__ = "0.1.45"
-"""The version of pyrender whose interface this module has."""
+"""The pyrender version whose interface this module implements."""
 _before: dict[str, object] = {}
 
 

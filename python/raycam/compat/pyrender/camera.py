@@ -27,7 +27,7 @@ class Camera:
         self.name, self.znear, self.zfar = name, 0.05 if znear is None else znear, zfar
 
     def _check_values(self) -> None:
-        """Raises `ValueError` if the far plane is not behind the near one; called after each assignment."""
+        """Raises `ValueError` if the far plane is not behind the near plane; called after each assignment."""
         near, far = self.__dict__.get("_znear"), self.__dict__.get("_zfar")
         if near is not None and far is not None and far <= near:
             raise ValueError(f"zfar is {far} and znear {near}: expected zfar > znear")

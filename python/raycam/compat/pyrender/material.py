@@ -68,8 +68,8 @@ class Material:
 class MetallicRoughnessMaterial(Material):
     """The material of glTF 2.0, with glTF's names.
 
-    If the metallic-roughness texture is an image, G is the roughness and B the metalness; if it is a `Texture`, they
-    are its first two channels, as in pyrender.
+    If the metallic-roughness texture is an image, G is the roughness and B the metalness; if it is a `Texture`, the
+    first two channels are used, as in pyrender.
     """
 
     baseColorFactor = Converted(lambda value: format_color_vector(1.0 if value is None else value, 4))
@@ -123,7 +123,7 @@ class MetallicRoughnessMaterial(Material):
 
 
 class SpecularGlossinessMaterial(Material):
-    """A material that pyrender defines but does not shade either; creating one raises `NotImplementedError`."""
+    """A material that pyrender defines but does not shade; creating an instance raises `NotImplementedError`."""
 
     def __init__(self, *_arguments: Any, **_options: Any) -> None:
         raise NotImplementedError(

@@ -44,7 +44,7 @@ class Bounded:
 class Primitive(Bounded):
     """Triangles, lines or points with one material, by a `mode` of `GLTF`, shown once or at each of `poses` [n, 4, 4].
 
-    The default material is white metal, as in pyrender; `Mesh.from_trimesh` uses a grey one.
+    The default material is white metal, as in pyrender; `Mesh.from_trimesh` uses a grey material.
     """
 
     positions = Converted(lambda value: _positions(value))
@@ -193,7 +193,7 @@ class Primitive(Bounded):
 
     @property
     def is_transparent(self) -> bool:
-        """True if surfaces behind it may be visible."""
+        """True if surfaces behind the primitive may be visible."""
         return bool(self.material.is_transparent) or (
             self.color_0 is not None and bool((self.color_0[:, 3] != 1).any())
         )

@@ -88,7 +88,7 @@ class Scene(Bounded):
         return node
 
     def add_node(self, node: Node, parent_node: Node | None = None) -> None:
-        """Adds a node with its children; raises `ValueError` if the scene contains it already."""
+        """Adds a node with its children; raises `ValueError` if the scene already contains the node."""
         if node in self._parents:
             raise ValueError("the scene already contains the node")
         if parent_node is not None and parent_node not in self._parents:
@@ -233,7 +233,7 @@ class Scene(Bounded):
 
     @property
     def main_camera_node(self) -> Node | None:
-        """The node of the active camera: the first one added, or any other after its removal."""
+        """The active camera's node: the first added camera, or any other camera after its removal."""
         return self._main_camera
 
     @main_camera_node.setter

@@ -56,7 +56,7 @@ class LiveArray(np.ndarray[Any, Any]):
         self._write = None
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        """Assigns elements, here and at the source; has no effect if the source refuses them."""
+        """Assigns elements in this array and at the source; has no effect if the source refuses the values."""
         before = self[key].copy() if self._write is not None else None
         super().__setitem__(key, value)
         if self._write is None:

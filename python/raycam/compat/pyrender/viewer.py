@@ -167,7 +167,7 @@ class Viewer:
         return [(node.light, pose @ node.matrix) for node in nodes]
 
     def _world(self) -> raycam.World:
-        """Returns the world of the current scene, and stores its state as the last one shown."""
+        """Returns the current scene's world, and stores the scene's state as the last shown state."""
         with self.render_lock:
             self._seen = _state(self.scene)
             return world_of(self.scene, self._lights)
@@ -182,7 +182,7 @@ class Viewer:
                 self._view.world = self._world()
 
     def _create_raymond_lights(self) -> list[Node]:
-        """Three suns of intensity 1 around z, 30 degrees off it and 120 apart."""
+        """Three suns of intensity 1 around the z axis: 30 degrees from the axis and 120 degrees apart."""
         nodes = []
         for turn in (0, 2 / 3, 4 / 3):
             polar, around = np.pi / 6, np.pi * turn

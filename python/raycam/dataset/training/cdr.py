@@ -27,7 +27,7 @@ class Cdr:
         self._body = bytearray()
 
     def add_numbers(self, kind: str, *values: Any) -> Cdr:
-        """Appends numbers of a kind of `struct`, each aligned to its size."""
+        """Appends numbers of a `struct` format, each aligned to its size."""
         size = struct.calcsize(kind)
         self._body += bytes(-len(self._body) % size)
         self._body += struct.pack(f"<{len(values)}{kind}", *values)

@@ -20,7 +20,7 @@ BACKGROUND = 1e10
 
 
 def h5py() -> ModuleType:
-    """Returns the module; raises `SettingsError` with a remedy if it is not installed."""
+    """Returns the module h5py; raises `SettingsError` with a remedy if h5py is not installed."""
     try:
         return importlib.import_module("h5py")
     except ImportError:

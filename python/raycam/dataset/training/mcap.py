@@ -77,7 +77,7 @@ LATCHED_QOS = (
 
 
 def library() -> ModuleType:
-    """Returns the module `mcap.writer`; raises `SettingsError` with a remedy if it is not installed."""
+    """Returns the module `mcap.writer`; raises `SettingsError` with a remedy if mcap is not installed."""
     try:
         return importlib.import_module("mcap.writer")
     except ImportError:
@@ -107,8 +107,8 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
 
 
 def baseline(plan: Plan, number: int) -> float:
-    """Returns the distance in metres to the leftmost camera of the rig that forms a rectified pair with it; 0 without
-    one.
+    """Returns the distance in metres to the leftmost camera that forms a rectified pair with this one; 0 if there is
+    none.
     """
     view = plan.shots[number]
     if view.rig is None:

@@ -53,7 +53,7 @@ TRUTH: list[Field] = [
     ("instance", "i4", lambda scan, stamp: scan["instance"]),
     ("category", "i4", lambda scan, stamp: scan["category"]),
 ]
-"""Fields after those of the driver."""
+"""Fields that follow the driver's fields."""
 
 
 def lidar_messages(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, bytes]]:

@@ -32,7 +32,8 @@ BOX = np.dtype(
         ("occlusionRatio", "<f4"),
     ]
 )
-"""A row of `bounding_box_2d_tight`; x_max and y_max are one past the last pixel, so that differences are sizes."""
+"""A row of `bounding_box_2d_tight`; x_max and y_max are one pixel beyond the last pixel, so that differences are sizes.
+"""
 BOX_3D = np.dtype(
     [
         ("semanticId", "<u4"),

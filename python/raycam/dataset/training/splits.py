@@ -35,8 +35,7 @@ def check_splits(plan: Plan) -> None:
 
 
 def split_names(plan: Plan) -> list[str]:
-    """Returns the split of each view, which depends on the seed and the number of its world, of its rig's pose, or
-    its own.
+    """Returns each view's split, which depends on the seed and on the number of the view's world, rig pose or view.
 
     For the worlds of a recipe, each world's split is drawn independently, so additional worlds do not change it. For
     the views of a single world, the splits have exactly the requested fractions.

@@ -32,7 +32,7 @@ class Atmosphere:
         self._fog_color = np.asarray(model.vis.rgba.fog[:3], np.float32)
         self._haze, self._haze_color = float(view.haze), np.asarray(model.vis.rgba.haze[:3], np.float32)
         self.ground: int | None = None
-        """The object that is the first infinite plane, above which haze lies."""
+        """The object of the first infinite plane; haze lies above this plane."""
         for number, (kind, geom) in enumerate(elements):
             endless = kind == GEOM_OBJECT and int(model.geom_type[geom]) == PLANE
             if endless and not np.any(model.geom_size[geom][:2]):
@@ -69,7 +69,8 @@ class Atmosphere:
         If there is fog, it colours the haze, too; `fog_along` [n] is then the depth per distance of each ray.
 
         Haze is a cone around the camera, which is `height` above a plane with the normal `up`: from the plane below it
-        rises outwards to the sky at the camera's height. It is opaque at one height, and fades out up and down.
+        rises outwards to the sky at the camera's height. The haze is opaque at one height, and fades out upwards and
+        downwards.
         """
         radius = SKY_DISTANCE * self.far
         elevation, narrowing = float(height) / radius, self._haze
@@ -77,9 +78,8 @@ class Atmosphere:
             return
         vertical = directions @ up
         slope = -vertical / np.sqrt(np.maximum(1 - vertical**2, 1e-30))
-        below = slope / np.maximum(
-            elevation + slope * narrowing, 1e-30
-        )  # 1 at the plane, 0 at the camera's height
+        # `below` is 1 at the plane and 0 at the camera's height.
+        below = slope / np.maximum(elevation + slope * narrowing, 1e-30)
         reached = radius * np.hypot(1 - narrowing * below, elevation * below)
         shown = (slope > 0) & (below <= 1) & (reached <= distances)
         # The densest height divides the cone where it is seen at 45 degrees from the edge of the sky.

@@ -54,7 +54,7 @@ def split_by_cube_faces(
     """Cuts triangles where the cube map changes its face.
 
     `corners` [t, 3, 3] are directions. Returns the weights [m, 3, 3] of the original corners for each corner of the
-    parts, the face [m] of each part, and the triangle [m] that it comes from. Neighbours are cut at the same points.
+    parts, the face [m] of each part, and the original triangle [m] of each part. Neighbours are cut at the same points.
     """
     weights = np.broadcast_to(np.eye(3), (len(corners), 3, 3))
     source = np.arange(len(corners), dtype=np.int64)

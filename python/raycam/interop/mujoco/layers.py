@@ -29,7 +29,7 @@ def find_layers(
 ) -> list[Hits]:
     """Returns the hits of rays with objects up to distances [n], one dictionary for each depth of layers.
 
-    Its arrays belong to the rays `ray` [m]. `cast` takes origins, directions, objects, t_min and t_max.
+    The dictionary's arrays belong to the rays `ray` [m]. `cast` takes origins, directions, objects, t_min and t_max.
     """
     found: list[Hits] = []
     active, start = np.arange(len(directions)), np.zeros(len(directions))

@@ -41,8 +41,8 @@ class LightSources:
                 faded += [name] if kind != DIRECTIONAL else []
         if faded:
             text = (
-                f"lights {', '.join(faded)}: light decreases with the square of the distance, unlike in MuJoCo; the "
-                "strength is equal at the centre of the model"
+                f"lights {', '.join(faded)}: light decreases with the square of the distance, unlike in MuJoCo; "
+                "both programs agree only at the model's centre"
             )
             notices.append(Notice(text, "approximated_value"))
         if ambient.any():
@@ -75,7 +75,7 @@ class LightSources:
         return position.tolist(), direction.tolist()
 
     def update(self, data: Any) -> None:
-        """Moves the lights whose pose has changed."""
+        """Updates the lights whose pose has changed."""
         for light, number in self._numbers.items():
             pose = self._pose(light, data)
             if pose == self._poses[light]:

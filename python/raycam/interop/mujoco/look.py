@@ -42,12 +42,12 @@ BIAS = 1e-4
 CORNERS = np.array([[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]])
 """Offsets of the four samples in a pixel: a rotated grid."""
 EDGE = 0.1
-"""Pixels whose colour differs by more from a neighbour's get four samples."""
+"""Pixels whose colour differs from a neighbour's colour by more than this value get four samples."""
 
 
 @dataclass(frozen=True)
 class Light:
-    """A light of the model at its place in the world."""
+    """A light of the model, in world coordinates."""
 
     kind: int
     position: Floats
@@ -62,7 +62,7 @@ class Light:
 
 
 def model_lights(model: Any, data: Any) -> list[Light]:
-    """Returns the active lights in the state `data`, without the headlight and those that OpenGL does not draw."""
+    """Returns the active lights in the state `data`, without the headlight and lights that OpenGL does not draw."""
     lights = []
     for light in np.flatnonzero(np.asarray(model.light_active)):
         kind = int(model.light_type[light])
@@ -97,9 +97,9 @@ class _View:
     flags: list[bool]
     """The flags of the scene, indexed by MuJoCo's `mjtRndFlag`."""
     order: list[int]
-    """The transparent objects and the planes seen from behind, in the order of blending."""
+    """The transparent objects and the planes that are viewed from behind, in the order of blending."""
     behind: list[int]
-    """The planes that are seen from behind."""
+    """The planes that are viewed from behind."""
 
 
 class MujocoLook:
@@ -196,7 +196,7 @@ class MujocoLook:
         t_max: Floats | float = np.inf,
         facing: Literal["front", "back"] = "front",
     ) -> dict[str, Any]:
-        """The nearest hits on front faces, which are the only ones that MuJoCo draws, except for planes.
+        """The nearest hits on front faces, because MuJoCo draws only front faces, except for planes.
 
         Directions are unit vectors, so that `t` is the distance.
         """
@@ -310,7 +310,7 @@ class MujocoLook:
     def _one_light(
         self, light: Light, hits: dict[str, Any], normal: Single, to_camera: Single, color: Single
     ) -> Single:
-        """The light [n, 3] that surfaces of a colour [n, 3] send back of one light, without shadow."""
+        """The light [n, 3] that surfaces of a colour [n, 3] reflect from one light, without shadow."""
         towards, fade = _towards(light, hits["position"])
         cosine = np.maximum(np.einsum("nc,nc->n", normal, towards), 0)
         half = towards + to_camera

@@ -21,7 +21,7 @@ OPAQUE = 0.995
 
 @dataclass(frozen=True)
 class SurfaceValues:
-    """The values of MuJoCo's own light model, of a material or of geoms without one."""
+    """The values of MuJoCo's own light model for a material, or for geoms without a material."""
 
     emission: float = 0.0
     specular: float = 0.5

@@ -69,7 +69,7 @@ def check_model(model: Any) -> None:
 
 
 def element_name(model: Any, kind: str, number: int) -> str:
-    """Returns the name of an element; its kind and number if it has none."""
+    """Returns an element's name, or its kind and number if the element has no name."""
     start = int(getattr(model, f"name_{kind}adr")[number])
     names = bytes(model.names)
     return names[start : names.index(b"\0", start)].decode("utf-8", "replace") or f"{kind}{number}"

@@ -22,7 +22,7 @@ __all__ = ["LinkCamera", "LinkGeom", "add_model_lights", "link_cameras", "link_g
 
 VISIBLE_GROUPS = (0, 1, 2)
 WORLD_BODY = 0
-"""The body that contains all others, which becomes the root link."""
+"""The body that contains all other bodies, which becomes the root link."""
 FIXED_MODE = 0
 """The value of `mjtCamLight` for cameras that move with their body."""
 

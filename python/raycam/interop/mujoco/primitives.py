@@ -20,8 +20,8 @@ def textured_primitive(kind: int, size: Floats) -> TexturedMesh:
     """Returns the mesh of a primitive geom with `mjModel.geom_size` [3]; v = 0 is the texture's first row.
 
     Boxes and planes show the texture once on each face; spheres and ellipsoids show it by longitude and latitude. The
-    side of a cylinder shows it once, as do the side and each half sphere of a capsule. The ends of a cylinder show it
-    projected along the axis.
+    side of a cylinder shows the texture once, and so do the side and each half sphere of a capsule. The ends of a
+    cylinder show the texture projected along the axis.
     """
     if kind == PLANE:
         return _quad(np.array([size[0], size[1], 0.0]), 0, 1, 1.0)
@@ -98,7 +98,7 @@ def _revolve(latitudes: Floats, half: Floats, shift: Floats | float, rows: Float
 
 
 def _disk(radius: float, height: float) -> TexturedMesh:
-    """An end of a cylinder; `height` is negative for the lower one."""
+    """An end of a cylinder; `height` is negative for the lower end."""
     turns = 2 * np.pi * (np.arange(SEGMENTS + 1) % SEGMENTS) / SEGMENTS
     ring = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     flat = np.stack([np.zeros((SEGMENTS, 2)), ring[:-1], ring[1:]], axis=1)

@@ -34,7 +34,7 @@ INFINITE_PLANE = 100.0
 CREASE = 0.8
 """The cosine between a normal and the triangle's below which MuJoCo shades the corner flat (`mjr_uploadMesh`)."""
 KEPT_IN_METRES = (PLANE, HFIELD, MESH, SDF)
-"""Geoms whose vertices MuJoCo keeps in metres; those of the others are in units of the geom's size."""
+"""Geoms whose vertices MuJoCo keeps in metres; the vertices of other geoms are in units of the geom's size."""
 
 
 @dataclass
@@ -45,7 +45,7 @@ class Shape:
     scale: Floats = field(default_factory=lambda: np.eye(3))
     """The scale [3, 3] of the keys' shape, which is a unit sphere for spheres and ellipsoids."""
     uvs: Floats | None = None
-    """The mesh's own texture coordinates [t, 3, 2], if the model has some."""
+    """The mesh's own texture coordinates [t, 3, 2], if the model contains any."""
 
 
 def element_shape(model: Any, element: int, number: int) -> Shape | None:

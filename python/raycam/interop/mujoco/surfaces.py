@@ -35,7 +35,7 @@ class Surfaces:
         self.opaque = [number for number, (rgba, _) in enumerate(looks) if is_opaque(rgba)]
         """The objects without blending."""
         self.transparent = [number for number, (rgba, _) in enumerate(looks) if not is_opaque(rgba)]
-        """The objects that are blended with what is behind them."""
+        """The objects that are blended with the surfaces behind them."""
         self.emission = np.array([value.emission for value in values], np.float32)
         """The emitted share of the colour."""
         self.specular = np.array([value.specular for value in values], np.float32)
@@ -43,7 +43,7 @@ class Surfaces:
         self.exponent = np.array([128 * value.shininess for value in values], np.float32)
         """The exponent of highlights."""
         self.mirror: tuple[int, float] | None = None
-        """The only object that reflects, and its reflectance: the first opaque plane or box that has one."""
+        """The only object that reflects (the first opaque plane or box with a reflectance), and its reflectance."""
         for number in self.opaque:
             kind, geom = elements[number]
             flat = kind == GEOM_OBJECT and int(model.geom_type[geom]) in (PLANE, BOX)
@@ -157,7 +157,7 @@ def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats
 
 
 def _halved(levels: Single, axis: int) -> Single:
-    """Averages pairs of rows or columns; if their number is odd, the last one is omitted."""
+    """Averages pairs of rows or columns; if their number is odd, the last row or column is omitted."""
     count = levels.shape[axis]
     if count == 1:
         return levels

@@ -123,12 +123,12 @@ def _arc(model: Any, data: Any, geom: int, start: Floats, end: Floats) -> Floats
 
 
 def is_spatial(model: Any, tendon: int) -> bool:
-    """Returns True for a tendon with a path in space, and False for a fixed one, which couples joints."""
+    """Returns True for a tendon with a path in space, and False for a fixed tendon, which couples joints."""
     return int(model.wrap_type[int(model.tendon_adr[tendon])]) != WRAP_JOINT
 
 
 def _capacity(model: Any, tendon: int) -> int:
-    """The largest number of capsules of a tendon: each wrapping object adds two straight ones and half a turn."""
+    """The largest number of capsules of a tendon: each wrapping object adds two straight capsules and half a turn."""
     first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
     kinds = np.asarray(model.wrap_type[first : first + count])
     wrapping = int(np.isin(kinds, WRAP_AROUND).sum())
@@ -165,7 +165,7 @@ def _slack_length(model: Any, data: Any, tendon: int) -> float | None:
 def _catenary(start: Floats, end: Floats, gravity: Floats, length: float, count: int) -> Floats:
     """Points [n, 3] of a rope of `length` that hangs between two points: at equal horizontal steps, as in MuJoCo.
 
-    A taut rope is straight, and one between points above each other hangs down in two straight parts.
+    A taut rope is straight; a rope between points above each other hangs down in two straight parts.
     """
     up = -gravity / np.linalg.norm(gravity)
     rise = float((end - start) @ up)

@@ -22,7 +22,7 @@ CUBE, SKYBOX = 1, 2
 
 
 def color_texture(model: Any, material: int) -> int:
-    """Returns the number of a material's colour texture; -1 if it has none."""
+    """Returns the number of a material's colour texture; -1 for a material without a colour texture."""
     if material < 0:
         return -1
     roles = np.asarray(model.mat_texid[material]).ravel()
@@ -85,9 +85,9 @@ def map_cube(
 
 
 def skybox_faces(model: Any) -> npt.NDArray[np.float32] | None:
-    """Returns the first skybox [6, w, w, 3] of a model, sRGB from 0 to 1; None if it has none.
+    """Returns the first skybox [6, w, w, 3] of a model, sRGB from 0 to 1; None if the model has no skybox.
 
-    MuJoCo looks it up in the direction (x, z, -y) of a viewing direction in the world.
+    MuJoCo looks the skybox up in the direction (x, z, -y) for a viewing direction (x, y, z) in the world.
     """
     for texture in range(model.ntex):
         if int(model.tex_type[texture]) == SKYBOX:

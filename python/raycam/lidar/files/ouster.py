@@ -23,11 +23,11 @@ SECTIONS = (
 )
 DEFAULT_LIDAR_TO_SENSOR = (-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 36.18, 0.0, 0.0, 0.0, 1.0)
 DEFAULT_ORIGINS_MM = {"OS-0-": 27.67, "OS-1-": 15.806, "OS-2-": 13.762}
-"""lidar_origin_to_beam_origin_mm of files that do not contain it, by the beginning of prod_line."""
+"""lidar_origin_to_beam_origin_mm for files without this value, by the beginning of prod_line."""
 FIRST_ORIGIN_MM = 12.163
-"""The same for the first generation, whose files have no prod_line."""
+"""lidar_origin_to_beam_origin_mm for devices of the first generation, whose files have no prod_line."""
 FIRST_SHIFTS = (18, 12, 6, 0)
-"""pixel_shift_by_row of devices of 64 rows at 1024 columns, repeated, for files that do not contain it."""
+"""pixel_shift_by_row of devices of 64 rows at 1024 columns, repeated, for files without this value."""
 
 
 def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
@@ -87,7 +87,7 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
 
 
 def _device(keys: dict[str, Any], rows: int) -> str | None:
-    """Returns the device of a product line such as "OS-1-128", if this package has it."""
+    """Returns the device of a product line such as "OS-1-128"; None if this package lacks the device."""
     line = str(keys.get("prod_line", ""))
     kind = next((name for prefix, name in PREFIXES.items() if line.upper().startswith(prefix)), "os1")
     names = {"os0": {128: "os0-128"}, "os1": BY_ROWS, "os2": {128: "os2-128"}}[kind]

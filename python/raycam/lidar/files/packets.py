@@ -42,7 +42,7 @@ class Firings:
     returns: str
     rate: float
     cycle: float
-    """Seconds from one firing cycle to the next."""
+    """Time in seconds from one firing cycle to the next."""
     step: float
     """The unit of distances in the packets, in metres."""
     shape: tuple[int, int]
@@ -93,7 +93,7 @@ def velodyne_packets(
 def _packets_of_banks(
     columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float
 ) -> list[tuple[float, bytes]]:
-    """Returns the packets of a device with more than 32 lasers, whose cycles have a block for each 32 of them.
+    """Returns the packets of a device with more than 32 lasers, whose cycles have a block for each group of 32 lasers.
 
     With two returns, the blocks of an HDL-64E are those of the strongest return, then those of the last; those of a
     VLS-128 alternate, beginning with the last return, and the last four blocks of its packets are empty.
@@ -167,7 +167,7 @@ def _layers(
 
     def layer(order: Floats) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.uint8]]:
         distance, strength = np.zeros((cycles, lasers), np.uint16), np.zeros((cycles, lasers), np.uint8)
-        rows = np.argsort(order, kind="stable")  # later rows replace earlier ones
+        rows = np.argsort(order, kind="stable")  # later rows replace earlier rows
         where = (at[0][rows], at[1][rows])
         distance[where], strength[where] = counts[rows], intensity[rows]
         return distance, strength

@@ -1,4 +1,4 @@
-"""Rows of points as one record per point."""
+"""Conversion of point columns to one record per point."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ REQUIRED_FIELDS = {
     ".laz": ("intensity", "return", "returns", "time"),
     ".feather": ("intensity", "laser", "time"),
 }
-"""Fields that are written even if they are not among the chosen ones."""
+"""Fields that are always written, even if they are not selected."""
 
 
 def save_scan(

@@ -29,9 +29,9 @@ DAMAGES = (
 )
 """Exceptions that NumPy's header reader and the archive readers raise for damaged files."""
 MAX_ROWS = 1 << 22
-"""The largest number of pulses of a table."""
+"""The maximum number of pulses in a table."""
 MATRIX_BYTES = 48
-"""The size of a matrix of RGL."""
+"""The size of an RGL matrix in bytes."""
 MAX_ARRAY_BYTES = MAX_ROWS * 24
 """The largest array, in bytes."""
 

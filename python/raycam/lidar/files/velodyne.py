@@ -35,7 +35,7 @@ XML_KEYS = {
 def read_velodyne_yaml(path: Path, device: str | None) -> dict[str, Any]:
     """Returns the description of a unit calibrated by the ROS driver's YAML.
 
-    Reads lists of `key: number`, in block and flow style, as the driver writes them; not all of YAML.
+    Reads lists of `key: number`, in block and flow style, as the driver writes them; other YAML is not supported.
     """
     header: dict[str, float] = {}
     lasers: list[dict[str, float]] = []

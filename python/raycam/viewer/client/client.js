@@ -7,7 +7,7 @@ import { ComparePanel } from "./panel/compare.js";
 import { DisplayControls } from "./panel/display.js";
 import { byId, element, fillSelect, saveFile } from "./dom.js";
 import { showExplanation } from "./panel/explain.js";
-import { fillLegend } from "./panel/legend.js";
+import { fillLegend, fillScale } from "./panel/legend.js";
 import { sixDigits } from "./image/numbers.js";
 import { NoticeBox } from "./panel/notices.js";
 import { paint } from "./image/paint.js";
@@ -89,6 +89,7 @@ export class Client {
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
     if (message.type === "tile") this.tiles.receive(message);
+    if (message.type === "explained" || message.type === "error") this.showExplaining(false);
     if (message.type === "explained") showExplanation(/** @type {any} */ (message), this.picture.layers.a);
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
@@ -166,6 +167,7 @@ export class Client {
       if (this.takesNext && this.isExact && !moving) this.takeB();
     } else {
       this.controls.showLight();
+      fillScale(byId("scale", HTMLElement), null, this.controls.display);
       this.picture.show({ a: layerOf(image), mode: differenceKind(this.mode) ? "off" : this.picture.layers.mode });
       if (!moving) this.probe();
     }
@@ -177,7 +179,11 @@ export class Client {
   repaint() {
     const { plane, controls } = this;
     this.onRepaint();
-    if (!plane) return this.showCompare(null, []);
+    if (!plane) {
+      fillScale(byId("scale", HTMLElement), null, controls.display);
+      if (this.taken && !differenceKind(this.mode)) this.picture.show({ b: this.taken.layer, mode: this.layerMode() });
+      return this.showCompare(null, []);
+    }
     const b = this.frameB || this.taken?.plane;
     const kind = differenceKind(this.mode);
     const layerA = layerOf(paint(plane, controls.display));
@@ -189,9 +195,9 @@ export class Client {
       display = { ...controls.display, ...this.compare.displayOf(difference) };
       layerB = layerOf(paint(difference.plane, display));
     }
-    const shown = kind ? "difference" : this.mode === "blink" ? "flip" : this.mode;
-    this.picture.show({ a: layerA, b: layerB, mode: layerB && (!kind || difference) ? /** @type {any} */ (shown) : "off" });
+    this.picture.show({ a: layerA, b: layerB, mode: layerB && (!kind || difference) ? this.layerMode() : "off" });
     const legend = kind && difference ? difference.plane : plane;
+    fillScale(byId("scale", HTMLElement), legend, display);
     fillLegend(byId("legend", HTMLElement), legend, display, this.names[plane.name] || {});
     this.showCompare(difference, [layerA, imageB]);
   }
@@ -204,7 +210,14 @@ export class Client {
     const nothing = "To compare, keep the current image as B, then change something.";
     const second = this.nameB ? `A is ${this.nameA}, B is ${this.nameB}.` : "B is the second frame.";
     const text = this.frameB ? second : this.taken ? "B is the image that was kept." : nothing;
+    byId("compare-button", HTMLButtonElement).setAttribute("aria-pressed", String(this.mode !== "off" && Boolean(this.frameB || this.taken)));
     this.compare.show({ has: Boolean(this.frameB || this.taken), mode: this.mode, text, difference, layers });
+  }
+
+  /** How the image and B are drawn in the current mode. @returns {import("./picture.js").Layers["mode"]} */
+  layerMode() {
+    if (differenceKind(this.mode)) return "difference";
+    return /** @type {any} */ (this.mode === "blink" ? "flip" : this.mode);
   }
 
   /** @param {string} mode */
@@ -236,7 +249,7 @@ export class Client {
     if (this.takesNext) return this.wantPlanes();
     this.taken = { plane: this.plane, layer: this.picture.layers.a };
     this.frameB = null;
-    this.say("This image is B now.", "notice");
+    this.say("This image is kept as B. Change something to compare A with B.", "notice");
     this.repaint();
   }
 
@@ -349,8 +362,16 @@ export class Client {
   explain(pixel = this.held) {
     if (!pixel) return this.say("Hold a pixel first: click the image.", "notice");
     if (pixel !== this.held) this.hold(pixel);
+    this.showExplaining(this.transport.live);
     this.transport.send({ type: "explain", id: ++this.probes, u: pixel.column, v: pixel.row });
     this.probe();
+  }
+
+  /** Shows whether an explanation is being computed. @param {boolean} isExplaining */
+  showExplaining(isExplaining) {
+    const button = byId("explain", HTMLButtonElement);
+    button.setAttribute("aria-busy", String(isExplaining));
+    button.textContent = isExplaining ? "Explaining ..." : "Explain";
   }
 
   /**

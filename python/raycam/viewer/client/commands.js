@@ -48,7 +48,9 @@ function commandsOf(client) {
     explain: () => client.explain(),
     "take-b": () => client.takeB(),
     "start-compare": () => {
+      if (client.taken && client.mode !== "off") return client.setMode("off");
       client.takeB();
+      if (client.mode === "off") client.setMode("slider");
       document.body.classList.remove("no-panel");
       byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", "true");
       byId("compare", HTMLDetailsElement).open = true;

@@ -165,14 +165,18 @@ export class LiveView {
     if (message.type === "welcome" || message.type === "picture") this.status.await(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
     if (message.type === "values" && this.client.held) {
+      const isMeasuring = this.measure.isActive;
       this.measure.receive(message);
       const { held } = this.client;
       const isNew = held !== this.selectedBy && message.u === held.column && message.v === held.row;
-      if (isNew) this.world.pick(message.values.instance?.numbers[0]); // not again with each image: another object may be selected since
+      if (isNew && !isMeasuring) this.world.pick(message.values.instance?.numbers[0]); // not again with each image: another object may be selected since
       if (isNew) this.selectedBy = held;
     }
     if (message.type === "controls") this.script.show(message.controls);
-    if (message.type === "contents") this.world.show(message);
+    if (message.type === "contents") {
+      this.world.show(message);
+      this.look.nameLights(message.counts[1] > 0);
+    }
     if (message.type === "history") this.world.showHistory(message);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "filming") this.showFilming(message);
@@ -272,8 +276,9 @@ export class LiveView {
     this.client.transport.send({ type: "side", seq: ++this.navigator.seq, name: /** @type {any} */ (name) });
   }
 
-  /** @param {string} name */
+  /** Looks through a camera alone. @param {string} name */
   lookThrough(name) {
+    if (this.panes.panes.length) this.panes.show([]);
     this.camera.value = name;
     this.looked = name || this.looked;
     this.navigator.lookThrough(name);
@@ -326,34 +331,38 @@ export class LiveView {
   /** @returns {Record<string, (...words: string[]) => void>} */
   commands() {
     const { client } = this;
+    /** @param {(...words: string[]) => void} act @returns {(...words: string[]) => void} */
+    const moving = (act) => (...words) => {
+      if (!this.panes.ignoresMoves) act(...words);
+    };
     return {
-      fit: () => {
+      fit: moving(() => {
         const { held, picture } = client;
         picture.fit();
         if (held) this.navigator.frame(held.column + 0.5, held.row + 0.5);
         else this.navigator.fit();
-      },
-      home: () => {
+      }),
+      home: moving(() => {
         client.picture.fit();
         this.navigator.home();
-      },
-      step: (dx, dy) => {
+      }),
+      step: moving((dx, dy) => {
         const { held, picture } = client;
         if (!held) return this.turn(ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
         const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
         client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
-      },
+      }),
       "look-through-camera": (...words) => this.lookThrough(words.join(" ")),
-      side: (name) => this.viewFrom(name),
+      side: moving((name) => this.viewFrom(name)),
       "next-scan": () => this.scan.next(),
-      "camera-step": (step) => this.stepCamera(Number(step)),
-      "look-through": () => {
+      "camera-step": moving((step) => this.stepCamera(Number(step))),
+      "look-through": moving(() => {
         if (this.camera.value) this.lookThrough("");
         else if (this.cameras.includes(this.looked)) this.lookThrough(this.looked);
         else this.stepCamera(1);
-      },
-      pan: (dx, dy) => this.navigator.pan(-PAN_PIXELS * Number(dx), -PAN_PIXELS * Number(dy)),
-      nearer: (steps) => this.navigator.dolly(Number(steps), ...this.pixel()),
+      }),
+      pan: moving((dx, dy) => this.navigator.pan(-PAN_PIXELS * Number(dx), -PAN_PIXELS * Number(dy))),
+      nearer: moving((steps) => this.navigator.dolly(Number(steps), ...this.pixel())),
       integrator: () => this.setIntegrator(this.integrator.value === "direct" ? "path" : "direct"),
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),

@@ -8,6 +8,7 @@ import { serve } from "./core/worker.js";
 import { LIVE_MOUSE, LiveView } from "./live.js";
 import { FrameTransport } from "./transport/frame.js";
 import { Playground, playgroundOfPage } from "./core/playground.js";
+import { RelightPanel } from "./panel/relight.js";
 import { PageTransport } from "./transport/page.js";
 import { SocketTransport } from "./transport/socket.js";
 import { WorkerTransport } from "./transport/worker.js";
@@ -36,6 +37,7 @@ function openPage() {
   const page = new PageTransport();
   const client = new Client(page);
   bindCommands(client, { commands: {}, pointers: {}, mouse: PAGE_MOUSE });
+  new RelightPanel(page, client);
   client.open();
 }
 

@@ -70,7 +70,7 @@ export interface Photograph {
   name: string;
 }
 
-/** Sets the world's time in seconds, and the animation (empty for the first one). */
+/** Sets the world's time in seconds, and the animation (empty for the first animation). */
 export interface Time {
   type: "time";
   t: number;

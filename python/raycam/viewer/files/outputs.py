@@ -30,7 +30,7 @@ STILL_INTERVAL_S = 0.05
 
 
 def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of the current still image. Raises `SettingsError` if there is none yet."""
+    """Name, media type and bytes of the current still image. Raises `SettingsError` if the image has no samples yet."""
     view = session.view
     title = view.opened.title
     if format == "glb":
@@ -65,7 +65,9 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
 
 
 def _first_still(session: Session) -> tuple[View, Frame]:
-    """Returns the view and its still image; waits for its first samples. Raises `SettingsError` if there are none."""
+    """Returns the view and its still image; waits for its first samples. Raises `SettingsError` if the image has no
+    samples.
+    """
     deadline = time.monotonic() + SAMPLES_TIMEOUT_S
     while True:
         with session.lock:

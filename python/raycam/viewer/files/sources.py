@@ -27,7 +27,7 @@ MAX_DEPTH = 16
 MAX_PART_BYTES = 255
 """The longest name of a file or folder in a path, as UTF-8."""
 Y_UP = (".glb", ".gltf", ".vrm", ".obj")
-"""Models whose up axis is y."""
+"""Endings of model files whose up axis is y."""
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Rotates a model that is y up in a world that is z up."""
 LISTED_NAMES = 3
@@ -86,7 +86,9 @@ def known_suffixes() -> tuple[str, ...]:
 
 
 def first_world(names: Iterable[str]) -> str | None:
-    """Returns the world among file names: the one in the topmost folder, world files first; None without a world."""
+    """Returns the world file among file names: world files before models, files in upper folders first; None without a
+    world.
+    """
     suffixes = world_suffixes()
 
     def rank(name: str) -> tuple[int, int, str]:
@@ -133,7 +135,7 @@ def _world_in(given: Path, folder: Path) -> Path:
 
 
 def _files_in(folder: Path) -> list[Path]:
-    """The known files of a folder and the folders in it, without hidden ones, at most `MAX_LISTED_FILES`."""
+    """At most `MAX_LISTED_FILES` known files of a folder and its subfolders, without hidden files."""
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
         depth = len(Path(place).relative_to(folder).parts)
@@ -145,7 +147,7 @@ def _files_in(folder: Path) -> list[Path]:
 
 
 def check_name(name: str) -> str:
-    """Returns a name as a relative path. Raises `SettingsError` for one that could leave its folder."""
+    """Returns a name as a relative path. Raises `SettingsError` for a name that could leave its folder."""
     parts = PurePosixPath(name.replace("\\", "/")).parts
     is_bad = (
         not parts

@@ -39,7 +39,7 @@ def is_image(name: str) -> bool:
 
 
 class Uploads:
-    """The files of one client."""
+    """The files that a client has uploaded."""
 
     def __init__(self) -> None:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
@@ -127,7 +127,7 @@ class Uploads:
         self._sizes, self._received = {}, {}
 
     def _unpack(self, archive: str) -> str:
-        """Unpacks the known files of an archive; returns its world, the one nearest to the top."""
+        """Unpacks the known files of an archive; returns the world that is nearest to the archive's top folder."""
         folder = f"{archive}.files"
 
         def check(name: str, size: int) -> None:
@@ -157,7 +157,7 @@ class Uploads:
             )
 
     def _is_too_much(self, name: str, size: int) -> bool:
-        """True if the files with this one would be too many, or too large."""
+        """True if this file would exceed the limits on number and total size."""
         sizes = {**self._sizes, name: size}
         return len(sizes) > MAX_FILES or sum(sizes.values()) > MAX_BYTES
 

@@ -39,7 +39,7 @@ def used_files(path: Path) -> list[Path]:
 
 
 def _nearby(folder: Path) -> list[Path]:
-    """The files of a folder and the folders in it, without hidden ones."""
+    """The files of a folder and its subfolders, without hidden files."""
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(each for each in folders if not each.startswith("."))

@@ -23,5 +23,5 @@ def visibilities(world: World) -> list[bool]:
 
 
 def matrix_of_object(world: World, number: int) -> Floats:
-    """The matrix [4, 4] world_from_mesh of the object of this id."""
+    """The matrix [4, 4] world_from_mesh of the object with this id."""
     return np.array(world._core.objects[number][MATRIX], dtype=np.float64)

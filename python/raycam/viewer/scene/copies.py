@@ -20,7 +20,7 @@ FILES = {"opencv": ("camera.yaml", [""]), "colmap": ("colmap", ["cameras.txt", "
 
 
 def camera_text(camera: Camera, format: str) -> tuple[str, list[Notice]]:
-    """The text of a camera in a format, and notices. Raises `FormatError` if the format does not support it."""
+    """The text of a camera in a format, and notices. Raises `FormatError` if the format does not support the camera."""
     path, names = FILES[format]
     made, notices = write_cameras([Record.of("camera", camera._core, None, None, None)], path, format)
     files = dict(made)

@@ -84,6 +84,10 @@ class Edits:
         """Sets a light's position; the changes of one drag are one step of undo. Raises `WorldError`."""
         self._show_edited(lambda world: edit_light(world, number, "position", position.tolist()), stroke)
 
+    def turn_light(self, number: int, direction: Floats, stroke: object) -> None:
+        """Sets a light's direction; the changes of one drag are one step of undo. Raises `WorldError`."""
+        self._show_edited(lambda world: edit_light(world, number, "direction", direction.tolist()), stroke)
+
     def keep_camera(self, camera: Camera, name: str) -> str:
         """Adds a camera to the world, as an edit that can be undone; returns its name, which is new."""
         taken = self.world.cameras
@@ -110,7 +114,7 @@ class Edits:
         self._show_edited(edit, stroke)
 
     def _show_edited(self, edit: Callable[[World], World], stroke: object = None) -> None:
-        """Shows the world that `edit` returns for the current one, as `change` does."""
+        """Shows the world that `edit` returns for the current world, as `change` does."""
         if not self.allowed:
             raise SettingsError(READ_ONLY, code="read_only")
         changed = edit(self.world)
@@ -157,12 +161,12 @@ class Edits:
 
     @property
     def undo_number(self) -> int:
-        """The number of the step that `undo` undoes; -1 without one."""
+        """The number of the step that `undo` undoes; -1 if there is none."""
         return self._before[-1][0] if self._before else -1
 
     @property
     def redo_number(self) -> float:
-        """The number of the step that `redo` repeats; infinity without one."""
+        """The number of the step that `redo` repeats; infinity if there is none."""
         return self._after[-1][0] if self._after else math.inf
 
     def _show(self, world: World) -> None:

@@ -22,7 +22,7 @@ RADIUS_SHARE = 0.3
 CIRCLE_PIECES = 32
 LINE_PIECES = 8
 MAX_DRAG_DISTANCE = 100.0
-"""The longest move in one drag, in distances from the camera to the circle: near the horizon, a pixel is far away."""
+"""Maximum movement in one drag, as a multiple of the distance from the camera to the circle."""
 
 
 def floor_handle(world: World, position: Floats, camera: Camera) -> list[dict[str, Any]]:

@@ -111,7 +111,7 @@ def _arrow(center: Floats, axis: Floats, length: float) -> Floats:
 
 
 def _circle(center: Floats, axes: Floats, axis: Floats, radius: float) -> Floats:
-    """A circle [n, 3] around one of the `axes`."""
+    """Points [n, 3] of a circle around one of the `axes`."""
     first, second = (each for each in axes if abs(float(each @ axis)) < 0.5)
     turn = np.linspace(0, 2 * np.pi, PIECES + 1)[:, None]
     return np.asarray(center + radius * (np.cos(turn) * first + np.sin(turn) * second))
@@ -143,7 +143,7 @@ def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camer
 
 
 def point_on_plane(ray: tuple[Floats, Floats], center: Floats, normal: Floats) -> Floats | None:
-    """The point [3] where a ray meets the plane through `center`; None if it does not."""
+    """The point [3] where a ray meets the plane through `center`; None if there is no such point."""
     origin, direction = ray
     slope = float(direction @ normal)
     if abs(slope) < 1e-9:

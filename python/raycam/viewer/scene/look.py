@@ -29,9 +29,9 @@ LOOK_OPTIONS = ("hdri", "hdri_rotation", "sun", "studio", "ground", "background"
 ENVIRONMENT_OPTIONS = {"integrator": "path", "max_depth": 4, "view": "pbr_neutral"}
 """Defaults of render options with an environment image."""
 DEFAULT_SUN = (30.0, 45.0)
-"""Azimuth and elevation of the sun if none is given, degrees."""
+"""Default azimuth and elevation of the sun, in degrees."""
 SKY_IMAGE = "sky.hdr"
-"""The bundled environment image, which is used if none is given."""
+"""The bundled environment image, which is the default."""
 NO_LIGHT = {"type": "sun", "direction": [0, 0, -1], "irradiance": [0, 0, 0]}
 """A light of zero strength: it prevents default lights."""
 DEFAULT_SKY_RADIANCE, DEFAULT_SUN_IRRADIANCE = 0.4, 2.4
@@ -49,7 +49,7 @@ class Look:
     """The camera that the studio's lights are arranged around."""
     light: Light = "own"
     image: str | None = None
-    """The environment image of the light "sky"; None for the bundled one."""
+    """The environment image of the light "sky"; None for the bundled image."""
     rotation: float = 0.0
     """The rotation of the environment image, degrees counterclockwise, seen from above."""
     sun: tuple[float, float] = DEFAULT_SUN
@@ -102,7 +102,7 @@ class Look:
         return look
 
     def changed(self, **values: Any) -> Look:
-        """Returns a copy of the look with other values."""
+        """Returns a copy of the look with new values."""
         return replace(self, **values)
 
     @property
@@ -125,7 +125,9 @@ class Look:
 
     @property
     def first_samples(self) -> int:
-        """The samples per pixel of the first still image. Fewer would be noisier than the moving image before it."""
+        """The samples per pixel of the first still image. An image with fewer samples would be noisier than the
+        preceding moving image.
+        """
         return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
 
     def notice(self) -> str | None:

@@ -20,7 +20,7 @@ MAX_POINTS = 6000
 FIELDS = ("ring", "time", "intensity", "instance", "distance", "return")
 """The fields that the client shows for a point."""
 SURFACE = 1e-3
-"""Share of the distance, and metres, within which a surface counts as the one that returned the point."""
+"""Tolerance (a fraction of the distance, and metres) within which a surface counts as the source of the point."""
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from .floor_handle import FLOOR_HANDLE, drag_on_floor, floor_handle
 from .gizmo import dragged, handles, middle_of
 from .overlay import polylines
 from .placement import placement_of_matrix
+from .sun_handle import center_of_objects, sun_handles, turn_sun
 from .texture_slots import texture_slots
 
 __all__ = ["Selection"]
@@ -32,11 +33,13 @@ class Selection:
         self.number = 0
         self.tool = "none"
         self.light: int | None = None
-        """The selected light, whose position has handles; None if an object is selected."""
+        """The selected light, whose position or direction has handles; None if an object is selected."""
         self._edits = edits
         self._stroke: tuple[object, Floats] = (None, np.eye(4))
-        """The drag, and the object's matrix when it began."""
+        """The drag in progress, and the object's matrix at the beginning of the drag."""
         self._middles: dict[tuple[int, int], Floats] = {}
+        self._center: tuple[World | None, Floats] = (None, np.zeros(3))
+        """The centre of the objects of a world, around which suns turn."""
 
     def choose(self, number: int, tool: str) -> None:
         """Selects an object by its number; clears the selection if the object does not exist."""
@@ -84,9 +87,14 @@ class Selection:
         )
 
     def _light_handles(self, world: World, camera: Camera, number: int) -> list[dict[str, Any]]:
-        """The handles that move a light, named after it; none for a light without a position."""
+        """The handles that move a light, or turn a sun; none for a light without position and direction."""
+        if not self._edits.allowed:
+            return []
         place = _place_of_light(world, number)
-        if place is None or not self._edits.allowed:
+        direction = _direction_of_sun(world, number)
+        if direction is not None:
+            return sun_handles(self._center_of(world), direction, camera)
+        if place is None:
             return []
         below = floor_handle(world, place[:3, 3], camera)
         return [*below, *handles(place, np.zeros(3), camera, "move")]
@@ -131,7 +139,10 @@ class Selection:
             self._edits.place_object(self.number, after, stroke)
 
     def _drag_light(self, camera: Camera, message: Gizmo, stroke: object, number: int) -> None:
-        """Moves a light by a drag of a handle. Raises `WorldError`."""
+        """Moves a light or turns a sun by a drag of a handle. Raises `WorldError`."""
+        if _direction_of_sun(self.world, number) is not None:
+            self._drag_sun(camera, message, stroke, number)
+            return
         place = _place_of_light(self.world, number)
         if place is None:
             return
@@ -145,6 +156,24 @@ class Selection:
             after = dragged(before, np.zeros(3), camera, "move", message.handle, begin, end)[:3, 3]
         if np.isfinite(after).all():
             self._edits.place_light(number, after, stroke)
+
+    def _drag_sun(self, camera: Camera, message: Gizmo, stroke: object, number: int) -> None:
+        """Turns a sun by a drag of a circle. Raises `WorldError`."""
+        if message.handle not in ("x", "y", "z"):
+            return
+        if stroke != self._stroke[0]:
+            self._stroke = (stroke, np.asarray(_direction_of_sun(self.world, number)))
+        begin, end = (np.array(each, np.float64) for each in (message.begin, message.end))
+        center = self._center_of(self.world)
+        after = turn_sun(center, self._stroke[1], camera, message.handle, begin, end)
+        if np.isfinite(after).all():
+            self._edits.turn_light(number, after, stroke)
+
+    def _center_of(self, world: World) -> Floats:
+        """The centre of a world's objects, which is computed once for each world."""
+        if self._center[0] is not world:
+            self._center = (world, center_of_objects(world))
+        return self._center[1]
 
     def _middle(self) -> Floats:
         """The centre of the object in its mesh's coordinates, which edits do not change."""
@@ -163,3 +192,11 @@ def _place_of_light(world: World, number: int) -> Floats | None:
     place = np.eye(4)
     place[:3, 3] = position
     return place
+
+
+def _direction_of_sun(world: World, number: int) -> Floats | None:
+    """The direction [3] of a sun's light; None if the light does not exist or is not a sun."""
+    lights = world.lights
+    if number >= len(lights) or lights[number].get("type") != "sun":
+        return None
+    return np.asarray(lights[number]["direction"], float)

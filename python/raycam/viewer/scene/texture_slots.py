@@ -32,7 +32,7 @@ GLTF_TEXTURES = {
     "emission": "emissiveTexture",
 }
 NEUTRAL: dict[str, tuple[int, int, int]] = {"normal": (128, 128, 255)}
-"""The sRGB texels of a slot without effect; white for the others."""
+"""The sRGB texel values without effect, by slot; white for slots that are not listed."""
 
 
 def texture_slots(world: World, number: int) -> list[dict[str, Any]]:
@@ -59,7 +59,7 @@ def texture_slots(world: World, number: int) -> list[dict[str, Any]]:
 
 
 def set_texture(world: World, number: int, slot: str, image: str | None) -> World:
-    """Returns a copy of a world with another texture in a slot of an object; None for a neutral one.
+    """Returns a copy of a world with another texture in a slot of an object; None for a neutral texture.
 
     Raises `WorldError` for an object without texture coordinates, and the errors of the image file.
     """

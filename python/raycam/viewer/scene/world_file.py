@@ -116,7 +116,7 @@ def _entry(entry: dict[str, Any], before: _Object, after: _Object) -> dict[str, 
 
 
 def _check(document: dict[str, Any], source: Path, world: World, camera: Camera) -> None:
-    """Builds the world of the tables and compares it. Raises `WorldError` if it differs."""
+    """Builds the world from the tables, and compares it with the shown world. Raises `WorldError` if they differ."""
     try:
         with collected():
             built = World.from_dict(document, folder=source.parent)

@@ -8,10 +8,12 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from .camera_messages import CameraMessages
+
 __all__ = ["MAX_UNACKNOWLEDGED", "Connection", "Send"]
 
 MAX_UNACKNOWLEDGED = 2
-"""Maximum number of images that are sent to a client before it confirms one."""
+"""Maximum number of images that a client may have received without a confirmation."""
 
 MAX_MOVING_RATE = 2.4e6
 """Bytes per second of moving images: 19.2 Mbit/s."""
@@ -23,7 +25,7 @@ Send = Callable[[dict[str, Any], Sequence[bytes]], None]
 
 
 class Connection:
-    """Sends messages to a client while one is connected."""
+    """Sends messages to the session's client while it is connected."""
 
     def __init__(self) -> None:
         self.id = secrets.token_urlsafe(24)
@@ -36,11 +38,10 @@ class Connection:
         """True if the next still image is sent as exact numbers, although it may not be finished."""
         self.followers: tuple[Connection, ...] = ()
         """Clients that receive the same images, while this client leads them."""
-        self.last_move = 0
-        """The number of the client's last camera move, which camera messages contain."""
+        self.cameras = CameraMessages()
         self._latest: tuple[dict[str, Any], Sequence[bytes]] | None = None
         self._pending: tuple[dict[str, Any], Sequence[bytes]] | None = None
-        """The newest image, if it waits until earlier ones have been confirmed."""
+        """The newest image, if it waits until earlier images have been confirmed."""
         self._sharing = threading.Lock()
         self._free_at = self._followers_free_at = 0.0
         self._send: Send | None = None
@@ -54,6 +55,7 @@ class Connection:
         with self._sharing:
             self._sent = self._acknowledged = 0
             self._pending = None
+            self.cameras.reset()
         self.wants_planes = self._is_plane_due = False
 
     def request_planes(self, wanted: bool) -> bool:
@@ -115,10 +117,26 @@ class Connection:
         if send is not None:
             send(message, buffers)
 
-    def number_image(self) -> int:
-        """The number of the next image, which the client will acknowledge."""
+    def send_camera(self, message: dict[str, Any], *, is_moving: bool = False) -> None:
+        """Sends a camera message. While the camera is moving, at most one is sent for each image."""
+        with self._sharing:
+            now = self.cameras.add(message, is_moving=is_moving)
+        if now is not None:
+            self.send(now)
+
+    def number_image(self) -> tuple[int, dict[str, Any] | None]:
+        """The number of the next image, which the client will acknowledge, and the camera message that waits for
+        it."""
         self._sent += 1
-        return self._sent
+        return self._sent, self.cameras.take()
+
+    def _send_image(
+        self, number: int, camera: dict[str, Any] | None, message: dict[str, Any], buffers: Sequence[bytes]
+    ) -> None:
+        """Sends an image, after the camera message that waited for it."""
+        if camera is not None:
+            self.send(camera)
+        self.send({**message, "picture": number}, buffers)
 
     def broadcast(self, message: dict[str, Any]) -> None:
         """Sends a message to the client and its followers."""
@@ -128,8 +146,8 @@ class Connection:
     def send_image(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
         """Sends an image to the client and its followers, with the number that each will acknowledge.
 
-        A client that is not ready receives it later, unless a newer image replaces it. Followers skip images in motion
-        that exceed `MAX_FOLLOWERS_RATE`.
+        A client that is not ready receives the image later, unless a newer image replaces it. Followers skip images in
+        motion that exceed `MAX_FOLLOWERS_RATE`.
         """
         self._deliver(message, buffers)
         followers = self.followers
@@ -145,8 +163,8 @@ class Connection:
     def send_pane(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
         """Sends the image of a pane; the client acknowledges it like any other image."""
         with self._sharing:
-            number = self.number_image()
-        self.send({**message, "picture": number}, buffers)
+            number, camera = self.number_image()
+        self._send_image(number, camera, message, buffers)
 
     def send_latest(self, follower: Connection) -> None:
         """Sends the newest image to a client that has begun to follow."""
@@ -164,8 +182,8 @@ class Connection:
             if self._pending is None or not self._has_room:
                 return
             (message, buffers), self._pending = self._pending, None
-            number = self.number_image()
-        self.send({**message, "picture": number}, buffers)
+            number, camera = self.number_image()
+        self._send_image(number, camera, message, buffers)
 
     def acknowledge(self, number: int) -> None:
         """Notes that the client has the images up to `number`."""

@@ -1,4 +1,4 @@
-"""Following: one client leads, and others show its images, which are rendered once for all of them."""
+"""Following: one client leads, and other clients show its images, which are rendered once for all clients."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCKED = {
     change: tuple(kind for kind, message in MESSAGES.items() if change == message.CHANGES)
     for change in ("view", "world")
 }
-"""Types of messages that change the view, and those that change the world or what all clients share."""
+"""Types of messages that change the view, and types of messages that change the world or shared settings."""
 REFUSALS = {
     "view": "You follow the leader: press Look around to move freely.",
     "world": "Only the leader can change the world, use controls of the script, open files and record videos.",

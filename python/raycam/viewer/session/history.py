@@ -23,7 +23,7 @@ GROUP_PAUSE_S = 1.0
 
 
 class History:
-    """The views before and after the current one."""
+    """The views before and after the current view."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._before: list[tuple[int, View]] = []

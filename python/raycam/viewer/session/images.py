@@ -27,7 +27,7 @@ class Images:
         self.touched = 0.0
         """The monotonic time of the last change."""
         self.cancel = Cancel()
-        """Stops what is being rendered for this version."""
+        """Stops the image that is being rendered for this version."""
         self.still: Frame | None = None
         """The newest image with samples of this version."""
         self.samples = samples
@@ -56,7 +56,7 @@ class Images:
         return self.samples or DEFAULT_SAMPLES[view.integrator]
 
     def refinement_of(self, view: View) -> Refinement:
-        """The refinement of this version; a new one if necessary."""
+        """The refinement of this version, which is created if necessary."""
         if self._refinement is None:
             self._refinement = refinement(
                 view.shown,
@@ -83,7 +83,7 @@ class Images:
         return self._refinement
 
     def keep_still(self, version: int, frame: Frame) -> bool:
-        """Stores a still image, unless its version is out of date; returns whether it was stored."""
+        """Stores a still image, unless its version is out of date; returns True if the image was stored."""
         if version != self.version:
             return False
         self.still = frame

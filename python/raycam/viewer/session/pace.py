@@ -8,11 +8,11 @@ TARGET = 0.040  # maximum seconds for a moving image
 DIVISORS = (1, 2, 4)  # divisors of the still image's width and height
 SMOOTHING = 0.4  # weight of the newest measurement in the running mean
 MAX_BYTES = 100_000
-"""Bytes of a moving image; at `MAX_MOVING_RATE`, 24 of them fit into a second."""
+"""Target size in bytes of a moving image; at `MAX_MOVING_RATE`, 24 such images are sent per second."""
 
 
 class Pace:
-    """Chooses the size of the next moving image, by the time and the bytes of the last ones."""
+    """Chooses the next moving image's size from the time and the bytes of the last moving images."""
 
     def __init__(self) -> None:
         self._seconds_per_pixel: float | None = None

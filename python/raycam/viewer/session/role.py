@@ -1,4 +1,4 @@
-"""What the client of a session may do, and whether it shows the view of another one."""
+"""The rights of a session's client, and the session that it follows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Role"]
 
 @dataclass
 class Role:
-    """The rights of a session, and what it keeps while it follows another one."""
+    """The rights of a session, and its own view while it follows another session."""
 
     own_images: Images
     """The images of its own view."""
@@ -22,9 +22,9 @@ class Role:
     allows_open: bool = False
     """True if the client may open files."""
     is_read_only: bool = False
-    """True for a client that cannot change the world, although others can."""
+    """True for a client that cannot change the world, although other clients can."""
     is_attached: bool = False
-    """True while the session shows the view and the images of another one."""
+    """True while the session shows another session's view and images."""
     display: dict[str, Any] = field(default_factory=dict)
     """The leader's channel, display, time and held pixel that the client shows."""
     on_show: Callable[[], None] | None = None

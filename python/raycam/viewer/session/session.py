@@ -41,11 +41,11 @@ from .view import Opened, View
 __all__ = ["Session"]
 
 NO_SCAN = {"type": "scan", "lidar": "", "total": 0, "fields": {}}
-"""The message that there is no scan, or none of the world that the view shows now."""
+"""The message for a missing scan, or for a scan of a world that is no longer shown."""
 
 
 class Session:
-    """One client: its connection, its view and its images. Messages come from one thread, images from another."""
+    """One client: its connection, its view and its images. Messages and images come from two threads."""
 
     def __init__(
         self,
@@ -141,7 +141,7 @@ class Session:
             self.show_display(held)
 
     def look_around(self) -> None:
-        """Continues with a view and images of its own, after those of another session."""
+        """Continues with the session's own view and images, after it has followed another session."""
         with self._changes:
             with self.lock:
                 self.role.is_attached, self.images = False, self.role.own_images
@@ -180,7 +180,7 @@ class Session:
         if view.outline() != self._outline:
             self.greet()
         elif view.camera is not before.camera or view.bounds is not before.bounds or view.size != before.size:
-            self.send_camera()
+            self.send_camera(is_moving=True)
 
     def greet(self) -> None:
         """Sends the complete view to the client."""
@@ -218,7 +218,7 @@ class Session:
             "lidars": lidar_names(self.view.base),
             **self.view.welcome(),
             **self.about(),
-            "camera": self.view.camera_message(self.connection.last_move),
+            "camera": self.view.camera_message(self.connection.cameras.last_move),
         }
 
     def about(self) -> dict[str, Any]:
@@ -229,9 +229,10 @@ class Session:
         notices += [] if added is None else [added]
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
-    def send_camera(self) -> None:
-        """Sends the current camera of the view."""
-        self.connection.send(self.view.camera_message(self.connection.last_move))
+    def send_camera(self, *, is_moving: bool = False) -> None:
+        """Sends the current camera of the view. While it is moving, one message is sent for each image."""
+        message = self.view.camera_message(self.connection.cameras.last_move)
+        self.connection.send_camera(message, is_moving=is_moving)
 
     def rebase(self) -> None:
         """Shows the world after an edit, or another world from a script."""
@@ -331,7 +332,7 @@ class Session:
             self.show(self.view.with_space(space))
 
     def _move(self, message: messages.Move) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         try:
             view = self.view.moved(
                 np.reshape(message.R, (3, 3)),
@@ -357,7 +358,7 @@ class Session:
                 each.images.show_again()  # the client may have reconnected
 
     def _go_home(self, message: messages.Home) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         self.show(self.view.at_home())
         self.send_camera()
 
@@ -436,7 +437,7 @@ class Session:
         name = self.view.opened.edits.keep_camera(self.view.camera, message.name)
         self.show(self.view.through(name))
         self.send_camera()
-        self.notify(f"Added the camera {name} to the world.")
+        self.notify(f'Added the camera "{name}" to the world.')
 
     def _remove_camera(self, message: messages.RemoveCamera) -> None:
         self.view.opened.edits.remove_camera(message.name)
@@ -466,12 +467,12 @@ class Session:
                 self.send_camera()
 
     def _view_from(self, message: messages.FromSide) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         self.show(self.view.from_side(message.name))
         self.send_camera()
 
     def _look_through(self, message: messages.LookThrough) -> None:
-        self.connection.last_move = message.seq
+        self.connection.cameras.last_move = message.seq
         try:
             self.show(self.view.through(message.name))
         finally:
@@ -519,7 +520,7 @@ class Session:
         messages.Visible: lambda self, message: self.connection.set_visible(message.visible),
         messages.Stop: lambda self, message: self.connection.film_stop.set(),
     }
-    """The action of each message; `answers` handles the others."""
+    """The action of each message; `answers` handles the other messages."""
 
     # Lines over the image ---------------------------------------------------------------------------------
 

@@ -42,7 +42,7 @@ class Opened:
     added: frozenset[str] = frozenset()
     """The names of cameras that the file does not contain."""
     camera: Camera | None = None
-    """The first camera; None for the world's first camera, or one that frames the world."""
+    """The first camera; None for the world's first camera, or for a camera that frames the world."""
     camera_name: str = field(init=False, default="")
     """The name of the first camera, if it belongs to the world; it is kept if the world's file is loaded again."""
     framing: Mapping[str, Any] = field(default_factory=dict)
@@ -263,7 +263,7 @@ class View:
         )
 
     def restored(self, earlier: View) -> View:
-        """The view with camera, pivot, look, variant and integrator of an earlier one."""
+        """The view with camera, pivot, look, variant and integrator of an earlier view."""
         view = replace(
             self,
             camera=earlier.camera,
@@ -314,13 +314,13 @@ class View:
         ).evaluated()
 
     def at(self, time: float, animation: str) -> View:
-        """The view at a time, at most the last one. Raises `WorldError` for an unknown animation."""
+        """The view at a time; later times become the last time. Raises `WorldError` for an unknown animation."""
         if animation:
             one_of("animation", animation, [each.name for each in self.base.animations], error=WorldError)
         return replace(self, time=min(float(time), self.seconds), animation=animation).evaluated()
 
     def with_variant(self, name: str) -> View:
-        """The view with a material variant. Raises `WorldError` for an unknown one."""
+        """The view with a material variant. Raises `WorldError` for an unknown name."""
         if name:
             one_of("variant", name, self.base.variants, error=WorldError)
         return replace(self, variant=name).evaluated()
@@ -451,7 +451,7 @@ class View:
         return f"{number}\n\n{self.camera!r}"
 
     def camera_message(self, seq: int) -> dict[str, Any]:
-        """The message `camera` with all data for navigation. `seq` is the last move that it contains."""
+        """The message `camera` with all data for navigation. `seq` is the number of the last included move."""
         camera = self.still_camera
         (width, height), corner = camera.size, camera.corner
         x, y = corner + width / 2, corner + height / 2
@@ -495,7 +495,7 @@ def _reshaped(camera: Camera, size: tuple[int, int]) -> Camera:
 
 
 def bounds_of(world: World) -> Floats:
-    """The bounds [2, 3] of a world; a cube of 2 m for an empty one."""
+    """The bounds [2, 3] of a world; a cube of 2 m for an empty world."""
     return np.array([[-1.0] * 3, [1.0] * 3]) if world.bounds is None else world.bounds
 
 

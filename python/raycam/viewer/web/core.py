@@ -1,4 +1,4 @@
-"""raycam compiled for WebAssembly, as elements of a page. `make web` builds it; wheels contain it."""
+"""raycam compiled for WebAssembly, as elements of a page. `make web` builds this core, and wheels contain it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def is_built() -> bool:
 
 
 def core_blocks() -> list[str]:
-    """Returns the elements of a page that contain raycam; raises `SettingsError` if it was not built."""
+    """Returns the elements of a page that contain raycam; raises `SettingsError` if the core was not built."""
     if not is_built():
         raise SettingsError(
             "live pages require raycam compiled for WebAssembly, which this installation does not contain; install a "
@@ -40,7 +40,7 @@ def core_blocks() -> list[str]:
 
 
 def core_bytes() -> bytes:
-    """Returns raycam as WebAssembly; raises `FileNotFoundError` if it was not built."""
+    """Returns raycam as WebAssembly; raises `FileNotFoundError` if the core was not built."""
     return zlib.decompress((files(__package__) / FOLDER / CORE).read_bytes(), -15)
 
 

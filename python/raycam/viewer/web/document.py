@@ -1,4 +1,4 @@
-"""The HTML text of the client's page: one file, whose policy allows its own script and nothing else."""
+"""The HTML text of the client's page: one file, whose security policy allows only its own script."""
 
 from __future__ import annotations
 

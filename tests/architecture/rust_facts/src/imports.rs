@@ -2,7 +2,7 @@
 //!
 //! A path (`use crate::a::X`, `super::a::f(…)`, `a::f(…)` after `use crate::a`) leads to the file that *defines* the
 //! name; re-exports are followed and do not count as imports of their own. A module that is only imported does not
-//! count either, but the names used through it do. `mod child;` is no import. Method calls are not resolved.
+//! count, but names that are used through the module do. `mod child;` is no import. Method calls are not resolved.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ impl Modules {
         }
     }
 
-    /// The module or the defining file that a path leads to; None for other crates.
+    /// The module or the defining file that a path leads to; returns none for names of other crates.
     fn resolve(&self, number: usize, path: &[String], depth: usize) -> Option<Found<'_>> {
         let module = &self.0[number];
         let (head, rest) = path.split_first().filter(|_| depth <= MAX_DEPTH)?;
@@ -133,7 +133,7 @@ impl Modules {
             match next {
                 Some(Found::Module(target)) => here = target,
                 Some(file) => return Some(file),
-                None => return Some(Found::File(&self.0[here].file)), // a macro of the module defines it
+                None => return Some(Found::File(&self.0[here].file)), // a macro in the module defines the name
             }
         }
         Some(Found::Module(here))

@@ -1,8 +1,8 @@
 //! A float64 ray that traverses float32 trees, and the error bounds of float32.
 //!
-//! Every float32 quantity (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by it, so that
-//! no float64 hit is missed. Hits are computed only from [`ExactTriangles::corners`]. A ray that starts far away is
-//! first clipped, in float64, to the bounds of the scene, where the error bound starts.
+//! Every float32 quantity (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by this error,
+//! so that no float64 hit is missed. Hits are computed only from [`ExactTriangles::corners`]. A ray that starts far
+//! away is first clipped, in float64, to the bounds of the scene, where the error bound starts.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::NodeRef;
@@ -33,7 +33,7 @@ pub struct ClippedRay {
     pub t_min: f64,
     /// The error bound of the t of `best`.
     pub t_error: f64,
-    /// True if any hit is sufficient; a ray with one is done.
+    /// True if any hit is sufficient; the search ends at the first hit.
     pub any_hit: bool,
     pub ties: TieWindow,
     /// True if the ray may have hit two surfaces at equal distances.
@@ -49,7 +49,7 @@ impl ClippedRay {
         let finite = ray.origin.iter().chain(&ray.direction).all(|x| x.is_finite());
         // False for a limit that is NaN.
         let ordered = ray.t_min <= ray.t_max;
-        // Also excludes subnormal directions, whose scaling would not be exact.
+        // This check also excludes subnormal directions, whose scaling would not be exact.
         if !finite || steepest < f64::MIN_POSITIVE || !ordered || scene.root == NodeRef::EMPTY {
             return None;
         }
@@ -119,7 +119,7 @@ impl ClippedRay {
         ExactHit { t: self.best.t / self.direction_scale, ..self.best }
     }
 
-    /// Intersects a triangle in float64; keeps the hit if it is the closest that is accepted.
+    /// Intersects a triangle in float64; keeps the hit if it is accepted and the closest so far.
     #[inline(always)]
     pub fn intersect_exact(
         &mut self,
@@ -142,7 +142,8 @@ impl ClippedRay {
     }
 }
 
-/// The t up to which boxes must be visited for hits before `t` or tied with one there, from `t_offset`.
+/// The t, counted from `t_offset`, up to which boxes must be visited to find all hits before `t` and all hits that tie
+/// with a hit at `t`.
 #[inline(always)]
 pub fn t_max_f32(t: f64, forward: f64, ties: &TieWindow) -> f32 {
     if t == DONE {

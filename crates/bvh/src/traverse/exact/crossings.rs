@@ -19,7 +19,8 @@ pub enum Crossings<'a> {
     Count(&'a mut [i32]),
     /// The number of exits minus the number of entries.
     SignedCount(&'a mut [i32]),
-    /// The first crossings of each ray, at most `limit`, by (t, instance, triangle); their numbers in `counts`.
+    /// At most `limit` first crossings of each ray, ordered by (t, instance, triangle); `counts` receives the number of
+    /// crossings.
     List { limit: usize, counts: &'a mut [u32], found: &'a mut Vec<ExactHit> },
 }
 
@@ -115,7 +116,7 @@ impl RaySearch for CrossingSearch<'_> {
 }
 
 impl CrossingSearch<'_> {
-    /// Keeps the first crossings, and ends the ray at the last of them.
+    /// Keeps the first crossings, and ends the ray at the last kept crossing.
     #[cold]
     #[inline(never)]
     fn drop_farthest(&mut self, limit: usize, triangles: &dyn ExactTriangles) {

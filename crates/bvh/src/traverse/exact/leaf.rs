@@ -2,17 +2,17 @@
 //!
 //! The shear adds at most the error along its axis, so a sheared corner is off by e = 2 `off`. An edge function x1 y2 -
 //! y1 x2 is then off by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and by less than that again for rounding, which `off`
-//! exceeds by far. The largest corner of the leaf bounds them all.
+//! exceeds by far. The largest corner coordinate of the leaf bounds all corners.
 
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
 use crate::traverse::triangle::edge::vertices_minus;
 use crate::traverse::triangle::single::{RayView, shear_vertices};
 
-/// t is rounded by less than this fraction of it.
+/// The rounding error of t is less than this fraction of t.
 const T_ERROR: f32 = 1e-5;
 
-/// The edge functions of eight triangles: the least and the greatest.
+/// The smallest and the largest edge function of each of eight triangles.
 struct EdgeRange<V> {
     least: V,
     greatest: V,
@@ -83,7 +83,8 @@ pub fn sure_crossings<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32, t_ma
     SureCrossings { crossed: crossed & ((1u32 << leaf.count) - 1), leaving }
 }
 
-/// Bit masks of the triangles of a half that are certainly crossed, and of those with positive edge functions.
+/// Two bit masks for half of a leaf: the triangles that are certainly crossed, and the triangles with positive edge
+/// functions.
 #[inline(always)]
 fn sure_half<I: Isa, const HALF: usize>(
     (points, depths): ([I::F32x16; 2], I::F32x16),

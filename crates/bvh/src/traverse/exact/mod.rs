@@ -1,4 +1,5 @@
-//! Closest hits and crossings in float64, with padded float32 boxes. Uses all other folders of the traversal.
+//! Closest hits and crossings in float64, with padded float32 boxes. This folder uses all other folders of the
+//! traversal.
 
 pub(crate) mod clipped_ray;
 pub(crate) mod crossings;

@@ -120,7 +120,8 @@ struct ExactQuery<'a> {
 }
 
 impl PacketQuery for ExactQuery<'_> {
-    /// Boxes are padded by a fraction of the rays' distance plus the size of the tree, so at least by that size.
+    /// Boxes are padded by a fraction of the sum of the rays' distance and the tree's size, so the padding is at least
+    /// this fraction of the tree's size.
     #[inline(always)]
     fn make_packet<I: Isa>(&self, rays: &[Ray], record: Option<&InstanceRecord>, packet: &mut Packet) -> bool {
         let (bounds, pad) = match record {
@@ -273,7 +274,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
 }
 
 impl ExactQuery<'_> {
-    /// Clips a ray of a packet at its hit; its bit if it became shorter.
+    /// Clips a ray of a packet at its hit; returns the ray's bit if the ray became shorter.
     #[inline(always)]
     fn clip(&self, lane: u32, packet: &mut Packet, indices: RayIndices) -> u64 {
         let t_max = &mut packet.t_max[lane as usize & (PACKET_SIZE - 1)];

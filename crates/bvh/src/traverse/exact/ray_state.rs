@@ -46,7 +46,7 @@ pub struct ExactRayState<'a, S> {
     off: f32,
     /// Triangles of the current leaf that the ray may hit.
     candidates: u32,
-    /// The first of them, by [`RayInFlight::load_triangle`].
+    /// The first of these triangles, loaded by [`RayInFlight::load_triangle`].
     triangle: u32,
     corners: [[f64; 3]; 3],
     /// The current BLAS; `None` in the TLAS.
@@ -92,7 +92,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         }
     }
 
-    /// Starts a ray, through one subtree or the whole scene; false if it misses by definition.
+    /// Starts a ray through one subtree or the whole scene; returns false if the ray misses by definition.
     #[inline(always)]
     pub fn begin(&mut self, scene: &'a Scene, ray_id: usize, search: S, subtree: Option<&SubtreeRef>) -> bool {
         self.ray_id = ray_id;
@@ -137,7 +137,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         true
     }
 
-    /// Enters an instance; false if it is of no interest or the ray misses it by definition.
+    /// Enters an instance; returns false if the filter rejects the instance or if the ray misses it by definition.
     #[inline(always)]
     fn enter_blas(&mut self, scene: &'a Scene, instance: u32) -> bool {
         let Some(search) = self.search.as_ref().filter(|search| search.accepts_instance(instance)) else {
@@ -167,8 +167,8 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         true
     }
 
-    /// Pops the next TLAS entry. Most often it is another instance or none, and neither needs the ray in TLAS
-    /// coordinates. True if the ray is done.
+    /// Pops the next TLAS entry. Usually, the next entry is another instance, or the stack is empty. In both cases, the
+    /// ray in TLAS coordinates is not needed. True if the ray is done.
     #[inline(always)]
     fn pop_tlas(&mut self, scene: &'a Scene) -> bool {
         self.node = self.stack.pop_unchecked();

@@ -33,14 +33,14 @@ pub struct RaySoa64 {
     /// The largest absolute coordinate of the scaled origin.
     max_abs_origin: RayRow,
     origin_class: [u8; PACKET_SIZE],
-    /// Main axis, if all rays share it.
+    /// Main axis, if it is the same for all rays.
     shared_major_axis: Option<usize>,
     /// True if any hit is sufficient; a ray with one is done.
     pub any_hit: bool,
     /// Bit i: ray i may have hit two surfaces at equal distances.
     pub contested: u64,
     ties: TieWindow,
-    /// An origin, and the largest distance along an axis from it to any other.
+    /// One ray's origin, and the largest distance along an axis from this origin to another origin.
     reference: [f64; 3],
     spread: f64,
 }
@@ -106,7 +106,7 @@ impl RaySoa64 {
                 & (ox[i].abs() <= f64::MAX)
                 & (oy[i].abs() <= f64::MAX)
                 & (oz[i].abs() <= f64::MAX);
-            // Excludes subnormal directions, whose scaling would not be exact, and a NaN t_max.
+            // This check excludes subnormal directions, whose scaling would not be exact, and a t_max of NaN.
             let sane = finite & (steepest >= f64::MIN_POSITIVE) & (self.t_hit[i] >= self.t_min[i]);
             let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
             let d = [dx[i] / power, dy[i] / power, dz[i] / power];
@@ -337,7 +337,7 @@ fn origin_error(scene: &Scene, farthest: f64) -> f64 {
     F64_ERROR * (offset + f64::from(scene.max_abs_coord))
 }
 
-/// Bit i: byte i is 1; the others are 0.
+/// Bit i is set if byte i is 1; all other bytes must be 0.
 #[inline(always)]
 fn bits(bytes: &[u8; PACKET_SIZE]) -> u64 {
     let mut all = 0;

@@ -100,7 +100,8 @@ pub fn trace_alone<I: Isa>(
     traverse_rays::<I, _>(scene, rays.len(), || ExactRayState::idle(triangles), &mut source);
 }
 
-/// Any hits that a filter accepts; if it does not accept the given closest hits, the closest ones that it accepts.
+/// Finds any hits that a filter accepts. If the filter does not accept the given closest hits, finds the closest
+/// accepted hits.
 #[inline(always)]
 pub fn filter_hits<I: Isa>(
     scene: &Scene,

@@ -1,15 +1,15 @@
-//! Coplanar surfaces of different instances: which one a ray hits.
+//! The rule that decides which of several coplanar surfaces of different instances a ray hits.
 //!
-//! Of surfaces whose planes differ by a few float32 rounding units, rounding decides which one is closer, and
-//! neighbouring rays hit different ones. Therefore the rule is: of all hits within a few rounding units of the closest,
-//! the instance with the largest index wins. Traversal only marks rays that meet two instances at nearly the same t; the
-//! marks are generous, and [`Scene::settle_ties`] applies the rule to marked rays, so that hits do not depend on the
-//! order of traversal.
+//! If the planes of several surfaces differ by a few float32 rounding units, rounding decides which surface is closer,
+//! and neighbouring rays hit different surfaces. Therefore the rule is: of all hits within a few rounding units of the
+//! closest, the instance with the largest index wins. Traversal only marks rays that meet two instances at nearly the
+//! same t; the marks are generous, and [`Scene::settle_ties`] applies the rule to marked rays, so that hits do not
+//! depend on the order of traversal.
 
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::Scene;
 
-/// Width of the window of t in which hits may tie: a fraction of t, and a fraction of the scene's size.
+/// Width of the range of t in which hits may tie: a fraction of t plus a fraction of the scene's size.
 pub const RELATIVE_WIDTH: f64 = 1.0 / (1u64 << 15) as f64;
 const ABSOLUTE_WIDTH: f64 = 1.0 / (1u64 << 18) as f64;
 
@@ -42,7 +42,7 @@ impl TieWindow {
         t.abs() * RELATIVE_WIDTH + self.absolute
     }
 
-    /// True if a new hit and the closest one so far may tie. Their t may differ by twice the width, because ties are
+    /// True if a new hit may tie with the closest hit so far. Their t may differ by twice the width, because ties are
     /// measured from the closest of all hits.
     #[inline(always)]
     pub fn may_tie(&self, (t, (instance, triangle)): (f64, (u32, u32)), (known_t, known): (f64, &ExactHit)) -> bool {

@@ -1,5 +1,5 @@
-//! Float64 intersection of a ray and a closed triangle: edges and corners belong to it. Sheared edge functions with an
-//! error bound decide; if they cannot, the exact signs of [`crate::exact::predicates`] decide.
+//! Float64 intersection of a ray and a closed triangle: edges and corners belong to the triangle. Sheared edge
+//! functions with an error bound decide; if they cannot, the exact signs of [`crate::exact::predicates`] decide.
 
 use crate::exact::predicates::RayPredicates;
 use crate::node::cross;
@@ -10,8 +10,8 @@ use crate::scene::ExactTriangles;
 /// sheared coordinates are at most 2 and off by 8 units, so products are off by 64 units, and rounded by 24 more.
 pub const EDGE_ERROR: f64 = 128.0 * (f64::EPSILON / 2.0);
 
-/// The same for corners near the ray, as a fraction of the largest coordinate times the sum of all sheared ones, and
-/// the product of two errors.
+/// The same error for corners near the ray: a fraction of the largest coordinate times the sum of all sheared
+/// coordinates, plus the product of two errors.
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 
@@ -81,7 +81,7 @@ struct EdgeFunctions {
 }
 
 impl EdgeFunctions {
-    /// True if the signs are those of the exact values.
+    /// True if the signs are the signs of the exact values.
     #[inline(always)]
     fn are_sure(&self) -> bool {
         let [u, v, w] = self.values;
@@ -184,7 +184,8 @@ impl ShearedRay {
         Intersection { t, t_error: (relative + 8.0 * f64::EPSILON) * farthest, u: wb, v: wc, normal, side }
     }
 
-    /// The side of a closed triangle that the line passes, by exact signs; 0 if it does not.
+    /// The side from which the line passes through a closed triangle, by exact signs; 0 if the line misses the
+    /// triangle.
     #[cold]
     #[inline(never)]
     fn passing_side(&self, [a, b, c]: [[f64; 3]; 3]) -> i32 {
@@ -200,7 +201,7 @@ impl ShearedRay {
         Intersection { t, t_error: f64::EPSILON * t.abs(), u, v, normal, side }
     }
 
-    /// True if the intersection is ahead of the origin or at it.
+    /// True if the intersection is at the origin or in front of it.
     #[inline(always)]
     fn is_ahead(&self, found: &Intersection, corners: [[f64; 3]; 3]) -> bool {
         if found.t.abs() > found.t_error { found.t > 0.0 } else { self.is_ahead_exactly(corners, found.side) }

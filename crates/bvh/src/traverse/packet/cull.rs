@@ -6,8 +6,8 @@ use crate::traverse::packet::Packet;
 use crate::traverse::triangle::edge::{corners, indices, vertices_minus};
 
 impl Packet {
-    /// Bit k: some ray may hit triangle k. For all rays, the other triangles are on one side of the sheared axis.
-    /// Rounding is monotonic, so interval bounds are valid for the values that the test computes.
+    /// Bit k: some ray may hit triangle k. For every ray, each of the other triangles is on one side of the sheared
+    /// axis. Rounding is monotonic, so interval bounds are valid for the values that the test computes.
     #[inline(always)]
     pub fn candidate_triangles<I: Isa>(&self, leaf: &LeafNode) -> u32 {
         self.candidate_triangles_within::<I>(leaf, 0.0) & leaf.non_degenerate

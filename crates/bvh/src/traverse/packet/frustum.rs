@@ -9,7 +9,7 @@ use crate::simd::{Isa, Vector};
 #[derive(Clone, Copy)]
 pub struct Frustum {
     pub apex: [f32; 3],
-    /// The least and the greatest reciprocal direction.
+    /// The smallest and the largest reciprocal of the rays' directions.
     pub reciprocal: [[f32; 2]; 3],
     /// Padding of the t of entry and exit, because rays are rounded and do not start exactly at the apex.
     pub t_near_pad: [f32; 3],
@@ -24,8 +24,8 @@ impl Frustum {
         let mut enter = I::F32x8::splat(0.0);
         let mut leave = I::F32x8::splat(t_max);
         for axis in 0..3 {
-            // SAFETY: `near_rows` is one of the six rows, each of 8 floats; the lowest bit chooses between two of an
-            // axis.
+            // SAFETY: `near_rows` contains, for each axis, one of the six rows of 8 floats; the lowest bit selects the
+            // lower or the upper bounds.
             let (first, last) = unsafe {
                 let row = self.near_rows[axis];
                 (
@@ -46,14 +46,14 @@ impl Frustum {
 /// The apex of a packet's frustum.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Apex {
-    /// Rays start at one point, or nearly.
+    /// The rays start at one point, or close to one point.
     Origin,
     /// Rays end at one point, from which t counts backwards. Only for any-hit queries.
     Target,
 }
 
 impl Apex {
-    /// The end at which rays are closer together, estimated from three of them.
+    /// The end at which the rays are closer together, estimated from three rays.
     #[inline(always)]
     pub fn choose(rays: &[Ray]) -> Apex {
         let (mut starts, mut ends) = (0.0, 0.0);

@@ -97,7 +97,7 @@ impl PacketHits<'_> {
         let [here, nowhere] = [instance, INVALID_ID].map(|id| I::F32x16::splat(f32::from_bits(id)));
         for group in 0..PACKET_SIZE / 16 {
             let prim = load::<I>(&self.prim_index, group);
-            // As a float, `NO_PRIM` is NaN, and no other index is: there are too few triangles.
+            // Interpreted as a float, `NO_PRIM` is NaN. No valid triangle index is large enough to be NaN.
             let found = prim.eq(prim);
             store::<I>(&mut instances, group, I::F32x16::select(found, here, nowhere));
         }
@@ -116,7 +116,7 @@ impl PacketHits<'_> {
         }
     }
 
-    /// Merges the intersections of a group, those that come first by (t, id); returns their lanes.
+    /// Merges the intersections of a group: keeps intersections that come first by (t, id), and returns their lanes.
     #[inline(always)]
     fn merge<I: Isa>(
         &mut self,
@@ -146,8 +146,8 @@ impl PacketHits<'_> {
         first
     }
 
-    /// The lanes among near ties in t whose triangle comes first by (t, id), or that had no hit. Marks those of two
-    /// instances.
+    /// Among the lanes with nearly equal t, the lanes whose new triangle comes first by (t, id), or that had no hit.
+    /// Marks lanes whose two hits are on different instances.
     #[cold]
     #[inline(never)]
     fn resolve_ties<I: Isa>(&mut self, mesh: &Bvh, (t, prim): (I::RayVec, I::RayVec), group: usize, ties: u32) -> u32 {

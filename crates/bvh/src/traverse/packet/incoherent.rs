@@ -100,7 +100,8 @@ fn sort_children_far_to_near<I: Isa>(mesh: &Bvh, node: &WideNode, packet: &Packe
         _ => greatest + reach,
     };
     let mut order = [0; 8];
-    // SAFETY: `entry` is one of the six rows; it and the arrays contain eight values, which as floats are only moved.
+    // SAFETY: SAFETY note: `entry` is one of the six rows. The row and the arrays contain eight values, and the values
+    // are moved as floats without arithmetic.
     unsafe {
         let bounds = I::F32x8::load(node.bounds.get_unchecked(row).as_ptr());
         let away = bounds.sub(I::F32x8::splat(from)).abs();

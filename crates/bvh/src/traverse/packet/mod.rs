@@ -69,7 +69,8 @@ impl Packet {
         shear_range: [[0.0; 2]; 2],
     };
 
-    /// Bit i: ray i, one of `active`, enters the box within its t_max; rows as of [`crate::node::WideNode::bounds`].
+    /// Bit i is set if ray i is in `active` and enters the box within its t_max. The rows are rows of
+    /// [`crate::node::WideNode::bounds`].
     #[inline(always)]
     pub fn intersect_box<I: Isa>(&self, bounds: impl Fn(usize) -> f32, active: u64) -> u64 {
         let [x, y, z] = self.near_rows;
@@ -90,7 +91,7 @@ impl Packet {
         entered & active
     }
 
-    /// Origin of all rays, if they share one.
+    /// Origin of all rays, if they have a common origin.
     #[inline(always)]
     pub fn common_origin(&self) -> Option<[f32; 3]> {
         let one = self.origin_range.iter().all(|[least, greatest]| least == greatest);

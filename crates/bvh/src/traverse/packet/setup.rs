@@ -11,7 +11,7 @@ use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE
 
 /// Parameters of a packet's setup.
 struct SetupContext<'a> {
-    /// The rays; entries behind the last one repeat the first.
+    /// The rays; entries after the last ray repeat the first ray.
     rays: &'a [Ray; PACKET_SIZE],
     /// The bounds of the tree, and their largest coordinate.
     bounds: &'a Aabb,
@@ -28,14 +28,15 @@ struct LaneTotals<V: Vector> {
     sum: V,
     /// Lanes whose t_max is at least 0 in every group.
     ahead: V::Mask,
-    /// By axis: how much earlier than a ray from the apex rays enter a plane, and how much later, in t.
+    /// For each axis, how much earlier and how much later in t the rays enter a plane, compared with a ray from the
+    /// apex.
     early: [V; 3],
     late: [V; 3],
 }
 
 impl Packet {
-    /// Sets up at most 64 rays for a tree; false if they are not coherent, or if one of them is not finite or is
-    /// parallel to an axis. Slabs get additional padding of `pad` times the largest coordinate of ray and tree.
+    /// Sets up at most 64 rays for a tree; returns false if the rays are not coherent, or if any ray is not finite or
+    /// is parallel to an axis. Slabs get additional padding of `pad` times the largest coordinate of ray and tree.
     #[inline(always)]
     pub fn setup<I: Isa>(&mut self, rays: &[Ray], bounds: &Aabb, pad: f32, apex: Apex) -> bool {
         let n = rays.len();
@@ -62,7 +63,7 @@ impl Packet {
                 Apex::Target => first.origin[axis] + first.direction[axis] * first.t_max,
             }),
         };
-        // Two instances, because a common origin requires much less work.
+        // Two instances of this function are compiled, because a common origin requires much less work.
         let coherent = match apex == Apex::Origin && have_common_origin::<I>(rays) {
             true => self.setup_lanes::<I, true>(&context),
             false => self.setup_lanes::<I, false>(&context),
@@ -105,7 +106,7 @@ impl Packet {
         coherent
     }
 
-    /// The main axis and the signs of the first ray, which all others must share.
+    /// The main axis and the signs of the first ray; all other rays must have the same.
     #[inline(always)]
     fn setup_axes(&mut self, direction: [f32; 3]) {
         let size = direction.map(f32::abs);
@@ -120,7 +121,7 @@ impl Packet {
         self.near_rows = std::array::from_fn(|axis| 2 * axis + usize::from(direction[axis] < 0.0));
     }
 
-    /// Sets up the sixteen rays of a group, as [`crate::traverse::trav_ray::TravRay::setup`] does one.
+    /// Sets up the sixteen rays of a group, as [`crate::traverse::trav_ray::TravRay::setup`] does for one ray.
     #[inline(always)]
     fn setup_group<I: Isa, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -208,7 +209,7 @@ impl Packet {
             && max_abs(&context.apex_point) <= MAX_ORIGIN
     }
 
-    /// The frustum around all rays, padded by at least as much as the slabs of each.
+    /// The frustum around all rays, padded by at least as much as the slabs of each ray.
     #[inline(always)]
     fn setup_frustum<I: Isa, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -253,8 +254,8 @@ fn min_reciprocal([least, greatest]: [f32; 2]) -> f32 {
     if least < 0.0 { -greatest } else { least }
 }
 
-/// True if directions have a smaller component along an axis than along the main one, by the range of the quotients.
-/// Rounding does not change that; ties go to the first axis, as for a single ray.
+/// True if all directions have a smaller component along an axis than along the main axis, according to the range of
+/// the quotients. Rounding does not change that; ties go to the first axis, as for a single ray.
 #[inline(always)]
 fn is_minor_axis([least, greatest]: [f32; 2], is_before_main: bool) -> bool {
     match is_before_main {

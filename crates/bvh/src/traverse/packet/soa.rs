@@ -1,4 +1,4 @@
-//! SoA rows of a packet: one value of each ray, loaded sixteen at a time.
+//! SoA rows of a packet: each row contains one value for every ray, and sixteen values are loaded at a time.
 
 use crate::simd::{Isa, Vector};
 
@@ -22,7 +22,7 @@ pub fn store<I: Isa>(row: &mut [f32; PACKET_SIZE], group: usize, values: I::F32x
 /// The values of a group of [`Isa::RAY_LANES`] rays.
 #[inline(always)]
 pub fn load_rays<I: Isa>(row: &[f32; PACKET_SIZE], group: usize) -> I::RayVec {
-    // SAFETY: a group is taken modulo the number of groups, which fill the row.
+    // SAFETY: the group index is reduced modulo the number of groups, and the groups fill the row.
     unsafe { I::RayVec::load(row.as_ptr().add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES)))) }
 }
 
@@ -93,7 +93,7 @@ pub fn to_bitmask<I: Isa>(mask: <I::F32x16 as Vector>::Mask) -> u32 {
     <I::F32x16 as Vector>::to_bitmask(mask)
 }
 
-/// The minimum and the maximum of some groups.
+/// The minimum and the maximum over several groups.
 #[inline(always)]
 pub fn min_max<I: Isa>(row: &[f32; PACKET_SIZE], groups: usize) -> [f32; 2] {
     let (mut least, mut greatest) = (load::<I>(row, 0), load::<I>(row, 0));

@@ -14,7 +14,7 @@ const MAX_FALSE_LEAVES: u32 = 32;
 
 /// The work at a leaf.
 pub trait LeafVisitor {
-    /// Intersects the rays `active` with a leaf that they enter; returns those whose hit became closer.
+    /// Intersects the rays `active` with a leaf that they enter; returns the rays whose hit became closer.
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64;
 }
 

@@ -9,8 +9,8 @@
 //! The test has two stages: edge functions, of one ray and sixteen triangles
 //! ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and sixteen rays
 //! ([`crate::traverse::packet::triangle_edges`]); then the few remaining triangles, one by one for a single ray
-//! ([`crate::traverse::triangle::single::intersect_triangle`]) or one per lane ([`intersect_lanes`]). All compute every
-//! value by the same operations in the same order, so a ray and a triangle have the same hit in any of them.
+//! ([`crate::traverse::triangle::single::intersect_triangle`]) or one per lane ([`intersect_lanes`]). All functions
+//! compute every value by the same operations in the same order, so all return the same hit for a ray and a triangle.
 
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
@@ -76,7 +76,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     }
     let [u, v, w] = edges;
     if ANY_HIT {
-        // t would be clamped to this interval; if it is within range, t is not needed.
+        // t would be clamped to this interval. If the whole interval is within range, t is not needed.
         let sure = <I::RayVec as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
         if hit & !<I::RayVec as Vector>::to_bitmask(sure) == 0 {
             return LaneIntersections { hit, ..nothing };
@@ -131,8 +131,8 @@ fn slab_interval<I: Isa>(
     (ex.max(ey).max(ez), lx.min(ly).min(lz))
 }
 
-/// Replaces the edge functions of the lanes `unsure`, one of which is 0, by float64's; returns the lanes of `hit` that
-/// stay.
+/// Replaces the edge functions of the lanes `unsure`, in which one edge function is 0, by float64 results; returns the
+/// lanes of `hit` that are still hits.
 #[inline(always)]
 fn resolve_zero_edges<I: Isa>(corners: [I::RayVec; 6], edges: &mut [I::RayVec; 3], unsure: u32, hit: u32) -> u32 {
     let mut edge_lanes = [[0.0; 16]; 3];
@@ -153,7 +153,7 @@ fn resolve_zero_edges<I: Isa>(corners: [I::RayVec; 6], edges: &mut [I::RayVec; 3
     hit
 }
 
-/// The depths, those of slivers in the lanes `behind` by float64.
+/// The depths; for slivers in the lanes `behind`, the depths are computed in float64.
 #[inline(always)]
 fn resolve_sliver_depths<I: Isa>(
     leaf: &LeafNode,
@@ -171,7 +171,7 @@ fn resolve_sliver_depths<I: Isa>(
     unsafe { I::RayVec::load(depths.as_ptr()) }
 }
 
-/// The corners of one triangle per lane along an axis, by the lanes of their vertices.
+/// The corner coordinates along an axis of one triangle per lane, looked up by the lanes of the vertices.
 #[inline(always)]
 fn gather_corners<I: Isa>(leaf: &LeafNode, axis: usize, [a, b, c]: &[I::RayVec; 3]) -> [I::RayVec; 3] {
     // SAFETY: each row of `vertex` contains 16 floats.

@@ -17,7 +17,7 @@ pub struct PotentialHits {
     /// The current triangle of each ray of `hit_mask`.
     pub triangle: [u32; PACKET_SIZE],
     pub hit_mask: u64,
-    /// The other triangles of each ray of `multi_mask`: a bit mask, as a float.
+    /// For each ray of `multi_mask`, a bit mask of the other triangles, stored as a float.
     remaining: [f32; PACKET_SIZE],
     multi_mask: u64,
 }

@@ -5,7 +5,7 @@ use crate::node::{LeafNode, WideNode};
 use crate::simd::{Isa, Vector};
 use crate::traverse::triangle::edge::{corners, indices, vertices_minus};
 
-/// Roundings of a squared distance, as a fraction of it.
+/// Rounding error of a squared distance, as a fraction of the squared distance.
 const SQUARE_ERROR: f32 = 16.0 * MACHINE_EPSILON;
 
 /// The error of a distance to a triangle, as a fraction of the largest coordinate relative to the point; divided by the
@@ -20,11 +20,11 @@ const TINY: f32 = 1e-30;
 
 type Triple<V> = [V; 3];
 
-/// A point in the coordinates of a tree, and the distance up to which things count as near.
+/// A point in the coordinates of a tree, and the distance up to which boxes and triangles are considered.
 #[derive(Clone, Copy)]
 pub struct Sphere {
     pub center: [f32; 3],
-    /// The error bound of the coordinates of the center and of vertices.
+    /// The error bound for the coordinates of the centre and the vertices.
     pub error: f32,
     /// The radius, without errors.
     pub radius: f32,
@@ -74,7 +74,7 @@ fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32
 /// unless a filter may reject the nearest.
 #[inline(always)]
 pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: bool) -> u32 {
-    // Without closures, whose code would not use the instruction set.
+    // This function contains no closures, because their code would not use the instruction set.
     let [x, y, z] = sphere.center;
     let x = vertices_minus::<I>(leaf, 0, x);
     let y = vertices_minus::<I>(leaf, 1, y);
@@ -125,8 +125,8 @@ fn sub<I: Isa>(a: Triple<I::F32x16>, b: Triple<I::F32x16>) -> Triple<I::F32x16> 
     [a[0].sub(b[0]), a[1].sub(b[1]), a[2].sub(b[2])]
 }
 
-/// The squared distances from the origin to triangles, and one over the squared sines of the angles at the first
-/// corners.
+/// The squared distances from the origin to triangles, and the reciprocals of the squared sines of the angles at the
+/// first corners.
 #[inline(always)]
 fn triangle_distances<I: Isa>(
     a: Triple<I::F32x16>,
@@ -156,7 +156,7 @@ fn triangle_distances<I: Isa>(
     (squared, conditioning)
 }
 
-/// The squared distances from the origin to the segments from `a` along `e`, whose squared length may be known.
+/// The squared distances from the origin to the segments from `a` along `e`; the squared length of `e` may be passed.
 #[inline(always)]
 fn segment_distances<I: Isa>(a: Triple<I::F32x16>, e: Triple<I::F32x16>, known: I::F32x16) -> I::F32x16 {
     let (zero, one) = (I::F32x16::splat(0.0), I::F32x16::splat(1.0));

@@ -77,7 +77,8 @@ impl PointSearch<'_> {
         self.filter.is_none_or(|filter| filter.accepts_instance(self.number, instance))
     }
 
-    /// Computes the closest point of a triangle; keeps it if it is the smallest by (distance, instance, triangle).
+    /// Computes the closest point of a triangle; keeps the point if it is the first so far by (distance, instance,
+    /// triangle).
     #[inline(always)]
     fn visit(&mut self, instance: u32, triangle: u32) {
         let found = closest_point(self.point, self.triangles.corners(instance, triangle));
@@ -97,7 +98,8 @@ impl PointSearch<'_> {
         };
     }
 
-    /// Radius within which things count as near, in coordinates `scale` times as large as those of the world.
+    /// Radius within which boxes and triangles are considered, in coordinates that are `scale` times as large as world
+    /// coordinates.
     #[inline(always)]
     fn radius(&self, scale: f64) -> f32 {
         let radius = (self.squared_distance.sqrt() * scale * (1.0 + 4.0 * f64::EPSILON)) as f32;
@@ -170,12 +172,12 @@ impl PointSearch<'_> {
     }
 }
 
-/// The nearest child of a node that the sphere reaches; the others that it reaches are pushed.
+/// Returns the nearest child of a node that the sphere reaches; all other children that the sphere reaches are pushed.
 #[inline(always)]
 fn enter<I: Isa>(node: &WideNode, sphere: &Sphere, stack: &mut Stack) -> Option<NodeRef> {
     let distances = box_distances::<I>(node, sphere);
     let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
-    // No closure, because it would not use the instruction set of its function.
+    // This code contains no closure, because a closure would not use the function's instruction set.
     if into == 0 { None } else { Some(stack.push::<I>(node, distances, into)) }
 }
 

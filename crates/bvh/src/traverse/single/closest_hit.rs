@@ -14,8 +14,8 @@ pub struct ClosestHit {
     pub v: f32,
     /// Position in the primitive ids of the mesh, or [`NO_PRIM`].
     pub prim_index: u32,
-    /// The largest t at which triangles are of interest: `t`, or the end of the window of [`crate::traverse::near_ties`]
-    /// behind the hit.
+    /// The largest t at which triangles are of interest: `t`, or the end of the range behind the hit in which
+    /// [`crate::traverse::near_ties`] searches.
     pub limit: f32,
 }
 
@@ -79,7 +79,7 @@ impl ClosestHit {
 pub struct MeshTies<'a> {
     /// Instances of a flattened scene.
     pub ranges: Option<&'a InstanceRanges>,
-    /// Width of the window of t at t = 0, in lengths.
+    /// Width of the range of t at t = 0, as a length.
     pub width: f32,
     /// True if the ray may have hit coplanar surfaces of two instances.
     pub contested: bool,

@@ -1,9 +1,9 @@
 //! Interleaved traversal of incoherent rays, similar to AMAC (O. Kocberber, B. Falsafi and B. Grot, "Asynchronous
 //! Memory Access Chaining", VLDB 2015).
 //!
-//! One thread advances 24 rays in turn, so that one ray's prefetch overlaps the others' work. Rays at nodes and rays at
-//! leaves are processed in separate loops, because the kind of a ray's next step is unpredictable. Ready rays are bit
-//! masks by next step; a queue in memory would add a store-to-load dependency per step.
+//! One thread advances 24 rays in turn, so that the prefetch for one ray overlaps the work for the other rays. Rays at
+//! nodes and rays at leaves are processed in separate loops, because the kind of a ray's next step is unpredictable.
+//! Ready rays are bit masks by next step; a queue in memory would add a store-to-load dependency per step.
 
 use crate::node::NodeRef;
 use crate::scene::Scene;
@@ -12,7 +12,8 @@ use crate::simd::Isa;
 /// Rays in flight per thread.
 const RAYS_IN_FLIGHT: usize = 24;
 
-/// Number of rays up to which [`traverse_rays`] traces one after the other: creating all states would take longer.
+/// Up to this number of rays, [`traverse_rays`] traces the rays one after the other, because creating all states would
+/// take longer.
 const FEW_RAYS: usize = 2;
 
 /// Rays at nodes that may wait while rays at leaves advance.
@@ -23,20 +24,20 @@ pub trait RayInFlight<'a> {
     /// The next node, leaf or instance; [`NodeRef::EMPTY`] at the end of a tree.
     fn node(&self) -> NodeRef;
 
-    /// True in the TLAS, whose leaves are instances.
+    /// True while the ray is in the TLAS, whose leaves are instances.
     fn is_in_tlas(&self) -> bool;
 
     /// Tests one node.
     fn step_node<I: Isa>(&mut self);
 
-    /// Tests one leaf; true if triangles remain for [`RayInFlight::step_triangles`].
+    /// Tests one leaf; returns true if triangles remain for [`RayInFlight::step_triangles`].
     fn step_leaf<I: Isa>(&mut self) -> bool;
 
     /// Loads a triangle for [`RayInFlight::step_triangles`]; a separate loop overlaps the loads of many rays.
     #[inline(always)]
     fn load_triangle<I: Isa>(&mut self) {}
 
-    /// Intersects the triangles that are left of a leaf.
+    /// Intersects the remaining triangles of a leaf.
     fn step_triangles<I: Isa>(&mut self);
 
     /// Enters or leaves an instance; true once the ray is done.
@@ -45,7 +46,7 @@ pub trait RayInFlight<'a> {
 
 /// Source of rays and sink of their hits.
 pub trait RaySource<R> {
-    /// Starts the next ray that may hit anything; false without one.
+    /// Starts the next ray that may hit anything; returns false if no such ray is left.
     fn start(&mut self, state: &mut R) -> bool;
 
     /// Takes the hit of a ray that is done.
@@ -65,7 +66,7 @@ struct ReadyMasks {
 }
 
 impl ReadyMasks {
-    /// Adds a state after a step within its tree, or a new one.
+    /// Adds a new state, or a state after a step within its tree.
     #[inline(always)]
     fn add<'a>(&mut self, i: u32, state: &impl RayInFlight<'a>) {
         self.leaves |= u32::from(state.node().is_leaf()) << i;

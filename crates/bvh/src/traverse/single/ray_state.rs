@@ -37,8 +37,8 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     stack_base: u32,
     best: ClosestHit,
     ties: MeshTies<'a>,
-    /// Triangles of the current leaf that pass the edge test. They are intersected in a separate step, once it is known
-    /// that there are any.
+    /// Triangles of the current leaf that pass the edge test. These triangles are intersected in a separate step, which
+    /// runs only if there are any.
     candidates: u32,
     /// The current BLAS; `None` in the TLAS.
     mesh: Option<&'a Bvh>,
@@ -56,7 +56,7 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     pub hit: Hit,
     /// True if the ray may have hit coplanar surfaces of two instances.
     pub contested: bool,
-    /// Width of the window of [`crate::traverse::near_ties`] at t = 0.
+    /// Width at t = 0 of the range in which [`crate::traverse::near_ties`] searches.
     tie_width: f32,
     pub world_ray: Ray,
     stack: Stack,
@@ -96,7 +96,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         }
     }
 
-    /// Starts a ray; false if it misses by definition.
+    /// Starts a ray; returns false if the ray misses by definition.
     #[inline(always)]
     pub fn begin(&mut self, scene: &'a Scene, task: RayTask) -> bool {
         let RayTask { ray: world_ray, ray_id, start_node, instance } = task;
@@ -203,8 +203,8 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         if limit < self.world_ray.t_max { limit } else { self.world_ray.t_max }
     }
 
-    /// Enters the instance of the current subtree, or pops if the ray misses it by definition. True once the ray is
-    /// done.
+    /// Enters the instance of the current subtree, or pops the next entry if the ray misses the instance by definition.
+    /// True once the ray is done.
     #[inline(never)]
     fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let t_max = self.t_max();

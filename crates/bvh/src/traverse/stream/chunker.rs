@@ -119,8 +119,8 @@ impl<'a> RayChunk<'a> {
         room.all().0
     }
 
-    /// Builds a packet; false if it would be slower. Parallel rays with distant origins share their octant, but no
-    /// boxes.
+    /// Builds a packet; returns false if tracing single rays is faster. Parallel rays with distant origins share their
+    /// octant, but no boxes.
     #[inline(always)]
     pub fn make_packet<I: Isa>(
         &self,
@@ -260,7 +260,7 @@ impl<'a> RayChunker<'a> {
     }
 }
 
-/// Prefetches all cache lines of some values.
+/// Prefetches all cache lines of a slice.
 #[inline(always)]
 pub fn prefetch_all<I: Isa, T>(values: &[T]) {
     for line in 0..size_of_val(values).div_ceil(64) {

@@ -31,8 +31,8 @@ pub struct OctantSorter<'a> {
     cursor: usize,
     /// The rays of the current packet.
     packet: Vec<Ray>,
-    /// Rays of the block in packets, the number of times that one of them became a single ray, and the nodes and leaves
-    /// visited.
+    /// Statistics of a block: the rays in packets, the number of times that a ray left a packet and became a single
+    /// ray, and the visited nodes and leaves.
     packet_rays: usize,
     single_count: usize,
     visits: usize,
@@ -64,7 +64,7 @@ impl<'a> OctantSorter<'a> {
         if self.is_profitable { MAX_BLOCK } else { FIRST_BLOCK }
     }
 
-    /// Sorts another block of at most [`MAX_BLOCK`] rays; or queues them as single rays during the back-off.
+    /// Sorts the next block of at most [`MAX_BLOCK`] rays, or queues these rays as single rays during the back-off.
     #[inline(always)]
     pub fn sort_block<I: Isa>(&mut self, rays: &[Ray], ray_ids: &[u32], singles: &mut Vec<u32>) {
         if self.backoff.should_skip() {
@@ -93,7 +93,8 @@ impl<'a> OctantSorter<'a> {
         self.class_ends = ends;
     }
 
-    /// Advances to up to 64 rays of one class; false at the end. Small classes are queued as single rays.
+    /// Advances to the next rays of one class, at most 64; returns false at the end. Small classes are queued as single
+    /// rays.
     #[inline(always)]
     pub fn next_packet(&mut self, rays: &[Ray], singles: &mut Vec<u32>) -> bool {
         if self.packet_rays >= TRIAL_RAYS {

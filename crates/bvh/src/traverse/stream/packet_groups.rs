@@ -12,7 +12,7 @@ const MIN_GROUP_RAYS: u32 = 12;
 /// Smaller chunks are traced as single rays.
 const MIN_CHUNK_RAYS: usize = 5;
 
-/// Direction classes: 8 octants for each of 3 main axes, and a rest.
+/// Direction classes: 8 octants for each of 3 main axes, and one class for all other directions.
 pub const DIRECTION_CLASSES: usize = 32;
 
 /// Class of a ray that cannot be in a packet: not finite, or parallel to an axis.
@@ -60,7 +60,7 @@ impl RayBatch {
         self.len = 0;
     }
 
-    /// Adds a ray, of at most 64.
+    /// Adds a ray; a group has at most 64 rays.
     #[inline(always)]
     pub fn push(&mut self, ray: Ray, number: usize) {
         self.rays[self.len & (PACKET_SIZE - 1)] = ray;
@@ -84,7 +84,7 @@ impl RayBatch {
         (&self.rays[..self.len], Some(&self.indices))
     }
 
-    /// The rays of a group; gathered unless it is the whole chunk.
+    /// The rays of a group, which are gathered unless the group is the whole chunk.
     #[inline(always)]
     pub fn subset<'a>(
         &'a mut self,
@@ -129,7 +129,7 @@ impl OctantGroups {
         self.is_whole = false;
     }
 
-    /// Lanes of the next group, and true if a packet of them may be faster.
+    /// Lanes of the next group, and true if a packet of these rays may be faster.
     #[inline(always)]
     pub fn next(&mut self) -> Option<(u64, bool)> {
         if self.remaining == 0 {
@@ -177,7 +177,7 @@ fn direction_class([x, y, z]: [f32; 3]) -> u8 {
     (if odd { u32::from(UNGROUPED) } else { main | signs }) as u8
 }
 
-/// The direction classes of some rays of a batch.
+/// The direction classes of several rays of a batch.
 #[inline(always)]
 pub fn direction_classes<I: Isa>(rays: &[Ray], numbers: &[u32], out: &mut [u8]) {
     const LANES: usize = 16;

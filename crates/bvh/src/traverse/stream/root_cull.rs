@@ -11,7 +11,7 @@ use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE
 /// Rays per trial.
 pub const TRIAL_RAYS: usize = 512;
 
-/// Culling is faster if it removes one ray in this many.
+/// Culling is faster if it removes at least one ray in this number.
 const MIN_CULL_RATE: usize = 12;
 
 /// The AABBs of the root's children.
@@ -46,7 +46,7 @@ impl<'a> RootCull<'a> {
         }
     }
 
-    /// Keeps the rays that may hit anything, in their order; returns the number of others.
+    /// Keeps the rays that may hit anything, in their order; returns the number of removed rays.
     #[inline(always)]
     fn compact<I: Isa>(&self, root: &WideNode, rays: &[Ray], ray_ids: &mut Vec<u32>, from: usize) -> usize {
         let mut kept = from;
@@ -103,7 +103,7 @@ impl<'a> RootCull<'a> {
                 .mul(distance.add(I::F32x16::splat(scene.max_abs_coord)))
                 .mul(I::F32x16::splat(1.0 + 8.0 * MACHINE_EPSILON))
         };
-        // At least the extent along the main axis.
+        // This value is at least the extent along the main axis.
         let mut farthest = zero;
         for axis in 0..3 {
             let above = I::F32x16::splat(scene.bounds.upper[axis]).sub(origin[axis]);
@@ -153,7 +153,7 @@ mod tests {
     use crate::simd::Portable;
     use crate::{Bvh, Instance};
 
-    /// A wide floor and 400 small triangles above it; the mesh has this many instances side by side.
+    /// A wide floor and 400 small triangles above it; the mesh has this number of instances side by side.
     fn scene(copies: usize) -> Scene {
         let random = |i: usize, k: usize| ((i * 3 + k) as f32 * 12.9898).sin();
         let mut vertices = vec![[-9.0, -1.0, -9.0], [9.0, -1.0, -9.0], [0.0, -1.0, 9.0]];
@@ -216,12 +216,12 @@ mod tests {
                 for (i, ray) in some.iter().enumerate() {
                     let stays = staying >> i & 1 != 0;
                     assert!(stays || !enters(root, ray), "{ray:?}");
-                    // Except those that just miss a corner.
+                    // Rays that just miss a corner are an exception.
                     missing += usize::from(i % 2 == 0 && !enters(root, ray));
                     away += usize::from(i % 2 == 0 && !stays);
                 }
             }
-            // Hardly any other ray remains.
+            // Almost no other ray remains.
             assert!(missing > 2000 && away > missing - missing / 20, "{away} of {missing}");
         }
     }

@@ -13,7 +13,7 @@ use crate::traverse::stream::packet_groups::{OctantGroups, RayBatch, RayIndices,
 
 /// A query over packets. Rays are identified by their index in the chunk, lanes by `indices`.
 pub trait PacketQuery {
-    /// Builds a packet in scaled scene or instance coordinates; false if it would be slower.
+    /// Builds a packet in scaled scene or instance coordinates; returns false if tracing single rays is faster.
     fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool;
 
     /// A ray in instance coordinates, clipped at its closest hit.
@@ -38,7 +38,7 @@ pub struct PacketScratch {
     instance: InstanceScratch,
 }
 
-/// Scratch memory in instance coordinates: all rays that enter an instance, and a group of them.
+/// Scratch memory in instance coordinates: all rays that enter an instance, and one group of these rays.
 struct InstanceScratch {
     local: RayBatch,
     inner: RayBatch,

@@ -17,7 +17,7 @@ pub trait RayView: Copy {
     fn reciprocal(&self, axis: usize) -> f32;
     /// The padded t at which the slab of a bound is entered.
     fn t_near(&self, axis: usize, bound: f32) -> f32;
-    /// The padded t at which it is left.
+    /// The padded t at which the slab is left.
     fn t_far(&self, axis: usize, bound: f32) -> f32;
 }
 
@@ -136,7 +136,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
         [u, v, w] = edge_functions_f64([ax, ay, bx, by, cx, cy])?;
     }
     let det = u + v + w;
-    // One division for t before those of the weights, because later hits are rejected without them.
+    // t is divided before the weights, because hits behind the closest hit are rejected without the weights.
     let mut depth = (u * z[0] + v * z[1] + w * z[2]) / det;
     if SLIVER {
         depth = plane_depth_f64(leaf, k, ray, depth);

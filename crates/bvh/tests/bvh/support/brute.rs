@@ -6,7 +6,7 @@
 //! [`BAND`] times the distance from the ray's origin to the triangle. On either side of the triangle's plane, it is
 //! larger by the triangle's ratio of length to width, because t is computed from the volumes and they depend on the
 //! width. A correct answer is a triangle that is hit within the band, such that no triangle hit outside the band is
-//! nearer. No other answer is correct.
+//! nearer. All other answers are wrong.
 #![allow(clippy::needless_range_loop)]
 
 use std::sync::Arc;
@@ -104,7 +104,7 @@ impl Brute {
         met.clear();
         let (d, m) = (ray.direction, cross(ray.origin, ray.direction));
         let speed = length(d);
-        // Anything this far outside an edge is also outside the band; most triangles are.
+        // A triangle whose edge is this far away is also outside the band; this applies to most triangles.
         let far = length(ray.origin) + self.reach;
         let outside = -speed * far * (2.0 * band * self.longest_edge + 1e-14 * far);
         let n = self.triangle_count();
@@ -129,7 +129,7 @@ impl Brute {
         }
     }
 
-    /// The same for one triangle, with volumes whose accuracy is proportional to the edge length.
+    /// The same test for one triangle, with volumes whose accuracy is proportional to the edge length.
     fn intersect_one(&self, ray: &ExactRay, k: usize, band: f64) -> Option<Intersection> {
         let p = self.triangles[k].map(|i| self.vertices[i as usize].map(f64::from));
         let away = p.map(|p| length(sub(p, ray.origin)));
@@ -296,7 +296,7 @@ pub struct Tally {
     pub hits: u64,
     /// Hits within the band of an edge, of another triangle or of an end of the ray.
     pub ties: u64,
-    /// Float64 rays whose crossings were counted, none of them within the band.
+    /// Float64 rays whose crossings were counted; no crossing is within the band.
     pub counted: u64,
     /// Query points.
     pub points: u64,

@@ -1,4 +1,4 @@
-//! Rays aimed at the edges and vertices of closed meshes; none may pass through.
+//! Rays aimed at the edges and vertices of closed meshes; no ray may pass through.
 #![allow(dead_code)]
 
 use std::sync::Arc;
@@ -39,7 +39,7 @@ pub struct Closed {
 
 const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
-/// A bumpy sphere of `rings` by `sectors`; `thin` squashes it along z.
+/// A bumpy sphere of `rings` by `sectors`; `thin` squashes the mesh along z.
 fn bumpy(
     name: &str,
     (rings, sectors): (usize, usize),
@@ -76,7 +76,7 @@ fn bumpy(
     Closed { name: name.into(), vertices, triangles, centre, room: 0.1 * size * thin.min(1.0), place }
 }
 
-/// Embree's offset, at which a crack of its early versions was found.
+/// The offset at which a crack was found in early versions of Embree.
 const FAR: [f32; 3] = [148_376.0, 1234.0, -223_423.0];
 
 /// Meshes of the trial.
@@ -167,7 +167,7 @@ impl Closed {
         [Coherence::Coherent, Coherence::Incoherent][rng.below(2)]
     }
 
-    /// Aims `n` rays at vertices and edges, from inside and from outside; none may pass through, in any query.
+    /// Aims `n` rays at vertices and edges, from inside and from outside; no ray may pass through in any query.
     pub fn trial(&self, scene: &Scene, n: usize, seed: u64) -> Tally {
         let mut rng = Rng(seed * 2 + 1);
         let mut tally = Tally::default();

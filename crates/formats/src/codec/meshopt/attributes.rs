@@ -18,7 +18,7 @@ enum ChannelMode {
     Bytes,
     /// Two 16-bit integers.
     Words,
-    /// XOR of one 32-bit integer, rotated to the right by this number of bits.
+    /// XOR with the previous 32-bit integer, rotated to the right by this number of bits.
     Xor(u32),
 }
 
@@ -115,7 +115,7 @@ fn read_packed(stream: &mut Stream<'_>, width: usize, deltas: &mut [u8; GROUP_EL
     let per_byte = 8 / width;
     let sentinel = (1 << width) - 1;
     for (i, delta) in deltas.iter_mut().enumerate() {
-        // Single bits start with the lowest, wider ones with the highest.
+        // Groups of single bits start with the lowest bit; groups of wider values start with the highest bits.
         let place = match width {
             1 => i % 8,
             _ => 8 - width * (1 + i % per_byte),

@@ -76,7 +76,7 @@ fn octahedral([x, y, one, rest]: [i32; 4], scale: f32) -> Option<[f32; 4]> {
     }
     let [mut x, mut y] = [x, y].map(|c| c as f32 / one as f32);
     let z = 1.0 - x.abs() - y.abs();
-    // The lower half is folded over the edges of the upper one.
+    // The lower half of the octahedron is folded over the edges of the upper half.
     let fold = z.min(0.0);
     x -= fold.copysign(x);
     y -= fold.copysign(y);
@@ -86,7 +86,7 @@ fn octahedral([x, y, one, rest]: [i32; 4], scale: f32) -> Option<[f32; 4]> {
 }
 
 /// Reconstructs a unit quaternion from its three smaller components; the lowest bits of the fourth component select the
-/// missing one.
+/// missing component.
 fn quaternion(v: [i16; 4]) -> Option<[i16; 4]> {
     let one = v[3] | 3;
     if !is_one(one.into()) {

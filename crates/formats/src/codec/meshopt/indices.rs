@@ -18,7 +18,7 @@ impl<T: Copy> RecentRing<T> {
         self.next = (self.next + 1) % 16;
     }
 
-    /// Entry that was pushed `age` pushes before the newest one.
+    /// Entry that was pushed `age` pushes before the newest entry.
     fn get(&self, age: u8) -> Result<T, String> {
         let entry = self.entries[(self.next + 15 - usize::from(age & 15)) % 16];
         entry.ok_or_else(|| "an index refers to a vertex or edge before the first one".into())
@@ -36,7 +36,7 @@ struct Triangles<'a> {
     vertices: RecentRing<u32>,
 }
 
-/// Decodes a free vertex: 0 is the next new one, 15 a difference, other codes an age.
+/// Decodes a free vertex: 0 is the next new vertex, 15 a difference, and other codes an age.
 const NEXT_VERTEX: u8 = 0;
 const EXPLICIT: u8 = 15;
 

@@ -70,7 +70,7 @@ pub(crate) struct AccessorView<'a> {
     pub(crate) normalized: bool,
     pub(crate) count: usize,
     pub(crate) stride: usize,
-    /// At least `(count - 1) * stride` plus one element.
+    /// The bytes contain at least `(count - 1) * stride` bytes plus one element.
     pub(crate) bytes: ByteSource<'a>,
 }
 
@@ -164,7 +164,7 @@ impl AccessorView<'_> {
         self.decode_checked::<S, N, V, T>(read, |_| true, make)
     }
 
-    /// Same, and true if the bytes of all elements are `valid`. Runs on several threads.
+    /// Same, and true if the bytes of all elements are `valid`. The function runs on several threads.
     fn decode_checked<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -233,7 +233,7 @@ impl AccessorView<'_> {
         ))
     }
 
-    /// Single integers in order, `N` at a time, and the number of remaining ones.
+    /// Iterates over single integers, `N` at a time; also returns the number of remaining integers.
     pub(crate) fn chunks<const N: usize>(mut self) -> Result<(Vec<[u32; N]>, usize)> {
         self.check_unsigned(1)?;
         let over = self.count % N;

@@ -49,7 +49,7 @@ impl<'a> Resources<'a> {
             let fault = |code: ErrorCode, message: String| {
                 FormatError::whole(&source.path, code.message(format!("{place}{message}")))
             };
-            // Compressed views may replace it.
+            // Decompressed views may replace the buffer.
             let mut views = root.buffer_views.iter();
             let unused = views.all(|view| view.buffer != i || is_compressed(view));
             let bytes = match (&buffer.uri, &container.binary) {
@@ -174,7 +174,7 @@ impl<'a> Resources<'a> {
         }
     }
 
-    /// Bytes of a view and its stride, or the reason why there are none.
+    /// A view's bytes and stride, or the reason why they cannot be read.
     pub(crate) fn bytes(&self, view: usize) -> Result<(ByteSource<'_>, Option<usize>), String> {
         match self.views.get(view) {
             Some(View { bytes, stride }) => Ok((

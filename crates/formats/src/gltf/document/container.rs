@@ -120,7 +120,7 @@ impl Container {
         // Some programs pad the chunk with these instead of spaces.
         let text = text.trim_end_matches('\0');
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        // Tracking the path takes time, so it is done only for errors.
+        // Tracking the JSON path takes time, so the path is determined only for errors.
         let root = match parse_objects::<Root>(text) {
             Ok(root) => root,
             Err(error) => {
@@ -194,7 +194,7 @@ struct AnyAsset {
     version: serde_json::Value,
 }
 
-/// Rejects versions other than 2.
+/// Rejects glTF versions other than 2.
 fn check_version(version: &str, path: &Path) -> Result<()> {
     if version.split('.').next() == Some("2") {
         return Ok(());

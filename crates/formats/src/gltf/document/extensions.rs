@@ -40,7 +40,8 @@ const SUPPORTED: &[&str] = &[
 /// Extensions that do not affect the image.
 const IGNORABLE: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
 
-/// Rejects a file that requires unsupported extensions, and adds a notice for unsupported ones that it uses.
+/// Rejects a file that requires unsupported extensions, and adds a notice for unsupported extensions that the file only
+/// uses.
 pub(crate) fn check(root: &Root, path: &Path, diagnostics: &mut Diagnostics) -> Result<()> {
     let known = |name: &String| SUPPORTED.contains(&&name[..]) || IGNORABLE.contains(&&name[..]);
     let unknown: Vec<&str> =

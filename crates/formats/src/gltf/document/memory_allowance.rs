@@ -26,7 +26,8 @@ impl MemoryAllowance {
         self.0.set(self.0.get().saturating_add(BYTES_PER_INPUT_BYTE * bytes as u64));
     }
 
-    /// Charges `count` elements of `size` bytes, before they are allocated. `place` names them in the error.
+    /// Charges `count` elements of `size` bytes, before they are allocated. `place` is the position in the document for
+    /// the error.
     pub(crate) fn charge(&self, path: &Path, place: &str, count: u64, size: u64) -> Result<()> {
         let (bytes, left) = (count.saturating_mul(size), self.0.get());
         let Some(rest) = left.checked_sub(bytes) else {

@@ -1,6 +1,7 @@
-//! The document: its container, JSON and bytes, and the accessors that read them. Independent of worlds.
+//! The glTF document: container, JSON and bytes, and the accessors that read the bytes. Independent of worlds.
 //!
-//! Errors and notices contain the position in the document and, if there is one, the code of Khronos' glTF-Validator.
+//! Errors and notices contain the position in the document and, if Khronos' glTF-Validator has a code for the problem,
+//! this code.
 
 pub(crate) mod accessor;
 pub(crate) mod accessor_view;

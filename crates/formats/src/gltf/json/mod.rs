@@ -1,7 +1,8 @@
 //! JSON of glTF 2.0 as typed data. Unknown keys are ignored, as the specification requires (section 3.12 on extensions,
 //! 3.13 on extras); required keys have required types.
 
-/// Objects of glTF's JSON, whose fields are in camel case or have the given name; all fields are optional.
+/// The objects of glTF's JSON. Field names are converted to camel case unless another name is given; all fields are
+/// optional.
 macro_rules! json_objects {
     ($($(#[$about:meta])* struct $name:ident {
         $($(#[$note:meta])* $($key:literal)? $field:ident: $type:ty,)*

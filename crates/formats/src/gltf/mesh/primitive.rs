@@ -33,7 +33,7 @@ pub(crate) struct PrimitiveReader<'a> {
 }
 
 impl PrimitiveReader<'_> {
-    /// Mesh of the primitive; `None` if it has no triangles.
+    /// Mesh of the primitive; `None` if the primitive has no triangles.
     pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>> {
         if !self.has_triangle_mode()? {
             return Ok(None);
@@ -133,7 +133,7 @@ impl PrimitiveReader<'_> {
         }
     }
 
-    /// Triangles of the primitive, whose attributes have `count` elements; `None` if it has none.
+    /// Triangles of the primitive, whose attributes have `count` elements; `None` if the primitive has no triangles.
     fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>> {
         let (triangles, over) = match self.primitive.mode {
             4 => source.corners::<3>(count)?,

@@ -110,7 +110,7 @@ impl SkinMorph {
         }
     }
 
-    /// Concatenates several primitives, each with its number of vertices; `None` if none is deformed.
+    /// Concatenates several primitives, each with its number of vertices; `None` if no primitive is deformed.
     pub(crate) fn concat(parts: &[(usize, Self)]) -> Option<Self> {
         let targets = parts.iter().map(|(_, part)| part.targets.len()).max()?;
         let sets = parts.iter().map(|(_, part)| part.joints.len()).max()?;
@@ -137,7 +137,7 @@ impl SkinMorph {
     }
 }
 
-/// Concatenates one array of all parts, with zeros for parts without it; `None` if no part has it.
+/// Concatenates one array over all parts, with zeros for parts without this array; `None` if no part has the array.
 fn gather_or_zero<T: Copy + Default>(
     parts: &[(usize, SkinMorph)],
     of: impl Fn(&SkinMorph) -> Option<&Vec<T>>,

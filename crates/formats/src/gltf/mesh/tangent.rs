@@ -66,7 +66,7 @@ pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     let unchanged = || (0..mesh.vertices.len() as u32).collect();
     let Some(uvs) = mesh.uv_set(set) else { return unchanged() };
     let mut corners = Corners { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()], uvs, mesh };
-    // Its error type has no variants yet; if it gets one, the mesh is unchanged.
+    // The library's error type has no variants yet; for a future error, the mesh is left unchanged.
     if bevy_mikktspace::generate_tangents(&mut corners).is_err() {
         return unchanged();
     }

@@ -31,7 +31,7 @@ impl Builder<'_, '_> {
         Ok(animations)
     }
 
-    /// Channels of the world for channel `index` of an animation: one per target.
+    /// Creates the world's channels, one per target, for channel `index` of an animation.
     fn channel(
         &mut self,
         animation: &str,

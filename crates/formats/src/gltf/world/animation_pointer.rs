@@ -130,14 +130,14 @@ pub(crate) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
     ("spot/outerConeAngle", LightProperty::OuterAngle),
 ];
 
-/// Index, and the path after it.
+/// Splits a path into an index and the remaining path.
 fn split_index(rest: &str) -> Option<(usize, &str)> {
     let (number, rest) = rest.split_once('/')?;
     Some((number.parse().ok()?, rest))
 }
 
 impl Document<'_> {
-    /// Targets of a pointer to anything except a node; `None` if raycam does not animate it.
+    /// Targets of a pointer to anything except a node; `None` if raycam does not animate this property.
     pub(crate) fn resolve_pointer(&self, pointer: &str) -> Option<Vec<AnimationTarget>> {
         let row = |found: bool, target| found.then(|| vec![target]);
         if let Some((mesh, "weights")) = pointer.strip_prefix("/meshes/").and_then(split_index) {

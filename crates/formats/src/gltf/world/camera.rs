@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::gltf::json;
 use crate::gltf::world::builder::Builder;
 
-/// Aspect ratio of a camera without one.
+/// Aspect ratio of a camera that does not specify one.
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
 /// Number of pixels in an image.
 const IMAGE_PIXELS: f64 = 640.0 * 480.0;

@@ -1,7 +1,8 @@
 //! `KHR_lights_punctual`.
 //!
-//! glTF's lights are photometric, in candela and lux; raycam's are radiometric. One glTF unit becomes one of raycam's,
-//! and one nit of an emissive material becomes one W/(m² sr): the same factor for all, which amounts to an exposure.
+//! glTF's lights are photometric, in candela and lux; raycam's are radiometric. Photometric glTF units become
+//! radiometric units with the factor 1: one candela becomes one W/sr, and one nit of an emissive material becomes one
+//! W/(m² sr). The common factor has the effect of an exposure.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 

@@ -264,7 +264,7 @@ impl Builder<'_, '_> {
         self.numbers(place, [value], range)[0]
     }
 
-    /// Numbers of a range; others are clamped, with a notice.
+    /// Clamps numbers to a range, with a notice.
     pub(crate) fn numbers<const N: usize>(&mut self, place: &str, values: [f64; N], [low, high]: [f64; 2]) -> [f32; N] {
         if values.iter().any(|v| !(low..=high).contains(v)) {
             let message = format!("{values:?} is clamped to the range {low} to {high} (VALUE_NOT_IN_RANGE)");

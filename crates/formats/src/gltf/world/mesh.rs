@@ -66,7 +66,7 @@ fn merge_primitives(mut parts: Vec<(Mesh, usize)>) -> Result<Option<(Mesh, Vec<u
     if parts.len() < 2 {
         return Ok(parts.pop().map(|(mesh, material)| (mesh, vec![material])));
     }
-    // One slot per primitive, even if materials are equal, because variants may distinguish them.
+    // Each primitive has its own slot, even if materials are equal, because variants may assign different materials.
     let materials: Vec<usize> = parts.iter().map(|(_, material)| *material).collect();
     let part =
         |(slot, (mesh, _)): (usize, (Mesh, usize))| MeshPart { name: String::new(), mesh, materials: vec![slot] };

@@ -21,7 +21,7 @@ struct NodeOrder {
 }
 
 impl Builder<'_, '_> {
-    /// Adds everything that the scene's nodes show, in its rest state.
+    /// Adds the objects, lights and cameras of the scene's nodes, in their rest state.
     pub(crate) fn nodes(&mut self) -> Result<()> {
         let document = self.document;
         let nodes = &document.root.nodes;
@@ -160,7 +160,7 @@ impl Builder<'_, '_> {
         Ok(scene.nodes.clone())
     }
 
-    /// Object of a node, or one for each of its instances.
+    /// Creates the object of a node, or an object for each instance of the node.
     fn objects(
         &mut self,
         index: usize,
@@ -209,7 +209,7 @@ impl Builder<'_, '_> {
                     }
                 }
             }
-            // A deformed object requires its own mesh: the first object uses the imported one.
+            // Each deformed object requires its own mesh; the first object uses the imported mesh.
             if let Some(shape) = shape
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)
             {
@@ -259,7 +259,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// `EXT_mesh_gpu_instancing`; a node without it has one instance at its own position.
+    /// Instances of `EXT_mesh_gpu_instancing`; a node without this extension has one instance at its own position.
     fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>> {
         let document = self.document;
         let Some(attributes) = node.extensions.instances() else { return Ok(vec![DAffine3::IDENTITY]) };
@@ -314,7 +314,7 @@ fn normalize_quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
 }
 
 impl Document<'_> {
-    /// Tree of nodes: each has at most one parent, and none is its own ancestor.
+    /// Tree of nodes: each node has at most one parent, and no node is its own ancestor.
     fn node_order(&self) -> Result<NodeOrder> {
         let nodes = &self.root.nodes;
         let mut parents = vec![None; nodes.len()];

@@ -30,7 +30,7 @@ impl Builder<'_, '_> {
         Ok(Some(TextureSlot { texture, uv_set: info.uv_set(), image_from_mesh: info.uv_transform().image_from_mesh() }))
     }
 
-    /// Texture for a use; `None` if it has no image.
+    /// Texture for a use; `None` if the texture has no image.
     fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>> {
         let document = self.document;
         let Some(texture) = self.item_or_notice(&document.root.textures, index, place) else {
@@ -73,7 +73,7 @@ impl Builder<'_, '_> {
         Ok(Some(added))
     }
 
-    /// Item with an index that is written at `place`; `None`, with a notice, if it does not exist.
+    /// Item with an index that is written at `place`; `None`, with a notice, if the item does not exist.
     fn item_or_notice<'b, T>(&mut self, all: &'b [T], index: usize, place: &str) -> Option<&'b T> {
         let found = all.get(index);
         if found.is_none() {
@@ -83,7 +83,7 @@ impl Builder<'_, '_> {
         found
     }
 
-    /// Image with an index; `None`, with a notice, if it is missing, truncated or of an unknown format.
+    /// Image with an index; `None`, with a notice, if the image is missing, truncated or has an unknown format.
     fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>> {
         if self.item_or_notice(&self.document.root.images, index, place).is_none() {
             return Ok(None);

@@ -52,7 +52,7 @@ impl Writer<'_> {
         items.len() - 1
     }
 
-    /// Adds a notice, unless it already exists.
+    /// Adds a notice, unless the same notice already exists.
     pub(crate) fn note(&mut self, code: NoticeCode, message: impl Into<String>) {
         let notice = Notice::new(code, message);
         if !self.notices.contains(&notice) {

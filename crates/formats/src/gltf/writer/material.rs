@@ -50,7 +50,7 @@ impl Writer<'_> {
                 factor(&mut pbr, "roughnessFactor", principled.roughness.value, 1.0);
                 self.metallic_roughness(&mut pbr, &material.name, principled)?;
             }
-            // As the extension recommends for readers that do not support it.
+            // A fallback value that the extension recommends for readers that do not support the extension.
             None => {
                 pbr.insert("metallicFactor".into(), json!(0));
                 pbr.insert("roughnessFactor".into(), json!(0.9));
@@ -278,7 +278,7 @@ impl Writer<'_> {
     }
 }
 
-/// Number, if it differs from its default.
+/// Writes a number if it differs from its default.
 fn factor(json: &mut Object, key: &str, value: f32, default: f32) {
     if value != default {
         json.insert(key.into(), json!(shortest_f32(value)));

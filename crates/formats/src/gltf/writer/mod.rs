@@ -23,10 +23,10 @@ use self::binary::BinaryChunk;
 use self::document::{Writer, WrittenMeshes, WrittenTextures};
 use crate::error::{FormatError, Result};
 
-/// Returns a GLB file of a world, with notices about everything that it cannot represent.
+/// Returns a GLB file of a world, and notices about everything that glTF cannot represent.
 ///
-/// Up is y in glTF: a z-up world is rotated by a root node above all others. Positions are float32; cameras have no
-/// size in pixels, no distortion and a centred principal point; lights are `KHR_lights_punctual`.
+/// Up is y in glTF: a z-up world is rotated by a root node above all other nodes. Positions are float32; cameras have
+/// no size in pixels, no distortion and a centred principal point; lights are `KHR_lights_punctual`.
 ///
 /// # Errors
 /// [`FormatError::Encode`] if the file would be longer than 4 GiB, the maximum of GLB.

@@ -66,8 +66,8 @@ impl Writer<'_> {
         roots
     }
 
-    /// Node tree, if the world is in its rest state. A world at another time is written without the animation, with a
-    /// notice.
+    /// The world's node tree, if the world is in its rest state. A world at another time is written without the
+    /// animation, with a notice.
     pub(super) fn rig(&mut self) -> Option<Arc<NodeTree>> {
         let rig = self.world.node_tree.clone()?;
         let rested = self.world.clone().at_rest().ok();
@@ -191,7 +191,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Returns one or two nodes with this placement; the index of the upper one.
+    /// Adds one or two nodes with this placement; returns the index of the upper node.
     fn placed(&mut self, world_from_node: DAffine3, leaf: Value) -> usize {
         let mut below = leaf;
         let mut index = 0;

@@ -116,7 +116,7 @@ impl Writer<'_> {
         png::encode(image.size, channels, Samples::U16(&samples))
     }
 
-    /// `KHR_texture_transform`, if a slot has one: translation * rotation * scale.
+    /// `KHR_texture_transform` of a slot with a transform: translation * rotation * scale.
     fn transform(&mut self, slot: &TextureSlot) -> Option<Value> {
         let [[a, b, x], [c, d, y]] = slot.image_from_mesh.map(|row| row.map(f64::from));
         if slot.image_from_mesh == TextureSlot::plain(0).image_from_mesh {

@@ -84,7 +84,7 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
         let short = || format!("truncated or damaged: invalid segment {marker:#04x}");
         match marker {
             0xc4 => found.huffman(segment).ok_or_else(short)?,
-            // A second image in one file is separate.
+            // A second image in the file is ignored.
             0xc0..=0xcf if !matches!(marker, 0xc8 | 0xcc) && found.components.is_empty() => {
                 found.frame(marker - 0xc0, segment).ok_or_else(short)?;
             }
@@ -105,7 +105,7 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
 }
 
 impl SegmentState {
-    /// Frame header. Other coding processes are left to the decoder.
+    /// Frame header. The decoder handles all other coding processes.
     fn frame(&mut self, kind: u8, segment: &[u8]) -> Option<()> {
         let (head, rest) = segment.split_first_chunk::<6>()?;
         let [_, high, low, wide, narrow, _] = *head;

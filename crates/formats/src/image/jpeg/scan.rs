@@ -5,11 +5,11 @@
 /// Component of the image.
 pub(super) struct FrameComponent {
     pub id: u8,
-    /// Number of its blocks in a unit of a scan with several components, across and down.
+    /// Number of the component's blocks, across and down, in a unit of a scan with several components.
     factors: [usize; 2],
     /// Indices of the tables of DC and AC in the scan.
     pub tables: [usize; 2],
-    /// Lowest bit of each coefficient that a scan has contained; `None` if there was none.
+    /// Lowest bit of each coefficient that a scan has contained; `None` if no such marker was found.
     pub bits: [Option<u8>; 64],
     /// Bit mask per block of the coefficients that are known not to be zero, on which refining scans depend.
     nonzero: Vec<u64>,
@@ -28,7 +28,7 @@ pub(super) enum ScanKind {
     Sequential,
     /// Coefficient 0, or its next bit.
     Dc { high: u8, low: u8 },
-    /// These coefficients of one component, or their next bit.
+    /// The scan contains these coefficients of one component, or the next bit of these coefficients.
     Ac { first: u8, last: u8, high: u8, low: u8 },
 }
 
@@ -43,7 +43,7 @@ impl ScanKind {
         }
     }
 
-    /// True if such a scan has one component only.
+    /// True if such a scan has only one component.
     pub(super) fn is_single_component(self) -> bool {
         matches!(self, Self::Ac { .. })
     }
@@ -60,8 +60,8 @@ pub(super) struct HuffmanTable {
 
 const FAST_BITS: u32 = 9;
 
-/// Some programs omit the last bits, which readers reconstruct. With at least this many units, the last one may be
-/// missing.
+/// Some programs omit the last bits, which readers reconstruct. If the scan has at least this number of units, the last
+/// unit may be missing.
 const MAX_MISSING_TAIL: usize = 64;
 
 impl HuffmanTable {
@@ -258,7 +258,7 @@ impl Scan<'_> {
             }
         };
         for bits in &mut component.bits[range] {
-            // Either the first bit, or one bit lower than before.
+            // The scan contains either the first bit, or the bit below the previous bit.
             if *bits != (high > 0).then_some(high) {
                 return Err("contains bits in the wrong order".to_owned());
             }
@@ -323,7 +323,7 @@ impl Scan<'_> {
             bits.skip(size.into())?;
             if refined {
                 (size < 2).then_some(())?;
-                // This many coefficients are still zero; each non-zero one has a bit.
+                // This number of coefficients stays zero; each nonzero coefficient on the way has a correction bit.
                 while k <= last {
                     if *nonzero >> k & 1 == 1 {
                         bits.skip(1)?;

@@ -48,7 +48,7 @@ impl Presented {
         }
     }
 
-    /// Bytes of the rows of a chunk, or of the whole image.
+    /// Sizes in bytes of the rows of a chunk or of the whole image.
     fn bytes(&self, [columns, rows]: [u32; 2], interleaved: usize) -> u64 {
         u64::from(rows) * (u64::from(columns) * (interleaved * self.bits) as u64).div_ceil(8)
     }
@@ -116,7 +116,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
     let expected = across * down * if layout.planar { layout.samples } else { 1 };
     let counts = match tags.numbers(count_tag) {
         Some(counts) => counts,
-        // Old programs omit them if they follow from the size.
+        // Old programs omit these tags if the values follow from the size.
         None if layout.compression == UNCOMPRESSED && offsets.len() == 1 => {
             vec![unpacked.min(file.bytes.len() as u64 - offsets[0].min(file.bytes.len() as u64))]
         }

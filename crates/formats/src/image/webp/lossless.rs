@@ -2,7 +2,7 @@
 //!
 //! Source: RFC 9649, 3.4 (header), 3.5 (transforms), 3.6 (prefix-coded data and codes).
 
-/// Minimum number of bits of a code's table in the decoder, and how much of that a stream may use.
+/// Minimum number of bits of a code's table in the decoder, and the share of this memory that a stream may use.
 const MIN_TABLE_BYTES: usize = 32 << 20;
 const TABLE_BYTES_PER_INPUT_BYTE: usize = 16;
 
@@ -23,7 +23,7 @@ struct HuffmanCode {
 /// The five codes of a part of an image: green, lengths and cached colours; red; blue; alpha; distances.
 type CodeGroup = [HuffmanCode; 5];
 
-/// Codes of an image, and which of them each block uses.
+/// Codes of an image, and the index of the code that each block uses.
 struct CodeGroups {
     groups: Vec<CodeGroup>,
     /// Base-2 logarithm of a block's side in pixels; an image with one group has no blocks.
@@ -72,7 +72,7 @@ impl<'a> LosslessValidator<'a> {
         let mut seen = [false; 4];
         while self.read_bits(1)? == 1 {
             let kind = self.read_bits(2)?;
-            // Each transform at most once.
+            // Each transform may occur at most once.
             if std::mem::replace(&mut seen[kind], true) {
                 return None;
             }
@@ -85,7 +85,7 @@ impl<'a> LosslessValidator<'a> {
                 _ => {
                     let colors = self.read_bits(8)? + 1;
                     self.entropy_image([colors, 1], None)?;
-                    // As many indices in one pixel as fit.
+                    // One pixel contains as many indices as fit.
                     let bits = match colors {
                         1..=2 => 3,
                         3..=4 => 2,
@@ -113,7 +113,7 @@ impl<'a> LosslessValidator<'a> {
         self.entropy_coded_pixels(size, &groups, cache, None)
     }
 
-    /// Small image that belongs to a larger one.
+    /// Small image that belongs to a larger image.
     fn entropy_image(&mut self, size: [usize; 2], colors: Option<&mut Vec<u32>>) -> Option<()> {
         let cache = self.color_cache_bits()?;
         let groups = self.read_code_groups(1, cache, [0; 2], Vec::new())?;

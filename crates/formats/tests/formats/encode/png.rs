@@ -28,7 +28,7 @@ fn png_files_round_trip_samples_and_are_marked_as_srgb() {
 }
 
 #[test]
-fn samples_of_the_wrong_number_are_refused() {
+fn wrong_numbers_of_samples_are_refused() {
     for (size, channels, count) in [([5, 3], 3, 44), ([5, 3], 5, 75), ([0, 3], 3, 0), ([1 << 31, 1 << 31], 4, 0)] {
         let error = encode(size, channels, Samples::U8(&vec![0; count])).unwrap_err();
         assert!(error.to_string().starts_with("PNG: "), "{error}");

@@ -114,7 +114,7 @@ fn vertex_colours_are_read_as_srgb() {
 }
 
 #[test]
-fn corners_without_a_normal_are_flat_next_to_corners_with_one() {
+fn corners_without_normals_are_flat_next_to_smooth_corners() {
     let mesh =
         mesh("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1 2 3\nf 1//2 2//1 3//1\n");
     let normals = mesh.normals.unwrap();

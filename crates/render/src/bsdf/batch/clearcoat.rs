@@ -5,7 +5,7 @@ use crate::lobes::clearcoat::Clearcoat;
 use crate::lobes::ggx::Ggx;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Coat of every lane that has one.
+/// Clearcoat of every lane whose material has a clearcoat.
 #[derive(Debug, Default)]
 pub(crate) struct ClearcoatLanes {
     pub is_active: [bool; LANES],

@@ -99,7 +99,7 @@ pub(crate) struct ActiveLanes {
     pub normals: Vec3xN<f32, LANES>,
 }
 
-/// Model with its lanes and the values computed for them.
+/// A model, its lanes, and the values computed for these lanes.
 #[derive(Default)]
 pub(crate) struct BsdfBatch<M: BatchModel> {
     pub lanes: ActiveLanes,
@@ -149,7 +149,7 @@ impl<M: BatchModel> BsdfBatch<M> {
 }
 
 impl<M: LayeredBatchModel> BsdfBatch<M> {
-    /// Activates a lane if the model supports the material at a hit. Returns true if it does.
+    /// Activates a lane if the model supports the material at a hit. Returns true if the model supports this.
     #[inline]
     pub fn load(&mut self, lane: usize, hit: &MaterialHit) -> bool {
         let Some(stack) = hit.layer_stack() else {

@@ -18,7 +18,7 @@ use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemispher
 use crate::prepare::geometry::Geometry;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Isotropic rough interfaces that refract, without other layers.
+/// Isotropic rough refracting interfaces without other layers.
 #[derive(Debug, Default)]
 pub(crate) struct RoughDielectricModel {
     /// Index of the far side relative to the viewer's side.
@@ -69,7 +69,7 @@ struct FacetLanes {
     pdfs: [f32; LANES],
 }
 
-/// Table that a lane used last; most neighbours use the same table.
+/// The table that was last used; most neighbouring lanes use the same table.
 type CachedLoss<'a> = Option<(u32, f32, EnergyLoss<'a>)>;
 
 impl LayeredBatchModel for RoughDielectricModel {

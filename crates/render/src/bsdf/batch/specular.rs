@@ -15,7 +15,7 @@ use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 /// Factor by which each branch of a split path is followed more often than in proportion to its fraction of the light.
 const SPLIT_OVERSAMPLING: f32 = 3.0;
 
-/// Smooth interfaces without other layers.
+/// Smooth interfaces that have no other layers.
 #[derive(Debug, Default)]
 pub(crate) struct SpecularModel {
     is_conductor: [bool; LANES],

@@ -20,7 +20,7 @@ use crate::interaction::ray_cone::RayCone;
 use crate::prepare::world::PreparedWorld;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane, set_triangle};
 
-/// One ball of each of these materials.
+/// A world with one ball per material.
 fn world(models: &[MaterialModel]) -> PreparedWorld {
     let mut world = World::default();
     let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
@@ -247,7 +247,7 @@ fn glossy_lanes_equal_single_points() {
         layered([0.5, 0.2], [0.3, 0.6, 0.2]),
         layered([0.0, 0.0], [0.9; 3]),
     ]);
-    // Only the principled material, only metal, only coats, and all of them.
+    // Cases with only principled materials, only metals, only clearcoats, and all materials.
     let counts = compare::<GlossyModel>(&world, |i| match i / LANES % 4 {
         0 => i % 3,
         1 => 3 + i % 2,

@@ -1,4 +1,5 @@
-//! Samples have the density that is reported for them, and the density integrates to one.
+//! These tests check that samples are distributed according to the reported density, and that the density integrates to
+//! one.
 
 use std::f64::consts::TAU;
 
@@ -23,7 +24,8 @@ impl Chart {
         Self { center, right, up, side }
     }
 
-    /// Direction at a point of the unit square, with its solid angle per area; `None` if it is on the other side.
+    /// Direction at a point of the unit square, with its solid angle per area; `None` if the direction is on the other
+    /// side.
     fn at(&self, place: DVec2) -> Option<(DVec3, f64)> {
         let height = 2.0 * place.x.powi(4);
         let (sin, cos) = (TAU * place.y).sin_cos();

@@ -1,4 +1,4 @@
-//! Diffuse lanes on a ball, some of them guided: their samples equal those of single points.
+//! Diffuse lanes on a ball, some with path guiding, have the same samples as single points.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raycam_bvh::{Hit, dispatch_simd};

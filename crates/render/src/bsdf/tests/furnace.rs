@@ -112,7 +112,7 @@ fn mixed_transmission_conserves_energy() {
 
 /// Losses of materials as stated in `docs/light-and-material.md`: roughness 0.1, 0.3, 0.6 and 1, in percent.
 #[test]
-fn documented_losses_equal_the_measured_ones() {
+fn documented_losses_equal_the_measured_losses() {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/light-and-material.md");
     let page = std::fs::read_to_string(page).unwrap();
     let (_, lossy) = all();

@@ -30,7 +30,7 @@ fn is_proof() -> bool {
     std::env::var_os("RAYCAM_PROOF").is_some()
 }
 
-/// A flat surface seen at an angle, in degrees.
+/// A flat surface that is viewed at an angle given in degrees.
 fn frame(degrees: f32, turn: f32) -> ShadingFrame {
     let (sin, cos) = degrees.to_radians().sin_cos();
     seen_from(Vec3::new(sin * turn.cos(), sin * turn.sin(), cos))
@@ -114,7 +114,7 @@ type Make = Box<dyn Fn(&ShadingFrame) -> Bsdf<'static>>;
 /// Name with roughness, and constructor.
 type Named = Vec<(String, Make)>;
 
-/// All kinds of scattering by name: lossless ones, and the rest.
+/// All kinds of scattering by name: first the lossless kinds, then the others.
 fn all() -> (Named, Named) {
     fn layers(name: String, make: impl Fn(&ShadingFrame) -> LayerStack<'static> + 'static) -> (String, Make) {
         let make = move |frame: &ShadingFrame| Bsdf::Layered(LayeredBsdf::new(make(frame), frame));

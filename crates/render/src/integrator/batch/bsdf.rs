@@ -7,7 +7,7 @@ use crate::bsdf::batch::specular::SpecularModel;
 use crate::bsdf::batch::{BsdfBatch, BsdfEvals, LaneContext, LaneRandoms};
 use crate::soa::{LANES, Vec3xN, set_lane};
 
-/// One batch for each kind of BSDF; a lane is active in at most one of them.
+/// One batch for each kind of BSDF; a lane is active in at most one batch.
 #[derive(Default)]
 pub(crate) struct BatchBsdf {
     pub diffuse: BsdfBatch<DiffuseModel>,

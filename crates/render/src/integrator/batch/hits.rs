@@ -51,8 +51,8 @@ pub(crate) struct HitBatch {
 }
 
 impl HitBatch {
-    /// Draws the random numbers of a bounce and gathers the triangles of its hits. Each is one pass over all hits:
-    /// triangles are scattered in memory, and their cache misses overlap.
+    /// Draws the random numbers of a bounce and gathers the triangles of its hits. Each step is one pass over all hits,
+    /// so that the cache misses of the triangles, which are scattered in memory, overlap.
     pub fn begin_bounce(&mut self, tracer: &PathTracer, paths: &[PathState], active: &[u32], hits: &[Hit]) {
         self.draw_randoms(tracer, paths, active);
         let chunks = hits.chunks(LANES);
@@ -78,7 +78,7 @@ impl HitBatch {
         let out = &mut self.bsdf_randoms;
         let has_lights = modes.has_light_samples();
         let has_choice = modes.needs_light_choice() || modes.needs_lobe_choice;
-        // Drawing the dimensions of one group together is fastest.
+        // It is fastest to draw all dimensions of a group together.
         match (has_lights, has_choice) {
             (true, true) => {
                 let dimensions = [bsdf, light, choice];

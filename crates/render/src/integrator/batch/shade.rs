@@ -49,7 +49,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// [`PathTracer::shade`] for a lane whose BSDF is batched.
+    /// [`PathTracer::shade`] for a lane with a batched BSDF.
     #[inline]
     fn shade_batch<M: BatchModel>(
         &self,
@@ -112,7 +112,7 @@ impl PathTracer<'_> {
         continues
     }
 
-    /// Queues the shadow rays of a lane: those evaluated for the chunk, or otherwise those of that lane alone.
+    /// Queues the shadow rays of a lane: the rays evaluated for the chunk, or otherwise rays computed for this lane.
     #[inline(always)]
     fn queue_direct_lighting<M: BatchModel>(
         &self,

@@ -41,7 +41,7 @@ impl EnvironmentImage {
     /// Prefetches the texels of a lane.
     #[inline]
     pub fn prefetch<const N: usize>(&self, taps: &BilinearTaps<N>, lane: usize) {
-        // High dynamic range images are stored as float32; others take a quarter of the memory.
+        // High dynamic range images are stored as float32; other images take a quarter of this memory.
         if let Texels::Float(texels) = &self.image.texels {
             let [above, below] = self.indices(taps, lane);
             for index in above.into_iter().chain(below) {

@@ -11,7 +11,7 @@ use crate::soa::{Vec3xN, get_lane, set_lane};
 /// Orientation of an equirectangular image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EquirectFrame {
-    /// Rows: image centre, left of it, up.
+    /// The rows are the directions of the image centre, of 90 degrees to its left, and up.
     panorama_from_world: DMat3,
     /// Float32 copy for per-ray use.
     rounded: Mat3,

@@ -236,7 +236,7 @@ mod tests {
 
     use super::*;
 
-    /// Environment of an image whose texels all differ.
+    /// An environment with an image in which all texels have different values.
     fn made(size: [u32; 2]) -> (EnvironmentLight, Texture) {
         let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 503 % 1009) as f32 / 100.0);
         let image = Arc::new(Image::new("", size, Texels::Float((0..size[0] * size[1]).map(texel).collect())));
@@ -273,7 +273,7 @@ mod tests {
     const COUNTS: [usize; 5] = [0, 1, LOOKUP_BLOCK - 1, LOOKUP_BLOCK, 3 * LOOKUP_BLOCK + 5];
 
     #[test]
-    fn batched_image_lookups_equal_single_ones() {
+    fn batched_image_lookups_equal_single_lookups() {
         for size in [[1, 1], [2, 1], [37, 20], [512, 256]] {
             let (environment, texture) = made(size);
             for count in COUNTS {
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn batched_sky_lookups_equal_single_ones() {
+    fn batched_sky_lookups_equal_single_lookups() {
         let made = || PreethamSky::new(Up::Y, DVec3::new(1.0, -0.4, 0.2), 3.0, 1.5).0;
         let (environment, sky) = (EnvironmentLight::of_sky(made(), Up::Y, &[]), made());
         for count in COUNTS {

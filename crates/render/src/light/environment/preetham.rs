@@ -121,7 +121,7 @@ impl<const N: usize> WithSimd for EvaluateSky<'_, N> {
 }
 
 /// Distance to the sun on the unit sphere, from 0 to 1: the chord to the sun or, if that is shorter, to the opposite
-/// direction. Near the sun it is almost the angle, without computing an arc cosine.
+/// direction. Near the sun, this value is almost equal to the angle and does not require an arc cosine.
 #[inline(always)]
 fn sun_distance(direction: Vec3, sun: Vec3) -> f32 {
     let position = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);

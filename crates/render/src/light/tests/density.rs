@@ -146,7 +146,7 @@ fn light_samples_follow_their_density() {
         assert!((total - 1.0).abs() < 1e-3, "{name}: the density integrates to {total}");
         let mut found = vec![0u32; CELLS * CELLS];
         for n in 0..SAMPLES {
-            // Independent random numbers: the test would pass too easily with stratified ones.
+            // The test uses independent random numbers, because it would pass too easily with stratified numbers.
             let random = Sampler::new(11, 0, [n, 1], 0).get_2d(Dimension::PixelFilter);
             let sample = source.sample(&from, random).expect("the light is there");
             let place = (chart.of)(sample.direction.as_dvec3()) * CELLS as f64;

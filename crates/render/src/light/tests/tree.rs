@@ -9,7 +9,7 @@ use crate::light::light_sampling::LightSampling;
 use crate::light::tree::{LightTree, MAX_SPLIT_LIGHTS};
 use crate::prepare::world::PreparedWorld;
 
-/// Point, spot and rectangle lights at random positions, one of them without power.
+/// Point, spot and rectangle lights at random positions; one light has no power.
 fn many() -> Vec<Light> {
     let at = |i: u32| {
         let [x, y] = random(3 * i);
@@ -61,7 +61,8 @@ fn tree_of(lights: &[Light]) -> (LightTree, usize) {
     (LightTree::new(&bounds), bounds.len())
 }
 
-/// A curved panel of small lights of different powers, five metres above. From most points, parts of it count as alike.
+/// A curved panel of small lights of different powers, five metres above. At most points, parts of this tree count as
+/// groups of similar lights.
 fn panel() -> Vec<LightBounds> {
     (0..400)
         .map(|i| {
@@ -117,7 +118,7 @@ fn light_choice_is_unbiased() {
     let lights = lights(&many);
     let nothing = PreparedWorld::new(&raycam_scene::World::default(), None, None, &crate::Control::new()).unwrap();
     let from = LightSampleContext { position: DVec3::new(0.3, -0.2, 0.0), normal: Vec3::Z };
-    // Each light alone, and all lights with either selection.
+    // Cases with each light alone, and with all lights for both kinds of selection.
     let alone: f64 = many.iter().map(|light| irradiance(&source(light.clone()), &from, 1 << 10)).sum();
     for choice in [LightSampling::Importance, LightSampling::Uniform] {
         let one = |n: u32| {

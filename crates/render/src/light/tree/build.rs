@@ -7,7 +7,7 @@ use crate::light::bounds::LightBounds;
 use crate::light::tree::node::{Child, LightTreeNode};
 use crate::soa::LANES;
 
-/// Lights of one future child: end index and approximate cost.
+/// The lights that will belong to one child: end index and approximate cost.
 struct ChildGroup {
     end: usize,
     cost: f32,
@@ -70,8 +70,8 @@ pub(crate) fn union_of(lights: &[LightBounds], some: impl Iterator<Item = u32>) 
     bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()
 }
 
-/// About [`MAX_SAMPLED_LIGHTS`] lights of a group, or all of them. The stride is odd, so that regular scenes are not
-/// sampled on one side only.
+/// About [`MAX_SAMPLED_LIGHTS`] lights of a group, or all lights of a small group. The stride is odd, so that regular
+/// scenes are not sampled on one side only.
 fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
     group.iter().copied().step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
 }
@@ -85,7 +85,8 @@ fn split_all(lights: &[LightBounds], group: &mut [u32]) -> Vec<usize> {
     (1..=group.len()).collect()
 }
 
-/// Splits the most expensive group until the node is full; by count without `planes`. Returns the ends.
+/// Splits the most expensive group until the node is full; without `planes`, groups are split by count. Returns the
+/// ends.
 fn split_groups(lights: &[LightBounds], group: &mut [u32], planes: bool) -> Vec<usize> {
     let part = |group: &[u32], end: usize| {
         let some = subsample(group);

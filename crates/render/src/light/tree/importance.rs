@@ -1,4 +1,4 @@
-//! Importances of a node's children: of one node at many points, or of any node at one point.
+//! Importances of a node's children: for one node at many points, or for any node at one point.
 
 use raycam_bvh::{WithSimd, dispatch_simd};
 
@@ -84,7 +84,7 @@ mod tests {
     use crate::soa::{lane_dvec3, set_lane};
 
     #[test]
-    fn batched_importances_equal_single_ones() {
+    fn batched_importances_equal_single_importances() {
         let place = |i: usize| {
             let angle = i as f64;
             DVec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin())

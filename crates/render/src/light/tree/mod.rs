@@ -16,7 +16,7 @@ use crate::light::tree::importance::LightTreeContext;
 use crate::light::tree::node::{Child, ChildProbabilities, LightTreeNode, ParentLink};
 use crate::light::tree::power_table::PowerTable;
 
-/// Tree over the bounds of lights; light indices are those of the input.
+/// Tree over the bounds of lights; the light indices refer to the input.
 #[derive(Debug, Default)]
 pub(crate) struct LightTree {
     /// Root first.
@@ -97,7 +97,7 @@ impl LightTree {
         self.bounds.map_or(0.0, |all| f64::from(all.phi))
     }
 
-    /// Root of a tree of one node.
+    /// The root of a tree that consists of one node.
     pub fn only_node(&self) -> Option<&LightTreeNode> {
         match &*self.nodes {
             [node] => Some(node),
@@ -111,7 +111,7 @@ impl LightTree {
         self.bounds.map_or(0.0, |all| f64::from(all.importance(position, from.normal)))
     }
 
-    /// Samples a light by a number in 0..1; returns it and its probability.
+    /// Samples a light by a number in 0..1; returns the light and its probability.
     pub fn sample(&self, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
         if self.is_empty() {
             return None;
@@ -140,8 +140,8 @@ impl LightTree {
         }
     }
 
-    /// Selects several lights: all of them up to [`MAX_SPLIT_LIGHTS`], otherwise that many by stratified numbers.
-    /// Reports each with its index and expected count.
+    /// Selects several lights: all lights up to [`MAX_SPLIT_LIGHTS`], otherwise this number of lights by stratified
+    /// numbers. Reports each with its index and expected count.
     pub fn sample_split(&self, from: &LightTreeContext, number: f64, mut report: impl FnMut(usize, usize, f64)) {
         if self.is_empty() {
             return;

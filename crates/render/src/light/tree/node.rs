@@ -144,8 +144,8 @@ impl ChildProbabilities {
         if self.is_possible(child) { f64::from(self.weights[child]) / self.sums[LANES - 1] } else { 0.0 }
     }
 
-    /// Samples a child by a number in 0..1; returns it, its probability, and the number rescaled to 0..1. `None` if no
-    /// child can be selected.
+    /// Samples a child by a number in 0..1; returns the child, its probability, and the number rescaled to 0..1. `None`
+    /// if no child can be selected.
     pub fn sample(&self, number: f64) -> Option<(usize, f64, f64)> {
         let target = number * self.sums[LANES - 1];
         let passed = |&end: &f64| usize::from(end <= target);

@@ -33,7 +33,7 @@ impl PowerTable {
         if place == 0 { 0.0 } else { self.sums[place - 1] }
     }
 
-    /// Samples a light of a range by a number in 0..1; returns it and its probability.
+    /// Samples a light of a range by a number in 0..1; returns the light and its probability.
     pub fn sample(&self, [start, end]: [u32; 2], number: f64) -> (usize, f64) {
         let [start, end] = [start, end].map(|place| place as usize);
         let (low, high) = (self.before(start), self.sums[end - 1]);

@@ -13,7 +13,7 @@ const DIRECTIONS: u32 = 32;
 /// Tolerance of an inverse in focal lengths, relative to 1 + the distance from the axis.
 const TOLERANCE: f64 = 1e-13;
 
-/// Distortion coefficients; 0 for those that a model does not have.
+/// Distortion coefficients; coefficients that a model does not have are 0.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BrownTerms {
     /// Coefficients of r², r⁴, ... in the numerator of the radial factor, and in its denominator.
@@ -144,7 +144,7 @@ impl BrownConrady {
         near.and_then(|near| self.newton_from(target, near)).or_else(|| self.solve_inverse(target, distance))
     }
 
-    /// A few steps from a good initial guess.
+    /// Newton's method with a few steps, from a good initial guess.
     fn newton_from(&self, target: DVec2, mut at: DVec2) -> Option<DVec2> {
         for _ in 0..4 {
             let (found, jacobian) = self.regular(at)?;

@@ -61,8 +61,8 @@ pub enum Lens {
 }
 
 impl Lens {
-    /// Creates the lens of a model and its coefficients. Zero coefficients of [`LensModel::OpenCv`] and
-    /// [`LensModel::Division`] give a pinhole, those of [`LensModel::Fisheye`] the equidistant fisheye.
+    /// Creates the lens of a model and its coefficients. Zero coefficients give a pinhole for [`LensModel::OpenCv`] and
+    /// [`LensModel::Division`], and the equidistant fisheye for [`LensModel::Fisheye`].
     ///
     /// # Errors
     /// [`SceneError::Camera`] if the model does not have this number of coefficients, or if values are not finite or
@@ -180,7 +180,7 @@ impl Lens {
     }
 
     /// Point of the undistorted plane that has this image, for a lens with an iterative inverse; `near` is an initial
-    /// guess. `None` for other lenses.
+    /// guess. `None` for lenses of any other model.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match self {
             Lens::OpenCv(lens) => lens.undistort_plane(image, near),

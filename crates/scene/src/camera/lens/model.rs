@@ -70,7 +70,7 @@ impl LensModel {
         }
     }
 
-    /// Names of its coefficients, in the order of `distortion`; a camera may use only the first few.
+    /// Names of the model's coefficients, in the order of `distortion`; a camera may use only the first few.
     pub fn coefficient_names(self) -> &'static [&'static str] {
         match self {
             Self::OpenCv => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x", "tau_y"],
@@ -100,7 +100,7 @@ impl LensModel {
         })
     }
 
-    /// True if it is a panorama, which has no coefficients and repeats every 360 degrees.
+    /// True if the model is a panorama, which has no coefficients and repeats every 360 degrees.
     pub fn is_panorama(self) -> bool {
         matches!(self, Self::Equirectangular | Self::Cylindrical)
     }

@@ -9,8 +9,8 @@ use super::brown::{BrownConrady, BrownTerms};
 use super::model::{LensModel, wrong_count};
 use crate::error::Result;
 
-/// Distortion of the equidistant plane, in which a direction at the angle θ to the axis has the radius θ. It is used on
-/// a disc, at most 180 degrees from the axis, on which it is one-to-one.
+/// Distortion of the equidistant plane, in which a direction at the angle θ to the axis has the radius θ. The model is
+/// used on a disc, at most 180 degrees from the axis, on which it is one-to-one.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PrismFisheye {
     given: Vec<f64>,
@@ -43,7 +43,8 @@ impl PrismFisheye {
         };
         let terms = BrownTerms {
             numerator: [k0, k1, k2, k3, k4, k5],
-            // Its tangential coefficients belong to x and y, those of Brown's formula to y and x.
+            // The tangential coefficients of this model belong to x and y; the coefficients of Brown's formula belong
+            // to y and x.
             tangential: [p1, p0],
             prism: [s0, s1, s2, s3],
             tangential_after_radial: true,

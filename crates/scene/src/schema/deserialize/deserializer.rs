@@ -23,7 +23,7 @@ const TAG: &str = "type";
 pub struct ValueDeserializer<'a>(pub &'a SpannedValue);
 
 impl ValueDeserializer<'_> {
-    /// Its number, if it is one.
+    /// The value as a number, if it is a number.
     fn number(self) -> Option<Number> {
         match &self.0.value {
             Value::Integer(v) => Some(Number::Integer(*v)),
@@ -34,7 +34,7 @@ impl ValueDeserializer<'_> {
         }
     }
 
-    /// Adds the position to an error that has none yet.
+    /// Adds the position to an error that does not have a position yet.
     fn with_span<T>(self, result: Result<T, DeError>) -> Result<T, DeError> {
         result.map_err(|fault| fault.with_span(&self.0.span))
     }

@@ -1,4 +1,4 @@
-//! Numbers, and arrays of them.
+//! Numbers, and arrays of numbers.
 
 use std::fmt::Debug;
 

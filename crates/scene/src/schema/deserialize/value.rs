@@ -73,7 +73,7 @@ impl SpannedValue {
         for segment in path.split(['.', '[']).filter(|segment| !segment.is_empty()) {
             let found = match (&node.value, segment.strip_suffix(']')) {
                 (Value::List(items), Some(index)) => index.parse().ok().and_then(|i: usize| items.get(i)),
-                // A table counts as a list of one.
+                // A single table is accepted in place of a list with one table.
                 (Value::Table(_), Some("0")) => Some(node),
                 (Value::Table(entries), None) => entries.iter().find(|entry| entry.key == segment).map(|entry| {
                     span = entry.key_span.clone().or(span.take());

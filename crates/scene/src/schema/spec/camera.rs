@@ -171,7 +171,7 @@ impl CameraSpec {
         Ok(())
     }
 
-    /// The camera before it moves.
+    /// The camera at rest, before its motion is added.
     fn build_static(&self, up: Up) -> Result<Camera> {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
@@ -269,7 +269,7 @@ impl CameraSpec {
         Ok(k)
     }
 
-    /// Returns the keys that are present, except those of the pose.
+    /// Returns the present keys, except for the keys of the pose.
     fn keys(&self) -> Keys<9> {
         Keys(by_key! { self, is_some:
             focal, fov, "K" k, height, matrix, skew, principal_point, distortion, lens,

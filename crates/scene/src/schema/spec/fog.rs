@@ -28,7 +28,7 @@ pub struct FogSpec {
 }
 
 impl FogSpec {
-    /// The fog that it describes.
+    /// Returns the described fog.
     ///
     /// # Errors
     /// [`SceneError::Schema`]: both or none of `visibility` and `extinction`, and the errors of [`Fog::validate`].

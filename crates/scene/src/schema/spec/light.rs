@@ -25,8 +25,8 @@ pub struct LightSpec {
 #[derive(Clone, Debug, Default, serde::Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct CommonKeys {
-    /// Name by which the channel `light:NAME` refers to the light. Default: its type, with a number if it is not the
-    /// first.
+    /// Name by which the channel `light:NAME` refers to the light. Default: the light's type, with a number if other
+    /// lights have the same name.
     name: Option<String>,
     /// Rays that find the light. With `camera = false`, the camera does not see it; with `reflection = false`, mirrors
     /// and glass do not show it; with `light = false`, it illuminates nothing, such as an environment that is only the

@@ -51,7 +51,7 @@ written_schema!(MediumSpec, "Medium", |generator| {
 });
 
 impl MediumSpec {
-    /// The medium that it describes.
+    /// Returns the described medium.
     ///
     /// # Errors
     /// [`SceneError::Schema`]: an unknown name, and the errors of [`Medium::validate`].

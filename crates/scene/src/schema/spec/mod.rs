@@ -1,4 +1,5 @@
-//! Tables of a world file, as structs: one file per table. They define the keys; `schema` builds the described parts.
+//! The tables of a world file as structs, with one source file per table. They define the keys; `schema` builds the
+//! described parts.
 
 pub(crate) mod camera;
 pub(crate) mod displace;

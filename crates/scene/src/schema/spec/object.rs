@@ -22,10 +22,10 @@ pub struct ObjectSpec {
     /// first use.
     pub category: Option<Category>,
 
-    /// False hides the object: it is excluded from images, shadows, light and queries, and keeps its index. A table such
-    /// as { camera = false, shadow = true, reflection = true } hides it from some rays only: from the camera, from
-    /// lights, on which it then casts no shadow, or from mirrors, glass and indirect light. Queries still find it.
-    /// Default: true.
+    /// False hides the object: it is excluded from images, shadows, light and queries, and keeps its index. A table
+    /// such as { camera = false, shadow = true, reflection = true } hides it from some rays only: from the camera, from
+    /// lights, on which it then casts no shadow, or from mirrors, glass and indirect light. Queries still find the
+    /// object. Default: true.
     pub visible: Option<Visible>,
     /// True if images with a transparent background or a camera's background show the object's shadows but not the
     /// object, for example for a ground that the photo already shows. Default: false.
@@ -134,7 +134,7 @@ pub struct ObjectSpec {
     /// With type = "glass" or "principled": distance in metres; default: no absorption.
     pub attenuation_distance: Option<f32>,
     /// With type = "glass" or "principled": a whole number, default 0. Where closed meshes of clear media overlap, the
-    /// medium with the highest priority fills the space; among equals, the inner one.
+    /// medium with the highest priority fills the space; among equal priorities, the inner medium.
     pub priority: Option<i32>,
     /// With type = "glass", "principled" or "boundary": the matter inside of the closed mesh, by the name of a preset or by
     /// its coefficients per metre.

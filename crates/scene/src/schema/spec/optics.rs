@@ -112,7 +112,7 @@ impl ShutterSpec {
         }
     }
 
-    /// First pose of the track, if there is one.
+    /// The first pose of the track, if a track is given.
     pub fn first_pose(&self) -> Option<&PoseSpec> {
         Some(&self.track.as_ref()?.first()?.pose)
     }

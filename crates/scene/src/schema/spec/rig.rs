@@ -100,7 +100,7 @@ impl RigSpec {
         Ok(self.build_cameras(up).and_then(|rig| rig.with_sensors(sensors)).map_err(within)?)
     }
 
-    /// The rig without its other sensors.
+    /// Returns the rig without sensors other than cameras.
     ///
     /// # Errors
     /// [`SceneError`] for an invalid camera, for a pose that is incomplete or given twice, and the errors of

@@ -19,8 +19,8 @@ use crate::texture::texel::{ResidentTexels, TexelKind};
 /// Otherwise, all of them are stored in a temporary file, in tiles of 64 x 64 texels, and the memory contains recently
 /// used tiles.
 ///
-/// The file is created in the folder of the environment variable `TMPDIR`, otherwise in `/var/tmp`. It is unlinked, so
-/// that it is deleted whenever and however the process ends.
+/// The file is created in the folder of the environment variable `TMPDIR`, otherwise in `/var/tmp`. The temporary file
+/// is unlinked, so that the system deletes it at the end of the process in every case.
 #[derive(Debug)]
 pub struct TextureCache {
     /// Identifier, unique within this process.
@@ -155,7 +155,7 @@ impl TextureCache {
 }
 
 impl PageInStats {
-    /// Notice of tiles read since `before`; `None` if there were none.
+    /// Notice of tiles read since `before`; `None` if no tiles were read back.
     pub fn notice_since(&self, before: &Self) -> Option<Notice> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
         (tiles > 0).then(|| {

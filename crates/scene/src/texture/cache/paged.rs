@@ -87,7 +87,7 @@ impl PagedTexels {
         self.current_level().kind
     }
 
-    /// This level and all smaller ones.
+    /// This mip level and all smaller levels.
     pub(crate) fn mip_map(&self, weight: TexelWeight) -> impl Iterator<Item = Self> {
         let by_alpha = self.by_alpha.as_ref().filter(|_| weight == TexelWeight::Alpha);
         let levels = by_alpha.unwrap_or(&self.levels).clone();

@@ -37,12 +37,12 @@ const TILE_OVERHEAD_BYTES: u64 = 160;
 impl TileCache {
     /// Creates a cache of at most `limit` bytes.
     pub fn new(limit: u64) -> Self {
-        // At least about sixteen of the largest tiles in each shard.
+        // Each shard holds at least about sixteen tiles of the largest size.
         let parts = (limit >> 20).clamp(1, 64);
         Self { shards: (0..parts).map(|_| Mutex::default()).collect(), limit: limit / parts }
     }
 
-    /// Tile at this offset, if it is in memory.
+    /// The tile at this offset, if the tile is in memory.
     pub fn get(&self, start: u64) -> Option<Arc<ResidentTexels>> {
         let mut part = self.shard(start).lock().unwrap_or_else(PoisonError::into_inner);
         let index = *part.index.get(&start)?;
@@ -55,7 +55,7 @@ impl TileCache {
     pub fn insert(&self, start: u64, tile: Arc<ResidentTexels>, bytes: u64) {
         let bytes = bytes + TILE_OVERHEAD_BYTES;
         let mut part = self.shard(start).lock().unwrap_or_else(PoisonError::into_inner);
-        // Another thread may have read it at the same time.
+        // Another thread may have read the tile at the same time.
         if part.index.contains_key(&start) || bytes > self.limit {
             return;
         }
@@ -75,7 +75,8 @@ impl TileCache {
 }
 
 impl Shard {
-    /// Evicts the next tile that has not been used during a full turn of the clock hand. There is always one.
+    /// Evicts the next tile that has not been used during a full turn of the clock hand. There is always at least one
+    /// such tile.
     fn evict_one(&mut self) {
         loop {
             if self.clock_hand >= self.slots.len() {

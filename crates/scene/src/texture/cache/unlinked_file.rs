@@ -15,8 +15,8 @@ pub(crate) struct UnlinkedFile {
     end: Mutex<u64>,
 }
 
-/// Folders for large temporary files: that of `TMPDIR`, otherwise one on the disk (`/tmp` is often in memory),
-/// otherwise the system's.
+/// Folders for large temporary files: the folder in `TMPDIR`, otherwise a folder on the disk (`/tmp` is often in
+/// memory), otherwise the system's folder.
 pub(crate) fn folders() -> Vec<PathBuf> {
     match std::env::var_os("TMPDIR") {
         Some(folder) if !folder.is_empty() => vec![folder.into()],
@@ -36,7 +36,7 @@ impl UnlinkedFile {
             let name = format!("raycam-textures-{}-{attempt}", std::process::id());
             let path = folder.join(name);
             match open(&path) {
-                // A file of this process that is about to be unlinked, or one left over from another process.
+                // A file of this process that is about to be unlinked, or a file left over from another process.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => attempt += 1,
                 opened => break (opened?, path),
             }

@@ -1,4 +1,4 @@
-//! Helpers for several tests.
+//! Helper functions that several tests use.
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use glam::{DMat3, DQuat, DVec3};

@@ -136,8 +136,8 @@ class RaycastingScene(Hints):
         return self._single(self._world.signed_distance(points, threads=self._some(nthreads)))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """Returns 1. for points [..., 3] inside and 0. for others, float32; `nsamples` must be odd and has no other
-        effect.
+        """Returns 1. for points [..., 3] inside and 0. for points outside, float32; `nsamples` must be odd and has no
+        other effect.
         """
         _odd(nsamples)
         points = last("query_points", query_points, 3)

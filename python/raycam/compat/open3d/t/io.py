@@ -1,4 +1,4 @@
-"""Files of meshes of tensors, by raycam's readers."""
+"""Reading of tensor meshes from files, by raycam's readers."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ Whole = npt.NDArray[np.int64]
 TIE = 1 + 1e-6
 """Maximum ratio of a line's depth to the surface's depth at which the line is drawn in front."""
 NORMALS = 0.05
-"""The length of the lines of `VERTEX_NORMALS` and `FACE_NORMALS`, in sizes of the primitive."""
+"""Length of the lines of `VERTEX_NORMALS` and `FACE_NORMALS`, as a fraction of the primitive's size."""
 BLUE = (0.0, 0.0, 1.0, 1.0)
 
 
@@ -188,7 +188,8 @@ def _normals(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -
 
 
 def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Floats]:
-    """Pixels [n, 2], the segment [n] of each, the weight of its second end, and the world position [n, 3].
+    """Pixels [n, 2]; for each pixel, its segment [n], the weight of the segment's second end, and the world position
+    [n, 3].
 
     Lines are one pixel wide.
     """
@@ -241,5 +242,7 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
 
 
 def _pixels(at: Floats) -> Whole:
-    """Rows and columns [n, 2] of the pixels that contain image positions [n, 2]; between two rows, the upper one."""
+    """Rows and columns [n, 2] of the pixels that contain image positions [n, 2]; a position between two rows belongs to
+    the upper row.
+    """
     return np.stack([np.ceil(at[:, 1]) - 1, np.floor(at[:, 0])], axis=1).astype(np.int64)

@@ -24,7 +24,7 @@ Floats = npt.NDArray[Any]
 
 @dataclass(eq=False)
 class Instance:
-    """A primitive at one of its poses, which is an object of the world."""
+    """A primitive at one of its poses, represented by an object of the world."""
 
     node: Node
     primitive: Primitive
@@ -99,7 +99,9 @@ class SceneWorld:
     def _add(
         self, node: Node, primitive: Primitive, place: Floats, visible: bool, first: dict[int, str]
     ) -> None:
-        """Adds an object; `first` contains the name of each primitive's first object, whose mesh the others share."""
+        """Adds an object; `first` contains the name of each primitive's first object, whose mesh its other objects
+        share.
+        """
         self._number += 1
         name = f"instance {self._number}"
         like = first.setdefault(id(primitive), name)

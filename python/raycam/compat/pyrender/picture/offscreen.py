@@ -225,7 +225,7 @@ class _View:
     def colors(
         self, scene: Scene, lights: list[PlacedLight], hits: Hits, x: Floats, y: Floats, size: tuple[int, int]
     ) -> Floats:
-        """The colours [n, 4] of pixels (0 to 255), including surfaces behind transparent ones."""
+        """The colours [n, 4] of pixels (0 to 255), including surfaces behind transparent surfaces."""
         color = np.zeros((len(x), 4))
         through = np.ones(len(x))
         left = np.arange(len(x))
@@ -253,7 +253,7 @@ class _View:
     def _shaded(
         self, scene: Scene, lights: list[PlacedLight], hits: Hits, x: Floats, y: Floats, size: tuple[int, int]
     ) -> tuple[Floats, npt.NDArray[np.bool_]]:
-        """The colours [n, 4] of surfaces, and True for transparent ones."""
+        """The colours [n, 4] of surfaces, and True for transparent surfaces."""
         origins, directions = self.rays(x, y, size)
         positions = origins + hits.depth[:, np.newaxis] * directions
         colors, blends = np.empty((len(x), 4)), np.zeros(len(x), bool)
@@ -384,7 +384,7 @@ def _seg_color(color: Any) -> npt.NDArray[np.uint8]:
 
 
 def _by_instance(instance: npt.NDArray[Any]) -> Iterator[tuple[int, npt.NDArray[np.intp]]]:
-    """Yields each number in an array and its indices, in time independent of the count of different numbers."""
+    """Yields each distinct number of an array with its indices, in a time that does not depend on their count."""
     if len(instance) == 0:
         return
     order = np.argsort(instance, kind="stable")

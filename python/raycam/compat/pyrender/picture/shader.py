@@ -55,7 +55,7 @@ def surface_values(
 ) -> dict[str, Floats]:
     """The values of a material at points: `base` [m, 4], `metallic`, `roughness`, `occlusion` [m], `emissive` [m, 3].
 
-    Texels of colours are sRGB; `flat` uses them unchanged. The emissive factor counts twice, as in pyrender.
+    Texels of colours are sRGB; `flat` uses the colours unchanged. The emissive factor counts twice, as in pyrender.
     """
     base = np.tile(material.baseColorFactor.astype(np.float64), (count, 1))
     metallic = np.full(count, material.metallicFactor)

@@ -60,6 +60,11 @@ export function styleOf({ name, dtype, components }) {
   return components === 2 ? { kind: "flow", of: 2 } : components === 3 ? { kind: "place", of: 3 } : { kind: "scalar" };
 }
 
+/** The unit of a channel's values; "" for none. @param {string} name @returns {string} */
+export function unitOf(name) {
+  return (Object.hasOwn(STYLES, name) && STYLES[name].unit) || "";
+}
+
 /**
  * The sentence that says what the colours of a channel mean.
  * @param {ChannelStyle} style

@@ -26,6 +26,19 @@ export function fillLegend(box, plane, display, names) {
 }
 
 /**
+ * Shows the scale of a plane's colours over the image, with its unit; nothing for channels without a colour map.
+ * @param {HTMLElement} box
+ * @param {Plane | null} plane
+ * @param {import("../image/paint.js").Display} display
+ */
+export function fillScale(box, plane, display) {
+  const style = plane && styleOf(plane);
+  box.hidden = !plane || !style || (style.kind !== "scalar" && style.kind !== "share");
+  if (box.hidden || !plane || !style) return;
+  box.replaceChildren(element("span", `${plane.name}${style.unit ? `, ${style.unit}` : ""}`), ...barOf(plane, display, style.kind === "share"));
+}
+
+/**
  * @param {Plane} plane
  * @param {import("../image/paint.js").Display} display
  * @param {boolean} isShare

@@ -39,12 +39,14 @@ export class LightControls {
     this.type.addEventListener("change", () => {
       const { value } = this.type;
       this.type.value = "";
-      this.isAdding = true;
+      this.awaited++;
       client.transport.send({ type: "edit", kind: "light", number: 0, key: "add", value });
     });
     byId("light-remove", HTMLButtonElement).addEventListener("click", () => this.change("remove", true));
-    /** True until the light that was added is listed. */
-    this.isAdding = false;
+    /** Called with the number of the light that is selected. @type {(number: number) => void} */
+    this.onSelect = () => {};
+    /** The number of added lights that are not listed yet. */
+    this.awaited = 0;
   }
 
   /** @param {"color" | "level" | "position" | "direction" | "remove"} key @param {import("../messages").Edit["value"]} value */
@@ -55,11 +57,12 @@ export class LightControls {
   /** @param {SceneLight[]} lights */
   show(lights) {
     const before = this.light.value;
+    const added = lights.length - this.lights.length;
     this.lights = lights;
     byId("lights", HTMLElement).hidden = byId("light-remove", HTMLElement).hidden = !lights.length;
     fillSelect(this.light, lights.map(({ name }, i) => [String(i), name]));
-    if (this.isAdding && lights.length) {
-      this.isAdding = false;
+    if (added > 0 && this.awaited > 0) {
+      this.awaited = Math.max(this.awaited - added, 0);
       return this.select(lights.length - 1);
     }
     this.light.value = before && Number(before) < lights.length ? before : "0";
@@ -70,6 +73,7 @@ export class LightControls {
   select(number) {
     this.light.value = String(number);
     this.client.transport.send({ type: "select_light", number });
+    this.onSelect(number);
     this.showFields();
   }
 

@@ -7,6 +7,10 @@ import { byId, fillSelect } from "../dom.js";
 const LIGHT_NAMES = /** @type {[string, string][]} */ ([
   ["own", "as in the file"], ["studio", "studio"], ["sun", "sun and sky"], ["sky", "environment image"], ["default", "default lights"],
 ]);
+/** The names if the world has lights, to which the studio, a sun or an environment is added. */
+const ADDED_LIGHT_NAMES = /** @type {[string, string][]} */ ([
+  ["own", "as in the file"], ["studio", "file and studio"], ["sun", "file, sun and sky"], ["sky", "file and environment"], ["default", "default lights"],
+]);
 const GROUND_NAMES = /** @type {[string, string][]} */ ([["auto", "automatic"], ["plain", "floor"], ["shadow", "shadows only"], ["none", "none"]]);
 const ANGLES = /** @type {const} */ (["rotation", "azimuth", "elevation"]);
 
@@ -39,6 +43,13 @@ export class LookControls {
   look() {
     const [rotation, azimuth, elevation] = this.angles.map(({ value }) => Number(value));
     return { light: this.light.value, rotation, azimuth, elevation, ground: this.ground.value, background: this.has.checked ? this.background.value : "" };
+  }
+
+  /** Names the choices of light for a world with or without lights. @param {boolean} hasLights */
+  nameLights(hasLights) {
+    const { value } = this.light;
+    fillSelect(this.light, hasLights ? ADDED_LIGHT_NAMES : LIGHT_NAMES);
+    this.light.value = value;
   }
 
   /** @param {Look} look of a welcome: the one that Reset restores */

@@ -50,6 +50,12 @@ export class Panes {
     this.box.querySelector("button")?.focus();
   }
 
+  /** True if keys must not move the camera: several cameras are shown, and the free one does not have the focus. */
+  get ignoresMoves() {
+    const pane = this.panes.find(({ canvas }) => canvas.closest("figure")?.contains(document.activeElement));
+    return this.panes.length > 0 && pane?.name !== "";
+  }
+
   /** Shows these cameras; only the main image if there are none. @param {string[]} names */
   show(names) {
     this.lay(names);

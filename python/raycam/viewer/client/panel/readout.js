@@ -1,6 +1,7 @@
 // The numbers of a pixel: as a table, as a sentence for screen readers, and as text for the clipboard.
 
 import { element } from "../dom.js";
+import { unitOf } from "../image/channels.js";
 import { shortest, sixDigits } from "../image/numbers.js";
 
 /** @typedef {import("../image/numbers.js").NumberType} NumberType */
@@ -34,6 +35,8 @@ export function fillReadout(body, values, shown) {
 function nameOf(channel) {
   const cell = element("th", "", { scope: "row" });
   channel.split(/(?<=_)/).forEach((part, i) => cell.append(i ? element("wbr") : "", part));
+  const unit = unitOf(channel);
+  if (unit) cell.append(" ", element("small", unit === "pixels" ? "px" : unit));
   return cell;
 }
 

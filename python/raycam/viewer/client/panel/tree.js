@@ -26,12 +26,13 @@ export class SceneTree {
     /** @type {string[]} */
     this.cameras = [];
     this.selected = -1;
+    this.selectedLight = -1;
     this.editable = false;
     this.search = byId("tree-search", HTMLInputElement);
     this.search.addEventListener("input", () => this.draw());
   }
 
-  /** @param {Partial<Pick<SceneTree, "objects" | "lights" | "cameras" | "editable" | "selected">>} changed */
+  /** @param {Partial<Pick<SceneTree, "objects" | "lights" | "cameras" | "editable" | "selected" | "selectedLight">>} changed */
   show(changed) {
     Object.assign(this, changed);
     this.draw();
@@ -43,7 +44,7 @@ export class SceneTree {
     const objects = this.objects.map(({ name }, i) => name || `object ${i}`);
     const groups = /** @type {[string, HTMLElement[]][]} */ ([
       ["Objects", objects.flatMap((name, i) => (matches(name) ? [this.objectRow(name, i)] : []))],
-      ["Lights", this.lights.flatMap((name, i) => (matches(name) ? [this.plainRow(name, () => this.listener.light(i))] : []))],
+      ["Lights", this.lights.flatMap((name, i) => (matches(name) ? [this.plainRow(name, () => this.listener.light(i), i === this.selectedLight)] : []))],
       ["Cameras", this.cameras.flatMap((name) => (matches(name) ? [this.plainRow(name, () => this.listener.lookThrough(name))] : []))],
     ]);
     const list = byId("tree-list", HTMLElement);
@@ -61,10 +62,11 @@ export class SceneTree {
   /**
    * @param {string} name
    * @param {() => void} act
+   * @param {boolean} isSelected
    * @returns {HTMLElement}
    */
-  plainRow(name, act) {
-    const row = element("li");
+  plainRow(name, act, isSelected = false) {
+    const row = element("li", "", isSelected ? { "aria-current": "true" } : {});
     const button = element("button", name, { type: "button", class: "row-name", title: name });
     button.addEventListener("click", act);
     row.append(button);
@@ -78,8 +80,7 @@ export class SceneTree {
    */
   objectRow(name, number) {
     const { visible } = this.objects[number];
-    const row = this.plainRow(name, () => this.listener.select(number));
-    if (number === this.selected) row.setAttribute("aria-current", "true");
+    const row = this.plainRow(name, () => this.listener.select(number), number === this.selected);
     row.classList.toggle("off", !visible);
     if (!this.editable) return row;
     if (this.objects.length > 1) {

@@ -49,11 +49,14 @@ export class WorldControls {
       isolate: (number) => this.change("object", number, "isolate", this.objects.filter(({ visible }) => visible).length > 1),
       light: (number) => {
         this.lights.select(number);
-        byId("light-group", HTMLDetailsElement).open = true;
         byId("light-group", HTMLElement).scrollIntoView({ block: "nearest" });
       },
       lookThrough: (name) => this.lookThrough(name),
     });
+    this.lights.onSelect = (number) => {
+      byId("light-group", HTMLDetailsElement).open = true;
+      this.tree.show({ selectedLight: number, selected: -1 });
+    };
     /** Called with the name of a camera that is chosen in the tree. @type {(name: string) => void} */
     this.lookThrough = () => {};
     for (const box of [this.cameras, this.explained, this.grid]) box.addEventListener("change", () => this.tellOverlay());
@@ -126,7 +129,7 @@ export class WorldControls {
    * @param {{ cameras: boolean, explained: boolean, grid: boolean } | undefined} overlay
    */
   begin(overlay) {
-    this.selected = -1;
+    this.selected = this.tree.selectedLight = -1;
     this.isChosen = false;
     if (overlay) [this.cameras.checked, this.explained.checked, this.grid.checked] = [overlay.cameras, overlay.explained, overlay.grid];
   }
@@ -140,7 +143,7 @@ export class WorldControls {
   pick(number) {
     if (!(number >= 0 && number < this.count)) return;
     this.isChosen = true;
-    this.selected = -1;
+    this.selected = this.tree.selectedLight = -1;
     this.choose(number);
   }
 
@@ -153,7 +156,7 @@ export class WorldControls {
     this.object.value = String(number);
     if (this.objects[number]) this.shown.checked = this.objects[number].visible;
     if (this.selected !== number) this.select();
-    this.tree.show({ selected: this.isChosen ? number : -1 });
+    if (this.tree.selectedLight < 0) this.tree.show({ selected: this.isChosen ? number : -1 });
   }
 
   /** Tells the server which object is selected, and with which tool. */

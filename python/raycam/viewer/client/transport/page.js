@@ -1,6 +1,7 @@
 // The transport of a saved page: it answers the client's messages from the arrays in the page.
 
 import { bytesOfBase64, unpackPlane } from "../image/planes.js";
+import { LIGHT_PREFIX, relitColor } from "../image/relight.js";
 
 /** @typedef {import("../image/planes.js").Plane} Plane */
 /** @typedef {import("../image/planes.js").PlaneHeader} PlaneHeader */
@@ -14,6 +15,8 @@ export class PageTransport {
     this.planes = new Map();
     /** @type {Map<string, Plane>} */
     this.unpacked = new Map();
+    /** @type {Map<string, number>} factors of lights by channel, in place of 1 */
+    this.factors = new Map();
   }
 
   /** @returns {boolean} true if this page contains a frame */
@@ -54,6 +57,33 @@ export class PageTransport {
     return plane;
   }
 
+  /** @returns {string[]} the channels of lights by whose parts the frame's colour can be changed */
+  lightChannels() {
+    const form = (/** @type {string} */ key) => {
+      const plane = this.document.planes.find((/** @type {any} */ each) => each.key === key);
+      return plane && plane.components === 3 ? `${plane.width} ${plane.height}` : "";
+    };
+    const color = form("a-color");
+    const names = this.document.channels.map((/** @type {any} */ each) => each.name);
+    return color ? names.filter((/** @type {string} */ name) => name.startsWith(LIGHT_PREFIX) && form(`a-${name}`) === color) : [];
+  }
+
+  /** Changes the brightness of lights in the frame's colour. @param {Map<string, number>} factors by channel */
+  relight(factors) {
+    this.factors = factors;
+  }
+
+  /** @returns {Promise<Plane>} the frame's colour with the factors of its lights */
+  async relitPlane() {
+    const color = await this.plane("a-color");
+    /** @type {[Plane, number][]} */
+    const lights = [];
+    for (const [name, factor] of this.factors) if (factor !== 1) lights.push([await this.plane(`a-${name}`), factor]);
+    const relit = lights.length ? relitColor(color, lights) : color;
+    this.unpacked.set("a-color", relit); // whose values the readout shows
+    return relit;
+  }
+
   /**
    * @param {string} slot "a" or "b"
    * @param {string} name
@@ -76,7 +106,7 @@ export class PageTransport {
     const [keyA, keyB] = [this.keyOf("a", name), this.keyOf("b", name)];
     if (!keyA) return;
     try {
-      const plane = await this.plane(keyA);
+      const plane = name === "color" && this.factors.size ? await this.relitPlane() : await this.plane(keyA);
       const other = keyB ? await this.plane(keyB) : null;
       this.say?.({ type: "picture", channel: name, plane, other, width: plane.width, height: plane.height, moving: false });
     } catch (error) {

@@ -1,0 +1,33 @@
+"""The camera messages of a connection: while the camera moves, at most one for each image."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["CameraMessages"]
+
+
+class CameraMessages:
+    """Decides when camera messages are sent. Calls are made under the connection's lock."""
+
+    def __init__(self) -> None:
+        self.last_move = 0
+        """The number of the client's last camera move, which camera messages contain."""
+        self._waiting: dict[str, Any] | None = None
+        self._was_sent = False
+
+    def reset(self) -> None:
+        """Starts again with a new client."""
+        self._waiting, self._was_sent = None, False
+
+    def add(self, message: dict[str, Any], *, is_moving: bool) -> dict[str, Any] | None:
+        """Returns the message if it is to be sent at once; otherwise it replaces the message that waits."""
+        waits = is_moving and self._was_sent
+        self._waiting, self._was_sent = message if waits else None, True
+        return None if waits else message
+
+    def take(self) -> dict[str, Any] | None:
+        """Returns the message that waits for the next image, or None; an image follows."""
+        message, self._waiting = self._waiting, None
+        self._was_sent = message is not None
+        return message
