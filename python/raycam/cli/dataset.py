@@ -148,7 +148,7 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
     """The cameras of the given file, and their times; None without a file."""
     if options.cameras is None:
         return None, None
-    from ..rig.trajectory import times_of
+    from ..dataset.trajectory import times_of
     from ..world.load import load
 
     times = None
@@ -181,7 +181,7 @@ def _rigs(
     world: World | Recipe, options: argparse.Namespace
 ) -> tuple[Rig | Mapping[str, Rig], list[float] | None]:
     """The rig at each of its poses, and the times of the poses."""
-    from ..rig.trajectory import load_rigs, times_of
+    from ..dataset.trajectory import load_rigs, times_of
     from ..world import World
 
     if options.cameras is not None or not isinstance(world, World):

@@ -29,7 +29,6 @@ from ..randomize import Recipe
 from ..render import render
 from ..render.arguments import UNPOSED, is_unposed_within, world_of
 from ..rig import Rig
-from ..rig.trajectory import load_rigs, times_of
 from ..world import World
 from .formats import FORMATS
 from .job_units import job_package, record_name
@@ -39,6 +38,7 @@ from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
 from .training.card import card_files
+from .trajectory import load_rigs, times_of
 from .world_sequence import MAX_WORLDS, Worlds, WorldSequence
 
 __all__ = ["FORMATS", "DatasetResult", "views", "write"]

@@ -13,7 +13,6 @@ from .pose import Track
 
 if TYPE_CHECKING:
     from ..world import World
-    from .paths import Contributions
 
 __all__ = ["radial_velocities", "sensor_drift", "surface_velocities", "world_moves"]
 
@@ -43,7 +42,7 @@ def surface_velocities(
     `times` [n] are seconds after the world's time.
     """
     count = len(fields["instance"])
-    if times is None or not world_moves(world):
+    if times is None or not count or not world_moves(world):
         return np.broadcast_to(np.zeros(3), (count, 3))
     points = {
         "instance": np.ascontiguousarray(fields["instance"]),
@@ -56,19 +55,20 @@ def surface_velocities(
 
 
 def radial_velocities(
-    world: World, found: Contributions, main: npt.NDArray[np.int64], times: Floats, threads: int | None
+    world: World,
+    drift: Floats,
+    arrival: Floats,
+    fields: dict[str, npt.NDArray[Any]],
+    times: Floats,
+    threads: int | None,
 ) -> npt.NDArray[np.float32]:
-    """Returns the rate of change of `length` of the contributions `main`, at `times`, in m/s, float32 [n].
+    """Returns the rate of change of the distances of hits with `fields` at `times`, in m/s, float32 [n].
 
-    It is positive if the distance increases. A point of the surface is followed along its motion, and each mirror and
-    glass face along its own; by Fermat's principle, other changes of the path do not change its length.
+    It is positive if the distance increases. `drift` [n] is the part of the sensor, mirrors and glass, `arrival` [n, 3]
+    the direction of the light at the surface times the refractive index. A point of the surface is followed along its
+    motion, and each mirror and glass face along its own; by Fermat's principle, other changes of the path do not change
+    its length.
     """
-    drift = found.drift.take(main)
-    if not world_moves(world) or not len(main):
-        return drift.astype(np.float32)
-    fields = {name: found.fields[name].take(main, axis=0) for name in ("instance", "triangle", "barycentric")}
     moved = surface_velocities(world, fields, times, threads)
-    rate: npt.NDArray[np.float32] = (drift + (moved * found.arrival.take(main, axis=0)).sum(axis=1)).astype(
-        np.float32
-    )
+    rate: npt.NDArray[np.float32] = (drift + (moved * arrival).sum(axis=1)).astype(np.float32)
     return rate

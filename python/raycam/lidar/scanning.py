@@ -127,8 +127,9 @@ def _scan(
     echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
     chosen = select_echoes(echoes, lost == KEPT, lidar)
     columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
+    main = echoes.main.take(chosen)
     columns["radial_velocity"] = radial_velocities(
-        world, found, echoes.main.take(chosen), columns["time"], threads
+        world, found.drift.take(main), rows(found.arrival, main), columns, columns["time"], threads
     )
     if lidar.settings["waveform"]:
         length = echoes.length.take(chosen)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import raycam
-from raycam.rig.trajectory import load_rigs, times_of
+from raycam.dataset.trajectory import load_rigs, times_of
 from support.raises import raises
 
 TUM = "0.0 0 0 0 0 0 0 1\n0.1 1 0 0 0 0 0.6 0.8\n0.2 2 0.5 0 0 0 0.8 0.6\n"

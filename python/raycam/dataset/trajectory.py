@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from ..calibration import Cameras, load_cameras
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from .rig import Rig
+from ..rig import Rig
 
 __all__ = ["load_rigs", "times_of"]
 
