@@ -37,7 +37,7 @@ def _lines(world: World) -> Iterator[str]:
     yield f"objects    {counts['objects']}, of {_many(counts['meshes'], 'mesh', 'meshes')}"
     yield f"triangles  {counts['triangles']}" + (f", {zero} of zero area (kept, never hit)" if zero else "")
     if counts["mesh_triangles"] != counts["triangles"]:
-        yield f"           {counts['mesh_triangles']} stored, the rest are instances of them"
+        yield f"           {counts['mesh_triangles']} stored; the others are instances of these"
     yield f"vertices   {counts['vertices']}"
     yield f"materials  {counts['materials']}, {_many(counts['textures'], 'texture', 'textures')}"
     if bounds is not None:
@@ -63,8 +63,8 @@ def _lines(world: World) -> Iterator[str]:
         yield from _camera(f"{name!r}", camera)
     if world.rigs:
         yield from _rigs(world.rigs)
-    if not world.cameras and bounds is not None:
-        yield from _camera("(none; this default camera shows the whole world)", world.default_camera())
+    if world._first_camera is None and bounds is not None:
+        yield from _camera("(default camera, which shows the whole world)", world.default_camera())
     if world.video is not None:
         video = world.video
         yield f"video      {video.frames} frames, {video.seconds:g} s at {video.fps:g} fps"

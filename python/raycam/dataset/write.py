@@ -106,7 +106,7 @@ def views(
         moments = [float(time) for time in times]
     if len(moments) != len(chosen_cameras):
         raise SettingsError(
-            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one for each",
+            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one time for each camera",
             code="wrong_shape",
         )
     found = []
@@ -186,8 +186,8 @@ def write(
     * "webdataset": `shard_size` (32) samples per tar file, `channels`, `segmentation`
     * "yolo": `task` ("detect", "segment", "pose" or "obb"), `splits` ({"train": 0.8, "val": 0.2}) by `split_seed`
       (0), where views of one world or of one pose of a rig stay together; `min_pixels` (1), `keypoints`
-      ({"points": ...}) and `flip_idx` of "pose"; the separate parts of an object are joined into one polygon by
-      double edges without width
+      ({"points": ...} or "joints") and `flip_idx` of "pose"; the separate parts of an object are joined into one
+      polygon by double edges without width
     * "panoptic": COCO's panoptic format; all objects of a category in `stuff` form one segment
     * "semantic": label ids, instance ids, colours; `labels` ({category: id}), `void` (0), `palette` ({category: rgb})
     * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes around whole objects,
@@ -195,8 +195,10 @@ def write(
     * "hdf5": BlenderProc's files; requires `h5py`; the depth of the background is 1e10
     * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; omitted with
       `depth=False`), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world,
-      base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. Lidars of a
-      rig are PointCloud2 on /NAME/points, with the fields of the manufacturer's driver, then instance and category.
+      base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. The world's
+      robots have their URDF in /robot_description, their joints in /joint_states, and their links as frames in /tf and
+      /tf_static; with several robots, the names are /ROBOT/robot_description and ROBOT/LINK. Lidars of a rig are
+      PointCloud2 on /NAME/points, with the fields of the manufacturer's driver, then instance and category.
       `imu` (0) is the rate in Hz of sensor_msgs/Imu messages of a rig's body on /imu, from its poses, without noise.
       `start_time` (1.0 s) is added to all times, because ROS reads a stamp of 0 as "latest"; `fps` (30) for views
       without a time. Requires `raycam[mcap]`

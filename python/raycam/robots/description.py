@@ -80,7 +80,7 @@ class Joint:
     parent_from_joint: Floats
     """Transform [4, 4] at the joint's zero."""
     axis: Floats
-    """Unit vector [3] in the joint's frame: of rotation or translation, or a planar joint's normal."""
+    """Unit vector [3] in the joint's frame: the axis of rotation or translation, or the normal of a planar joint."""
     lower: float = -np.inf
     upper: float = np.inf
     mimic: tuple[str, float, float] | None = None
@@ -102,3 +102,5 @@ class RobotDescription:
     joints: dict[str, Joint]
     """All joints by name, in the order of the file."""
     notices: list[Notice] = field(default_factory=list)
+    document: str = field(default="", repr=False)
+    """The text of the URDF, of a xacro file after its expansion; empty for other formats."""

@@ -93,12 +93,18 @@ class Kinematics:
         count = len(values)
         poses = {self.root: np.broadcast_to(np.eye(4), (count, 4, 4))}
         for joint in self.order:
-            local = joint.parent_from_joint
-            motion = self._motion(joint, values)
-            moved = local if motion is None else local @ motion
-            after = moved if joint.joint_from_child is None else moved @ joint.joint_from_child
-            poses[joint.child] = poses[joint.parent] @ after
+            poses[joint.child] = poses[joint.parent] @ self.parent_from_child(joint, values)
         return poses
+
+    def parent_from_child(self, joint: Joint, values: Floats) -> Floats:
+        """Returns the transforms of a joint's child link in its parent link for joint vectors [n, size].
+
+        [n, 4, 4], or [4, 4] for a fixed joint.
+        """
+        local = joint.parent_from_joint
+        motion = self._motion(joint, values)
+        moved = local if motion is None else local @ motion
+        return moved if joint.joint_from_child is None else moved @ joint.joint_from_child
 
     def _values(self, joint: Joint, values: Floats) -> Floats:
         """The values [n, width] of a joint."""
@@ -125,6 +131,15 @@ class Kinematics:
             motion[:, :3, :3] = quaternion_matrices(given[:, 3:])
             motion[:, :3, 3] = given[:, :3]
         return motion
+
+    def moves(self, link: str) -> bool:
+        """Returns True if a joint moves a link relative to the root."""
+        while link != self.root:
+            joint = self._joint_of[link]
+            if joint.type != "fixed":
+                return True
+            link = joint.parent
+        return False
 
     def jacobian(self, values: Floats, link: str) -> Floats:
         """Returns the Jacobian [6, n] of a link for one joint vector [size], in the root's axes.
@@ -177,7 +192,7 @@ def _joint_columns(joint: Joint, before: Floats, after: Floats, origin: Floats) 
 
 
 def plane_axes(normal: Floats) -> tuple[Floats, Floats]:
-    """Returns the x and y directions of a planar joint: for the normal z, x and y of the joint's frame."""
+    """Returns the x and y directions of a planar joint. If the normal is z, these are x and y of the joint's frame."""
     helper = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     across = helper - normal * (helper @ normal)
     across /= np.linalg.norm(across)

@@ -234,7 +234,7 @@ impl World {
         self.snapshot().video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
-    /// Returns `base` as moved by `[video]`.
+    /// Returns `base` as moved by `[video]`: by the keyframes of the world's camera at its pose, if there are any.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
         let video = world.video.as_ref().ok_or_else(|| {
@@ -243,7 +243,8 @@ impl World {
             or keyframes",
             )
         })?;
-        let inner = video.camera_at(&base.inner, time).or_raise()?;
+        let index = world.keyframed_camera(&base.inner);
+        let inner = video.camera_at(&base.inner, index, time).or_raise()?;
         Ok(Camera { inner })
     }
 

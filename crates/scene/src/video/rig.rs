@@ -27,7 +27,7 @@ impl Video {
             // Like a camera that looks along the body's x axis.
             let k = DMat3::IDENTITY;
             let ahead = Camera::new(k, rotation::CAMERA_FROM_BODY * body.r, body.c, [1, 1], PixelCenter::Integer)?;
-            let moved = self.camera_pose(&ahead, time)?;
+            let moved = self.camera_pose(&ahead, None, time)?;
             if moved == ahead {
                 return Ok(rig.clone());
             }
@@ -39,8 +39,8 @@ impl Video {
             (Some(target), _) => rotation::rotation_towards(target - c, self.up.axis())
                 .ok_or_else(|| {
                     SceneError::camera(format!(
-                        "rig {:?} at {c} cannot face {target} at {time} s; expected a target that is not its \
-                         location, or straight above or below it",
+                        "rig {:?} at {c} cannot face {target} at {time} s; expected a target that is not the \
+                         rig's location, and not straight above or below the rig",
                         rig.name()
                     ))
                 })?
