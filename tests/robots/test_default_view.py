@@ -32,7 +32,7 @@ def robot(folder: Path, base: str = "", hand: str = "") -> Path:
     return path
 
 
-def test_robot_with_a_camera_on_a_moving_link_is_viewed_from_outside(tmp_path: Path) -> None:
+def test_robot_with_a_camera_on_a_link_is_viewed_from_outside(tmp_path: Path) -> None:
     world = raycam.load(robot(tmp_path, hand=sensor("wrist")))
     assert list(world.cameras) == ["arm/wrist"]
     for default in (world.default_camera(), world.copy().default_camera(), world.at(0.0).default_camera()):
@@ -44,9 +44,16 @@ def test_robot_with_a_camera_on_a_moving_link_is_viewed_from_outside(tmp_path: P
     np.testing.assert_array_equal(VideoPlan(world).camera.P, world.view_from().P)
 
 
-def test_camera_on_a_link_that_does_not_move_is_the_default(tmp_path: Path) -> None:
-    world = raycam.load(robot(tmp_path, base=sensor("mast"), hand=sensor("wrist")))
-    np.testing.assert_array_equal(world.default_camera().P, world.camera("arm/mast").P)
+def test_camera_of_the_root_link_is_the_default(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    body = '<body name="hand"><geom size="0.1"/><camera name="eye" pos="0 0 0.2"/></body>'
+    (tmp_path / "arm.xml").write_text(
+        f'<mujoco model="arm"><worldbody>{body}<camera name="side" pos="0 -2 0"/></worldbody></mujoco>',
+        encoding="utf-8",
+    )
+    world = raycam.load(tmp_path / "arm.xml")
+    assert set(world.cameras) == {"arm/eye", "arm/side"}
+    np.testing.assert_array_equal(world.default_camera().P, world.camera("arm/side").P)
 
 
 def test_camera_of_a_world_file_is_the_default_also_on_a_link(tmp_path: Path) -> None:

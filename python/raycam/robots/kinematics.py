@@ -132,15 +132,6 @@ class Kinematics:
             motion[:, :3, 3] = given[:, :3]
         return motion
 
-    def moves(self, link: str) -> bool:
-        """Returns True if a joint moves a link relative to the root."""
-        while link != self.root:
-            joint = self._joint_of[link]
-            if joint.type != "fixed":
-                return True
-            link = joint.parent
-        return False
-
     def jacobian(self, values: Floats, link: str) -> Floats:
         """Returns the Jacobian [6, n] of a link for one joint vector [size], in the root's axes.
 

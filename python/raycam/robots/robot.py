@@ -48,7 +48,7 @@ class Robot:
     _motion: JointMotion | None = field(default=None, repr=False)
     """The motion by the world's video, or None."""
     _inner_cameras: frozenset[str] = field(default=frozenset(), repr=False)
-    """The names in the world of the cameras that the robot's file has on links that move."""
+    """The names in the world of the cameras that the robot's file has on links other than the root."""
 
     @classmethod
     def at_zero(cls, name: str, description: RobotDescription, world_from_root: Floats) -> Robot:

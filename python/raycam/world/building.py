@@ -352,7 +352,7 @@ class WorldBuilding(WorldContents):
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
         """Returns the first camera, or one that shows the whole world in an image of `size` (width, height).
 
-        Cameras that a robot's file has on moving links are not used by default; `camera(name)` returns them.
+        Cameras that a robot's file has on its links are not used by default; `camera(name)` returns them.
         """
         wanted = size_of(tuple(size))
         name = self._first_camera

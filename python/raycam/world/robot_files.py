@@ -83,7 +83,7 @@ def place_robot(
         placed = robots.place_camera(one.camera, robot.pose(one.link))
         world._core.add_camera(full, placed._core)
         robot._cameras.append((full, one.link, one.camera))
-        if robot._kinematics.moves(one.link):
+        if one.link != robot._kinematics.root:
             robot._inner_cameras |= {full}
     return robot, list(dict.fromkeys([*description.notices, *files.notices, *builder.notices]))
 

@@ -40,7 +40,7 @@ def add_camera(command: argparse.ArgumentParser) -> None:
         "--camera",
         metavar="NAME|FILE[:NAME]",
         help="camera to render: one of the world, or of a calibration or another world file (default: the first "
-        "that does not move with a robot's link)",
+        "that is not on a robot's link)",
     )
     add_size(command, "image size in pixels; the field of view stays the camera's")
     add_lens(command)
