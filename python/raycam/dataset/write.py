@@ -38,6 +38,7 @@ from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
 from .training.card import card_files
+from .trajectory import load_rigs, times_of
 from .world_sequence import MAX_WORLDS, Worlds, WorldSequence
 
 __all__ = ["FORMATS", "DatasetResult", "views", "write"]
@@ -134,6 +135,7 @@ def write(
     categories: Sequence[str] | Mapping[int, str] | None = None,
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
+    poses: str | os.PathLike[str] | None = None,
     count: int | None = None,
     resume: bool = True,
     workers: int | str | None = None,
@@ -146,10 +148,11 @@ def write(
 ) -> DatasetResult:
     """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
 
-    `cameras` and `times` are as in `views`; `options` are those of `raycam.render` (`integrator`, `samples`, `seed`,
-    `exposure`, `threads`, ...) and those of the format, below. Ground truth belongs to the exact rays through the
-    pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
-    all objects are labelled "object".
+    `cameras` and `times` are as in `views`. With a rig as `cameras`, `poses` may be a trajectory file ("tum", "euroc",
+    "kitti-poses", ...) of its body, whose times are used unless `times` is given. `options` are those of
+    `raycam.render` (`integrator`, `samples`, `seed`, `exposure`, `threads`, ...) and those of the format, below. Ground
+    truth belongs to the exact rays through the pixels' centres, independent of the samples. Objects with a category are
+    labelled; in a world without categories, all objects are labelled "object".
 
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
     rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the sensor's
@@ -244,6 +247,9 @@ def write(
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)), code="unknown_name")
     kind = FORMATS[format]
+    if poses is not None:
+        cameras, trajectory = load_rigs(cameras, poses)
+        times = times_of(trajectory) if times is None else times
     source = _source(world, worlds, count, categories)
     _check_source(source, format, workers)
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}

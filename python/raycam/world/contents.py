@@ -270,9 +270,10 @@ class WorldContents:
     def at(self, time: float, animation: str | int | None = None) -> Self:
         """Returns the world at a time of its video and of an animation.
 
-        `time` is in seconds, `animation` is a name or number (default: the first). Parts that do not move are shared
-        with this world; meshes that deform keep their triangle ids. For a camera with a shutter, `time` is the middle
-        of the exposure. Raises `WorldError` for an unknown animation and a time that is not finite.
+        `time` is in seconds, `animation` is a name or number (default: that of an earlier call of `at`, or the first).
+        Parts that do not move are shared with this world; meshes that deform keep their triangle ids. For a camera with
+        a shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation and a
+        time that is not finite.
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)

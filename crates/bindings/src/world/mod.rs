@@ -248,11 +248,14 @@ impl World {
         Ok(Camera { inner })
     }
 
-    /// Returns the world at a time of an animation (default: the first) and of its video; it shares everything that has
+    /// Returns the world at a time of an animation (default: that of its time, else the first) and of its video; it shares everything that has
     /// been built.
     #[pyo3(name = "at", signature = (time, animation))]
     fn at_time(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
-        self.derive(|world| world.at_time(WorldTime { time, animation }))
+        self.derive(|world| {
+            let animation = animation.or(world.time.and_then(|clock| clock.animation));
+            world.at_time(WorldTime { time, animation })
+        })
     }
 
     /// Returns the world at the middle of the exposure of a pixel's line; unchanged if the world has no time.
