@@ -257,5 +257,5 @@ def test_texture_with_a_missing_sampler_is_shown(tmp_path: Path) -> None:
     textured(document, np.full((2, 2, 3), 200, np.uint8))
     document.json["samplers"] = []
     world = load(document, tmp_path)
-    assert has_notice(world.notices, "ignored_element", "textures[0].sampler", "0 does not exist")
+    assert has_notice(world.notices, "ignored_element", "textures[0].sampler", "samplers[0]")
     np.testing.assert_array_equal(seen(world, size=2), 200)

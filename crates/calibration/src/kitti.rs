@@ -20,7 +20,9 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    data_lines(text).any(|(_, line)| ["P0:", "P2:", "P_rect_00:", "K_00:"].iter().any(|key| line.starts_with(key)))
+    let has_number = |values: &str| values.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
+    let keys = ["P0:", "P2:", "P_rect_00:", "K_00:"];
+    data_lines(text).any(|(_, line)| keys.iter().any(|key| line.strip_prefix(key).is_some_and(has_number)))
 }
 
 pub(crate) fn detect_poses(_: &InputFile, text: &str) -> bool {

@@ -6,6 +6,7 @@ mod lens;
 pub(crate) mod pair_folder;
 mod partner;
 mod pose;
+mod projection;
 pub(crate) mod read;
 mod stereo;
 mod storage;

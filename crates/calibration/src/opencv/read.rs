@@ -9,7 +9,7 @@ use crate::document::number_lines::has_kitti_matrix;
 use crate::document::{Cursor, Value, npy, unread, yaml};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
-use crate::opencv::{camera, partner, pose, stereo};
+use crate::opencv::{camera, partner, pose, projection, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
@@ -22,7 +22,7 @@ const PARAMETERS: [&str; 5] = ["param", "params", "parameters", "calibration", "
 const MAX_DETECTED_BYTES: usize = 4 << 20;
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
-    let named = |name: &String| keys::is_camera_matrix(name);
+    let named = |name: &String| keys::is_camera_matrix(name) || projection::is_key(name.trim_end_matches(".npy"));
     if npy::names(&source.bytes).iter().any(named)
         || npy::is_npy(&source.bytes) && source.stem().is_some_and(|stem| keys::is_known(&stem))
     {
@@ -48,6 +48,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         || !keys::marks(&root).is_empty()
         || source.stem().is_some_and(|stem| stem.contains("extrinsic")) && partner::has_poses(&root)
         || cameras.iter().any(|(_, view)| has_camera(&view.at))
+        || projection::is_in(&root)
 }
 
 /// True if a map contains K.
@@ -168,6 +169,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     if !keys::marks(&root).is_empty() {
         return marked(&view, hints);
+    }
+    let has_k = list_of_cameras(&root)?.iter().any(|(_, view)| has_camera(&view.at));
+    if !has_k && projection::is_in(&root) {
+        return projection::read(&root, source.stem());
     }
     several(&view, source, assets, hints)
 }

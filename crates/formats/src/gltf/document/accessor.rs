@@ -60,7 +60,7 @@ impl<'a> Document<'a> {
     /// Elements of an accessor that `from` refers to.
     pub(crate) fn elements(&'a self, index: usize, from: &str) -> Result<AccessorView<'a>> {
         let Some(accessor) = self.root.accessors.get(index) else {
-            return Err(self.unresolved(from, index, self.root.accessors.len()));
+            return Err(self.unresolved(from, "accessors", index, self.root.accessors.len()));
         };
         let place = format!("accessors[{index}]");
         let fault = |code, message: String| self.fault(code, format!("{place}{message}"));

@@ -30,6 +30,11 @@ pub(crate) struct Document<'a> {
     pub(crate) allowance: MemoryAllowance,
 }
 
+/// Text for an index that does not exist in the list `part`.
+pub(crate) fn describe_missing(part: &str, index: usize, count: usize) -> String {
+    format!("{part}[{index}] does not exist; the length of {part} is {count} (UNRESOLVED_REFERENCE)")
+}
+
 impl Document<'_> {
     /// Error of this file; the message begins with the position in the document.
     pub(crate) fn fault(&self, code: ErrorCode, message: impl Into<String>) -> FormatError {
@@ -46,15 +51,15 @@ impl Document<'_> {
         buffers::read_error(self.path, error)
     }
 
-    /// Error for an index that does not exist.
-    pub(crate) fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
-        let message = format!("{place}: {index} does not exist; the file has {count} (UNRESOLVED_REFERENCE)");
+    /// Error for an index, written at `place`, that does not exist in the list `part`.
+    pub(crate) fn unresolved(&self, place: &str, part: &str, index: usize, count: usize) -> FormatError {
+        let message = format!("{place}: {}", describe_missing(part, index, count));
         self.fault(ErrorCode::IndexOutOfRange, message)
     }
 
-    /// Item with an index that is written at `place`.
-    pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T> {
-        all.get(index).ok_or_else(|| self.unresolved(place, index, all.len()))
+    /// Item of the list `part` with an index that is written at `place`.
+    pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str, part: &str) -> Result<&'b T> {
+        all.get(index).ok_or_else(|| self.unresolved(place, part, index, all.len()))
     }
 
     /// Element with an index that is written at `place`; `part` is the name of the list.
@@ -65,7 +70,7 @@ impl Document<'_> {
         place: &str,
         part: &str,
     ) -> Result<&'b T> {
-        match self.get(all, index, place)? {
+        match self.get(all, index, place, part)? {
             Lenient::Valid(element) => Ok(element),
             Lenient::Faulty(fault) => {
                 let message = format!("{part}[{index}]: {fault} (TYPE_MISMATCH)");

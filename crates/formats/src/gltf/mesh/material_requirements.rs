@@ -25,7 +25,7 @@ impl MaterialRequirements {
         let (mut sets, mut tangent_uvs) = (Vec::new(), None);
         for index in materials.chain(mappings.map(|mapping| mapping.material)) {
             let place = &format!("{place}.material");
-            let material = document.get(&document.root.materials, index, place)?;
+            let material = document.get(&document.root.materials, index, place, "materials")?;
             sets.extend(material.textures().map(TextureInfo::uv_set));
             tangent_uvs = tangent_uvs.or(material.tangent_uvs());
         }

@@ -97,7 +97,7 @@ impl Builder<'_, '_> {
             }
         };
         let at = format!("{place}.target.node");
-        let found = document.get(nodes, node, &at)?;
+        let found = document.get(nodes, node, &at, "nodes")?;
         let target = match path {
             "translation" => AnimationTarget::Translation(node),
             "rotation" => AnimationTarget::Rotation(node),

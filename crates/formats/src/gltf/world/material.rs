@@ -32,7 +32,7 @@ impl Builder<'_, '_> {
         let count = document.root.materials.len();
         match index {
             Some(index) if index < count => Ok(index),
-            Some(index) => Err(document.unresolved(&format!("{place}.material"), index, count)),
+            Some(index) => Err(document.unresolved(&format!("{place}.material"), "materials", index, count)),
             None if self.world.materials.len() > count => Ok(count),
             None => {
                 let material = Material {

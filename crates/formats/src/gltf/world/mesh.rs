@@ -16,7 +16,7 @@ impl Builder<'_, '_> {
             return Ok(known.clone());
         }
         let document = self.document;
-        let json = document.get(&document.root.meshes, index, place)?;
+        let json = document.get(&document.root.meshes, index, place, "meshes")?;
         if json.primitives.is_empty() {
             return Err(
                 document.fault(ErrorCode::MissingValue, format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)"))

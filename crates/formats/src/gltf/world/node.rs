@@ -14,6 +14,9 @@ use crate::gltf::json::lenient::Lenient;
 use crate::gltf::world::builder::Builder;
 use crate::gltf::world::builder::ImportedMesh;
 
+/// The list of material variants.
+const VARIANTS: &str = "extensions.KHR_materials_variants.variants";
+
 /// The tree, parents before children.
 struct NodeOrder {
     order: Vec<usize>,
@@ -136,7 +139,7 @@ impl Builder<'_, '_> {
             }
             None => 0,
         };
-        let scene = document.get(&root.scenes, index, "scene")?;
+        let scene = document.get(&root.scenes, index, "scene", "scenes")?;
         if root.scenes.len() > 1 {
             let message = format!(
                 "scene {index} {:?} is shown (the default); the file contains {} scenes",
@@ -147,7 +150,7 @@ impl Builder<'_, '_> {
         }
         for (i, &node) in scene.nodes.iter().enumerate() {
             let place = format!("scenes[{index}].nodes[{i}]");
-            document.get(&root.nodes, node, &place)?;
+            document.get(&root.nodes, node, &place, "nodes")?;
             if tree.parents[node].is_some() {
                 self.diagnostics.note(
                     NoticeCode::InvalidFile,
@@ -178,7 +181,7 @@ impl Builder<'_, '_> {
             (name, _) => name,
         };
         if let Some(skin) = node.skin {
-            document.get(&rig.skins, skin, &format!("{place}.skin"))?;
+            document.get(&rig.skins, skin, &format!("{place}.skin"), "skins")?;
         }
         let moving = !rig.animations.is_empty();
         let shape = imported.shape.as_ref();
@@ -251,7 +254,7 @@ impl Builder<'_, '_> {
                     let count = self.world.variants.len();
                     match self.world.variants.get_mut(variant) {
                         Some(variant) => variant.materials.push((object, slot, material)),
-                        None => return Err(document.unresolved(place, variant, count)),
+                        None => return Err(document.unresolved(place, VARIANTS, variant, count)),
                     }
                 }
             }
@@ -321,7 +324,7 @@ impl Document<'_> {
         for (i, node) in nodes.iter().enumerate() {
             for (j, &child) in node.children.iter().enumerate() {
                 let place = format!("nodes[{i}].children[{j}]");
-                self.get(nodes, child, &place)?;
+                self.get(nodes, child, &place, "nodes")?;
                 if let Some(other) = parents[child].replace(i) {
                     return Err(self.fault(
                         ErrorCode::CyclicReference,

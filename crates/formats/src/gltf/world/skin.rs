@@ -15,7 +15,7 @@ impl Builder<'_, '_> {
         for (i, json) in document.root.skins.iter().enumerate() {
             for (j, &joint) in json.joints.iter().enumerate() {
                 let place = format!("skins[{i}].joints[{j}]");
-                document.get(&document.root.nodes, joint, &place)?;
+                document.get(&document.root.nodes, joint, &place, "nodes")?;
             }
             let mut inverse_bind = vec![DAffine3::IDENTITY; json.joints.len()];
             if let Some(index) = json.inverse_bind_matrices {

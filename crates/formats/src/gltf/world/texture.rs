@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raycam_scene::{ErrorCode, Image, NoticeCode, TexelFilter, Texture, TextureSampler, TextureSlot, Wrap};
 
 use crate::error::Result;
-use crate::gltf::document::buffers;
+use crate::gltf::document::{buffers, describe_missing};
 use crate::gltf::json::Sampler;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
@@ -33,7 +33,7 @@ impl Builder<'_, '_> {
     /// Texture for a use; `None` if the texture has no image.
     fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>> {
         let document = self.document;
-        let Some(texture) = self.item_or_notice(&document.root.textures, index, place) else {
+        let Some(texture) = self.item_or_notice(&document.root.textures, index, place, "textures") else {
             return Ok(None);
         };
         let key = (index, color_use == ColorUse::Color);
@@ -63,7 +63,8 @@ impl Builder<'_, '_> {
         }
         let Some(image) = image else { return Ok(None) };
         let sampler = texture.sampler.and_then(|sampler| {
-            let json = self.item_or_notice(&document.root.samplers, sampler, &format!("{place}.sampler"))?;
+            let json =
+                self.item_or_notice(&document.root.samplers, sampler, &format!("{place}.sampler"), "samplers")?;
             Some(self.texture_sampler(&format!("samplers[{sampler}]"), json))
         });
         let usual = TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() };
@@ -73,11 +74,11 @@ impl Builder<'_, '_> {
         Ok(Some(added))
     }
 
-    /// Item with an index that is written at `place`; `None`, with a notice, if the item does not exist.
-    fn item_or_notice<'b, T>(&mut self, all: &'b [T], index: usize, place: &str) -> Option<&'b T> {
+    /// Item of the list `part` with an index that is written at `place`; `None`, with a notice, if the item does not exist.
+    fn item_or_notice<'b, T>(&mut self, all: &'b [T], index: usize, place: &str, part: &str) -> Option<&'b T> {
         let found = all.get(index);
         if found.is_none() {
-            let message = format!("omitted: {index} does not exist; the file has {} (UNRESOLVED_REFERENCE)", all.len());
+            let message = format!("omitted: {}", describe_missing(part, index, all.len()));
             self.diagnostics.note(NoticeCode::IgnoredElement, place.to_owned(), message);
         }
         found
@@ -85,7 +86,7 @@ impl Builder<'_, '_> {
 
     /// Image with an index; `None`, with a notice, if the image is missing, truncated or has an unknown format.
     fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>> {
-        if self.item_or_notice(&self.document.root.images, index, place).is_none() {
+        if self.item_or_notice(&self.document.root.images, index, place, "images").is_none() {
             return Ok(None);
         }
         let key = (index, color_use == ColorUse::Color);
