@@ -209,6 +209,16 @@ def test_water_presets_equal_jerlovs_water_types(row: tuple[str, float, float]) 
     assert found[0] < red
 
 
+def test_smoke_preset_has_the_absorption_of_soot_and_a_visibility_of_3_m() -> None:
+    """Bond and Bergstrom (2006): 7.5 m²/g at 550 nm, inversely proportional to the wavelength; albedo 0.25."""
+    world = wall()
+    world.add_object(box=[100, 3, 100], location=[0, 5, 0], type="boundary", medium="smoke")
+    passed = raycam.render(world, view(size=(1, 1)), channels=["transmittance"])["transmittance"][0, 0]
+    extinction = 0.1 * 7.5 / (1 - 0.25) * 550 / np.array([611.4, 549.1, 464.2])
+    np.testing.assert_allclose(passed, np.exp(-3 * extinction), rtol=1e-3)
+    assert passed[1] == pytest.approx(0.05, rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("keys", "key", "code"),
     [

@@ -71,11 +71,13 @@ def lit_world(world: World, camera: Camera) -> World:
 
 
 def only_light(world: World, number: int | None) -> World:
-    """Returns a copy of the world with only one of its lights, or without lights."""
+    """Returns a copy of the world with only one of its lights, or without lights; bodies of lamps still occlude."""
     made = world.copy()
     made.add_light(DARK)
-    for other in reversed(range(len(world.lights))):
-        if other != number:
+    for other, light in reversed(list(enumerate(world.lights))):
+        if other != number and light.get("body"):
+            made.set_light(other, visible={"camera": False, "reflection": False, "light": False})
+        elif other != number:
             made.remove_light(other)
     return made
 

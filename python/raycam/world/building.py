@@ -218,7 +218,8 @@ class WorldBuilding(WorldContents):
         be an array [h, w, 3] (linear floats, or sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`. `target` aims
         a light at a point [3] in the world, or at the centre of an object by name. It replaces `direction` of a sun,
         spot, disk or ies light, which then points from `position` to the target (for a sun, `position` has no other
-        effect), and the edges `u` and `v` of an area light of `size` (width, height).
+        effect), and the edges `u` and `v` of an area light of `size` (width, height). With `body=True`, a light with a
+        size is an object too, which occludes and has an id.
 
         Raises `WorldError` for an invalid light, and `FormatError` or `OSError` for its files.
         """

@@ -117,6 +117,7 @@ class LightKeys(TypedDict, total=False):
     type: str
     name: str
     visible: Mapping[str, bool]
+    body: bool
     temperature: float
     lux: float
     candela: float

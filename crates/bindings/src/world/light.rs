@@ -25,6 +25,9 @@ pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light, traits: &LightTrai
         visible.set_item("light", traits.visible.light)?;
         dict.set_item("visible", visible)?;
     }
+    if traits.has_body {
+        dict.set_item("body", true)?;
+    }
     if let Light::Projector { camera: Some(camera), .. } = light {
         let text = serde_json::to_string(&CameraSpec::from_camera(camera))
             .map_err(|e| PyValueError::new_err(e.to_string()))?;

@@ -111,7 +111,7 @@ impl<'a> ChannelReader<'a> {
         let origin = DVec3::from(ray.origin) - geometry.origin;
         let end = self.hit(i).map_or(f64::INFINITY, |hit| hit.t);
         let through = MediumRay { origin, direction: ray.direction.into(), begin: 0.0, end, is_camera_ray: true };
-        media.transmittance(geometry.interior_at(origin), &through).to_array()
+        media.transmittance(geometry.interior_at(origin), &through, &media.borders(&through)).to_array()
     }
 
     /// World that a pixel shows.

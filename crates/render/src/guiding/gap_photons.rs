@@ -113,7 +113,7 @@ fn lit_hits(geometry: &Geometry, lights: &Lights, half: u32, batch: u32) -> Vec<
         (rays, lines) = (beyond, going);
     }
     let mut light = vec![Vec3::ZERO; lit.len()];
-    queue.trace(geometry, geometry.two_level(), Coherence::Incoherent, None, &mut light);
+    queue.trace(geometry, geometry.two_level(), Coherence::Incoherent, None, None, &mut light);
     for (lit, light) in lit.iter_mut().zip(light) {
         lit.irradiance = f64::from(light.element_sum());
     }

@@ -47,7 +47,7 @@ pub(crate) fn sees_light(geometry: &Geometry, lights: &Lights, [lower, upper]: [
             }
         }
         let mut found = [Vec3::ZERO];
-        queue.trace(geometry, geometry.two_level(), Coherence::Incoherent, None, &mut found);
+        queue.trace(geometry, geometry.two_level(), Coherence::Incoherent, None, None, &mut found);
         found != [Vec3::ZERO]
     })
 }

@@ -33,5 +33,5 @@ pub(super) fn radiance(
         let direction = to_world_around(interaction.side_normal, sample_cosine_hemisphere(random));
         queue.push(interaction.spawn_ray(direction, distance), i, Vec3::ONE);
     }
-    queue.trace(&world.geometry, batch.scene, Coherence::Incoherent, None, radiance);
+    queue.trace(&world.geometry, batch.scene, Coherence::Incoherent, None, None, radiance);
 }

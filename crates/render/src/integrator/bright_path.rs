@@ -129,7 +129,7 @@ impl Recorder<'_, '_> {
             let mut seen = [Vec3::ZERO];
             let mut one = ShadowRayQueue::default();
             one.push(ray, 0, light);
-            one.trace(self.tracer.geometry, self.batch.scene, Coherence::Incoherent, None, &mut seen);
+            one.trace(self.tracer.geometry, self.batch.scene, Coherence::Incoherent, None, None, &mut seen);
             let origin = Vec3::from(ray.origin).as_dvec3();
             let direction = Vec3::from(ray.direction);
             let distance = f64::from(ray.t_max * direction.length());

@@ -17,7 +17,7 @@ use crate::integrator::path_state::{LightSearch, PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
 use crate::light::air_light::AirLight;
-use crate::media::map::MediaMap;
+use crate::media::map::{Borders, MediaMap, MediumRay};
 use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Catchers;
@@ -35,6 +35,9 @@ pub(crate) struct PathScratch {
     escaped: Vec<(Vec3, f32)>,
     /// Where the rays begin, in worlds with fog.
     ray_begins: RayBegins,
+    /// Rays of a bounce through media, and the borders that they cross.
+    media_rays: Vec<MediumRay>,
+    borders: Borders,
     kind_sort: KindSort,
     hit_batch: HitBatch,
     pub(super) queues: WavefrontQueues,
@@ -133,19 +136,26 @@ impl PathScratch {
         radiance: &mut [Vec3],
         is_background: &mut [bool],
     ) {
-        let Self { paths, active, next_active, hits, ray_begins, queues, .. } = self;
+        let Self { paths, active, next_active, hits, ray_begins, media_rays, borders, queues, .. } = self;
         if tracer.bounce == 0 {
             ray_begins.clear();
         }
+        media_rays.clear();
+        media_rays.extend(active.iter().zip(&*hits).map(|(&index, hit)| {
+            let path = &paths[index as usize];
+            let begin = ray_begins.advance(tracer.geometry, index as usize, path, hit, batch.start_depth);
+            tracer.ray_through_media(path, hit, begin)
+        }));
+        borders.find(media, media_rays.iter());
         let mut count = 0;
         for i in 0..active.len() {
             let (index, hit) = (active[i], hits[i]);
             let path = &mut paths[index as usize];
             let (ray_index, was_camera_ray) = (path.ray_index(), path.is_camera_ray);
-            let begin = ray_begins.advance(tracer.geometry, index as usize, path, &hit, batch.start_depth);
             let mut continues = false;
             let out = (&mut radiance[ray_index], &mut continues);
-            if tracer.cross_media(media, path, (&hit, begin), queues, out) {
+            let ray = (&media_rays[i], borders.of_ray(i));
+            if tracer.cross_media(media, path, &hit, ray, queues, out) {
                 (active[count], hits[count]) = (index, hit);
                 count += 1;
                 continue;
@@ -259,16 +269,12 @@ impl PathScratch {
     /// Traces shadow rays, then the rays of the next bounce.
     pub(super) fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
         let (queues, passes) = (&mut self.queues, tracer.settings.passes);
-        if let Some(media) = &tracer.settings.media {
-            for queue in queues.shadow_rays.iter_mut().chain([&mut queues.bsdf_shadow_rays]) {
-                queue.dim_by_media(media);
-            }
-        }
+        let media = tracer.settings.media.as_ref();
         let coherence = if tracer.bounce == 0 { Coherence::Unknown } else { Coherence::Incoherent };
         for shadow_rays in &mut queues.shadow_rays {
-            shadow_rays.trace(tracer.geometry, batch.scene, coherence, passes, radiance);
+            shadow_rays.trace(tracer.geometry, batch.scene, coherence, media, passes, radiance);
         }
-        queues.bsdf_shadow_rays.trace(tracer.geometry, batch.scene, Coherence::Incoherent, passes, radiance);
+        queues.bsdf_shadow_rays.trace(tracer.geometry, batch.scene, Coherence::Incoherent, media, passes, radiance);
         // Every entry is overwritten.
         self.hits.resize(queues.next_rays.len(), Hit::MISS);
         let finds = |rays: &RayVisibility| rays.reflection;

@@ -9,12 +9,12 @@ use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::passes::{PassTag, Passes};
 use crate::interaction::SurfaceInteraction;
 use crate::interaction::ray_cone::RayCone;
-use crate::media::map::{MediaMap, MediumRay};
+use crate::media::map::{Borders, MediaMap, MediumRay};
 use crate::media::nested_dielectrics::InteriorList;
 use crate::prepare::geometry::Geometry;
 
 /// Shadow rays in the order in which they were pushed.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct ShadowRayQueue {
     rays: Vec<Ray>,
     occluded: Vec<bool>,
@@ -23,6 +23,9 @@ pub(crate) struct ShadowRayQueue {
     /// True in a world with media, where every ray has its media in `interiors`.
     pub tracks_media: bool,
     interiors: Vec<InteriorList>,
+    /// Rays that are dimmed, with their indices, and the borders of media that they cross.
+    media_rays: Vec<(usize, MediumRay)>,
+    borders: Borders,
     /// Passes of every ray, if passes are recorded; otherwise empty.
     tags: Vec<PassTag>,
 }
@@ -59,18 +62,23 @@ impl ShadowRayQueue {
         self.rays.iter().zip(&self.contribution).map(|(&ray, &(index, light))| (ray, index, light))
     }
 
-    /// Traces all rays, adds the light of unoccluded ones to `radiance` and to the `passes`, and empties the queue.
+    /// Traces all rays, adds the light of unoccluded ones to `radiance` and to the `passes`, dimmed by `media`, and
+    /// empties the queue.
     pub fn trace(
         &mut self,
         geometry: &Geometry,
         scene: &Scene,
         coherence: Coherence,
+        media: Option<&MediaMap>,
         passes: Option<Passes>,
         radiance: &mut [Vec3],
     ) {
         // Every entry is overwritten.
         self.occluded.resize(self.rays.len(), false);
         scene.occluded(&self.rays, &mut self.occluded, coherence);
+        if let Some(media) = media {
+            self.dim_by_media(media, geometry.has_transparency);
+        }
         for (&(index, light), occluded) in self.contribution.iter().zip(&self.occluded) {
             if !occluded {
                 radiance[index] += light;
@@ -94,10 +102,15 @@ impl ShadowRayQueue {
         self.clear();
     }
 
-    /// Dims the light of all rays by the media that they pass.
+    /// Dims the light of rays by the media that they pass: of all rays if surfaces may let light through, otherwise of
+    /// the unoccluded ones.
     #[inline(never)]
-    pub fn dim_by_media(&mut self, media: &MediaMap) {
-        for ((ray, (_, light)), &interior) in self.rays.iter().zip(&mut self.contribution).zip(&self.interiors) {
+    fn dim_by_media(&mut self, media: &MediaMap, dims_occluded: bool) {
+        let Self { rays, occluded, contribution, interiors, media_rays, borders, .. } = self;
+        let is_dimmed = |index: usize| dims_occluded || !occluded[index];
+        media_rays.clear();
+        let dimmed = rays.iter().enumerate().filter(|(index, _)| is_dimmed(*index));
+        media_rays.extend(dimmed.map(|(index, ray)| {
             let direction = Vec3::from(ray.direction).as_dvec3();
             let length = direction.length();
             let through = MediumRay {
@@ -107,7 +120,11 @@ impl ShadowRayQueue {
                 end: f64::from(ray.t_max) * length,
                 is_camera_ray: false,
             };
-            *light *= media.transmittance(interior, &through);
+            (index, through)
+        }));
+        borders.find(media, media_rays.iter().map(|(_, ray)| ray));
+        for (number, (index, ray)) in media_rays.iter().enumerate() {
+            contribution[*index].1 *= media.transmittance(interiors[*index], ray, borders.of_ray(number));
         }
     }
 

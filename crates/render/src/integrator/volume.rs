@@ -7,7 +7,7 @@
 use std::ops::ControlFlow;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Ray};
+use raycam_bvh::{ExactHit, Hit, Ray};
 
 use crate::bsdf::BsdfSample;
 use crate::integrator::camera_ray_batch::is_miss;
@@ -60,30 +60,35 @@ impl NearLights {
 }
 
 impl PathTracer<'_> {
-    /// Moves a path through the media before its hit. True if it reaches the hit; otherwise a medium scattered it, and
+    /// The ray of a path to its hit, from a distance.
+    pub(super) fn ray_through_media(&self, path: &PathState, hit: &Hit, begin: f64) -> MediumRay {
+        let (origin, direction) = (path.prev_context.position, path.direction.as_dvec3());
+        let end = self.geometry.ray_length(origin, direction, hit);
+        MediumRay { origin, direction, begin, end, is_camera_ray: path.is_camera_ray }
+    }
+
+    /// Moves a path through the media before its hit, along a ray with its borders. True if it reaches the hit; otherwise a medium scattered it, and
     /// `continues` is true if its next ray is queued.
     pub(super) fn cross_media(
         &self,
         media: &MediaMap,
         path: &mut PathState,
-        (hit, begin): (&Hit, f64),
+        hit: &Hit,
+        (ray, borders): (&MediumRay, &[ExactHit]),
         queues: &mut WavefrontQueues,
         (out, continues): (&mut Vec3, &mut bool),
     ) -> bool {
         *continues = false;
-        let (origin, direction) = (path.prev_context.position, path.direction.as_dvec3());
-        let end = self.geometry.ray_length(origin, direction, hit);
-        let ray = MediumRay { origin, direction, begin, end, is_camera_ray: path.is_camera_ray };
         if !self.skips_light(path) {
-            self.add_lights_in_media(media, path, &ray, out);
+            self.add_lights_in_media(media, path, (ray, borders), out);
         }
         if is_miss(hit) && path.is_camera_ray && self.settings.hide_environment {
             return true;
         }
         let mut index = 0;
         let interior = path.interior_list;
-        let scattered = media.visit(interior, &ray, |part| {
-            let found = self.cross_part(path, &ray, part, index, queues);
+        let scattered = media.visit(interior, ray, borders, |part| {
+            let found = self.cross_part(path, ray, part, index, queues);
             index += 1;
             match found {
                 Some(vertex) => ControlFlow::Break(vertex),
@@ -102,7 +107,13 @@ impl PathTracer<'_> {
     }
 
     /// Adds lights without a mesh that the ray crosses, dimmed by the media before them.
-    fn add_lights_in_media(&self, media: &MediaMap, path: &PathState, ray: &MediumRay, out: &mut Vec3) {
+    fn add_lights_in_media(
+        &self,
+        media: &MediaMap,
+        path: &PathState,
+        (ray, borders): (&MediumRay, &[ExactHit]),
+        out: &mut Vec3,
+    ) {
         let (lights, view) = self.lights_of(path);
         lights.intersect_visible(
             &path.prev_context,
@@ -112,7 +123,7 @@ impl PathTracer<'_> {
             |index, at, radiance, pdf| {
                 if at >= ray.begin {
                     let before = MediumRay { end: at, ..*ray };
-                    let passed = media.transmittance(path.interior_list, &before);
+                    let passed = media.transmittance(path.interior_list, &before, borders);
                     let light = path.throughput * passed * radiance * self.mis_weight(path, pdf);
                     *out += light;
                     self.record(path, LightSource::Finite { index, view }, light);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{ExactHit, ExactRay, Hit, Scene};
+use raycam_bvh::{ExactHit, ExactRay, Hit};
 
 use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::prepare::fog::{PreparedFog, transmittance};
@@ -55,11 +55,12 @@ impl<'a> MediaMap<'a> {
     }
 
     /// Visits the parts of a ray that are in a medium, in order, until `visit` breaks. The path's media at the ray's end
-    /// otherwise.
+    /// otherwise. `borders` are those that the ray crosses; later ones may follow.
     pub fn visit<B>(
         &self,
         interior: InteriorList,
         ray: &MediumRay,
+        borders: &[ExactHit],
         mut visit: impl FnMut(&MediumPart) -> ControlFlow<B>,
     ) -> ControlFlow<B, InteriorList> {
         let mut visit_part =
@@ -67,32 +68,21 @@ impl<'a> MediaMap<'a> {
                 Some(part) => visit(&part),
                 None => ControlFlow::Continue(()),
             };
-        let Some(boundaries) = &self.geometry.boundaries else {
-            visit_part(interior, ray)?;
-            return ControlFlow::Continue(interior);
-        };
         let (mut interior, mut begin) = (interior, ray.begin);
-        for hit in self.crossings(boundaries, ray) {
+        for hit in borders.iter().take_while(|hit| ray.begin + hit.t <= ray.end) {
             let end = ray.begin + hit.t;
             visit_part(interior, &MediumRay { begin, end, ..*ray })?;
-            (interior, begin) = (self.beyond(interior, ray.direction, &hit), end);
+            (interior, begin) = (self.beyond(interior, ray.direction, hit), end);
         }
         visit_part(interior, &MediumRay { begin, ..*ray })?;
         ControlFlow::Continue(interior)
     }
 
     /// The borders of media that a ray crosses, by their distances from its begin.
-    fn crossings(&self, boundaries: &Scene, ray: &MediumRay) -> Vec<ExactHit> {
-        let origin = ray.origin + ray.begin * ray.direction + self.geometry.origin;
-        let ray = ExactRay {
-            origin: origin.to_array(),
-            direction: ray.direction.to_array(),
-            t_min: 0.0,
-            t_max: (ray.end - ray.begin).max(0.0),
-        };
-        let (mut counts, mut found) = ([0], vec![]);
-        boundaries.crossings(&[ray], self.geometry, None, usize::MAX, (&mut counts, &mut found));
-        found
+    pub fn borders(&self, ray: &MediumRay) -> Vec<ExactHit> {
+        let mut borders = Borders::default();
+        borders.find(self, [ray].into_iter());
+        borders.hits
     }
 
     /// The media behind a border.
@@ -120,14 +110,56 @@ impl<'a> MediaMap<'a> {
         (to > from).then_some(MediumPart { begin: begin + from, end: begin + to, medium, interior })
     }
 
-    /// The fraction of light that passes along a ray.
-    pub fn transmittance(&self, interior: InteriorList, ray: &MediumRay) -> Vec3 {
+    /// The fraction of light that passes along a ray with these `borders`.
+    pub fn transmittance(&self, interior: InteriorList, ray: &MediumRay, borders: &[ExactHit]) -> Vec3 {
         let mut passed = Vec3::ONE;
-        let _: ControlFlow<(), InteriorList> = self.visit(interior, ray, |part| {
+        let _: ControlFlow<(), InteriorList> = self.visit(interior, ray, borders, |part| {
             passed *= transmittance(part.medium.extinction, part.end - part.begin);
             ControlFlow::Continue(())
         });
         passed
+    }
+}
+
+/// The borders of media that the rays of a batch cross.
+#[derive(Debug, Default)]
+pub(crate) struct Borders {
+    rays: Vec<ExactRay>,
+    counts: Vec<u32>,
+    /// For each ray, the end of its hits; they begin at the end of the ray before.
+    ends: Vec<usize>,
+    hits: Vec<ExactHit>,
+}
+
+impl Borders {
+    /// Finds the borders that rays cross, with their distances from the rays' begins.
+    pub fn find<'r>(&mut self, media: &MediaMap, rays: impl Iterator<Item = &'r MediumRay>) {
+        let Self { rays: exact, counts, ends, hits } = self;
+        ends.clear();
+        hits.clear();
+        let Some(boundaries) = &media.geometry.boundaries else { return };
+        exact.clear();
+        exact.extend(rays.map(|ray| ExactRay {
+            origin: (ray.origin + ray.begin * ray.direction + media.geometry.origin).to_array(),
+            direction: ray.direction.to_array(),
+            t_min: 0.0,
+            t_max: (ray.end - ray.begin).max(0.0),
+        }));
+        counts.clear();
+        counts.resize(exact.len(), 0);
+        boundaries.crossings(exact, media.geometry, None, usize::MAX, (counts, hits));
+        let mut end = 0;
+        ends.extend(counts.iter().map(|&count| {
+            end += count as usize;
+            end
+        }));
+    }
+
+    /// The borders that a ray of the batch crosses, by their distances from its begin.
+    pub fn of_ray(&self, index: usize) -> &[ExactHit] {
+        let Some(&end) = self.ends.get(index) else { return &[] };
+        let begin = index.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.hits[begin..end]
     }
 }
 
@@ -160,7 +192,7 @@ impl MediaMap<'_> {
         air_light: impl Fn(&Medium) -> Vec3,
     ) -> ClosedForm {
         let (mut passed, mut added) = (Vec3::ONE, Vec3::ZERO);
-        let end: ControlFlow<(), InteriorList> = self.visit(interior, ray, |part| {
+        let end: ControlFlow<(), InteriorList> = self.visit(interior, ray, &self.borders(ray), |part| {
             let own = transmittance(part.medium.extinction, part.end - part.begin);
             added += passed * (Vec3::ONE - own) * air_light(&part.medium);
             passed *= own;

@@ -29,7 +29,7 @@ pub const LUMENS_PER_WATT: f64 = 683.0;
 /// number instead of red, green and blue means grey.
 ///
 /// A light has no mesh: if it has a size, it is visible directly and in mirrors, but casts no shadow and does not
-/// appear in ground truth. To make it block light, place an object there; to make an object shine, set its `emission`.
+/// appear in ground truth, unless `body = true`. To make an object shine, set its `emission`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 // `schema::node` reads an enum from a table by its `type`, so that errors inside keep their position.
 #[serde(rename_all = "lowercase", deny_unknown_fields)]

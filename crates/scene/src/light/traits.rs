@@ -3,13 +3,16 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Name and visibility of a light.
+/// Name, visibility and body of a light.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LightTraits {
     /// Name in channels; default: the light's type.
     pub name: Option<String>,
     /// The rays that find the light.
     pub visible: LightVisibility,
+    /// True if an object in the light's shape occludes and appears in ground truth.
+    #[serde(default)]
+    pub has_body: bool,
 }
 
 /// The rays that find a light.

@@ -31,14 +31,37 @@ const JERLOV: [(&str, [f32; 13]); 10] = [
 const MILK: [(&str, Rgb, Rgb); 2] =
     [("milk", [1.1, 2.4, 14.0], [2550.0, 3210.0, 3770.0]), ("skim_milk", [1.4, 2.5, 14.2], [700.0, 1220.0, 1900.0])];
 
+/// Absorption of soot at [`SOOT_WAVELENGTH`] in m²/g, in inverse proportion to the wavelength, and albedo of fresh soot:
+/// the middle of the range 0.2 to 0.3.
+///
+/// T. C. Bond and R. W. Bergstrom, "Light Absorption by Carbonaceous Particles: An Investigative Review", Aerosol Science
+/// and Technology 40, 2006.
+const SOOT_ABSORPTION: f32 = 7.5;
+const SOOT_WAVELENGTH: f32 = 550.0;
+const SOOT_ALBEDO: f32 = 0.25;
+/// Soot consists of aggregates of many spheres, which scatter mostly forwards: about 0.4 to 0.6.
+const SOOT_G: f32 = 0.5;
+/// Soot in the smoke of a fire in g/m³, through which one can see 3 m.
+const SMOKE_DENSITY: f32 = 0.1;
+
 /// The names of all presets.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    JERLOV.iter().map(|row| row.0).chain(MILK.iter().map(|row| row.0))
+    JERLOV.iter().map(|row| row.0).chain(MILK.iter().map(|row| row.0)).chain(["smoke"])
+}
+
+/// The smoke of a fire: soot in air.
+fn smoke() -> Medium {
+    let absorption = PRIMARIES.map(|wavelength| SMOKE_DENSITY * SOOT_ABSORPTION * SOOT_WAVELENGTH / wavelength);
+    let scattering = absorption.map(|absorption| absorption * SOOT_ALBEDO / (1.0 - SOOT_ALBEDO));
+    Medium { absorption, scattering, g: SOOT_G }
 }
 
 impl Medium {
     /// The medium of this name.
     pub fn named(name: &str) -> Option<Self> {
+        if name == "smoke" {
+            return Some(smoke());
+        }
         if let Some((_, spectrum)) = JERLOV.iter().find(|row| row.0 == name) {
             let absorption = PRIMARIES.map(|wavelength| interpolate(spectrum, wavelength));
             return Some(Self { absorption, ..Self::default() });
@@ -54,4 +77,26 @@ fn interpolate(spectrum: &[f32; 13], wavelength: f32) -> f32 {
     let [low, high] = [WAVELENGTHS[after - 1], WAVELENGTHS[after]];
     let share = (wavelength - low) / (high - low);
     spectrum[after - 1] * (1.0 - share) + spectrum[after] * share
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Through 3 m of smoke, 5 % of the light passes at 550 nm (Koschmieder's visibility).
+    #[test]
+    fn smoke_has_the_albedo_of_soot_and_a_visibility_of_3_m() {
+        let Medium { absorption, scattering, .. } = Medium::named("smoke").unwrap();
+        for i in 0..3 {
+            assert!((absorption[i] - 0.75 * 550.0 / PRIMARIES[i]).abs() < 1e-6);
+            assert!((scattering[i] / (absorption[i] + scattering[i]) - 0.25).abs() < 1e-6);
+        }
+        let passed = (-3.0 * (absorption[1] + scattering[1])).exp();
+        assert!((passed - 0.05).abs() < 1e-3, "{passed}");
+    }
+
+    #[test]
+    fn every_name_is_a_medium() {
+        assert!(names().all(|name| Medium::named(name).is_some_and(|medium| medium.validate().is_ok())));
+    }
 }

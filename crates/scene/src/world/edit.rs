@@ -20,7 +20,12 @@ impl World {
     pub fn remove_object(&mut self, id: usize) -> Result<()> {
         self.check_object(id)?;
         let before = self.parts_in_use();
-        self.objects.remove(id);
+        if let Some(light) = self.objects.remove(id).lamp
+            && let Some(traits) = self.light_traits.get_mut(light)
+        {
+            traits.has_body = false;
+            self.trim_light_traits();
+        }
         self.names = Names::from_used(self.objects.iter().map(|object| &object.name[..]));
         let follows = |object: &mut usize| follow(object, id);
         if let Some(video) = &mut self.video {
@@ -86,10 +91,11 @@ impl World {
         Ok(())
     }
 
-    /// Sets the name and the visibility of a light.
+    /// Sets the name and the visibility of a light, and adds or removes its body.
     ///
     /// # Errors
-    /// [`SceneError::World`] if the light does not exist, and for a name that another light has.
+    /// [`SceneError::World`] if the light does not exist, for a name that another light has, and for the body of a light
+    /// without a size.
     pub fn set_light_traits(&mut self, number: usize, traits: LightTraits) -> Result<()> {
         self.check_light(number)?;
         if let Some(name) = &traits.name {
@@ -101,27 +107,41 @@ impl World {
                 )));
             }
         }
+        if traits.has_body {
+            Self::check_lamp_body(&self.lights[number])?;
+        }
         if traits != self.traits_of_light(number) {
             self.light_traits.resize(self.light_traits.len().max(number + 1), LightTraits::default());
             self.light_traits[number] = traits;
         }
+        self.trim_light_traits();
+        self.update_lamp_body(number)
+    }
+
+    /// Removes default traits at the end, which lights without traits have.
+    fn trim_light_traits(&mut self) {
         while self.light_traits.last().is_some_and(|last| *last == LightTraits::default()) {
             self.light_traits.pop();
         }
-        Ok(())
     }
 
-    /// Name and visibility of a light.
+    /// Name, visibility and body of a light.
     pub fn traits_of_light(&self, number: usize) -> LightTraits {
         self.light_traits.get(number).cloned().unwrap_or_default()
     }
 
-    /// Removes a light. The indices of later lights decrease by one.
+    /// Removes a light and its body. The indices of later lights decrease by one.
     ///
     /// # Errors
     /// [`SceneError::World`] if the light does not exist.
     pub fn remove_light(&mut self, number: usize) -> Result<()> {
         self.check_light(number)?;
+        if let Some(body) = self.lamp_body(number) {
+            self.remove_object(body)?;
+        }
+        self.objects.iter_mut().filter_map(|object| object.lamp.as_mut()).for_each(|lamp| {
+            follow(lamp, number);
+        });
         self.lights.remove(number);
         if number < self.light_traits.len() {
             self.light_traits.remove(number);

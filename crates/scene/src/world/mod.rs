@@ -7,6 +7,7 @@ pub mod category;
 mod default_camera;
 mod edit;
 mod find;
+mod lamp_body;
 mod light_names;
 mod mesh_file;
 mod names;
@@ -66,6 +67,9 @@ pub struct Object {
     /// What the surface returns to a lidar, if not derived from the materials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lidar: Option<LidarSurface>,
+    /// Index of the light whose body the object is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lamp: Option<usize>,
 }
 
 fn visible() -> bool {
@@ -111,6 +115,7 @@ impl Object {
             ray_visibility: RayVisibility::default(),
             shadow_catcher: false,
             lidar: None,
+            lamp: None,
         }
     }
 }

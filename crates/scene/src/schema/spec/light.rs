@@ -32,6 +32,9 @@ struct CommonKeys {
     /// and glass do not show it; with `light = false`, it illuminates nothing, such as an environment that is only the
     /// background.
     visible: LightVisibility,
+    /// Only `area`, `disk`, and `point` and `spot` with a `radius`: true if the light is an object too. The object has the
+    /// light's name, occludes other lights and what is behind it, and appears in ids and all other ground truth.
+    body: Option<bool>,
     /// Colour temperature in kelvin, 1000 to 40000: its strength is multiplied by the colour of a black body whose
     /// luminance is 1, so that the luminance does not change. 2700 is an incandescent lamp, 6500 daylight.
     temperature: Option<f64>,
@@ -77,7 +80,7 @@ const UNITS: [PhotometricUnit; 4] = [
 ];
 
 /// Keys of [`CommonKeys`].
-const COMMON_KEYS: [&str; 8] = ["name", "visible", "temperature", "lux", "candela", "lumen", "nit", "camera"];
+const COMMON_KEYS: [&str; 9] = ["name", "visible", "body", "temperature", "lux", "candela", "lumen", "nit", "camera"];
 
 /// Splits a light's table into the keys of every light and those of its type, with a strength of 1 in place of a
 /// photometric unit.
@@ -151,6 +154,7 @@ impl JsonSchema for LightSpec {
             let replaced = |unit: &PhotometricUnit| unit.replaces.iter().find(|(known, _)| *known == kind);
             let has = |key: &str| match key {
                 "camera" => kind == "projector",
+                "body" => ["area", "disk", "point", "spot"].contains(&&*kind),
                 _ => unit(key).is_none_or(|unit| replaced(unit).is_some()),
             };
             let optional: Vec<&str> = UNITS.iter().filter_map(|unit| replaced(unit).map(|(_, key)| *key)).collect();
@@ -167,7 +171,7 @@ impl JsonSchema for LightSpec {
 }
 
 impl LightSpec {
-    /// Returns the light with its strength in radiometric units, and its name and visibility.
+    /// Returns the light with its strength in radiometric units, and its name, visibility and body.
     ///
     /// # Errors
     /// [`SceneError::World`] for an invalid name, temperature or photometric value.
@@ -211,7 +215,10 @@ impl LightSpec {
             let message = "an invalid name; expected at least one character, and no control characters";
             return Err(SceneError::light(message));
         }
-        Ok((light, LightTraits { name: common.name, visible: common.visible }))
+        Ok((
+            light,
+            LightTraits { name: common.name, visible: common.visible, has_body: common.body.unwrap_or_default() },
+        ))
     }
 }
 
