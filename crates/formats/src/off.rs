@@ -353,7 +353,7 @@ impl OffColors {
         if largest > 255.0 {
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: colours of {what} up to {largest} are ignored; expected 0 to 255"),
+                format!("{shown}: the colours of all {what} are ignored, because the largest value is {largest}; expected 0 to 255"),
             ));
             return None;
         }

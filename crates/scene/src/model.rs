@@ -114,7 +114,10 @@ pub trait AssetLoader {
     /// # Errors
     /// A file that is missing, unreadable or too large.
     fn bytes(&mut self, file: &str) -> Result<Vec<u8>, Self::Error> {
-        Err(SceneError::world(format!("file {file:?}: this source of assets contains no files")).into())
+        Err(SceneError::world(format!(
+            "file {file:?}: cannot be loaded, because this asset loader does not read files"
+        ))
+        .into())
     }
 
     /// Error of a file, prefixed with the key that refers to the file, such as `object[2].mesh`.

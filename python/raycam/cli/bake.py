@@ -55,7 +55,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--cage",
         metavar="METRES",
         type=float,
-        help="distance in metres within which the detailed model is searched (default: 2 %% of the object's diagonal)",
+        help="largest distance in metres to the detailed model (default: 2 %% of the object's diagonal)",
     )
     command.add_argument(
         "--atlas",
@@ -92,7 +92,10 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
         help="direction of green in tangent_normal: up (default; glTF, OpenGL) or down (DirectX)",
     )
     command.add_argument(
-        "--max-depth", metavar="N", type=int, help="segments of light paths (default: no limit)"
+        "--max-depth",
+        metavar="N",
+        type=int,
+        help="maximum number of segments of a light path (default: no limit)",
     )
     command.add_argument(
         "--denoise",

@@ -168,7 +168,9 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             Some((LensModel::Eucm, d)) => ("eucm", d, "none", &[]),
             Some((LensModel::DoubleSphere, d)) => ("ds", d, "none", &[]),
             Some((model, d)) => {
-                return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+                return Err(
+                    record.unsupported_error(format, &format!("the lens model {} with distortion {d:?}", model.name()))
+                );
             }
         };
         let [width, height] = record.require_size(format)?;

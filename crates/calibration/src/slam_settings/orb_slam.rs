@@ -307,7 +307,9 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
                 (&["k1", "k2", "p1", "p2", "k3"], &d[..d.len().min(5)])
             }
             Some((model, d)) => {
-                return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+                return Err(
+                    record.unsupported_error(format, &format!("the lens model {} with distortion {d:?}", model.name()))
+                );
             }
         };
         let focals = ["fx", "fy", "cx", "cy"].iter().zip(&focals);

@@ -146,7 +146,7 @@ fn off_errors_contain_the_line() {
 #[test]
 fn colours_outside_the_specified_range_cause_notices() {
     for (color, expected, said) in [
-        ("300 0 0", None, "colours of faces up to 300 are ignored; expected 0 to 255"),
+        ("300 0 0", None, "the colours of all faces are ignored, because the largest value is 300; expected 0 to 255"),
         ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are treated as 0 to 255"),
         ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "up to 1.001 are clamped to 1"),
         ("-1 1 0", Some([0.0, 1.0, 0.0]), "negative or not numbers, which are treated as 0: 1"),

@@ -62,7 +62,7 @@ def add_known(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--intrinsics",
         metavar="FILE",
-        help="calibration whose first camera provides the intrinsics of poses in FILE",
+        help="calibration file whose first camera provides the intrinsics if FILE contains only poses",
     )
     command.add_argument(
         "--direction",
