@@ -79,7 +79,7 @@ def main() -> None:
             found = theirs(options.python, given, Path(folder) / "theirs")
             taken = found["seconds"]
             mine = ours(world, seen, Path(folder) / "ours")
-        assert min(found["objects"]) > 1, "BlenderProc has seen nothing"
+        assert min(found["objects"]) > 1, "BlenderProc rendered no object"
         best["masks"].append(taken["masks"])
         best["all"].append(taken["masks"] + taken["maps"])
         best["coco"].append(taken["masks"] + taken["color"] + taken["coco"])
@@ -102,7 +102,11 @@ def main() -> None:
         f" {options.rounds} rounds in turn, without starting and without what is built once.",
     ]
     report.write(
-        "blenderproc", "Labels beside BlenderProc", notes, ["what", "BlenderProc", "raycam", "times"], rows
+        "blenderproc",
+        "Labels compared with BlenderProc",
+        notes,
+        ["what", "BlenderProc", "raycam", "times"],
+        rows,
     )
 
 

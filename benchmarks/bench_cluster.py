@@ -61,7 +61,7 @@ def poisons(folder: Path) -> list[Row]:
         pool.close()
     return [
         [
-            "a frame that kills every worker it is tried by",
+            "a frame that ends every worker that renders it",
             f"100 frames, {seconds:.0f} s",
             f"given up after {scheduler.MAX_ATTEMPTS} deaths, 99 finished; with --retry-failed 0 bytes differ",
         ]
@@ -78,9 +78,9 @@ def schedulers(folder: Path, count: int) -> list[Row]:
         print(finished, file=sys.stderr)
     return [
         [
-            "scheduler killed, another started, the same command again",
+            "the scheduler is killed, another one is started, and the command is repeated",
             f"{count} times, {frames} frames, {', '.join(map(str, finished))} of them finished by then",
-            "0 finished frames lost or made again, 0 bytes differ",
+            "no finished frame was lost or rendered again, 0 bytes differ",
         ]
     ]
 
@@ -105,7 +105,7 @@ def main() -> None:
     notes = [
         f"Every job is compared, byte for byte, with one of a single process. {SHARE:.0%} of {WORKERS} workers are two."
     ]
-    report.write("cluster", "A cluster's bad day", notes, ["what", "how much", "result"], rows)
+    report.write("cluster", "A cluster with many faults", notes, ["what", "how much", "result"], rows)
 
 
 if __name__ == "__main__":

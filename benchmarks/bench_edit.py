@@ -28,7 +28,9 @@ def ball(levels: int) -> dict[str, object]:
 
 
 def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -> list[float]:
-    """Returns each loop's processor time per call in microseconds: the best of several rounds, in alternation."""
+    """Returns each loop's processor time per call in microseconds: the best of several rounds, in which the loops
+    alternate.
+    """
     best = [np.inf] * len(calls)
     for number in range(rounds + 1):
         for k, (call, count) in enumerate(calls):
@@ -68,14 +70,14 @@ def moved_cameras() -> list[raycam.Camera]:
 
 def rows(rounds: int, calls: int) -> list[list[str]]:
     scenes = {
-        "ball of 320, floor": scene(2, 0),
-        "ball of 5,120, floor": scene(4, 0),
-        "ball of 81,920, floor": scene(6, 0),
-        "ball of 327,680, floor": scene(7, 0),
-        "ball of 5,120 and 10 boxes": scene(4, 10),
-        "ball of 5,120 and 1,000 boxes": scene(4, 1000),
-        "ball of 5,120 under a sky of 4k": scene(4, 0, sky=4096),
-        "ball of 5,120, 81,920 shine": scene(4, 0, shining=6),
+        "ball of 320 triangles, floor": scene(2, 0),
+        "ball of 5,120 triangles, floor": scene(4, 0),
+        "ball of 81,920 triangles, floor": scene(6, 0),
+        "ball of 327,680 triangles, floor": scene(7, 0),
+        "ball of 5,120 triangles and 10 boxes": scene(4, 10),
+        "ball of 5,120 triangles and 1,000 boxes": scene(4, 1000),
+        "ball of 5,120 triangles under a sky image of 4k": scene(4, 0, sky=4096),
+        "ball of 5,120 triangles, 81,920 emissive triangles": scene(4, 0, shining=6),
     }
     cameras = moved_cameras()
     found = []
@@ -185,7 +187,9 @@ def main() -> None:
     arguments = parser.parse_args()
     notes = [*fresh(), *small(), *many(arguments.rounds)]
     head = ["scene", "camera moved", "world.at(t)", "ratio", "set_object", "ratio"]
-    report.write("edit", "An object moved", notes, head, rows(arguments.rounds, arguments.calls))
+    report.write(
+        "edit", "Images after an object was moved", notes, head, rows(arguments.rounds, arguments.calls)
+    )
 
 
 if __name__ == "__main__":

@@ -131,10 +131,10 @@ def main() -> None:
         assert clean.wait() == 0
         whole = results(folder / "one")
         for what, fault in (
-            ("a disk with room for half of it", full),
-            ("a disk that somebody fills amid the frames", filled),
-            ("a disk that is read-only when the job goes on", read_only),
-            ("permission to write taken amid the frames", forbidden),
+            ("a disk with space for half of the frames", full),
+            ("a disk that another program fills during the job", filled),
+            ("a disk that is read-only when the job is resumed", read_only),
+            ("write permission that is removed during the job", forbidden),
         ):
             finished, said = fault(folder, whole)
             rows.append([what, f"{finished} of {FRAMES}, whole", f"`{said}`"])
@@ -143,7 +143,7 @@ def main() -> None:
         "Exit status 1 each time. Repaired, the same command goes on: 0 bytes differ from a run without trouble."
     ]
     report.write(
-        "faults", "Disks in trouble", notes, ["what", "finished frames", "what the command says"], rows
+        "faults", "Faults of disks", notes, ["what", "finished frames", "what the command prints"], rows
     )
 
 

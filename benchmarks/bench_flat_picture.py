@@ -143,9 +143,9 @@ def pyrender_picture(vertices: np.ndarray, faces: np.ndarray) -> Picture:
 
 CONTENDERS = {
     "raycam": ("raycam.render: colour, depth, object and triangle ids", raycam_picture),
-    "raycam-rays": ("raycam cast_rays: all it answers, float64 rays", raycam_rays),
-    "open3d": ("Open3D cast_rays: all it answers; no colour, rays made before", open3d_rays),
-    "trimesh": ("trimesh with embreex, intersects_first: triangle ids alone", trimesh_rays),
+    "raycam-rays": ("raycam cast_rays: all its results, with float64 rays", raycam_rays),
+    "open3d": ("Open3D cast_rays: all its results, without colour; rays are created in advance", open3d_rays),
+    "trimesh": ("trimesh with embreex, intersects_first: only triangle ids", trimesh_rays),
     "pyrender": ("pyrender with OSMesa, flat: colour and depth; no ids", pyrender_picture),
 }
 
@@ -174,7 +174,7 @@ def race(names: list[str], mesh: str, rounds: int, peers: str | None) -> dict[st
         if worker.stdout.readline() == "ready\n":
             workers[name], seconds[name] = worker, []
         else:
-            print(f"{name} does not start here", file=sys.stderr)
+            print(f"{name} does not start on this machine", file=sys.stderr)
     for _ in range(rounds):
         for name, worker in workers.items():
             worker.stdin.write("\n")

@@ -58,7 +58,7 @@ def main() -> None:
             rows.append([name, f"{value:,}", f"{1000 * frame:.1f}", f"{1000 * once:.0f}"])
     base = ", ".join(f"{value:,} {name}" for name, value in BASE.items())
     notes = [f"Milliseconds, median of 3 frames; all else as in {base}. Once: building what tracing needs."]
-    report.write("growth", "How the time of a frame grows", notes, ["of", "so many", "a frame", "once"], rows)
+    report.write("growth", "Growth of the time of a frame", notes, ["of", "so many", "a frame", "once"], rows)
 
 
 if __name__ == "__main__":

@@ -95,7 +95,7 @@ def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
         job.run(pool)
         seconds = time.perf_counter() - start
     return [
-        f"{name}: all that a frame costs, 16 x 12 pixels",
+        f"{name}: total time of a frame, 16 x 12 pixels",
         f"{frames - 8} frames",
         f"{1000 * seconds / (frames - 8):.2f} ms",
     ]
@@ -109,7 +109,7 @@ def bare(frames: int) -> Row:
     for number in range(200):
         one.frame(number).to_png()
     return [
-        "rendering and PNG alone, the same frames",
+        "only rendering and PNG encoding of the same frames",
         "200 frames",
         f"{5 * (time.perf_counter() - start):.2f} ms",
     ]
@@ -138,7 +138,7 @@ def long_job(folder: Path, frames: int) -> list[Row]:
             f"{', '.join(str(seen[mark][0] >> 10) for mark in marks)} ({100 * (late / early - 1):+.2f} % since 10 %)",
         ],
         [
-            f"{frames} frames: open files at the same times",
+            f"{frames} frames: number of open files at the same points",
             "",
             ", ".join(str(seen[mark][1]) for mark in marks),
         ],
@@ -200,7 +200,7 @@ def main() -> None:
             rows += parts[part]()
             print(*rows[-3:], sep="\n", file=sys.stderr)
     notes = [
-        "Every kill is followed by a run that goes on; its bytes are compared with those of an uninterrupted one."
+        "After every kill, another run resumes the job; the bytes are compared with those of an uninterrupted run."
     ]
     report.write("jobs", "Jobs", notes, ["what", "how much", "result"], rows)
 

@@ -1,4 +1,5 @@
-"""The lecture's page: its bytes, the time until its first figure is live, and images a second while it is dragged.
+"""Measures the lecture's page: its size in bytes, the time until its first figure is live, and images per second while
+a figure is dragged.
 
 Needs `make web` and Chromium. Each figure is dragged by pointer events in every animation frame: on its first canvas
 that can be dragged, otherwise on its first slider.

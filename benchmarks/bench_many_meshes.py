@@ -71,7 +71,7 @@ def main() -> None:
     notes = [
         f"{SIZE[0]} x {SIZE[1]}, {options.samples} samples, paths of at most {DEPTH} segments; generated."
     ]
-    report.write("many_meshes", "The same triangles as many meshes", notes, head, rows)
+    report.write("many_meshes", "The same triangles, divided into many meshes", notes, head, rows)
 
 
 if __name__ == "__main__":

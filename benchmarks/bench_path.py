@@ -65,7 +65,7 @@ def main() -> None:
     for renderer, _, settings in others:
         head += [f"{' '.join([renderer, *settings.values()])} Msamples/s", "difference of means"]
     notes = [f"{SIZE[0]} x {SIZE[1]}, paths of at most {DEPTH} segments, box filter; best of three pictures."]
-    report.write("path", "Path tracing beside Mitsuba 3 and Cycles", notes, head, rows)
+    report.write("path", "Path tracing compared with Mitsuba 3 and Cycles", notes, head, rows)
 
 
 if __name__ == "__main__":

@@ -146,7 +146,7 @@ def rates(meshes: dict[str, Mesh], count: int, rounds: int) -> None:
             rows.append([f"{name}: {query}", *cells, *ratios])
     report.write(
         "queries",
-        "Queries beside Open3D and trimesh",
+        "Queries compared with Open3D and trimesh",
         [f"Millions of queries a CPU second of all threads, {count} random queries, best of {rounds}."],
         ["mesh: query", "raycam", "Open3D", "trimesh", "to Open3D", "to trimesh"],
         rows,
@@ -210,7 +210,7 @@ def right() -> None:
     lower = random.uniform(0, 1, (4000, 3)) * [1, 1, 0.49]
     rows.append(
         [
-            "box without its lid, its lower half",
+            "the lower half of a box without a lid",
             "4,000",
             *wrong_insides((v1, f1[~lid]), lower, np.full(4000, True)),
         ]
@@ -219,7 +219,11 @@ def right() -> None:
     turned[::3] = turned[::3, ::-1]
     expected = ((points >= 0) & (points < 1)).all(axis=1)
     rows.append(
-        ["cube, a third of its windings turned", "4,000", *wrong_insides((v1, turned), points, expected)]
+        [
+            "a cube in which a third of the triangles are reversed",
+            "4,000",
+            *wrong_insides((v1, turned), points, expected),
+        ]
     )
     away = np.array([220e3, 0, 0])
     rows.append(
@@ -233,7 +237,11 @@ def right() -> None:
     starts = np.concatenate([np.full((1000, 1), -1.0), random.uniform(0.1, 4.9, (1000, 2))], axis=1)
     across = np.tile([1.0, 0, 0], (1000, 1))
     rows.append(
-        ["rays through four walls, two of them 2 um apart", "1,000", *wrong_counts(gap, starts, across, 4)]
+        [
+            "rays through four walls, of which two are 2 um apart",
+            "1,000",
+            *wrong_counts(gap, starts, across, 4),
+        ]
     )
     edges = ((v1[f1] + np.roll(v1[f1], 1, axis=1)) / 2).reshape(-1, 3)
     outside = edges + random.normal(size=edges.shape) * 3
@@ -244,7 +252,7 @@ def right() -> None:
         versions.append(f"libigl {importlib.metadata.version('libigl')}")
     report.write(
         "queries-right",
-        "Who gets it right",
+        "Correctness of the answers",
         [
             f"Wrong answers; points on surfaces are left out. raycam {raycam.__version__}, {', '.join(versions)}."
         ],

@@ -29,15 +29,15 @@ def main() -> None:
         [name, unit.format(one(found.detected)), unit.format(one(found.exact))]
         for name, unit, one in (
             ("OpenCV's RMS", "{:.2g} px", lambda c: c.rms),
-            ("focal length off by", "{:.2g} %", lambda c: c.focal_error * 100),
-            ("principal point off by", "{:.2g} px", lambda c: c.center_error),
-            ("any ray off by at most", "{:.2g} px", lambda c: c.picture_error),
+            ("error of the focal length", "{:.2g} %", lambda c: c.focal_error * 100),
+            ("error of the principal point", "{:.2g} px", lambda c: c.center_error),
+            ("largest error of a ray", "{:.2g} px", lambda c: c.picture_error),
         )
     ]
     rows += [
-        ["corners off their exact projections, RMS", f"{found.detector_rms:.2g} px", "0"],
-        ["the same in the mean", f"{found.detector_bias:.2g} px", "0"],
-        ["picture off the exact projections at most", f"{found.picture_largest:.2g} px", "0"],
+        ["error of detected corners, RMS", f"{found.detector_rms:.2g} px", "0"],
+        ["error of detected corners, mean", f"{found.detector_bias:.2g} px", "0"],
+        ["largest error of the image", f"{found.picture_largest:.2g} px", "0"],
     ]
     report.write("selfcheck", "Self-check", notes, ["what", "found corners", "exact projections"], rows)
 

@@ -145,8 +145,8 @@ def main() -> None:
     rows = [
         row("raycam, frames as 8-bit pictures, 1 sample", once),
         row("raycam, the same, 4 samples", smooth),
-        row("of it: skinning and refitting what moves", moving),
-        row("skinning and building it anew instead", anew),
+        row("of this time: skinning, and refitting the moving meshes", moving),
+        row("skinning, and building the tree again instead", anew),
         row("raycam, `raycam video` as a whole with H.264, 1 sample", whole),
         row("pyrender with OSMesa, flat, skinned vertices given and uploaded", theirs),
     ]
@@ -154,9 +154,7 @@ def main() -> None:
         f"{count} frames of {SIZE[0]} x {SIZE[1]}, {Path(options.model).name}, {len(vertices[0]) // 3:,} triangles, "
         "textured."
     ]
-    report.write(
-        "skinned", "A skinned model in motion", notes, ["what", "all", "a frame", "times raycam"], rows
-    )
+    report.write("skinned", "A moving skinned model", notes, ["what", "all", "a frame", "times raycam"], rows)
 
 
 if __name__ == "__main__":

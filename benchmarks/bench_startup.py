@@ -71,7 +71,11 @@ def main() -> None:
         }
         theirs = {}
         if options.peers:
-            theirs["import numpy, in the rivals' environment"] = [options.peers, "-c", "import numpy"]
+            theirs["import numpy, in the environment of the other renderers"] = [
+                options.peers,
+                "-c",
+                "import numpy",
+            ]
             theirs |= {name: [options.peers, "-c", code] for name, code in RIVALS.items()}
         commands = ours | theirs
         seconds: dict[str, list[float | None]] = {name: [] for name in commands}
@@ -97,7 +101,7 @@ def main() -> None:
         " beyond `import numpy` of the same environment."
     ]
     report.write(
-        "startup", "Until the first picture", notes, ["process", "best", "median", "beyond numpy"], rows
+        "startup", "Time until the first image", notes, ["process", "best", "median", "beyond numpy"], rows
     )
 
 

@@ -96,7 +96,7 @@ def main() -> None:
             print(rows[-1], file=sys.stderr, flush=True)
     report.write(
         "textures",
-        "Textures beyond their memory",
+        "Textures that exceed their memory limit",
         [
             f"{given.images} images of {given.side} x {given.side}, 8 bits; 640 x 480 pixels, {given.samples} samples."
         ],

@@ -130,7 +130,7 @@ def main() -> None:
     )
     options = parser.parse_args()
     if options.further and options.cycles:
-        parser.error("Cycles has not the further scenes: leave out --cycles")
+        parser.error("the additional scenes are not available for Cycles: omit --cycles")
     plan: list[tuple[str, str, dict[str, Any]]] = [("raycam", "", {})]
     plan += [("mitsuba", options.mitsuba, settings) for settings in MITSUBA if options.mitsuba]
     plan += [("cycles", options.cycles, settings) for settings in CYCLES if options.cycles]

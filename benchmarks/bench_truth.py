@@ -33,8 +33,8 @@ TRUTH = [
 
 def worlds() -> dict[str, raycam.World]:
     names = {
-        "a rock of 1.3 million triangles, in its place": raycam.World(),
-        "the same, turned": raycam.World(),
+        "a rock of 1.3 million triangles, not rotated": raycam.World(),
+        "the same rock, rotated": raycam.World(),
         "a ball of 20 thousand triangles": raycam.World(),
         "25 balls of 1280 triangles": raycam.World(),
     }
@@ -80,8 +80,8 @@ def main() -> None:
         f" {options.rounds} in turn; the last columns compare all of the truth with the flat picture.",
         f"Colour alone; flat: {', '.join(FLAT)}; few: {', '.join(FEW)}; truth: {', '.join(TRUTH)}.",
     ]
-    head = ["world", "colour", "flat", "few", "truth", "truth / flat, best", "median"]
-    report.write("truth", "What ground truth costs", notes, head, rows)
+    head = ["world", "colour", "flat", "few", "truth", "ground truth / flat image, best times", "median"]
+    report.write("truth", "The time of ground truth", notes, head, rows)
 
 
 if __name__ == "__main__":

@@ -144,7 +144,7 @@ def limited(seconds: int) -> Iterator[None]:
     """Raises `TimeoutError` if the block takes longer than the limit."""
 
     def ring(number: int, frame: object) -> None:
-        raise TimeoutError(f"it did not end within {seconds} s")
+        raise TimeoutError(f"the server did not end within {seconds} s")
 
     before = signal.signal(signal.SIGALRM, ring)
     signal.alarm(seconds)
@@ -218,16 +218,16 @@ def moving(client: Client, seconds: float) -> list[Row]:
     shown = [each for each in heard if each[1]]
     stills = [each[0] - ended for each in heard if not each[1] and each[2] == version]
     return [
-        ["a move to its picture", *figures([each[0] - said[each[2]] for each in shown])],
+        ["time from a movement to its image", *figures([each[0] - said[each[2]] for each in shown])],
         [
             "pictures a second while moving",
             *one(f"{sum(each[0] <= ended for each in shown) / (ended - begun):.1f}"),
         ],
-        ["bytes of a moving picture", *figures([each[4] for each in shown], "kB", 1e-3)],
-        ["bytes of a still picture", *figures([each[4] for each in heard if not each[1]], "kB", 1e-3)],
-        ["rest to the first exact numbers", *one(f"{1000 * (numbers[0] - ended):.0f} ms")],
-        ["rest to the first still", *one(f"{1000 * stills[0]:.0f} ms")],
-        [f"rest to {SAMPLES} samples", *one(f"{stills[-1]:.2f} s")],
+        ["bytes of an image in motion", *figures([each[4] for each in shown], "kB", 1e-3)],
+        ["bytes of a still image", *figures([each[4] for each in heard if not each[1]], "kB", 1e-3)],
+        ["time from rest to the first exact numbers", *one(f"{1000 * (numbers[0] - ended):.0f} ms")],
+        ["time from rest to the first still image", *one(f"{1000 * stills[0]:.0f} ms")],
+        [f"time from rest to {SAMPLES} samples", *one(f"{stills[-1]:.2f} s")],
     ]
 
 
@@ -260,7 +260,7 @@ def on_the_socket(path: Path, size: tuple[int, int], seconds: float) -> list[Row
         for channel in ("depth", "error", "color"):
             client.say("channel", name=channel)
             client.hear("picture", channel=channel, moving=False)
-        return [*rows, ["memory of its session", *one(f"{served.memory() - before:.0f} MiB")]]
+        return [*rows, ["memory of the session", *one(f"{served.memory() - before:.0f} MiB")]]
 
 
 # Pages in a browser ---------------------------------------------------------------------------------------
@@ -312,7 +312,7 @@ def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> 
     with Served(path) as served:
         tab.open(served.url)
         took = time.perf_counter() - served.begun
-        rows = [["command to the first picture in an open browser", *one(f"{took:.2f} s")]]
+        rows = [["time from the command to the first image in an open browser", *one(f"{took:.2f} s")]]
         fit(tab, size)
         tab.wait(REST)
         tab.evaluate(WATCH)
@@ -325,14 +325,14 @@ def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> 
             lags.append(tab.evaluate("shown[0] - moves[0]") / 1000)
             tab.mouse("mouseReleased", 200, 200, button="left", clickCount=1)
             time.sleep(0.4)
-        rows.append(["a move at rest to its picture on the screen", *figures(lags)])
+        rows.append(["time from a movement at rest to its image on the screen", *figures(lags)])
         tab.evaluate("shown.length = 0")
         before = tree_time(tab.pid)
         took = dragged(tab, seconds, lambda number: (100 + number % 400, 200 + 20 * np.sin(0.05 * number)))
         count = tab.evaluate("shown.length")
         rows.append(["pictures a second while dragging", *one(f"{count / took:.1f}")])
         cost = 1000 * (tree_time(tab.pid) - before) / max(count, 1)
-        rows.append(["the browser's processor time a picture", *one(f"{cost:.0f} ms")])
+        rows.append(["the browser's processor time per image", *one(f"{cost:.0f} ms")])
         return rows
 
 
@@ -402,7 +402,7 @@ def page_sizes(tab: Tab, folder: Path) -> list[Row]:
             times.append(time.perf_counter() - before)
         label = f"4 channels of {size[0]} x {size[1]}"
         rows.append([f"{label}: bytes", *one(f"{path.stat().st_size / 1e6:.1f} MB")])
-        rows.append([f"{label}: opened to the first picture", *figures(times)])
+        rows.append([f"{label}: time from opening to the first image", *figures(times)])
     return rows
 
 
@@ -442,13 +442,15 @@ def rival(python: str, name: str, mesh: Path, seconds: float, tab: Tab) -> list[
                     break
                 elif line.startswith("first"):
                     took = time.perf_counter() - begun
-                    rows.append(["start to the first picture", *one(f"{took:.2f} s")])
+                    rows.append(["time from the start to the first image", *one(f"{took:.2f} s")])
                 elif line.startswith("{"):
                     rows += [[key, *figures(values)] for key, values in json.loads(line).items()]
         finally:
             process.kill()
     if not rows:
-        raise RuntimeError(f"it ended by {process.returncode}, its last line: {said[-1]}")
+        raise RuntimeError(
+            f"the viewer ended with status {process.returncode}; the last line of its output: {said[-1]}"
+        )
     return rows
 
 

@@ -122,7 +122,10 @@ def main() -> None:
         return middle
 
     with tempfile.TemporaryDirectory() as folder, chromium(Path(folder, "browser")) as tab:
-        add("the lecture's page until its first picture", first_pictures(tab, Path(folder, "x.html"), 5))
+        add(
+            "time until the lecture's page shows its first image",
+            first_pictures(tab, Path(folder, "x.html"), 5),
+        )
         start(tab)
         for name, world in worlds().items():
             path = Path(folder, name)
@@ -135,12 +138,14 @@ def main() -> None:
                 f" world.render(world.camera('view', 1, 1), {json.dumps(json.dumps(LIT))}).free();"
                 " return performance.now() - before; })()"
             )
-            add(f"{name}, {triangles} triangles: loaded and shown first", [loading])
+            add(f"{name}, {triangles} triangles: time to load and to show the first image", [loading])
             label = f"{name}, {SIZE[0]} x {SIZE[1]}, lit, 1 sample, in the page"
-            add(f"{label}, the first ones", moving(tab, options.rounds))
+            add(f"{label}, the first images", moving(tab, options.rounds))
             here = add(f"{label}, after {WARM:.0f} s", moving(tab, options.rounds, WARM))
-            there = add(f"{name}, the same by one native thread, portable", native(path, options.rounds))
-            rows.append([f"{name}, page over native", "", f"{here / there:.2f}", ""])
+            there = add(
+                f"{name}, the same with one native thread and portable code", native(path, options.rounds)
+            )
+            rows.append([f"{name}, time of the page relative to native code", "", f"{here / there:.2f}", ""])
     notes = [
         f"Milliseconds, {options.rounds} pictures each. Load of the machine at the end: {os.getloadavg()[0]:.1f}.",
         "To reach: box 10 a second, spot loaded in 2 s and 5 a second, first picture 1.5 s, page over native 1.6.",

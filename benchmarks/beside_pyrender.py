@@ -205,7 +205,7 @@ def main() -> None:
     sys.argv[1:] = ["--python", "INTERPRETER"]
     report.write(
         "beside-pyrender",
-        "Programs of pyrender under its stand-in",
+        "Programs for pyrender with raycam's replacement",
         [
             "Eight programs, unchanged, under pyrender 0.1.45 (OpenGL) and under `raycam.compat.pyrender`, "
             f"{SIZE[0]} x {SIZE[1]}. Outline: pixels where one alone sees a surface, of those where pyrender does. "

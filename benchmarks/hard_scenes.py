@@ -1,7 +1,8 @@
 """Scenes whose light is difficult to find, in the form of `path_scenes.py`: closed rooms, caustics, lamps behind
 glass.
 
-Lengths are metres and walls are grey of 0.7 where nothing else is said. Every room is closed, so that no path escapes.
+Lengths are in metres, and walls have the grey value 0.7 unless a scene specifies otherwise. Every room is closed, so
+that no path escapes.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ def main() -> None:
     notes = [
         f"{count:,} triangles, {n * n:,} vertices; {met:.0%} of the pixels show them. Memory: resident, at most."
     ]
-    head = ["step", "seconds", "GB so far"]
+    head = ["step", "seconds", "peak memory so far in GB"]
     report.write("hundred-million", "A hundred million triangles", notes, head, rows)
 
 

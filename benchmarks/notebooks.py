@@ -102,7 +102,7 @@ def until(tab: Tab, path: Path, is_true: Callable[[np.ndarray], bool], what: str
     deadline = time.monotonic() + PATIENCE
     while not is_true(shown := picture(tab, path)):
         if time.monotonic() > deadline:
-            raise RuntimeError(f"{what}: never seen, look at {path}")
+            raise RuntimeError(f"{what} did not appear, see {path}")
         time.sleep(0.5)
     return shown
 
@@ -144,7 +144,7 @@ def walk(tab: Tab, url: str, out: Path, name: str) -> None:
     turned = picture(tab, out / f"{name}-2-turned.png")
     tab.click(x + 220, y + 200)
     until(tab, out / f"{name}-3-pixel.png", lambda seen: differs(seen, turned), "the numbers of a pixel")
-    print(f"{name}: a picture, turned by the mouse, numbers of a pixel")
+    print(f"{name}: the image, its rotation by the mouse, and the numbers of a pixel are correct")
 
 
 def wait_for(url: str) -> None:

@@ -52,7 +52,7 @@ def emitter(light: dict[str, Any], transform: Any) -> dict[str, Any]:
             "emitter": {"type": "area", "radiance": rgb(light["radiance"])},
         }
     if "image" in light:
-        # Mitsuba's environment has y up, and the middle of the image is z.
+        # In Mitsuba's environments, y points up, and the middle of the image is the direction z.
         turned = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
         return {"type": "envmap", "filename": light["image"], "to_world": transform(turned)}
     if "bulb" in light:

@@ -187,7 +187,7 @@ def main() -> None:
         "mean radiance",
         "difference",
         "t",
-        "largest of a block",
+        "largest difference of a block",
         "largest t",
     ]
     notes = [
@@ -195,7 +195,7 @@ def main() -> None:
         f"of {options.samples} samples of each renderer, beside Mitsuba's {options.variant}. The worlds are generated.",
         f"Of {tested} blocks {beyond} have a t beyond 4.1: one in a thousand would by chance, where noise is normal.",
     ]
-    report.write("random_scenes", "Random worlds beside Mitsuba 3", notes, head, rows)
+    report.write("random_scenes", "Random worlds compared with Mitsuba 3", notes, head, rows)
 
 
 if __name__ == "__main__":

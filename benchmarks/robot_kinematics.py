@@ -46,7 +46,7 @@ def draw_values(robot: Robot, count: int, rng: np.random.Generator) -> np.ndarra
 
 
 def pinocchio_vector(robot: Robot, model: Any, values: np.ndarray) -> np.ndarray:
-    """The configuration of pinocchio's model for one joint vector; it sets mimic joints, too."""
+    """The configuration of pinocchio's model for one joint vector; it also contains the mimic joints."""
     vector = pin.neutral(model)
     for name, joint in robot.description.joints.items():
         if joint.type == "fixed":
@@ -62,7 +62,7 @@ def pinocchio_vector(robot: Robot, model: Any, values: np.ndarray) -> np.ndarray
 
 
 def has_frame(model: Any, link: str) -> bool:
-    """True unless pinocchio has merged the link's frame into another one's."""
+    """True unless pinocchio has merged the link's frame into the frame of another link."""
     return bool(model.existFrame(link, pin.FrameType.BODY))
 
 
@@ -94,15 +94,15 @@ def compare_pinocchio(robot: Robot, model: Any, values: np.ndarray) -> tuple[flo
 
 
 def reason_without_yourdfpy(robot: Robot) -> str:
-    """Why yourdfpy cannot judge a robot; empty if it can."""
+    """The reason why yourdfpy cannot evaluate a robot; empty if yourdfpy can evaluate the robot."""
     joints = robot.description.joints
     kinds = {joint.type for joint in joints.values()} & {"planar", "floating"}
     if kinds:
         return f"{' and '.join(sorted(kinds))} joint"
     if any(joint.mimic and joints[joint.mimic[0]].mimic for joint in joints.values()):
-        return "mimic of a mimic"
+        return "a joint mimics a mimicking joint"
     if any("mimics an" in str(notice) for notice in robot.description.notices):
-        return "mimic of an unknown joint"
+        return "a joint mimics an unknown joint"
     return ""
 
 

@@ -289,7 +289,7 @@ def main() -> None:
                 run(python, isa, folder, options.models) for python in (sys.executable, options.against)
             )
             if mine is None or other is None:
-                print(f"{isa}: this processor lacks it")
+                print(f"{isa}: this processor does not support the instruction set")
                 continue
             print(isa, mine.pop("build")["raycam"], "and", other.pop("build")["raycam"])
             names = []
@@ -301,7 +301,10 @@ def main() -> None:
                     names.append(name)
                     print(f"  {name}: {', '.join(wrong) or f'{here} and {there}'}")
             failed = sum("error" in result and len(result) == 1 for result in mine.values())
-            print(f"{isa}: {len(mine)} pictures ({failed} refused by both), {len(names)} differ", flush=True)
+            print(
+                f"{isa}: {len(mine)} images ({failed} of them refused by both builds), {len(names)} differ",
+                flush=True,
+            )
             different += len(names)
     sys.exit(bool(different))
 

@@ -49,7 +49,7 @@ def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
     build = re.search(rf"build{number} s{number} Mtri/s\s+held{number} B/tri\s+peak{number}", text)
     rays = re.search(rf"primary\s+best{number}", text)
     if build is None or rays is None:
-        raise SystemExit(f"ray_bench said: {text}")
+        raise SystemExit(f"ray_bench printed: {text}")
     names = ("seconds", "build", "held", "peak")
     return dict(zip(names, map(float, build.groups()), strict=True)) | {"rays": float(rays[1])}
 
@@ -98,7 +98,7 @@ def main() -> None:
                 rows.append(row)
                 print(row, flush=True)
     one, *more = options.threads
-    head = ["scene", "triangles", "ns a primary ray", "for 4x", "Embree, ns a ray", "for 4x"]
+    head = ["scene", "triangles", "ns per primary ray", "for 4x", "Embree, ns per ray", "for 4x"]
     head += [f"{n} threads to {one}" for n in more]
     head += [f"build, Mtri/s, {options.threads[-1]} threads", "held, B/tri", "peak, B/tri"]
     notes = [
@@ -106,7 +106,7 @@ def main() -> None:
         "Builds: best of 3. "
         "`for 4x`: the factor for four times the triangles, from the row above.",
     ]
-    report.write("scaling", "Primary rays beside the number of triangles", notes, head, rows)
+    report.write("scaling", "Time of primary rays by the number of triangles", notes, head, rows)
 
 
 if __name__ == "__main__":

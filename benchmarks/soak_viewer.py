@@ -117,7 +117,7 @@ class Visitor:
                     self.wrong.append(message["text"])
         except (ConnectionClosed, TimeoutError) as reason:
             if isinstance(reason, TimeoutError):
-                self.wrong.append("nothing was heard for a minute")
+                self.wrong.append("no message arrived for a minute")
 
     def say(self) -> None:
         """Sends one random message."""
@@ -218,7 +218,7 @@ def visit(server: Server, chance: random.Random, minutes: float, rate: float) ->
         try:
             visitors[at].say()
         except ConnectionClosed as reason:  # the client reconnects to its session, as a page does
-            print(f"a client was thrown out: {reason}", flush=True)
+            print(f"a client was disconnected: {reason}", flush=True)
             visitors[at].thrown_out += 1
             done.append(visitors[at])
             visitors[at] = Visitor(server, chance, visitors[at].session)
@@ -266,7 +266,7 @@ def tell(
     head = ["minute", "memory, MiB", "threads", "descriptors", "messages said", "pictures heard"]
     report.write("soak_viewer", "A live view for half an hour", notes, head, rows)
     if growth > GROWTH or max(left) > 0 or wrong:
-        raise SystemExit("not as it should be")
+        raise SystemExit("the result is not as expected")
 
 
 if __name__ == "__main__":

@@ -70,7 +70,7 @@ def main() -> None:
         f"Million rays a second; scenes of seed {options.seed}, generated; {size[0]} x {size[1]} primary rays, and the "
         f"shadow and bounce rays from where they hit; best of {options.rounds} times 5 (Embree: 7)."
     ]
-    report.write("two_threads", "Two threads beside one", notes, head, rows)
+    report.write("two_threads", "Two threads compared with one thread", notes, head, rows)
 
 
 if __name__ == "__main__":

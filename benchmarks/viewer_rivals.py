@@ -16,7 +16,7 @@ import numpy as np
 
 SIZE = (640, 480)
 SMALL = (160, 120)
-"""The size of viser's pictures: its browser draws WebGL in software, where one of 640 x 480 takes 20 s."""
+"""The size of viser's images. The browser draws WebGL in software, where an image of 640 x 480 pixels takes 20 s."""
 ROUNDS = 20
 LONGEST = 15.0  # seconds, the maximum length of a measurement
 TARGET = np.array([0.0, 0.0, 0.7])
@@ -79,7 +79,7 @@ def viser(path: str) -> None:
                 return found
 
     picture(-1)  # the first two images are slow, because the browser compiles its shaders
-    say(json.dumps({"a picture through a given camera, by its browser, 160 x 120": timed(picture)}))
+    say(json.dumps({"an image of a given camera, rendered by the browser, 160 x 120": timed(picture)}))
     client.camera.position, client.camera.look_at = eye(0), TARGET
     time.sleep(1)
     say("drag")

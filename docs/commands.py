@@ -1,4 +1,4 @@
-"""The command-line reference: what `--help` prints, for every command."""
+"""The command-line reference: the output of `--help` for every command."""
 
 import argparse
 from pathlib import Path

@@ -96,7 +96,7 @@ def embedded(file: Path) -> str:
 
 
 def main() -> None:
-    """Renders the figures, or takes those of the folder in the first argument, and writes the page."""
+    """Renders the figures, or reads them from the folder given as first argument, and writes the page."""
     with tempfile.TemporaryDirectory() as folder:
         figures = Path(sys.argv[1] if sys.argv[1:] else folder)
         if not sys.argv[1:]:

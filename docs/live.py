@@ -1,4 +1,4 @@
-"""Pages that render by themselves, put beside the documentation: the playground, and the lecture alive."""
+"""Pages of the documentation that render by themselves: the playground and the interactive lecture."""
 
 from pathlib import Path
 

@@ -25,7 +25,7 @@ Rows = list[tuple[str, list[float]]]
 
 
 def newest(name: str, heading: str) -> Path:
-    """The newest result of this name with a heading."""
+    """The newest result with this name that contains the heading."""
     return max(path for path in RESULTS.glob(f"*{name}.md") if f"## {heading}" in path.read_text("utf-8"))
 
 
@@ -38,7 +38,7 @@ def table(text: str) -> list[dict[str, str]]:
 
 
 def hard_rows(text: str) -> Rows:
-    """Scenes of closed rooms and glass: by how much Mitsuba and Cycles take longer, in processor time."""
+    """The factors by which Mitsuba and Cycles take more processor time in scenes of closed rooms and glass."""
     others, _, cycles = text.partition("## Beside Cycles")
     gains = {row["scene"]: float(row["gain over cycles"]) for row in table(cycles)}
     return [

@@ -1,4 +1,5 @@
-"""Makes the pictures of `view.md`: the live view, a probed pixel, an explained one, A beside B, the page of a frame.
+"""Creates the images of `view.md`: the live view, a probed pixel, an explained pixel, A next to B, and the page of a
+frame.
 
     python docs/view_pictures.py
 
@@ -34,7 +35,7 @@ REST = f"document.getElementById('status').textContent.includes('{SAMPLES} sampl
 
 
 def keep(tab: Tab, name: str) -> None:
-    """Writes what the tab shows to `images/view/NAME.jpg`, small enough."""
+    """Writes a screenshot of the tab to `images/view/NAME.jpg`, compressed to a small file."""
     time.sleep(SHOWN)
     data = base64.b64decode(tab.call("Page.captureScreenshot", format="png")["data"])
     with Image.open(io.BytesIO(data)) as image:
@@ -54,7 +55,7 @@ def live(tab: Tab, session: Session) -> None:
 
 
 def probe(tab: Tab, session: Session) -> None:
-    """The numbers of a held pixel, over the distances."""
+    """The numbers of a held pixel, shown over the channel of distances."""
     width, height = session.view.size
     tab.press("3")
     tab.wait("!document.getElementById('scalar-controls').hidden")

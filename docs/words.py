@@ -42,7 +42,7 @@ def main() -> None:
     notes = sum(count for name, count in found.items() if name.startswith("lab-notes"))
     print(f"built pages      {sum(found.values()) - notes} words")
     print(f"design.md        {found[DECISIONS]} words, {share():.1%}")
-    print(f"lab notes beside {notes} words, in no built page")
+    print(f"lab notes        {notes} words, which are not part of built pages")
 
 
 if __name__ == "__main__":

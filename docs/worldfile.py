@@ -86,7 +86,7 @@ def has_section(schema: Schema) -> bool:
 
 
 def either(kinds: Any) -> str:
-    """Each once, joined by "or"."""
+    """Joins the names with "or", each name once."""
     return " or ".join(dict.fromkeys(kinds))
 
 

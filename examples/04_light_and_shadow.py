@@ -7,7 +7,7 @@ import raycam
 
 
 def room() -> raycam.World:
-    """Three solids on a floor."""
+    """Returns a world with three solids on a floor."""
     world = raycam.World()
     world.add_object(plane={"size": [12, 12]}, color=[0.6, 0.6, 0.58], name="floor")
     world.add_object(box={"size": 1}, location=[-1.2, 0.6, 0.5], yaw=30, color="#c0392b")

@@ -1,4 +1,4 @@
-"""One head in six materials: gold, velvet, glass, thin film, copper and car paint."""
+"""The same head in six materials: gold, velvet, glass, thin film, copper and car paint."""
 
 from __future__ import annotations
 

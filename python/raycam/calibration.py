@@ -135,7 +135,7 @@ class Cameras(Mapping[str, Camera]):
         return rows
 
     def find(self, name: str) -> Camera:
-        """Returns the camera of this name; raises `CameraError` for an unknown name, with the nearest one."""
+        """Returns the camera of this name; for an unknown name, raises `CameraError` with the nearest name."""
         if name not in self._records:
             raise CameraError(nearest("camera", name, list(self._records)), code="unknown_name")
         return self[name]

@@ -38,7 +38,7 @@ _OWN_NOTICES = {
         "Move the camera; world.view_from shows the whole world.",
     ),
     "nothing_lit": Code(
-        "The visible objects are black because no light reaches them or their materials reflect none.",
+        "The visible objects are black because no light reaches them or because their materials reflect no light.",
         "Check the positions and directions of the lights, and the colours of the materials.",
     ),
     "overexposed": Code(
@@ -178,7 +178,7 @@ _OWN_NOTICES = {
         "Use the size that the message contains.",
     ),
     "misaligned_photographs": Code(
-        "Photographs are shifted against the others, so their poses or lenses seem to be wrong.",
+        "Photographs are shifted relative to the other photographs, so their poses or lenses seem to be wrong.",
         "Improve the poses of the photographs, or remove them.",
     ),
 }

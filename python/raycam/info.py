@@ -37,7 +37,7 @@ def _lines(world: World) -> Iterator[str]:
     yield f"objects    {counts['objects']}, of {_many(counts['meshes'], 'mesh', 'meshes')}"
     yield f"triangles  {counts['triangles']}" + (f", {zero} of zero area (kept, never hit)" if zero else "")
     if counts["mesh_triangles"] != counts["triangles"]:
-        yield f"           {counts['mesh_triangles']} stored, the rest are instances of them"
+        yield f"           {counts['mesh_triangles']} stored; the others are instances of these"
     yield f"vertices   {counts['vertices']}"
     yield f"materials  {counts['materials']}, {_many(counts['textures'], 'texture', 'textures')}"
     if bounds is not None:

@@ -169,7 +169,7 @@ def test_thickness_within_a_cone_equals_closed_forms(cone: float) -> None:
     world.add_mesh(ball.vertices, ball.faces, uvs=np.random.default_rng(0).random((len(ball.vertices), 2)))
     with warns(raycam.Notice, code="overlapping_islands"):
         thick = raycam.bake(world, ["thickness"], size=16, samples=256, cone=cone)
-    # Chords 2 cos with the weight cos.
+    # Chords have the length 2 cos and the weight cos.
     expected = (2 / 3) * (1 - cosine**3) / ((1 - cosine**2) / 2)
     assert thick["thickness"][thick.covered].mean() == pytest.approx(expected, rel=0.01)
 

@@ -84,7 +84,7 @@ def test_undistorted_equals_opencvs_optimal_new_camera_matrix(balance: float, le
     ours = camera().replace(distortion=lens).undistorted(balance)
     theirs, _ = cv2.getOptimalNewCameraMatrix(K, lens, (640, 480), balance)
 
-    # OpenCV uses nine points of each side, and five iterations to invert the lens, which are not exact.
+    # OpenCV uses nine points of each side, and inverts the lens by five iterations, whose result is not exact.
     nine = [cv2.undistortPoints(side[:, None], K, lens)[:, 0] for side in border(9, 9)]
     np.testing.assert_allclose(border_rule(nine, balance), theirs, atol=1e-9)
     # raycam applies the same rule to all points, with the exact inverse.

@@ -37,7 +37,7 @@ def test_quick_starts_run_in_an_empty_folder(
     extra = [word for word in EXTRA.get(words[0], ()) if word not in words]
     if "--size" in words and "--size" in EXTRA.get(words[0], ()):
         extra = [word for word in extra if word not in ("--size", "48x30")]
-    if "--camera" in words:  # its images have the aspect ratio 4:3
+    if "--camera" in words:  # the bundled camera has the aspect ratio 4:3
         extra = ["48x36" if word == "48x30" else word for word in extra]
     if "--samples" in words:
         words[words.index("--samples") + 1] = "1"

@@ -48,7 +48,7 @@ def test_motion_on_a_circle_gives_spin_and_centripetal_acceleration() -> None:
     motion = circle(times, np.where(np.arange(81) % 3, 1.0, -1.0))
     turns, _, accelerations, spins = motion.at(np.linspace(0, 4, 200))
     np.testing.assert_allclose(spins, np.tile([0, 0, SPIN], (200, 1)), atol=1e-5)
-    # Forward is along the circle, left is towards its centre, and gravity is felt upwards.
+    # Forward is along the circle, left is towards the circle's centre, and gravity acts like an upward acceleration.
     force = specific_force(turns, accelerations, "z")
     np.testing.assert_allclose(force, np.tile([0, RADIUS * SPIN**2, GRAVITY], (200, 1)), atol=2e-3)
     y_up = specific_force(np.tile([0, 0, 0, 1.0], (2, 1)), np.zeros((2, 3)), "y")

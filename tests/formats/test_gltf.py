@@ -315,7 +315,7 @@ def test_orthographic_camera_shows_the_box_of_its_magnifications(tmp_path: Path)
     width, height = camera.size
     assert camera.is_parallel
     assert width / height == pytest.approx(2, abs=0.01)
-    # The corners of the visible box (glTF 2.0, 3.10.3), near and far, and a point behind the camera.
+    # The near and far corners of the visible box (glTF 2.0, 3.10.3), and a point behind the camera.
     box = np.array([[-3, 1.5, -1], [3, 1.5, -7], [3, -1.5, -50], [-3, -1.5, -1], [0, 0, 1]])
     pixels, seen = camera.project(turn.apply(box) + np.array([1, 2, 3]))
     corners = [[0, 0], [width, 0], [width, height], [0, height]]

@@ -65,7 +65,7 @@ def test_faces_without_neighbours_show_their_best_photograph() -> None:
 def test_candidate_photographs_have_the_largest_weights_without_outliers() -> None:
     totals = FaceTotals()
     for camera, (weight, grey) in enumerate([(1, 0.5), (3, 0.51), (2, 0.9), (4, 0.5)]):
-        # In two parts, as from two tiles.
+        # The samples come in two parts, as if two tiles had been read.
         for _ in range(2):
             color = np.full((2, 3), grey, np.float32)
             totals.add(camera, np.array([7, 7], np.int32), np.full(2, weight, np.float32), color)

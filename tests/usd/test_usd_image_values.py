@@ -120,7 +120,7 @@ def test_normal_map_scale_and_bias_are_applied(tmp_path: Path, scale: Any, bias:
     assert has_notice(world.notices, "assumed_convention", "/paint", "scale 2")
     world.add_light("sun", direction=(-normal).tolist(), irradiance=np.pi)
     flat = seen(world, "color", samples=1, integrator="direct")
-    # Lambert: full light if the normal points to the sun, 0.8 of it on the flat square.
+    # Lambert's law: full light if the normal points to the sun, and 0.8 of the full light on the flat square.
     assert lit[0] / flat[0] == pytest.approx(1 / 0.8, rel=0.04)
 
 

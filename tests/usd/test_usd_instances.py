@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 from raycam import usd
-from support.usd_stages import square, stage
+from support.usd_stages import bind, material, square, stage
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -170,6 +170,97 @@ def test_native_instances_have_the_primvars_of_their_ancestors(tmp_path: Path) -
     world = load(made)
     assert colors_by_place(world) == [RED, GREEN, BLUE, (0.8, 0.8, 0.8)]
     assert {thing.mesh for thing in world.objects} == {0}
+
+
+@pytest.mark.parametrize(
+    "difference", ["none", "visibility", "purpose", "material", "collection", "primvar", "flat"]
+)
+def test_equal_native_instances_have_the_places_of_openusd(tmp_path: Path, difference: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    made.OverridePrim("/model").SetSpecifier(Sdf.SpecifierClass)
+    inner = UsdGeom.Xform.Define(made, "/model/inner")
+    inner.AddScaleOp().Set((1, 2, 0.5))
+    square(made, "/model/inner/low", [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 1)])
+    fixed = square(made, "/model/fixed")
+    fixed.SetResetXformStack(True)
+    fixed.AddTranslateOp().Set((0, 7, 0))
+    many = instancer(made, ["/model/many/dot"], [0, 0], "/model/many")
+    many.AddTranslateOp().Set((0, 0, 3))
+    square(made, "/model/many/dot")
+    copies = []
+    for number in range(5):
+        copy = UsdGeom.Xform.Define(made, f"/all/group{number // 3}/copy{number}")
+        copy.AddTranslateOp().Set((3.0 * number, -number, 0))
+        copy.AddRotateZOp().Set(17.0 * number)
+        copy.GetPrim().GetReferences().AddInternalReference("/model")
+        copy.GetPrim().SetInstanceable(True)
+        copies.append(copy)
+    odd = copies[1]
+    if difference == "visibility":
+        odd.MakeInvisible()
+    elif difference == "purpose":
+        odd.CreatePurposeAttr("guide")
+    elif difference == "material":
+        bind(odd, material(made, "/paint", diffuseColor=RED))
+    elif difference == "collection":
+        paint = material(made, "/paint", diffuseColor=RED)
+        owner = made.GetPrimAtPath("/all")
+        red = Usd.CollectionAPI.Apply(owner, "red")
+        red.IncludePath(odd.GetPath())
+        UsdShade.MaterialBindingAPI.Apply(owner).Bind(red, paint)
+    elif difference == "primvar":
+        UsdGeom.PrimvarsAPI(odd).CreatePrimvar(
+            "displayColor", Sdf.ValueTypeNames.Color3fArray, "constant"
+        ).Set([RED])
+    elif difference == "flat":
+        odd.AddScaleOp().Set((1, 1, 0))
+    world = load(made)
+    is_hidden = difference in ("visibility", "purpose")
+    # A flat instance of a point instancer is not shown, that of a mesh is.
+    lost = 4 if is_hidden else 2 if difference == "flat" else 0
+    assert len(world.objects) == 5 * 4 - lost
+    # The flat copy of "low" is a mesh of its own, in world coordinates; "fixed" ignores its parents.
+    assert world.counts["meshes"] == (3 if difference == "flat" else 2)
+    assert [thing.name.rstrip("0123456789_. ") for thing in world.objects][:4] == [
+        "low",
+        "fixed",
+        "many",
+        "many",
+    ]
+    colors = np.asarray(world.triangle_colors(), float)
+    is_red = np.isclose(colors, RED).all(axis=1).sum()
+    assert is_red == (8 if difference in ("material", "collection", "primvar") else 0)
+    if difference == "flat":
+        return  # OpenUSD inverts the flat instance's matrix
+    cache = UsdGeom.BBoxCache(Usd.TimeCode(0), [UsdGeom.Tokens.default_])
+    judged = cache.ComputeWorldBound(made.GetPrimAtPath("/all")).ComputeAlignedRange()
+    np.testing.assert_allclose(world.bounds, [judged.GetMin(), judged.GetMax()], atol=1e-4)
+
+
+def test_instanceable_meshes_keep_their_names(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    square(made, "/model")
+    for number in range(3):
+        copy = UsdGeom.Mesh.Define(made, f"/copy{number}").GetPrim()
+        copy.GetReferences().AddInternalReference("/model")
+        copy.SetInstanceable(True)
+    world = load(made)
+    assert [thing.name for thing in world.objects] == ["model", "copy0", "copy1", "copy2"]
+    assert world.counts["meshes"] == 1
+
+
+@pytest.mark.parametrize("hidden", ["parent", "prototype"])
+def test_invisible_parents_of_a_prototype_have_no_effect(tmp_path: Path, hidden: str) -> None:
+    """As in OpenUSD's testUsdImagingGLInstancePrimvars, whose prototypes are in an invisible scope."""
+    made = stage(tmp_path / "a.usda")
+    instancer(made, ["/many/protos/a", "/many/protos/b"], [0, 1, 0])
+    square(made, "/many/protos/a/mesh")
+    square(made, "/many/protos/b/mesh")
+    owner = made.GetPrimAtPath("/many/protos" if hidden == "parent" else "/many/protos/b")
+    owner.SetTypeName("Scope")
+    UsdGeom.Imageable(owner).MakeInvisible()
+    assert places(load(made)) == ([0, 10, 20] if hidden == "parent" else [0, 20])
+    assert ("hidden_part" in read_codes(made, tmp_path)) == (hidden == "prototype")
 
 
 @pytest.mark.parametrize("depth", [1, 2, 3])

@@ -179,7 +179,7 @@ def test_static_objects_are_built_once(tmp_path):
     film.frame(0)
     for moment in (world.at(0.5), world.at(1.0)):
         assert moment._core.objects_shared_with(world._core) == 2
-    # The world itself need not be prepared first: the first world that is prepared builds for all.
+    # The world itself need not be prepared first: the first world to be prepared builds the trees of all worlds.
     fresh = moving_world()
     moment = fresh.at(0.5)
     assert moment._core.objects_shared_with(fresh._core) == 2

@@ -234,7 +234,7 @@ def test_invalid_dropped_files_show_an_error_and_keep_the_view(
     path = tmp_path / name
     path.write_text(text)
     tab.drop(*place_of(tab, 24, 16, SIZE), [path])
-    # Not the notice that the file was received, which contains its name.
+    # Excludes the notice that the file was received, which also contains the file's name.
     tab.wait("document.getElementById('message').classList.contains('error')")
     tab.wait(f"document.getElementById('message').textContent.includes('{word}')")
     tab.wait("!document.getElementById('message').hidden")

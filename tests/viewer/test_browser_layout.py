@@ -214,3 +214,27 @@ def test_controls_of_a_script_are_shown_and_used(tab: Tab, viewer: Viewer) -> No
     until(lambda: slider.value == 7)
     slider.value = 2
     tab.wait("document.querySelector('#script-controls output').textContent === '2'")
+
+
+CONTROLS = """(() => {
+  const all = [...document.querySelectorAll("button, select, input, summary, [tabindex='0']")].filter((each) =>
+    !each.disabled && each.tabIndex >= 0 && each.checkVisibility() && !each.closest("dialog:not([open])"));
+  all.forEach((each, i) => (each.dataset.order = i));
+  document.activeElement.blur();
+  return all.map((each) => each.id || each.getAttribute("aria-label") || each.textContent);
+})()"""
+
+
+@pytest.mark.proof
+def test_tab_key_reaches_every_control(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    tab.wait("document.querySelectorAll('#tree-list li').length === 2")
+    names = tab.evaluate(CONTROLS)
+    reached = set()
+    for _ in range(len(names) + 5):
+        for kind in ("keyDown", "keyUp"):
+            tab.call("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
+        order = tab.evaluate("document.activeElement?.dataset.order ?? null")
+        reached.add(None if order is None else int(order))
+    assert len(names) > 60
+    assert [name for i, name in enumerate(names) if i not in reached] == []

@@ -81,7 +81,7 @@ def test_client_without_a_hello_message_is_closed(
     with pytest.raises(ConnectionClosed) as closed:
         made.recv(timeout=PATIENCE)
     assert closed.value.rcvd is not None
-    assert closed.value.rcvd.code == serving.GOING_AWAY  # the page connects again
+    assert closed.value.rcvd.code == serving.GOING_AWAY  # after this code, the page connects again
     assert not server.sessions
 
 

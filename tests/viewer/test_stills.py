@@ -100,7 +100,7 @@ def test_intermediate_images_take_at_most_a_quarter_of_the_time(
         def add_for(self, seconds: float, cancel: raycam.Cancel) -> int:
             nonlocal now, added
             now, added = now + seconds, added + 1
-            return added // 10  # 190 slices, 5.7 seconds, until all samples are done
+            return added // 10  # all samples take 190 slices, which are 5.7 seconds
 
         def frame(self) -> str:
             return "frame"

@@ -63,7 +63,7 @@ def test_lines_cross_closed_meshes_an_even_number_of_times(name: str) -> None:
     ahead = world.count_intersections(targets, along)
     behind = world.count_intersections(targets, -along)
     assert (ahead % 2 == behind % 2).all()
-    # Every direction gives the same result for inside or outside.
+    # Rays in every direction agree on whether the point is inside or outside.
     assert (ahead % 2 == ahead[0] % 2).all()
 
 

@@ -13,7 +13,7 @@ use crate::arrays::DictResult;
 
 /// Maximum number of bytes kept.
 const MAX_BYTES: usize = 256 << 20;
-/// Number of consecutive renders without using an array after which the array is freed.
+/// An array is freed after this number of consecutive renders that do not use the array.
 const MAX_IDLE_RENDERS: u64 = 8;
 /// Smaller planes, in bytes, are not kept.
 const MIN_BYTES: usize = 1 << 15;
@@ -42,8 +42,8 @@ struct BufferPool {
 }
 
 /// Locked only while the GIL is held, and only briefly, so that a fork finds it unlocked. No Python objects are created
-/// while it is locked: that could run Python code (an import, the garbage collector), which lets other threads run, and
-/// these would deadlock here.
+/// while it is locked: creating an object could run Python code (an import, the garbage collector), which lets other
+/// threads run, and these threads would deadlock here.
 static POOL: Mutex<Option<BufferPool>> = Mutex::new(None);
 
 impl PooledArray {

@@ -40,8 +40,8 @@ pub(crate) fn run_interruptible<T: Send>(
     run_cancellable(py, progress, None, work)
 }
 
-/// Runs `work` while checking for signals and reporting progress to `progress(done, total)`. An exception of either
-/// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised; `cancel` also stops the work.
+/// Runs `work` while checking for signals and reporting progress to `progress(done, total)`. An exception of a signal
+/// (Ctrl-C: `KeyboardInterrupt`) or of `progress` stops the work and is raised; `cancel` also stops the work.
 pub(crate) fn run_cancellable<T: Send>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,

@@ -54,7 +54,7 @@ impl Folder {
     }
 }
 
-/// Order of names: by the numbers in the names, and by the text between the numbers.
+/// Order of names: compares the numbers in the names as numbers, and the text between the numbers as text.
 pub(crate) fn by_numbers(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     while !left.is_empty() && !right.is_empty() {

@@ -24,8 +24,8 @@ pub(crate) fn size_of_picture<S: AsRef<str>>(
     })
 }
 
-/// Sizes of the cameras of a file that has none: the size of each camera's own image, otherwise the caller's size,
-/// otherwise the size of the first existing image.
+/// Sizes of the cameras of a file without image sizes: the size of each camera's own image, otherwise the caller's
+/// size, otherwise the size of the first existing image.
 pub(crate) struct PictureSizes {
     known: Option<[u32; 2]>,
     first: Option<[u32; 2]>,

@@ -60,7 +60,7 @@ pub fn load(path: &Path, budget: &Budget) -> Result<World> {
     load_within(path, None, budget)
 }
 
-/// Reads the world in a file, like [`load`]; its files are in `folder` (default: the folder of the file).
+/// Reads the world in a file, like [`load`]; the files of the world are in `folder` (default: the folder of the file).
 ///
 /// # Errors
 /// Same as [`load`].

@@ -408,7 +408,7 @@ impl TextParser<'_> {
                 self.begin_solid(line, String::new())?;
                 P::Loop
             }
-            // The normal follows from the corners.
+            // The normal is computed from the corners.
             (P::Facet, S::Facet) => P::Loop,
             (P::Facet, S::EndSolid) => P::Solid,
             (P::Loop, S::Loop) => P::Vertex,

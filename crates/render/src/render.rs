@@ -295,8 +295,8 @@ impl RenderRequest<'_> {
             let spent = start.elapsed().as_secs_f64();
             (seconds - spent) / (spent / f64::from(taken))
         };
-        // One sample measures how many fit into the time. If there is no time for another sample, this frame is the
-        // result.
+        // One sample is timed to determine how many samples fit into the available time. If there is no time for
+        // another sample, this frame is the result.
         let one = Settings { samples: 1, ..self.settings.clone() };
         let first = self.renderer(camera, &one);
         tiles.par_iter().try_for_each_init(ThreadScratch::default, |scratch, tile| {

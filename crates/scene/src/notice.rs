@@ -175,7 +175,7 @@ codes! {
             "Make it visible in the program that wrote the file.";
         MultipliedColors "multiplied_colors":
             "Two sources of colour are multiplied.",
-            "To show only one of them, set the other to white.";
+            "To show only one source, set the colours of the other source to white.";
         MissingFile "missing_file":
             "A file that another file refers to is missing, or must not be read, and is skipped.",
             "Put the file inside the folder of the file that refers to it.";
@@ -259,7 +259,7 @@ codes! {
             "Remove the option.";
         MoreNotices "more_notices":
             "A file causes so many different notices that only some of them are kept.",
-            "Resolve the listed ones first.";
+            "Resolve the listed notices first.";
     }
 }
 

@@ -301,7 +301,7 @@ impl RenderOptions {
         Ok(())
     }
 
-    /// Validates the options and adds the defaults of those that are not given.
+    /// Validates the options and adds the defaults of the options that are not given.
     ///
     /// # Errors
     /// The errors of [`RenderOptions::validate`].

@@ -26,7 +26,7 @@ impl Stream {
         z ^ (z >> 31)
     }
 
-    /// Number in 0..1.
+    /// Returns a random number in 0..1.
     pub(crate) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }

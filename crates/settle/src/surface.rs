@@ -20,7 +20,7 @@ pub(crate) struct Surface {
     mesh: TriMesh,
     /// True if every edge has equally many triangles in both directions, so that there is an inside.
     pub(crate) is_closed: bool,
-    /// Each edge once.
+    /// The edges; each edge occurs once.
     edges: Vec<[u32; 2]>,
     /// One vertex of each connected part.
     seeds: Vec<u32>,

@@ -118,7 +118,9 @@ def bake(
 def _with_coordinates(
     mesh: ObjectMesh, atlas: Atlas | None, wide: int, uv_set: int, object: int | str
 ) -> ObjectMesh:
-    """The mesh with an atlas's or its own texture coordinates; raises `WorldError` if the mesh lacks the set."""
+    """The mesh with the texture coordinates of an atlas or its own; raises `WorldError` if it has no such set of
+    coordinates.
+    """
     if atlas is not None:
         return mesh_with_atlas(mesh, atlas, wide)
     if uv_set >= len(mesh.uvs):

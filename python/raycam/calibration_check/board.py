@@ -137,7 +137,7 @@ class Board:
         ways = still.rays(around)[1]
         if not np.isfinite(ways).all():
             return None
-        # The board spans about twice `reach` pixels, its near side more.
+        # The board spans about twice `reach` pixels, and the board's near side spans more.
         opening = min(np.arccos(np.clip(ways[i] @ ways[i + 1], -1, 1)) for i in (1, 3))
         distance = self.rows / (2 * np.tan(opening / 2)) * (0.85 + 0.3 * (number * 0.41421356 % 1.0))
         tilt, around_z = (
@@ -180,7 +180,7 @@ class Board:
         return numbers, refined(blurred, places, self._window(numbers, places))
 
     def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
-        """Half the side of the refinement window in pixels, small enough that no edge of a corner ends inside it."""
+        """Half the side of the refinement window in pixels; no edge of a corner ends inside the window."""
         grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
         grid.reshape(-1, 2)[numbers] = places
         steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])

@@ -75,7 +75,7 @@ class SelfCheck:
 
     @property
     def cause(self) -> str:
-        """The source of the residual: "detector", or "image" if the image's own error is as large."""
+        """The source of the residual: "detector", or "image" if the error of the image is equally large."""
         picture = max(self.picture_largest, self.exact.picture_error, self.detector_bias)
         return "picture" if picture > self.detector_rms / 2 else "detector"
 

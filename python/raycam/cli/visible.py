@@ -99,7 +99,7 @@ def _run(options: argparse.Namespace) -> None:
     lidars = world_lidars(world, options.lidar)
     if common := cameras.keys() & lidars.keys():
         raise SettingsError(
-            f"--lidar {min(common)}: a camera has the same name; give the lidar another one",
+            f"--lidar {min(common)}: a camera has the same name; give the lidar another name",
             code="duplicate_name",
         )
     seen = surface_visibility(

@@ -28,7 +28,7 @@ MAX_CONCURRENT_SENDS = 4
 class WorkerRegistry:
     """The workers of a client that can render the frames of a package in the file `path`.
 
-    `unfit(address, reason)` is called for workers that cannot.
+    `unfit(address, reason)` is called for each worker that cannot render them.
     """
 
     def __init__(

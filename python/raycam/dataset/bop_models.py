@@ -39,7 +39,7 @@ class Shape:
     """Moments and three vertices of the shape, divided by its size."""
 
     def equals(self, other: Shape) -> bool:
-        """Returns True if both have the same shape and size, up to rounding."""
+        """Returns True if both models have the same shape and size, up to rounding errors."""
         return (
             self.triangles == other.triangles
             and abs(self.size / other.size - 1) <= SHAPE_TOLERANCE

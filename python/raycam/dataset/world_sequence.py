@@ -71,7 +71,7 @@ class WorldSequence:
 
     @property
     def is_iterator(self) -> bool:
-        """True if the worlds can be requested only once, in order."""
+        """True if the worlds can be requested only in order, and each world only once."""
         return self._iterator is not None
 
     def _find_categories(self, given: Sequence[str] | Mapping[int, str] | None) -> dict[int, str]:

@@ -105,7 +105,7 @@ def views(
         moments = [float(time) for time in times]
     if len(moments) != len(chosen_cameras):
         raise SettingsError(
-            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one for each",
+            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one time for each camera",
             code="wrong_shape",
         )
     found = []

@@ -292,7 +292,7 @@ def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     rays = reference.lines(reference.points_on_lines(e.P, corners), e.C)
     rays = reference.pointed_forward(rays, e.forward)
     rays /= (rays @ e.forward)[:, None]
-    # The image's right axis, or its up axis if the plane is nearly orthogonal to the right axis.
+    # The image's right axis, or the image's up axis if the plane is nearly orthogonal to the right axis.
     right, up = (axis - (axis @ front) * front for axis in (rays[1] - rays[0], rays[2] - rays[0]))
     if reference.length(right) < 0.3 * reference.length(rays[1] - rays[0]):
         right = reference.cross(up, front)

@@ -37,7 +37,7 @@ class Bounce:
 
 @dataclass(frozen=True)
 class LightPath:
-    """One path. The mean of `radiance` over paths of many seeds is the pixel of `integrator="path"`."""
+    """One path. The mean of `radiance` over many seeds is the value of the pixel with `integrator="path"`."""
 
     origin: Floats
     """The start of the ray, [3]."""

@@ -65,7 +65,7 @@ class LightTerm:
     reach: float
     """The length of the shadow ray up to the light or the object, metres; NaN for lights with an extent."""
     diffuse: Floats
-    """The closed form of the diffuse term; NaN if the material has none."""
+    """The closed form of the diffuse term; NaN if the material has no closed form."""
     specular: Floats
     """The closed form of the specular term; NaN if the material has none."""
     radiance: Floats

@@ -79,13 +79,13 @@ def ray_section(e: PixelSteps) -> Iterator[str]:
 def triangles_section(e: PixelSteps) -> Iterator[str]:
     """The lines of steps 3 and 4, the triangles."""
     yield ""
-    yield f"2. FOR EACH TRIANGLE ({e.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE"
+    yield f"2. FOR EACH OF {e.triangles} TRIANGLES: THE PLANE, AND INSIDE OR OUTSIDE"
     yield ""
     for count, meaning in (
         (e.without_area, "have no area, n = 0: never hit"),
         (e.parallel, "are edge-on, n·r = 0: never hit"),
         (e.behind, "are behind the camera, t < 0: discarded"),
-        (e.outside, "are missed: the ray meets their plane outside of them"),
+        (e.outside, "are missed: the ray meets their planes outside of the triangles"),
         (e.inside, "are hit"),
     ):
         yield f"   {count:>9} {meaning}"

@@ -47,7 +47,7 @@ def _in_parent() -> None:
 
 def _in_child() -> None:
     global _lock, _changed
-    _lock = threading.RLock()  # the other threads do not exist in the child process
+    _lock = threading.RLock()  # the parent's other threads do not exist in the child process
     _changed = threading.Condition(_lock)
     me = threading.get_ident()
     for thread in [thread for thread in _inside if thread != me]:

@@ -80,7 +80,7 @@ def describe_status(status: int) -> str:
 
 
 def _terminate(process: Popen[bytes]) -> None:
-    """Kills the process and its child processes (Windows: the process, which has none)."""
+    """Kills the process and its child processes; on Windows, the process has no child processes."""
     import signal
 
     with contextlib.suppress(ProcessLookupError, PermissionError):

@@ -51,11 +51,13 @@ def read_oriented(
         if stored_fits and not turned_fits
         else f"both the stored and the rotated pixels ({_text(turned)}) fit the camera"
         if stored_fits
-        else f"neither the stored ({_text(pixels)}) nor the rotated pixels ({_text(turned)}) have its camera's shape"
+        else f"neither the stored ({_text(pixels)}) nor the rotated pixels ({_text(turned)}) have the camera's shape"
         if size is not None
-        else "its camera is unknown"
+        else "the photograph's camera is unknown"
     )
-    text = f'its EXIF orientation ({exif}) is not applied: {which}; orientation="apply" rotates it'
+    text = (
+        f'the EXIF orientation ({exif}) is not applied: {which}; orientation="apply" rotates the photograph'
+    )
     return pixels, [*notices, Notice(text, "ignored_orientation", [name], 1)]
 
 

@@ -135,7 +135,7 @@ class Lidar:
         for label, array in (("times", moments), ("rings", numbers), ("origins", starts)):
             if array is not None and len(array) != count:
                 raise LidarError(
-                    f"{label} has {len(array)} rows for {count} directions; expected one each",
+                    f"{label} has {len(array)} rows for {count} directions; expected one row for each direction",
                     code="wrong_shape",
                 )
         for label, array in (("directions", ways), ("times", moments), ("origins", starts)):
@@ -167,7 +167,7 @@ class Lidar:
     # Settings ---------------------------------------------------------------------------------------------
 
     def replace(self, **settings: Any) -> Self:
-        """Returns the lidar with new settings (see the class); None restores the device's own."""
+        """Returns the lidar with new settings (see the class); None restores the device's own setting."""
         return self._copy(settings=settings)
 
     def _copy(self, *, settings: Mapping[str, Any] | None = None, track: Track | None = None) -> Self:

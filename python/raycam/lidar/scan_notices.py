@@ -21,7 +21,7 @@ LOST = ("kept", "nothing hit", "too weak", "too near", "too far", "reflected awa
 
 
 def warn_of_device(lidar: Lidar) -> None:
-    """Warns if the angles are the model's nominal angles, although each unit has its own."""
+    """Warns if the angles are the model's nominal angles, although each unit has angles of its own."""
     if not lidar.is_generic:
         return
     remedy = 'pass the unit\'s file to raycam.load_lidar("FILE")'

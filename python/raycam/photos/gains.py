@@ -35,7 +35,7 @@ def estimate_gains(survey: Survey) -> Floats:
     """
     gains = np.ones((survey.cameras, 3))
     usable = np.all((survey.color > DARKEST) & (survey.color < BRIGHTEST), axis=1)
-    # In the order of points, the heaviest views first.
+    # Views are in the order of points; for each point, the views with the largest weights come first.
     order = np.lexsort((survey.camera, -survey.weight, survey.point))
     order = order[usable[order]]
     count = np.bincount(survey.point[order], minlength=survey.points)
@@ -65,7 +65,7 @@ def _solve(
     total = np.maximum(np.bincount(point, weights=weight, minlength=points), 1e-300)[:, None]
     middle = sums(point, weight[:, None] * values, points) / total
     right = sums(camera, weight[:, None] * (values - middle[point]), cameras)
-    # Pairs of views of the same point, by the views' distance in the order of points.
+    # Pairs of views of the same point, grouped by the views' distance in the order of points.
     places, products = [], []
     for step in range(1, min(MAX_POINT_VIEWS, len(point))):
         late, early = slice(step, None), slice(0, len(point) - step)

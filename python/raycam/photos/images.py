@@ -98,7 +98,7 @@ class PhotoSource:
         if (width, height) != camera.size:
             turned = (height, width) == camera.size
             remedy = (
-                "its pixels are rotated by 90 degrees; rotate the photograph or the camera"
+                "the pixels are rotated by 90 degrees; rotate the photograph or the camera"
                 if turned
                 else "resize the camera: load_cameras(..., size=) or --size"
             )

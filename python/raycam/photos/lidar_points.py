@@ -39,7 +39,7 @@ class FacePoints:
     """True for points on the faces' fronts, [n]."""
 
     def of(self, facing: str) -> FacePoints:
-        """Returns the points on the fronts, or with `facing` "both" all points."""
+        """Returns the points on the fronts of faces; if `facing` is "both", returns all points."""
         if facing == "both" or self.front.all():
             return self
         before = np.concatenate([[0], np.cumsum(self.front)])

@@ -214,7 +214,7 @@ def _alignment_notices(alignment: Alignment, names: list[str]) -> list[Notice]:
         for name, shift in zip(names, alignment.shift, strict=True)
         if shift > limit
     ]
-    message = "shifted against the other photographs; check the pose and the lens"
+    message = "shifted relative to the other photographs; check the pose and the lens"
     return [Notice(message, "misaligned_photographs", off[:3], len(off))] if off else []
 
 

@@ -257,7 +257,7 @@ def _composed(
         elif set(made) != set(arrays):
             raise SettingsError(
                 f"some images have {', '.join(arrays)}, others {', '.join(made)}; either all cameras of a call must "
-                "have backgrounds, or none",
+                "have backgrounds, or no camera",
                 code="conflicting_values",
             )
         for name, array in arrays.items():

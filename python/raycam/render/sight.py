@@ -73,7 +73,7 @@ def blank_notices(
             yield Notice(message, "nothing_lit")
             return
         message = (
-            "all visible objects are black, because no light reaches them or their materials reflect none; check "
+            "all visible objects are black, because no light reaches them or their materials reflect no light; check "
             "the lights' positions and directions, and colours of 0"
         )
         yield Notice(message, "nothing_lit")

@@ -64,7 +64,7 @@ def collada_to_glb(
         return _Converter(path, document, find_image, scale, up_axis).convert()
     except (FormatError, MemoryError, OSError):
         raise
-    except Exception as error:  # pycollada raises many kinds for malformed documents
+    except Exception as error:  # pycollada raises many kinds of errors for malformed documents
         raise FormatError(
             f"{path}: not a valid Collada document: {type(error).__name__}: {error}", code="syntax"
         ) from None

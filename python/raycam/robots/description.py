@@ -80,7 +80,7 @@ class Joint:
     parent_from_joint: Floats
     """Transform [4, 4] at the joint's zero."""
     axis: Floats
-    """Unit vector [3] in the joint's frame: of rotation or translation, or a planar joint's normal."""
+    """Unit vector [3] in the joint's frame: the axis of rotation or translation, or the normal of a planar joint."""
     lower: float = -np.inf
     upper: float = np.inf
     mimic: tuple[str, float, float] | None = None

@@ -177,7 +177,7 @@ def _joint_columns(joint: Joint, before: Floats, after: Floats, origin: Floats) 
 
 
 def plane_axes(normal: Floats) -> tuple[Floats, Floats]:
-    """Returns the x and y directions of a planar joint: for the normal z, x and y of the joint's frame."""
+    """Returns the x and y directions of a planar joint. If the normal is z, these are x and y of the joint's frame."""
     helper = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     across = helper - normal * (helper @ normal)
     across /= np.linalg.norm(across)

@@ -78,7 +78,7 @@ class _Document:
         self.lights: list[SdfLight] = []
         self._root = parse_xml(data, name)
         if self._root.tag != "sdf":
-            hint = "; it is URDF, rename it to .urdf" if self._root.tag == "robot" else ""
+            hint = "; the file is URDF: rename it to .urdf" if self._root.tag == "robot" else ""
             raise self.fail(
                 self._root, f"expected an <sdf> element, found <{self._root.tag}>{hint}", "wrong_format"
             )

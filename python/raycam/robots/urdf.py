@@ -44,9 +44,9 @@ class _Reader:
         root = self._root
         if root.tag != "robot":
             hint = {
-                "mujoco": "; it is MJCF: load it with mujoco.MjModel.from_xml_path and raycam.from_mujoco",
+                "mujoco": "; the file is MJCF: load it with mujoco.MjModel.from_xml_path and raycam.from_mujoco",
                 "sdf": "; SDF is not supported, convert the file to URDF",
-                "COLLADA": "; it is a Collada mesh",
+                "COLLADA": "; the file is a Collada mesh",
             }.get(root.tag, "")
             raise self._error(root, f"expected a <robot> element, found <{root.tag}>{hint}", "wrong_format")
         if "xacro" in self._prefixes():

@@ -68,7 +68,7 @@ def expand_xacro(
         status, output = run_limited(command, limits.seconds, path, "xacro", os.environ)
         answer = Path(folder, "answer")
         if status != 0 or not answer.is_file():
-            last = output.splitlines()[-1] if output else "it printed no reason"
+            last = output.splitlines()[-1] if output else "xacro printed no reason"
             raise FormatError(
                 f"{path}: the process that expands xacro failed ({describe_status(status)}): {last}",
                 code="budget_exceeded" if status < 0 else "failed_process",

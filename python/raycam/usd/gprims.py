@@ -107,7 +107,7 @@ def _arc(first: float, last: float, radius: float, height: float) -> list[tuple[
     """The segments of an arc between two angles in degrees, from the bottom up."""
     count = max(1, round(SEGMENTS * (last - first) / 360))
     angles = np.radians(np.linspace(first, last, count + 1))
-    # Poles are exactly on the axis.
+    # The poles are exactly on the axis.
     cosines, sines = np.where(np.isclose(np.abs(angles), np.pi / 2), 0.0, np.cos(angles)), np.sin(angles)
     points = [(radius * c, radius * s + height, c, s) for c, s in zip(cosines, sines, strict=True)]
     return list(pairwise(points))

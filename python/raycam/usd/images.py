@@ -126,7 +126,7 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
     beyond it.
     """
     height, width = pixels.shape[:2]
-    # Rows run downwards, v upwards.
+    # Rows of the image run downwards, but v runs upwards.
     low, high = tiles[1]
     columns = _wrapped(width, wraps[0], *tiles[0])
     lines = _wrapped(height, wraps[1], 1 - high, 1 - low)

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdLux
+from pxr import Usd, UsdGeom, UsdLux
 
 from .handover import MAX_OBJECTS, Handover
 from .meshes import GEOMETRY_TYPES, Appearance, Meshes
 from .notices import StageNotice
 from .primvars import InstanceValues, read_table
 
-__all__ = ["Instances", "PointInstancers"]
+__all__ = ["Instances", "PointInstancers", "interleave", "is_animated"]
 
 IN_PROTOTYPE = Usd.TraverseInstanceProxies(
     Usd.PrimIsActive & Usd.PrimIsLoaded & Usd.PrimHasDefiningSpecifier & ~Usd.PrimIsAbstract
@@ -30,13 +30,23 @@ INSTANCE_PRIMVARS = {"displayColor", "displayOpacity"}
 
 @dataclass
 class Instances:
-    """Objects that a point instancer creates, in the order of its instances."""
+    """Objects of instances, in the order of the instances."""
 
     names: list[str] = field(default_factory=list)
     meshes: list[int] = field(default_factory=list)
     materials: list[tuple[int, ...]] = field(default_factory=list)
     matrices: Any = field(default_factory=lambda: np.zeros((0, 4, 4)))
-    """Matrices [n, 4, 4] for row vectors, relative to the instancer."""
+    """Matrices [n, 4, 4] for row vectors, relative to the instancer or to the world."""
+
+    def take(self, rows: Any) -> Instances:
+        """The objects with these indices [k], in their order."""
+        places = rows.tolist()
+        return Instances(
+            [self.names[place] for place in places],
+            [self.meshes[place] for place in places],
+            [self.materials[place] for place in places],
+            self.matrices[rows],
+        )
 
 
 class PointInstancers:
@@ -48,7 +58,7 @@ class PointInstancers:
         handover: Handover,
         places: UsdGeom.XformCache,
         time: Usd.TimeCode,
-        hidden: Callable[[Usd.Prim], str | None],
+        hidden: Callable[[Usd.Prim, Usd.Prim], str | None],
     ) -> None:
         self.notices: list[StageNotice] = []
         self.moves = False
@@ -74,7 +84,7 @@ class PointInstancers:
             if len(chosen):
                 root = prim.GetStage().GetPrimAtPath(path)
                 pieces.extend(self._expand_prototype(source, root, chosen, matrices, numbers, outer, depth))
-        return _interleave(pieces)
+        return interleave(pieces)
 
     def _note(self, code: str, prim: Usd.Prim, text: str) -> None:
         self.notices.append(StageNotice(code, text, f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}"))
@@ -152,7 +162,7 @@ class PointInstancers:
                 continue
             if not (is_instancer or prim.IsA(UsdGeom.Gprim)):
                 continue
-            if reason := self._hidden(prim):
+            if reason := self._hidden(prim, root):
                 self._note("hidden_part", prim, f"not shown: {reason}")
                 continue
             if not is_instancer and prim.GetTypeName() not in GEOMETRY_TYPES:
@@ -258,25 +268,16 @@ def is_animated(prim: Usd.Prim) -> bool:
     return any(prim.GetAttribute(name).ValueMightBeTimeVarying() for name in names if prim.HasAttribute(name))
 
 
-def _interleave(pieces: list[tuple[Any, Instances]]) -> Instances:
-    """All objects, in the order of their instances."""
+def interleave(pieces: list[tuple[Any, Instances]]) -> Instances:
+    """All objects, in the order of their numbers; equal numbers keep the order of the pieces."""
     if not pieces:
         return Instances()
     if len(pieces) == 1:
         return pieces[0][1]
     order = np.argsort(np.concatenate([numbers for numbers, _ in pieces]), kind="stable")
-    joined = Instances(matrices=np.concatenate([own.matrices for _, own in pieces])[order])
+    joined = Instances(matrices=np.concatenate([own.matrices for _, own in pieces]))
     for own in (own for _, own in pieces):
         joined.names.extend(own.names)
         joined.meshes.extend(own.meshes)
         joined.materials.extend(own.materials)
-    places = order.tolist()
-    joined.names = [joined.names[place] for place in places]
-    joined.meshes = [joined.meshes[place] for place in places]
-    joined.materials = [joined.materials[place] for place in places]
-    return joined
-
-
-def matrices_of(world_from_instancer: Gf.Matrix4d, instances: Instances) -> Any:
-    """`world_from_mesh` [n, 4, 4] for column vectors."""
-    return (instances.matrices @ np.array(world_from_instancer)).transpose(0, 2, 1)
+    return joined.take(order)

@@ -47,8 +47,8 @@ def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
     """Classes that prims inherit from but that no layer contains, which OpenUSD does not report."""
     layers = stage.GetUsedLayers()
     known: dict[Sdf.Path, bool] = {}
-    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimIsActive)):
-        if not prim.HasAuthoredInherits():
+    for prim in _each_once(stage):
+        if not prim.HasAuthoredInherits() or _has_only(prim, known):
             continue
         for spec in prim.GetPrimStack():
             for path in spec.inheritPathList.GetAddedOrExplicitItems():
@@ -58,6 +58,24 @@ def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
                     file = os.path.basename(spec.layer.realPath or spec.layer.identifier)
                     text = f"the prim inherits from <{path}>, which no layer contains (in @{file}@)"
                     yield StageNotice("invalid_file", text, f"prim {prim.GetPath()}")
+
+
+def _each_once(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    """All active prims; those inside of native instances with the same prototype only once."""
+    entered = set()
+    walk = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimIsActive)))
+    for prim in walk:
+        yield prim
+        if prim.IsInstance():
+            if prim.GetPrototype() in entered:
+                walk.PruneChildren()
+            entered.add(prim.GetPrototype())
+
+
+def _has_only(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
+    """True if a prim inherits only from classes that exist and were found before."""
+    listed = prim.GetMetadata("inheritPaths")
+    return listed is not None and all(known.get(path) for path in listed.GetAddedOrExplicitItems())
 
 
 def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:

@@ -365,7 +365,7 @@ class Meshes:
         return subsets
 
     def _opacities(self, prim: Usd.Prim, faces: Faces, instance: InstanceValues | None) -> Any:
-        """The displayed opacity of each face; None if all are opaque."""
+        """The displayed opacity of each face; None if all faces are opaque."""
         primvar = self._find(prim, "displayOpacity", 1, instance)
         if primvar is None:
             return None

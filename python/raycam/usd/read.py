@@ -77,7 +77,7 @@ def read(
     """
     budget = budget or UsdLimits()
     path = Path(path)
-    with path.open("rb") as file:  # raises the usual OSErrors
+    with path.open("rb") as file:  # raises OSError if the file cannot be read
         if not path.is_file():
             raise FormatError(
                 f"{path}: a device, pipe or socket, expected a regular file", code="unknown_format"

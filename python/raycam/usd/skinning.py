@@ -23,7 +23,7 @@ class Skinning:
         self._places = places
         self._cache = UsdSkel.Cache()
         self._bound: dict[Any, tuple[UsdSkel.SkeletonQuery, UsdSkel.SkinningQuery, Usd.Prim]] = {}
-        for prim in Usd.PrimRange.Stage(stage, EVERYTHING):
+        for prim in Usd.PrimRange.Stage(stage, EVERYTHING) if _has_skeletons(stage) else ():
             if not prim.IsA(UsdSkel.Root):
                 continue
             root = UsdSkel.Root(prim)
@@ -102,6 +102,15 @@ class Skinning:
         if not query.ComputeDeformedPoints(shares, shapes, parts, indices, offsets, points):
             raise ValueError("the blend shapes do not fit the points")
         return points
+
+
+def _has_skeletons(stage: Usd.Stage) -> bool:
+    """True if a prim or a prototype is a `SkelRoot`; each prototype is searched once."""
+    ranges = [
+        Usd.PrimRange.Stage(stage, Usd.PrimDefaultPredicate),
+        *map(Usd.PrimRange, stage.GetPrototypes()),
+    ]
+    return any(prim.IsA(UsdSkel.Root) for prims in ranges for prim in prims)
 
 
 def _animated(skeleton: UsdSkel.SkeletonQuery) -> bool:

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Tf, Usd, UsdGeom, UsdLux
+from pxr import Gf, Tf, Usd, UsdGeom, UsdLux, UsdSkel, Vt
 
 from .camera import camera_spec
 from .handover import Handover
 from .images import Images
-from .instancers import PointInstancers, is_animated, matrices_of
+from .instancers import Instances, PointInstancers, is_animated
 from .lights import cylinder_light, light_spec
 from .materials import Materials
 from .meshes import GEOMETRY_TYPES, Appearance, Meshes
+from .native_instances import InstanceGroups
 from .notices import StageNotice
+from .placement import Placement, is_solid
 from .skinning import Skinning
 from .unused import unused_of_camera, unused_of_light, unused_of_model
 from .visibility import PrimVisibility
 
 __all__ = ["StageReader", "rate_of"]
+
+INTO_INSTANCES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+"""Defined, active and loaded prims, those of native instances included."""
+
+Entry = tuple[Usd.Prim, "Role"]
+"""A prim that is read, and its role."""
 
 
 class Role(Enum):
@@ -35,6 +44,8 @@ class Role(Enum):
     UNSUPPORTED = 5
     """A prim type that other renderers show."""
     NONE = 6
+    INSTANCE = 7
+    """A native instance, whose prims have roles of their own."""
 
 
 @dataclass(frozen=True)
@@ -65,11 +76,7 @@ class StageReader:
         self._skipped: Counter[str] = Counter()
         self._merged = options.merged
         self._images = images
-        self._turn = np.eye(4)
-        if options.up is not None and options.up != self.up:
-            # A quarter turn about x.
-            sine = 1.0 if options.up == "z" else -1.0
-            self._turn[1:3, 1:3] = [[0.0, -sine], [sine, 0.0]]
+        self._placement = Placement(options.up, self.up)
         self._time = Usd.TimeCode.EarliestTime()
         if options.time is not None:
             self._time = Usd.TimeCode(options.time * rate_of(stage))
@@ -106,25 +113,73 @@ class StageReader:
 
     def read(self) -> None:
         """Reads all prims; prims that cannot be read are reported in notices."""
-        prims = []
-        walk = iter(Usd.PrimRange.Stage(self.stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
+        entries = list(self._entries(Usd.PrimRange.Stage(self.stage, Usd.PrimDefaultPredicate)))
+        groups = self._group_instances(entries)
+        shared: dict[
+            int, list[Entry]
+        ] = {}  # for each group of equal instances, by the number of the first one
+        expanded: dict[int, list[Entry]] = {}  # for each other instance, by its number
+        for numbers in groups:
+            own = self._prims_of_instance(entries[numbers[0]][0])
+            if len(numbers) > 1 and self._is_shareable(own):
+                shared[numbers[0]] = own
+            else:
+                more = {number: self._prims_of_instance(entries[number][0]) for number in numbers[1:]}
+                expanded |= {numbers[0]: own} | more
+        every = [entries, *shared.values(), *expanded.values()]
+        self._meshes.bind([prim for part in every for prim, role in part if role is Role.GEOMETRY])
+        members = {numbers[0]: numbers for numbers in groups}
+        for number, entry in enumerate(entries):
+            if number in shared:
+                instances = [entries[member][0] for member in members[number]]
+                self._read_instances(np.array(members[number]), instances, shared[number])
+            elif entry[1] is not Role.INSTANCE:
+                self._attempt(self._read_prim, *entry, number)
+            for prim, role in expanded.get(number, ()):
+                self._attempt(self._read_prim, prim, role, number)
+        self._placement.hand_over(self.handover)
+        self.moves = self.moves or self._skinning.moves or self._instancers.moves
+
+    def _entries(self, prims: Usd.PrimRange, inside: Usd.Prim | None = None) -> Iterator[Entry]:
+        """The prims that are read. Native instances are not entered, except for the one that the range is `inside`."""
+        walk = iter(prims)
         for prim in walk:
+            if inside is None and prim.IsInstance():
+                yield prim, Role.INSTANCE
+                continue
             role = self._role(prim)
             if role is Role.INSTANCER:
                 walk.PruneChildren()  # prototypes are not objects themselves
             if role is not Role.NONE:
-                prims.append((prim, role))
+                yield prim, role
             else:
                 self.moves = self.moves or is_animated(prim)
                 self._report_unused(prim, unused_of_model(prim))
-        self._meshes.bind([prim for prim, role in prims if role is Role.GEOMETRY])
-        for prim, role in prims:
-            try:
-                self._read_prim(prim, role)
-            except (ArithmeticError, LookupError, TypeError, ValueError, Tf.ErrorException) as error:
-                lines = str(error).strip().splitlines()[-1:] or [type(error).__name__]
-                self._note("ignored_element", prim, f"not shown: {lines[0]}")
-        self.moves = self.moves or self._skinning.moves or self._instancers.moves
+
+    def _prims_of_instance(self, instance: Usd.Prim) -> list[Entry]:
+        return list(self._entries(Usd.PrimRange(instance, INTO_INSTANCES), instance))
+
+    def _group_instances(self, entries: list[Entry]) -> list[list[int]]:
+        """The numbers of native instances, in groups that differ only in their transforms."""
+        groups: dict[Any, list[int]] = {}
+        known = InstanceGroups(self._time)
+        for number, (prim, role) in enumerate(entries):
+            if role is Role.INSTANCE:
+                groups.setdefault(known.key(prim), []).append(number)
+        return list(groups.values())
+
+    def _is_shareable(self, prims: list[Entry]) -> bool:
+        """True for prims of an instance that become the same objects in each equal instance."""
+        shared = (Role.GEOMETRY, Role.INSTANCER, Role.UNSUPPORTED)
+        return all(role in shared and prim not in self._skinning for prim, role in prims)
+
+    def _attempt(self, read: Callable[..., None], prim: Usd.Prim, *arguments: Any) -> None:
+        """Reads a prim; an error becomes a notice."""
+        try:
+            read(prim, *arguments)
+        except (ArithmeticError, LookupError, TypeError, ValueError, Tf.ErrorException) as error:
+            lines = str(error).strip().splitlines()[-1:] or [type(error).__name__]
+            self._note("ignored_element", prim, f"not shown: {lines[0]}")
 
     def _role(self, prim: Usd.Prim) -> Role:
         """The role of a prim, looked up once for each type."""
@@ -146,77 +201,117 @@ class StageReader:
             subject = f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}"
             self._unused.append(StageNotice("ignored_key", f"ignored: {'; '.join(words)}", subject))
 
-    def _read_prim(self, prim: Usd.Prim, role: Role) -> None:
+    def _read_prim(self, prim: Usd.Prim, role: Role, number: int) -> None:
         if reason := self._visibility.hidden_reason(prim):
-            if prim.IsA(UsdGeom.Gprim) or role is Role.INSTANCER:
-                self._skipped["invisible prims" if reason == "invisible" else f"prims {reason}"] += 1
+            self._count_hidden(prim, role, reason, 1)
             return
         self._report_unused(prim, unused_of_model(prim))
         from_local = self._places.GetLocalToWorldTransform(prim)
         self.moves = self.moves or is_animated(prim)
         if role is Role.GEOMETRY:
-            self._read_geometry(prim, from_local)
+            self._read_geometry(prim, from_local, number)
         elif role is Role.INSTANCER:
             instances = self._instancers.expand(prim)
-            matrices = self._turn @ matrices_of(from_local, instances)
-            self._place(prim, instances.names, instances.meshes, instances.materials, matrices)
+            instances.matrices = self._placement.turn(instances.matrices @ np.array(from_local))
+            self._place(prim, np.full(len(instances.names), number), instances)
         elif role is Role.CAMERA:
             self.cameras.append(camera_spec(UsdGeom.Camera(prim), from_local, self._time))
             self._report_unused(prim, unused_of_camera(prim, self._time))
         elif role is Role.LIGHT:
-            self._read_light(prim, from_local)
+            self._read_light(prim, from_local, number)
         else:
             self._skipped[f"{prim.GetTypeName()} prims"] += 1
 
-    def _read_geometry(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
-        matrix = self._turn @ np.array(from_local).T
+    def _count_hidden(self, prim: Usd.Prim, role: Role, reason: str, count: int) -> None:
+        if prim.IsA(UsdGeom.Gprim) or role is Role.INSTANCER:
+            self._skipped["invisible prims" if reason == "invisible" else f"prims {reason}"] += count
+
+    def _read_instances(self, numbers: Any, instances: list[Usd.Prim], prims: list[Entry]) -> None:
+        """Reads equal native instances; `prims` are those of the first one."""
+        self.moves = self.moves or any(map(is_animated, instances))
+        if unused_of_model(instances[0]):
+            for instance in instances:
+                self._report_unused(instance, unused_of_model(instance))
+        places = [self._places.GetLocalToWorldTransform(instance) for instance in instances]
+        worlds = np.array(Vt.Matrix4dArray(places))
+        for prim, role in prims:
+            self._attempt(self._read_shared, prim, role, numbers, instances, worlds)
+
+    def _read_shared(
+        self, prim: Usd.Prim, role: Role, numbers: Any, instances: list[Usd.Prim], worlds: Any
+    ) -> None:
+        """Reads a prim of the first instance, and its copies in the others, whose matrices [n, 4, 4] are `worlds`."""
+        if reason := self._visibility.hidden_reason(prim):
+            self._count_hidden(prim, role, reason, len(instances))
+            return
+        if prim != instances[0]:
+            self._report_unused(prim, unused_of_model(prim))
+        self.moves = self.moves or is_animated(prim)
+        if role is Role.UNSUPPORTED:
+            self._skipped[f"{prim.GetTypeName()} prims"] += len(instances)
+            return
+        inner, ignores_parents = Gf.Matrix4d(1), False
+        if prim != instances[0]:
+            inner, ignores_parents = self._places.ComputeRelativeTransform(prim, instances[0])
+        base = np.broadcast_to(np.eye(4), worlds.shape) if ignores_parents else worlds
+        matrices = self._placement.turn(np.array(inner) @ base)
+        if role is Role.INSTANCER:
+            own = self._instancers.expand(prim)
+            count = len(own.names)
+            placed = np.matmul(own.matrices[None], matrices[:, None]).reshape(-1, 4, 4)
+            times = len(instances)
+            repeated = Instances(own.names * times, own.meshes * times, own.materials * times, placed)
+            self._place(prim, np.repeat(numbers, count), repeated)
+            return
+        solid = np.isfinite(matrices).all(axis=(1, 2))
+        solid[solid] = is_solid(matrices[solid])
+        path = prim.GetPath().MakeRelativePath(instances[0].GetPath())
+        for place in np.flatnonzero(~solid).tolist():
+            copy = self.stage.GetPrimAtPath(instances[place].GetPath().AppendPath(path))
+            self._read_geometry(copy, self._places.GetLocalToWorldTransform(copy), int(numbers[place]))
+        appearance = self._meshes.describe(prim) if solid.any() else None
+        if appearance is not None:
+            rows = np.flatnonzero(solid).tolist()
+            is_root = prim == instances[0]
+            names = [instances[row].GetName() if is_root else prim.GetName() for row in rows]
+            meshes, materials = [appearance.mesh] * len(rows), [appearance.materials] * len(rows)
+            objects = Instances(names, meshes, materials, matrices[solid])
+            self._placement.add_many(numbers[solid], objects)
+
+    def _read_geometry(self, prim: Usd.Prim, from_local: Gf.Matrix4d, number: int) -> None:
+        matrix = self._placement.turn(from_local)
         if not np.isfinite(matrix).all():
             self._note("ignored_element", prim, "not shown: the prim's transform is not finite")
             return
-        rank = np.linalg.matrix_rank(matrix[:3, :3])
+        rank = 3 if is_solid(matrix[None])[0] else np.linalg.matrix_rank(matrix[:3, :3])
         if rank < 2:
             self._note(
                 "ignored_element", prim, "not shown: the prim's transform has scale 0 along two axes or more"
             )
             return
         # A matrix of rank 2 has no inverse, so the points are written in world coordinates.
-        appearance = self._meshes.describe(prim, baked=matrix if rank < 3 else None)
+        appearance = self._meshes.describe(prim, baked=matrix.T if rank < 3 else None)
         if appearance is not None:
-            self._add_object(prim.GetName(), appearance, matrix if rank == 3 else np.eye(4))
+            self._placement.add(number, prim.GetName(), appearance, matrix if rank == 3 else np.eye(4))
 
-    def _add_object(self, name: str, appearance: Appearance, matrix: Any) -> None:
-        self.handover.add_objects([name], [appearance.mesh], [appearance.materials], matrix[None])
-
-    def _place(
-        self,
-        prim: Usd.Prim,
-        names: list[str],
-        meshes: list[int],
-        materials: list[tuple[int, ...]],
-        matrices: Any,
-    ) -> None:
+    def _place(self, prim: Usd.Prim, numbers: Any, objects: Instances) -> None:
         """Adds objects of an instancer; those with scale 0 along an axis are omitted, with a notice."""
-        lengths = np.linalg.norm(matrices[:, :3, :3], axis=1).prod(axis=1)
-        solid = np.abs(np.linalg.det(matrices[:, :3, :3])) > 1e-12 * lengths
+        solid = is_solid(objects.matrices)
         if not solid.all():
             count = np.count_nonzero(~solid)
             self._note(
                 "ignored_element", prim, f"{count} instances are not shown: their transforms have scale 0"
             )
-            kept = np.flatnonzero(solid).tolist()
-            names = [names[place] for place in kept]
-            meshes = [meshes[place] for place in kept]
-            materials = [materials[place] for place in kept]
-            matrices = matrices[kept]
-        self.handover.add_objects(names, meshes, materials, matrices)
+            kept = np.flatnonzero(solid)
+            numbers, objects = numbers[kept], objects.take(kept)
+        self._placement.add_many(numbers, objects)
 
-    def _read_light(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
+    def _read_light(self, prim: Usd.Prim, from_local: Gf.Matrix4d, number: int) -> None:
         if prim.GetTypeName() == "CylinderLight" and not self._merged:
             mesh, radiance = cylinder_light(prim, from_local, self._time)
             material = self.materials.add_emitter(prim.GetName(), radiance)
-            number = self.handover.add_mesh(mesh)
-            matrix = np.array(from_local).T
-            self._add_object(prim.GetName(), Appearance(number, (material,), len(mesh.corners)), matrix)
+            appearance = Appearance(self.handover.add_mesh(mesh), (material,), len(mesh.corners))
+            self._placement.add(number, prim.GetName(), appearance, from_local)
             self._report_unused(prim, unused_of_light(prim, self._time))
             return
         light, text = light_spec(prim, from_local, self._images.file, self.up, self._time)
@@ -245,4 +340,6 @@ def _find_role(prim: Usd.Prim) -> Role:
         return Role.CAMERA
     if prim.HasAPI(UsdLux.LightAPI):
         return Role.LIGHT
-    return Role.UNSUPPORTED if prim.IsA(UsdGeom.Gprim) else Role.NONE
+    # Skeletons and their roots have extents, but other renderers show only the meshes.
+    is_drawn = prim.IsA(UsdGeom.Boundable) and not (prim.IsA(UsdSkel.Root) or prim.IsA(UsdSkel.Skeleton))
+    return Role.UNSUPPORTED if is_drawn else Role.NONE

@@ -14,15 +14,18 @@ class PrimVisibility:
 
     def __init__(self, time: Usd.TimeCode) -> None:
         self._time = time
-        self._visible: dict[Sdf.Path, bool] = {}
+        self._visible: dict[tuple[Sdf.Path, Sdf.Path | None], bool] = {}
         self._purposes: dict[Sdf.Path, Any] = {}
 
-    def hidden_reason(self, prim: Usd.Prim) -> str | None:
-        """The reason why a prim is not shown; None if the prim is shown."""
+    def hidden_reason(self, prim: Usd.Prim, prototype: Usd.Prim | None = None) -> str | None:
+        """The reason why a prim is not shown; None if the prim is shown.
+
+        Within a `prototype` of a point instancer, the visibility of the prims above it has no effect, as in Storm.
+        """
         imageable = UsdGeom.Imageable(prim)
         if not imageable:
             return None
-        if not self._is_visible(prim):
+        if not self._is_visible(prim, prototype.GetParent() if prototype else None):
             return "invisible"
         parent = prim.GetParent()
         path = parent.GetPath()
@@ -34,12 +37,14 @@ class PrimVisibility:
         purpose = info.purpose
         return f"of purpose {purpose}" if purpose in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy) else None
 
-    def _is_visible(self, prim: Usd.Prim) -> bool:
-        path = prim.GetPath()
-        if path not in self._visible:
+    def _is_visible(self, prim: Usd.Prim, outside: Usd.Prim | None) -> bool:
+        """True if neither the prim nor a parent below `outside` is invisible."""
+        key = (prim.GetPath(), outside.GetPath() if outside else None)
+        if key not in self._visible:
             parent = prim.GetParent()
-            above = True if not parent or parent.IsPseudoRoot() else self._is_visible(parent)
+            is_top = not parent or parent.IsPseudoRoot() or parent == outside
+            above = is_top or self._is_visible(parent, outside)
             imageable = UsdGeom.Imageable(prim)
             own = imageable.GetVisibilityAttr().Get(self._time) if imageable else None
-            self._visible[path] = above and own != UsdGeom.Tokens.invisible
-        return self._visible[path]
+            self._visible[key] = above and own != UsdGeom.Tokens.invisible
+        return self._visible[key]

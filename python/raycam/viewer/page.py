@@ -312,7 +312,9 @@ def _explanations(
 def _document(document: dict[str, Any], planes: Mapping[str, bytes], still: str) -> str:
     """The HTML text. Its policy allows only its own script, and no loading."""
     blocks = [still, f'<script type="application/json" id="document">{json_text(document)}</script>']
-    for number, data in enumerate(planes.values()):  # a number as id, because names come from untrusted files
+    for number, data in enumerate(
+        planes.values()
+    ):  # the id is a number, because names come from untrusted files
         text = base64.b64encode(data).decode()
         blocks.append(f'<script type="text/plain" id="plane-{number}">{text}</script>')
     return assembled(str(document["title"]), blocks)

@@ -129,7 +129,8 @@ class Server:
 
     def join(self, timeout: float | None = None) -> bool:
         """Waits until the server has ended; returns True if it has."""
-        # Not the thread's join: in Python 3.11 Ctrl-C during a join makes the thread look as if it had ended.
+        # The thread is not joined: in Python 3.11, Ctrl-C during a join makes the thread look as if it had
+        # ended.
         return self._ended.wait(timeout)
 
     def _run(self) -> None:
@@ -409,7 +410,7 @@ def _listening(host: str, port: int | None) -> socket.socket:
                 raise NetworkError(error.errno, text, code="cannot_listen") from None
     raise NetworkError(
         errno.EADDRINUSE,
-        f"ports {PORTS[0]} to {PORTS[-1]} are all in use; use another one (--port N, port=N)",
+        f"ports {PORTS[0]} to {PORTS[-1]} are all in use; use another port (--port N, port=N)",
         code="cannot_listen",
     )
 

@@ -422,7 +422,7 @@ def _check(integrator: str | None, samples: int | None) -> None:
 def _framed(
     world: World, camera: Camera | None, framing: Mapping[str, Any]
 ) -> tuple[Camera | None, dict[str, Any]]:
-    """The first camera, or None and the arguments of `World.view_from` for a camera with the window's shape."""
+    """The first camera; otherwise, None and the arguments of `World.view_from` for a camera with the window's shape."""
     given = {name: value for name, value in framing.items() if value is not None}
     if camera is None or not given:
         return camera, given

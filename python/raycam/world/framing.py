@@ -308,4 +308,4 @@ EXTREME_DIRECTIONS = np.array(
 )
 """Directions [26, 3] to the corners, edges and faces of a box, in which extreme points are searched."""
 RING_COUNT, RING_CORNER_COUNT = 32, 32
-"""Number of rings that bound a turning world, and corners of each ring."""
+"""The number of rings that bound a turning world, and the number of corners of each ring."""

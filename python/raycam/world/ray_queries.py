@@ -265,7 +265,7 @@ class RayQueries:
 
 
 def _fields(names: Iterable[str]) -> list[str]:
-    """Names of fields, checked."""
+    """The names of fields, after they have been checked."""
     if names is FIRST_HIT_FIELDS:
         return list(FIRST_HIT_FIELDS)
     return words("field", names, RAY_FIELDS)

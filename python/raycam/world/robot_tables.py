@@ -35,7 +35,9 @@ def has_robots(description: Mapping[str, Any]) -> bool:
 def split_robots(
     description: Mapping[str, Any],
 ) -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any]]:
-    """Returns the description without robots and without its video if that moves joints, the robots, and the video."""
+    """Returns the description without its robots (and without its video if the video moves joints), the robots, and the
+    video.
+    """
     rest = dict(description)
     tables = rest.pop("robot")
     if not isinstance(tables, Sequence) or not all(isinstance(table, Mapping) for table in tables):

@@ -69,7 +69,7 @@ def _content_suffix(head: bytes) -> str:
 
 
 def scale_factor(scale: float | None, units: str | None) -> float | None:
-    """The factor for a mesh file's coordinates; None without either argument. Raises `SettingsError`."""
+    """The factor for a mesh file's coordinates; None if neither argument is given. Raises `SettingsError`."""
     if scale is not None and units is not None:
         raise SettingsError(
             f"scale={scale!r} and units={units!r} cannot be combined; use only one of them",

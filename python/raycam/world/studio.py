@@ -166,7 +166,7 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     degrees = np.array(heights)[:, None]
     cosine = np.array([math.cos(math.radians(height)) for height in heights])[:, None]
     sine = np.array([math.sin(math.radians(height)) for height in heights])[:, None]
-    # The middle column shows +x of a z-up world, -z of a y-up one; columns run to the right.
+    # The middle column shows +x of a z-up world, and -z of a y-up world; columns run to the right.
     ahead = np.array([1.0, 0, 0]) if up == "z" else np.array([0, 0, -1.0])
     start = math.degrees(math.atan2((ahead * right).sum(), (ahead * toward).sum()))
     # To the right in the image is clockwise seen from above; to the right of the camera is

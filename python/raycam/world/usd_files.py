@@ -62,12 +62,12 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
             number = _core.world_add_polygons(core, plain(keys), stage.polygons, folder)
         own = stage.world["up"]
         if up is not None and up != own:
-            text = f"its up axis, {own}, is rotated to {up}; upright=False keeps it"
+            text = f"the file's up axis, {own}, is rotated to {up}; upright=False keeps the axis"
             stage.notices.append(("converted_up_axis", text))
         if up is None and upright is None and core.up != own:
             text = (
-                f"its up axis, {own}, is not rotated to {core.up}, because matrix applies to the file's own axes; "
-                "upright=True rotates it before matrix is applied"
+                f"the file's up axis, {own}, is not rotated to {core.up}, because matrix applies to the file's axes; "
+                "upright=True rotates the axis before matrix is applied"
             )
             stage.notices.append(("converted_up_axis", text))
         _set_notices(core, before, path, folder, stage)

@@ -137,7 +137,7 @@ pub(crate) fn world_visible<'py>(
 /// (closed, oriented, boundary edges [k, 2], volume, components).
 type TopologyParts<'py> = (bool, bool, NewArray<'py, i32>, f64, usize);
 
-/// Returns the topology of an object's mesh; the volume is that of the placed object.
+/// Returns the topology of an object's mesh; the volume is the volume of the placed object.
 #[pyfunction]
 pub(crate) fn world_topology<'py>(py: Python<'py>, world: &World, object: usize) -> PyResult<TopologyParts<'py>> {
     let world = world.snapshot();

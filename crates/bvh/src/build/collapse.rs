@@ -110,7 +110,7 @@ pub fn emit_wide_nodes(
             let mut below = [(EMPTY_BOUNDS, NodeRef::EMPTY); 8];
             let (found, n) = select_children(tree, at, 8, true);
             for ((child, _), below) in found[..n].iter().zip(&mut below) {
-                // A binary index stands for the reference until the child is written.
+                // Until the child is written, the index of the binary node replaces the reference.
                 let node = &tree[*child];
                 let reference = match node.leaf {
                     true => NodeRef::leaf(*child),
@@ -150,8 +150,8 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
     node
 }
 
-/// The binary nodes that `at` becomes in at most `places` child slots, the slots of each, and their number. With
-/// `opened`, `at` itself is not in the list.
+/// The binary nodes that replace `at` in at most `places` child slots, the number of slots of each node, and the number
+/// of nodes. With `opened`, `at` itself is not in the list.
 #[inline(always)]
 pub fn select_children(tree: &[BinaryNode], at: usize, slots: usize, opened: bool) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];

@@ -9,7 +9,7 @@ use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletJob,
 use crate::node::{NodeBlock, NodeRef};
 use crate::simd::Portable;
 
-/// Expected area of each half of a split, as a fraction of the whole: that of slanted surfaces.
+/// Expected area of each half of a split, as a fraction of the whole area: the value for slanted surfaces.
 const HALVING_AREA_RATIO: f32 = 0.6;
 
 /// The binary tree above the treelets.

@@ -6,8 +6,8 @@ use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 
-/// Approximate maximum number of primitives that one thread builds at a time, chosen for the L2 cache. Few under Miri,
-/// which is slow.
+/// Approximate maximum number of primitives that one thread builds at a time, chosen for the L2 cache. The number is
+/// small under Miri, which is slow.
 pub const TREELET_SIZE: usize = if cfg!(miri) { 1 << 5 } else { 1 << 12 };
 
 /// Minimum number of primitives per additional thread.
@@ -42,7 +42,7 @@ pub trait LeafBuilder: Sync {
     const TYPICAL_LEAF_PRIMS: usize;
     /// Maximum number of primitives in a binary leaf, which must fit into one leaf. Splits aim at full leaves.
     fn max_binary_leaf_prims(&self) -> usize;
-    /// Bins per axis for a number of primitives: 8 or 16, above the treelets 64 or 256.
+    /// Bins per axis for a number of primitives: 8 or 16, but 64 or 256 above the treelets.
     fn bin_count(&self, prims: usize) -> usize;
     /// Estimated numbers of blocks and ids. Excess memory is released. If too little memory was reserved, the data is
     /// copied once more.

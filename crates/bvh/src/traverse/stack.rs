@@ -8,9 +8,10 @@ use crate::limits::MAX_DEPTH;
 use crate::node::{NodeRef, WideNode};
 use crate::simd::{Isa, Vector};
 
-/// The largest stack. A path has at most `MAX_DEPTH` nodes in the TLAS and as many in a BLAS, each leaves at most 7
-/// children, both have a sentinel, and [`Stack::push`] writes 8 at once. Eight more make a ray state an odd number of
-/// cache lines, see [`crate::traverse::single::ray_state::RayState`].
+/// The largest stack. A path has at most `MAX_DEPTH` nodes in the TLAS and as many in a BLAS, and each node leaves at
+/// most 7 children on the stack. Both trees have a sentinel, and [`Stack::push`] writes 8 entries at once. With eight
+/// more entries, the size of a ray state is an odd number of cache lines, see
+/// [`crate::traverse::single::ray_state::RayState`].
 const STACK_SIZE: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
 
 /// Node references with the t at which the ray enters them.

@@ -25,7 +25,8 @@ pub const SLAB_PAD: f32 = 4.0 * MACHINE_EPSILON;
 pub const ORIGIN_PAD: f32 = 3.0 * MACHINE_EPSILON;
 pub const RELATIVE_PAD: f32 = 12.0 * MACHINE_EPSILON;
 
-/// The pad, in T, of a slab nearly parallel to the ray: its r is clamped, see [`MAX_RECIPROCAL`].
+/// The pad, in T, of a slab that is nearly parallel to the ray. The r of such a slab is clamped, see
+/// [`MAX_RECIPROCAL`].
 const PARALLEL_PAD: f32 = 2.0;
 
 /// The largest coordinate of a ray's origin. Products of this value and [`MAX_COORD`] stay finite.

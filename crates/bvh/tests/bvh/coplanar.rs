@@ -12,7 +12,7 @@ fn square(size: f64, cells: usize, height: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>
 
 /// A tilted plane with three coplanar squares, the last of which is the smallest, and a square above the plane.
 fn world() -> World {
-    // A rotation about an axis that is not one of the coordinates: rounding differs between instances.
+    // A rotation about an axis that is not a coordinate axis, so that rounding differs between instances.
     let (sin, cos) = 0.7f64.sin_cos();
     let turn = [[cos, -sin * 0.6, sin * 0.8, 3.0], [sin, cos * 0.6, -cos * 0.8, -2.0], [0.0, 0.8, 0.6, 1.0]];
     let squares = [square(2.0, 7, 0.0), square(6.0, 3, 0.0), square(1.0, 5, 0.0), square(4.0, 2, 1e-4)];

@@ -211,7 +211,7 @@ impl Reconstruction {
             if images.iter().any(|(camera, _)| *camera == image.camera) {
                 return Err(record.unsupported_error(
                     "COLMAP",
-                    &format!("two images of one camera in the frame {:?}; expected one", mount.frame),
+                    &format!("two images of one camera in the frame {:?}; expected one image per camera", mount.frame),
                 ));
             }
             images.push((image.camera, image.id));

@@ -173,7 +173,7 @@ impl NpyHeader {
     }
 }
 
-/// Number of little-endian bytes, with a kind and a size.
+/// Returns the function that converts little-endian bytes of a number type to a number.
 fn reader(letter: &str, size: usize) -> Option<fn([u8; 8]) -> f64> {
     Some(match (letter, size) {
         ("f", 8) => f64::from_le_bytes,

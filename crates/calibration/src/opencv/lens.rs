@@ -87,7 +87,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     let is_fisheye = stated(view)?.is_some_and(|(_, word)| word == "fisheye");
     let fisheye = |i: usize| [0, 1, 4, 5].iter().position(|&k| k == i);
     if is_fisheye || values.iter().any(|&(i, value)| i == 5 && value != 0.0) && !values.iter().any(|v| v.0 == 6) {
-        // There are only k1 k2 k3 k4.
+        // The lens has only the coefficients k1 k2 k3 k4.
         let mut four = vec![0.0; 4];
         for &(i, value) in values.iter().filter(|(_, value)| *value != 0.0) {
             let place = fisheye(i).ok_or_else(|| named.at.fail("fisheye has only k1 k2 k3 k4"))?;

@@ -286,7 +286,7 @@ pub(super) fn read_named(
     Ok(found.map(|(_, pose)| pose))
 }
 
-/// True for a key of world_from_camera, false for one of camera_from_world; none if the key specifies no direction.
+/// True for a key of world_from_camera, false for a key of camera_from_world; none if the key specifies no direction.
 fn world_from_camera(key: &str) -> Option<bool> {
     let name = plain(key);
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));

@@ -108,7 +108,10 @@ fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree>
         [] => (String::new(), arrays.iter().filter(|(_, array)| is_matrix(&array.shape)).collect()),
         [one] => (one.0.clone(), vec![*one]),
         [first, second, ..] => {
-            return Err(fail(format!("poses under both {} and {}; expected one array of them", first.0, second.0)));
+            return Err(fail(format!(
+                "poses under both {} and {}; expected only one array of poses",
+                first.0, second.0
+            )));
         }
     };
     let mut matrices = FoundMatrices::new();

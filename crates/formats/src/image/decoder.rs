@@ -75,7 +75,10 @@ impl Decoder<'_> {
         // "sRGB" in the profile's description, as text or as UTF-16, requires no conversion.
         let srgb = profile.windows(4).any(|w| w == b"sRGB") || profile.windows(7).any(|w| w == b"s\0R\0G\0B");
         if !srgb {
-            self.notice(NoticeCode::IgnoredColorProfile, "its colour profile is ignored; convert the image to sRGB");
+            self.notice(
+                NoticeCode::IgnoredColorProfile,
+                "the image's colour profile is ignored; convert the image to sRGB",
+            );
         }
     }
 
@@ -83,7 +86,7 @@ impl Decoder<'_> {
     pub(crate) fn orientation_notice(&mut self, orientation: Option<Orientation>) {
         self.orientation = orientation.unwrap_or(Orientation::NoTransforms);
         if self.orientation != Orientation::NoTransforms {
-            self.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is ignored");
+            self.notice(NoticeCode::IgnoredOrientation, "the image's EXIF orientation is ignored");
         }
     }
 

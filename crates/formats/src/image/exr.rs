@@ -96,7 +96,10 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let part = &headers[index];
     let size = take_part(file, part, index)?;
     if !channels.xyz && part.shared_attributes.chromaticities.is_some_and(other_primaries) {
-        file.notice(NoticeCode::IgnoredColorProfile, "its primaries differ from Rec. 709; they are ignored");
+        file.notice(
+            NoticeCode::IgnoredColorProfile,
+            "the image's primaries are ignored, although they differ from Rec. 709",
+        );
     }
     let window = part.shared_attributes.display_window;
     if window.position != part.own_attributes.layer_position || window.size != part.layer_size {
@@ -112,7 +115,10 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
         texels.iter_mut().for_each(straighten);
     }
     if channels.xyz && file.color_use == ColorUse::Color {
-        file.notice(NoticeCode::AssumedConvention, "its channels X, Y and Z are converted from CIE XYZ to linear sRGB");
+        file.notice(
+            NoticeCode::AssumedConvention,
+            "the image's channels X, Y and Z are converted from CIE XYZ to linear sRGB",
+        );
         texels.iter_mut().for_each(|texel| *texel = srgb_of_xyz(*texel));
     }
     let side = part.layer_size.0;
@@ -217,7 +223,7 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
         let mut only = names(part);
         only.retain(|name| name != "A");
         if let [name] = &only[..] {
-            file.notice(NoticeCode::AssumedConvention, format!("its only channel, {name}, is read as grey"));
+            file.notice(NoticeCode::AssumedConvention, format!("the image's only channel, {name}, is read as grey"));
             return Ok((i, grey(part, name)));
         }
     }

@@ -30,7 +30,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     }
     for (key, value) in &metadata.custom_attributes {
         if changes_colors(key, value) {
-            file.notice(NoticeCode::IgnoredColorProfile, format_args!("its {key} of {value} is ignored"));
+            file.notice(NoticeCode::IgnoredColorProfile, format_args!("the image's {key} of {value} is ignored"));
         }
     }
     // Factor on all values of the file.

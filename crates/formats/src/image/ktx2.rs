@@ -87,7 +87,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
         );
     }
     if header.premultiplied {
-        file.notice(NoticeCode::IgnoredFeature, "its colours are premultiplied by alpha and are not converted");
+        file.notice(NoticeCode::IgnoredFeature, "the image's colours are premultiplied by alpha and are not converted");
     }
     let stored = &file.bytes[header.level.0..header.level.1];
     let unpacked;
@@ -162,19 +162,19 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     }
     let levels = levels.max(1) as usize;
     let index_bytes = (levels * LEVEL_ENTRY_BYTES) as u64;
-    bytes.part(file, "its level index", HEADER_BYTES as u64, index_bytes)?;
+    bytes.part(file, "the level index", HEADER_BYTES as u64, index_bytes)?;
     let mut largest = (0, 0);
     for level in (0..levels).rev() {
         let at = HEADER_BYTES + LEVEL_ENTRY_BYTES * level;
         largest = bytes.part(file, "a level", bytes.u64(at), bytes.u64(at + 8))?;
     }
     let unpacked = bytes.u64(HEADER_BYTES + 16);
-    bytes.part(file, "its global data", bytes.u64(64), bytes.u64(72))?;
+    bytes.part(file, "the global data", bytes.u64(64), bytes.u64(72))?;
     let [start, length] = [56, 60].map(|at| bytes.u32(at).into());
-    let keys = bytes.part(file, "its key and value data", start, length)?;
+    let keys = bytes.part(file, "the key and value data", start, length)?;
     check_keys(file, &file.bytes[keys.0..keys.1])?;
     let [start, length] = [48, 52].map(|at| bytes.u32(at).into());
-    let descriptor = bytes.part(file, "its format descriptor", start, length)?;
+    let descriptor = bytes.part(file, "the format descriptor", start, length)?;
     // Size of all descriptors, header of the first, its colour model, primaries and transfer function.
     let [model, _, transfer, flags] = match file.bytes[descriptor.0..descriptor.1].get(12..16) {
         Some(&[model, primaries, transfer, flags]) => [model, primaries, transfer, flags],

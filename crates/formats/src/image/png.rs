@@ -20,7 +20,7 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
     if let Some([primaries, transfer]) = code_points {
         let (primaries, transfer) = (primaries_name(primaries), transfer_name(transfer));
         let message = format!(
-            "its colour space (cICP: {primaries} primaries, {transfer} transfer function) is ignored; convert it to \
+            "the image's colour space (cICP: {primaries} primaries, {transfer} transfer function) is ignored; convert the image to \
              sRGB"
         );
         file.notice(NoticeCode::IgnoredColorProfile, message);
@@ -29,7 +29,7 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
         file.notice(NoticeCode::IgnoredColorProfile, format_args!("the PNG gamma chunk ({gamma}) is ignored"));
     }
     if primaries {
-        file.notice(NoticeCode::IgnoredColorProfile, "its primaries, which differ from sRGB, are ignored");
+        file.notice(NoticeCode::IgnoredColorProfile, "the image's primaries, which differ from sRGB, are ignored");
     }
     let texel = texel_bytes(&decoder);
     if file.take_pixels(decoder.dimensions().into(), texel)? {

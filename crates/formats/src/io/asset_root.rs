@@ -1,4 +1,4 @@
-//! The folder that a world may read from: only I/O, no formats.
+//! The folder from which a world may read. This file contains only I/O and no formats.
 
 use std::collections::HashMap;
 use std::ffi::OsString;

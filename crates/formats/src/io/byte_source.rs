@@ -77,7 +77,7 @@ impl<'a> ByteSource<'a> {
         size: usize,
         mut each: impl FnMut(usize, &[u8]),
     ) -> io::Result<()> {
-        // There may be no bytes.
+        // The source may contain no bytes.
         if count == 0 {
             return Ok(());
         }

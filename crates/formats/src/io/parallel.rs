@@ -49,7 +49,7 @@ pub(crate) fn fill_blocks<T: Send, E: Send>(
     let first_error: Mutex<Option<(usize, E)>> = Mutex::new(None);
     run_on_threads(count, &|| {
         loop {
-            // Blocks are assigned in order, so that all blocks before one with an error have been assigned too.
+            // Blocks are assigned in order, so that all blocks before a block with an error have been assigned too.
             let Some((number, block)) = lock(&blocks).next() else { break };
             if lock(&first_error).as_ref().is_some_and(|&(failed, _)| failed < number) {
                 break;

@@ -23,7 +23,7 @@ pub(crate) struct MultiscatterTerms {
     pub mean_loss: Vec3,
     /// Fraction of this energy that leaves on the viewer's side.
     pub reflected_fraction: f32,
-    /// False if almost nothing is lost.
+    /// False if almost no light is lost.
     pub is_significant: bool,
 }
 
@@ -56,7 +56,7 @@ impl MultiscatterTerms {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MultiscatterDielectric<'a> {
     directional_albedo: DirectionalAlbedo,
-    /// Losses of a solid, whose sides differ; `None` for thin walls, which lose the same on both.
+    /// Losses of a solid, whose sides differ; `None` for thin walls, whose losses are the same on both sides.
     loss_tables: Option<EnergyLoss<'a>>,
     starts_inside: bool,
     f0_f90: (Vec3, Vec3),

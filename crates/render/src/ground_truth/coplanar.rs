@@ -1,6 +1,6 @@
 //! Rule for coplanar surfaces of several objects, by which float32 rays hit the same surface as exact rays.
 //!
-//! Of surfaces in the same plane up to rounding, the object that comes last in the world is hit (see
+//! If surfaces are in the same plane up to rounding errors, rays hit the object that comes last in the world (see
 //! [`Scene::closest_exact`]). If the ray does not find the chosen surface, or if this surface is mostly transparent at
 //! the point, another coplanar surface is chosen.
 

@@ -175,7 +175,7 @@ fn visible_exit(exit: DVec3, landing: DVec3) -> DVec3 {
     if distance < MIN_EXIT_DISTANCE && distance > 0.0 { landing + way / distance } else { exit }
 }
 
-/// Targets of a block's photons: the two neighbourhoods that are brightest relative to their size.
+/// Targets of a block's photons: the two neighbourhoods of photons that are brightest relative to their size.
 fn block_targets(block: &[&MapPhoton]) -> [GuideTarget; 2] {
     let step = block.len().div_ceil(MAX_PHOTONS).max(1);
     let mut left: Vec<_> = block.iter().copied().step_by(step).collect();

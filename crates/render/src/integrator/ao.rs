@@ -11,7 +11,8 @@ use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 
-/// Sets 1 for an open hemisphere and for the background, 0 where every direction is occluded within `distance`.
+/// Sets the value 1 for an open hemisphere and for the background, and 0 where every direction is occluded within
+/// `distance`.
 pub(super) fn radiance(
     world: &PreparedWorld,
     distance: f32,

@@ -17,8 +17,8 @@ use crate::prepare::material::PreparedMaterial;
 pub(crate) enum LightSearch {
     /// Light of lamps, the sky and surfaces, and light that surfaces scatter.
     All,
-    /// Only light that light samples find too: the ray has passed an object that casts no shadow, and another path
-    /// continues at the object.
+    /// Counts only light that light samples find too, because the ray has passed an object that casts no shadow, and
+    /// another path continues at this object.
     Sampled,
     /// The ray collects only light that light samples do not find, because it has passed a hidden object that casts a
     /// shadow.

@@ -21,7 +21,7 @@ pub(crate) struct SunLight {
 const MIN_SIN2: f64 = 1e-12;
 
 impl SunLight {
-    /// `direction` is the direction in which the light travels, `diameter` in degrees.
+    /// `direction` is the direction in which the light travels; `diameter` is an angle in degrees.
     pub fn new(direction: [f64; 3], irradiance: [f32; 3], diameter: f64) -> Self {
         let towards = (-DVec3::from(direction)).normalize_or_zero();
         let sin2 = (diameter.to_radians() / 2.0).sin().powi(2);

@@ -182,7 +182,7 @@ impl Geometry {
         self.has_media
     }
 
-    /// Rays that find an instance.
+    /// The kinds of rays that can hit an instance.
     #[inline]
     pub fn ray_visibility(&self, instance: u32) -> RayVisibility {
         self.instances[instance as usize].ray_visibility

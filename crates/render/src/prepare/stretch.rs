@@ -80,7 +80,7 @@ fn stretch_of(linear: DMat3) -> Option<DMat3> {
     if is_good(linear * axes.inverse()) {
         return Some(axes);
     }
-    // Transforms with shear squeeze in directions other than the mesh's axes.
+    // Transforms with shear compress the mesh in directions other than its axes.
     let (_, stretch) = polar(if linear.determinant() < 0.0 { -linear } else { linear })?;
     let step = largest / STRETCH_STEPS;
     let stretch = DMat3::from_cols_array(&stretch.to_cols_array().map(|x| (x / step).round() / STRETCH_STEPS));

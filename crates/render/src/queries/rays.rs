@@ -40,7 +40,7 @@ pub enum Kernel {
     /// float32, relative to the centre of the world: several times as fast for incoherent rays. Rays start at
     /// t = 0.
     Float32 {
-        /// True if neighbouring rays are similar; detected if `None`. Only affects speed.
+        /// True if neighbouring rays are similar; `None` lets the query detect this. The value affects only the speed.
         coherent: Option<bool>,
     },
 }

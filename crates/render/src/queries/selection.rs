@@ -16,7 +16,7 @@ pub enum Facing {
     Both,
     /// The front, where the corners appear counter-clockwise.
     Front,
-    /// The back.
+    /// Only the back of a face.
     Back,
     /// The front of one-sided materials, either side of other materials.
     Material,
@@ -83,7 +83,7 @@ pub(super) struct SelectionFilter<'a> {
     rays: &'a [ExactRay],
     /// Number in the query of the first ray.
     first: usize,
-    /// Numbers of the rays relative to the first, if they are in another order.
+    /// Numbers of the rays relative to the first ray, if the rays are in another order.
     order: Option<&'a [usize]>,
 }
 

@@ -30,7 +30,7 @@ const SORTED_RAY_BYTES: u64 = 88;
 /// A world and its prepared form, for rays with other times.
 #[derive(Clone, Copy)]
 pub struct MovingWorld<'a> {
-    /// World description at its own time.
+    /// The world's description at the world's own time.
     pub world: &'a World,
     /// The same world, prepared.
     pub prepared: &'a PreparedWorld,

@@ -20,7 +20,7 @@ pub struct PointPairs<'a> {
     pub to: &'a [[f64; 3]],
     /// Triangles within this distance of either point do not count.
     pub margin: f64,
-    /// Surfaces that count.
+    /// The surfaces that can hide a point.
     pub selection: Selection<'a>,
 }
 

@@ -50,10 +50,10 @@ impl Camera {
         Self { background: background.map(Arc::new), ..self }
     }
 
-    /// Returns a copy with vignetting, or without.
+    /// Returns a copy with or without vignetting.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] for coefficients that are not finite, or if its rays are parallel.
+    /// [`SceneError::Camera`] for coefficients that are not finite, or if the camera's rays are parallel.
     pub fn with_vignetting(self, vignetting: Option<Vignetting>) -> Result<Self> {
         if let Some(vignetting) = &vignetting {
             vignetting.validate()?;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PixelCenter {
-    /// At (0, 0), as in OpenCV.
+    /// The centre of the first pixel is at (0, 0), as in OpenCV.
     #[default]
     Integer,
     /// At (0.5, 0.5), as in COLMAP and OpenGL.

@@ -63,7 +63,7 @@ impl Rig {
         Ok(Self { sensors, ..self })
     }
 
-    /// Returns a copy that moves while its cameras expose; `motion` is that of the body.
+    /// Returns a copy that moves while its cameras expose; `motion` is the motion of the body.
     ///
     /// # Errors
     /// [`SceneError::Camera`] if a camera has its own shutter, or cannot move.
@@ -80,7 +80,7 @@ impl Rig {
         Ok(moving)
     }
 
-    /// Returns its cameras in the world.
+    /// Returns the rig's cameras in the world.
     ///
     /// # Errors
     /// [`SceneError::Camera`] if a camera cannot be moved.

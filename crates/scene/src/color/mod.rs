@@ -65,7 +65,7 @@ impl SrgbTable {
     }
 
     fn encode(&self, v: f32) -> u8 {
-        // Not `max`, which may keep NaN.
+        // `max` is not used, because it may keep NaN.
         let v = if v > TABLE_START { v } else { TABLE_START };
         let bits = v.min(1.0).to_bits();
         ((self.0[(bits >> 16) as usize - FIRST_BIN as usize] + (bits & 0xffff)) >> 16) as u8

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// File name, and the content after reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileRef<T> {
-    /// As written in the description.
+    /// The name as written in the description.
     pub file: String,
     /// Content; `None` before the file is read.
     pub content: Option<Arc<T>>,

@@ -197,7 +197,7 @@ pub enum Light {
         /// Haziness of the air, 1.9 to 10: 2 is very clear, 3 clear, 6 warm and moist, 10 hazy.
         #[serde(default = "default_turbidity")]
         turbidity: f64,
-        /// Factor on all its radiance.
+        /// Factor by which all radiance of the light is multiplied.
         #[serde(default = "default_scale")]
         scale: f32,
     },

@@ -35,7 +35,7 @@ impl Default for Glass {
 }
 
 impl Glass {
-    /// Checks its values.
+    /// Checks the glass's values.
     ///
     /// # Errors
     /// [`SceneError::World`] for a value that is not finite or outside its range.

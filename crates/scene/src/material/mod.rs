@@ -41,7 +41,8 @@ pub struct Material {
     pub height_map: Option<HeightMap>,
     /// Strength of the ambient occlusion texture, for renderers that do not compute occlusion; texture channel: red.
     pub occlusion: Option<Textured<f32>>,
-    /// Priority among overlapping dielectrics: the highest wins; among equals, the inner body wins.
+    /// Priority among overlapping dielectrics: only the body with the highest priority counts; if priorities are equal,
+    /// only the inner body counts.
     #[serde(default)]
     pub priority: i32,
     /// Matter inside of a closed mesh, in place of the attenuation of a clear material.
@@ -87,7 +88,7 @@ pub enum MaterialModel {
     Glass(Glass),
     /// glTF's metallic-roughness with its extensions.
     Principled(Box<Principled>),
-    /// The border of a medium: nothing by itself.
+    /// The border of a medium, which is invisible by itself.
     Boundary,
 }
 

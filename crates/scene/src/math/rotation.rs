@@ -39,7 +39,7 @@ pub fn object_rotation(roll: f64, pitch: f64, yaw: f64, up: Up) -> DMat3 {
     world_from_reference * rotation_from_rpy(roll, pitch, yaw) * world_from_reference.transpose()
 }
 
-/// Roll, pitch and yaw of a rotation in degrees: pitch in -90..=90, the others in -180..=180.
+/// Roll, pitch and yaw of a rotation in degrees: pitch is in -90..=90, roll and yaw are in -180..=180.
 ///
 /// For a direction straight up or down (gimbal lock: pitch is ±90, and only one combination of roll and yaw is
 /// determined), roll is 0 and yaw contains the whole rotation; [`rotation_from_rpy`] still recovers the rotation.

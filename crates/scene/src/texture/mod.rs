@@ -87,8 +87,8 @@ pub struct Texture {
 pub struct TextureSlot {
     /// Index into the world's textures.
     pub texture: usize,
-    /// Index of the mesh's texture coordinates: 0 for [`Mesh::uvs`](crate::Mesh::uvs), others for those in
-    /// [`Mesh::more_uvs`](crate::Mesh::more_uvs).
+    /// Index of the mesh's texture coordinates: 0 refers to [`Mesh::uvs`](crate::Mesh::uvs), other numbers refer to the
+    /// sets in [`Mesh::more_uvs`](crate::Mesh::more_uvs).
     pub uv_set: usize,
     /// Matrix by which the mesh's coordinates (u, v, 1) are multiplied, row by row, as in `KHR_texture_transform`.
     pub image_from_mesh: [[f32; 3]; 2],

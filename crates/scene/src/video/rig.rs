@@ -39,8 +39,8 @@ impl Video {
             (Some(target), _) => rotation::rotation_towards(target - c, self.up.axis())
                 .ok_or_else(|| {
                     SceneError::camera(format!(
-                        "rig {:?} at {c} cannot face {target} at {time} s; expected a target that is not its \
-                         location, or straight above or below it",
+                        "rig {:?} at {c} cannot face {target} at {time} s; expected a target that is not the \
+                         rig's location, and not straight above or below the rig",
                         rig.name()
                     ))
                 })?

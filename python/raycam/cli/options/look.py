@@ -24,7 +24,7 @@ SURROUNDING_LIGHTS = {"environment", "sky", "daylight"}
 
 
 def add_look(command: argparse.ArgumentParser) -> None:
-    """Adds the options of `apply_look` and of `find_camera`."""
+    """Adds the options that `apply_look` and `find_camera` read."""
     group = command.add_argument_group(
         "look",
         "models without lights and cameras are rendered in a studio unless one of these options is given",

@@ -102,7 +102,7 @@ class Node:
         """The unit quaternion x, y, z, w; assigned elements turn the node; raises `ValueError` for another length."""
         turn = self._matrix[:3, :3] / np.array(self.scale)
         trace = np.trace(turn)
-        # The largest component first, to avoid division by a small number.
+        # The largest component is computed first, to avoid division by a small number.
         squares = (
             np.array([turn[0, 0], turn[1, 1], turn[2, 2], trace]) * 2 - np.array([*[trace] * 3, trace]) + 1
         )

@@ -135,7 +135,7 @@ class Viewer:
         )
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `AttributeError`; for the handlers of pyrender's window, with an alternative."""
+        """Raises `AttributeError`; for the handlers of pyrender's window, the error contains an alternative."""
         if name in HANDLERS:
             raise AttributeError(
                 f"Viewer.{name}: not supported, because raycam's viewer is a web page without window events; "

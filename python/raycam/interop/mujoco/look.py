@@ -334,7 +334,7 @@ class MujocoLook:
         return self._world.occluded(start, towards, end, skip=skip)
 
     def _headlight(self, camera: Camera) -> list[Light]:
-        """The light at the camera, in its viewing direction; a list with at most one light."""
+        """The light at the camera, which shines in the camera's viewing direction; a list with at most one light."""
         headlight = self._model.vis.headlight
         if not headlight.active:
             return []

@@ -142,7 +142,7 @@ class Edits:
         return count
 
     def undo(self) -> None:
-        """Undoes one edit; raises `WorldError` at the first world."""
+        """Undoes one edit; raises `WorldError` if there is no edit to undo."""
         if not self._before:
             raise WorldError("there is nothing to undo", code="nothing_to_undo")
         self._stroke = None
@@ -161,7 +161,7 @@ class Edits:
 
     @property
     def undo_number(self) -> int:
-        """The number of the step that `undo` undoes; -1 if there is none."""
+        """The number of the step that `undo` undoes; -1 if there is no step."""
         return self._before[-1][0] if self._before else -1
 
     @property

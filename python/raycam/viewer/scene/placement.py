@@ -46,7 +46,7 @@ def placement_of_matrix(matrix: Floats, up: str) -> list[float] | None:
     pitch = math.asin(min(max(-float(body[2, 0]), -1.0), 1.0))
     if abs(body[2, 0]) < 1 - 1e-12:
         roll, yaw = math.atan2(body[2, 1], body[2, 2]), math.atan2(body[1, 0], body[0, 0])
-    else:  # looking straight up or down: only the sum of roll and yaw is defined
+    else:  # if the camera looks straight up or down, only the sum of roll and yaw is defined
         roll, yaw = 0.0, math.atan2(-body[0, 1], body[1, 1])
     angles = np.degrees([roll, pitch, yaw])
     return [float(each) + 0.0 for each in (*np.asarray(matrix)[:3, 3], *angles, *scales)]

@@ -31,7 +31,7 @@ def center_of_objects(world: World) -> Floats:
 
 
 def sun_handles(center: Floats, direction: Floats, camera: Camera) -> list[dict[str, Any]]:
-    """Returns the sun's ray to the centre, as a line, and the circles around the centre that turn it."""
+    """Returns the sun's ray to the centre, as a line, and the circles around the centre that turn the sun."""
     length = axis_length(camera, center)
     begin = center - RAY_SHARE * length * np.asarray(direction, float) / np.linalg.norm(direction)
     turn = np.linspace(0, 2 * np.pi, PIECES + 1)[:, None]

@@ -89,7 +89,8 @@ class Following:
     def choose(self, session: Session, mode: Literal["attach", "detach", "lead"]) -> None:
         """Attaches or detaches a session, or makes it the leader.
 
-        Raises `SettingsError` if too many sessions are attached or detached, and without the right to lead.
+        Raises `SettingsError` if too many sessions are attached or detached, or if the session does not have the right
+        to lead.
         """
         count = sum(each.role.is_attached for each in self._others)
         if session is self.leader:

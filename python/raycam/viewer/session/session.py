@@ -533,8 +533,9 @@ class Session:
         self.redraw()
 
     def show_scan(self, scan: ScanPoints | None, world: World) -> None:
-        """Draws the points of a scan of `world`, or none; if the view shows another world, the client requests a new
-        scan."""
+        """Draws the points of a scan of `world`, or no points; if the view shows another world, the client requests a
+        new scan.
+        """
         with self._changes:
             current = scan if self.view.world is world else None
             self.overlays = replace(self.overlays, scan=current)

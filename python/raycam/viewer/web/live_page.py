@@ -78,7 +78,9 @@ def live_page(
 
 
 def playground_page(examples: Mapping[str, str]) -> str:
-    """Returns the HTML text of the playground; `examples` are world file texts by name, the first is shown first."""
+    """Returns the HTML text of the playground; `examples` are the texts of world files by name; the page first shows
+    the first example.
+    """
     listed = [{"name": name, "text": text} for name, text in examples.items()]
     options = json_text({"playground": listed, "types": file_types()})
     blocks = [*core_blocks(), f'<script type="application/json" id="core-options">{options}</script>']

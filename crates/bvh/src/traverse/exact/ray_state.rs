@@ -191,7 +191,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         self.pop_tlas(scene)
     }
 
-    /// Leaves an instance. True once the ray is done.
+    /// Leaves an instance. Returns true once the ray is finished.
     #[inline(never)]
     fn leave_instance(&mut self, scene: &'a Scene) -> bool {
         if self.mesh.is_none() {

@@ -41,8 +41,8 @@ impl Sphere {
         Sphere { center, error, radius: f32::MAX, condition }
     }
 
-    /// The greatest squared float32 distance of a box that may be near. Finite: unused children are infinitely far
-    /// away.
+    /// The greatest squared float32 distance of a box that may be near. It is finite, because unused children are
+    /// infinitely far away.
     #[inline(always)]
     pub fn squared_limit(&self) -> f32 {
         let radius = self.radius + 4.0 * self.error;

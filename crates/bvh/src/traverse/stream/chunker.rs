@@ -51,7 +51,7 @@ pub struct RayChunk<'a> {
     pub scene: &'a Scene,
     pub coherence: Coherence,
     pub rays: &'a [Ray],
-    /// Their indices in the batch.
+    /// The rays' indices in the batch.
     pub ray_ids: &'a [u32],
     pub singles: &'a mut SingleRayQueue,
     /// Rays that are incoherent with the chunk, by index in the batch.

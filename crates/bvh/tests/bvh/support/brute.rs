@@ -16,7 +16,7 @@ use raycam_bvh::{
     Scene, squared_distance_to_triangle,
 };
 
-/// The tie band of float32 answers: 17 roundings.
+/// Relative difference below which float32 answers count as ties: 17 rounding errors.
 pub const BAND: f64 = 1e-6;
 
 /// The tie band of float64 answers.

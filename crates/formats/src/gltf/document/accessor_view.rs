@@ -114,7 +114,7 @@ impl AccessorView<'_> {
         let unit = self.normalized;
         let made = match self.component {
             Component::F32 => {
-                // Without an early exit, so that the loop vectorises.
+                // The loop has no early exit, so that the compiler vectorises it.
                 let finite = |bytes: &[u8]| {
                     let numbers = bytes.as_chunks::<4>().0.iter();
                     numbers.fold(true, |all, &v| all & f32::from_le_bytes(v).is_finite())

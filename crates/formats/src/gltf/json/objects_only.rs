@@ -9,8 +9,8 @@ use serde::de::{
 };
 use serde::forward_to_deserialize_any;
 
-/// Wraps a deserializer, a visitor or an access; what it contains is wrapped as well. Empty lists stand for empty objects,
-/// as some exporters write them.
+/// Wraps a deserializer, a visitor or an access; the values inside are wrapped as well. Empty lists stand for empty
+/// objects, as some exporters write them.
 pub(crate) struct ObjectsOnly<T>(pub(crate) T);
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for ObjectsOnly<D> {

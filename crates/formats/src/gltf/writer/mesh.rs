@@ -277,7 +277,7 @@ fn gather<T>(sources: &[u32], of: impl Fn(usize) -> T) -> Vec<T> {
     sources.iter().map(|&i| of(i as usize)).collect()
 }
 
-/// Joints without weight are joint 0 (3.7.3.3).
+/// Joints without a weight are written as joint 0 (glTF 2.0, 3.7.3.3).
 fn used(joints: [u16; 4], weights: [f32; 4]) -> [u16; 4] {
     std::array::from_fn(|i| if weights[i] == 0.0 { 0 } else { joints[i] })
 }

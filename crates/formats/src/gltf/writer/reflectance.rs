@@ -64,7 +64,8 @@ impl Writer<'_> {
                             "material {name:?}: its Phong lobe of exponent {shininess} is approximated by a roughness"
                         ),
                     );
-                    // As wide as the lobe: B. Walter et al., EGSR 2007, give alpha² = 2 / (n + 2) for Blinn-Phong.
+                    // The microfacet lobe is as wide as the Phong lobe: B. Walter et al., EGSR 2007, give alpha² = 2 /
+                    // (n + 2) for Blinn-Phong.
                     let alpha = (2.0 / (shininess + 2.0)).sqrt();
                     principled.roughness = alpha.sqrt().into();
                     principled.specular = 1.0.into();

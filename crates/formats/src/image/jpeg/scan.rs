@@ -306,7 +306,7 @@ impl Scan<'_> {
         Some(())
     }
 
-    /// Coefficients of a block, or their next bit; the next `run` blocks have no new ones.
+    /// Coefficients of a block, or their next bit; the next `run` blocks have no new coefficients or bits.
     fn ac(&self, component: &mut FrameComponent, block: usize, run: &mut u32, bits: &mut BitReader<'_>) -> Option<()> {
         let ScanKind::Ac { first, last, high, .. } = self.kind else { return None };
         let table = self.tables[1][component.tables[1]].as_ref()?;

@@ -270,7 +270,7 @@ fn check_compression(file: &Decoder<'_>, compression: u64) -> Result<()> {
         _ => "unknown",
     };
     Err(file.unsupported(format!(
-        "{name} compression ({compression}) is not supported; save the image with none, LZW, Deflate, PackBits, JPEG, \
+        "{name} compression ({compression}) is not supported; save the image uncompressed, or with LZW, Deflate, PackBits, JPEG, \
          CCITT group 4, Zstandard or WebP"
     )))
 }

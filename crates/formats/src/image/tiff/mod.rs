@@ -105,7 +105,10 @@ impl Colors {
             palette = (0..count).map(color).collect();
         }
         if layout.photometric == Photometric::Cmyk {
-            file.notice(NoticeCode::ApproximatedValue, "its inks (CMYK) are converted to RGB without a colour profile");
+            file.notice(
+                NoticeCode::ApproximatedValue,
+                "the image's inks (CMYK) are converted to RGB without a colour profile",
+            );
         }
         let three = |values: Vec<f32>| <[f32; 3]>::try_from(values).ok().filter(|v| v.iter().all(|v| v.is_normal()));
         let six = |values: Vec<f32>| <[f32; 6]>::try_from(values).ok().filter(|v| v.iter().all(|v| v.is_finite()));

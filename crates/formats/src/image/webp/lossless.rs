@@ -194,7 +194,7 @@ impl<'a> LosslessValidator<'a> {
             at += times;
         }
         let code = HuffmanCode::new(&lengths)?;
-        // The decoder's own table, of up to ten bits.
+        // The decoder has its own table, for codes of up to ten bits.
         let longest = code.counts.iter().rposition(|&count| count > 0)?;
         self.tables = self.tables.checked_sub(4 << longest.min(10))?;
         Some(code)

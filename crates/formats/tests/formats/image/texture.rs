@@ -63,7 +63,7 @@ fn ignored_image_properties_cause_notices() {
         let chunk: Vec<u8> = b"cHRM".iter().copied().chain(numbers).collect();
         let (_, notices) = read("a.png", with(&chunk));
         assert_eq!(notices.len(), count, "{notices:?}");
-        assert!(notices.iter().all(|n| n.to_string().contains("its primaries")));
+        assert!(notices.iter().all(|n| n.to_string().contains("'s primaries")));
     }
 }
 

@@ -134,7 +134,7 @@ fn names_in_a_mesh_start_from_the_meshs_folder() {
     fs::write(root.join("m/b.mtl"), "newmtl b\nKd 1 0 0\n").unwrap();
     let model = AssetRoot::new(&root, &Budget::default()).mesh("parts/b.obj").unwrap();
     assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
-    // If requested directly, its own folder is the outermost.
+    // If the file is requested directly, its own folder is the outermost folder.
     let world = load(&root.join("parts/b.obj"), &Budget::default()).unwrap();
     assert!(world.notices[0].to_string().contains("it is outside the folder"), "{:?}", world.notices);
 }

@@ -137,7 +137,7 @@ fn bsdf_samples_follow_their_density() {
         dense
     };
     let tests = 2 * cases().len();
-    // Two threads, each with its own random numbers.
+    // There are two threads, each with its own random numbers.
     let wrong = std::thread::scope(|scope| {
         let halves = [20.0f32, 70.0].map(|degrees| {
             scope.spawn(move || {

@@ -136,7 +136,7 @@ fn documented_losses_equal_the_measured_losses() {
     assert!(page.contains(&found), "the page lacks\n{found}");
 }
 
-/// Light from a lobe without a sampling probability is found by light sampling but missed by BSDF samples.
+/// Light sampling finds the light of a lobe whose sampling probability is 0, but BSDF samples miss this light.
 #[test]
 fn sample_weights_integrate_to_the_albedo() {
     let (lossless, _) = all();

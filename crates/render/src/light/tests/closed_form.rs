@@ -154,7 +154,7 @@ fn disk_light_irradiance_follows_the_closed_form() {
 
 #[test]
 fn ies_lights_emit_the_measured_intensities() {
-    // 683 cd are 1 W/sr; the distance is 2.
+    // An intensity of 683 cd equals 1 W/sr; the distance is 2.
     let even = ies(&[683.0, 683.0], &[0.0, 180.0], &[0.0], None);
     close(irradiance(&source(even), &AT_ORIGIN, 1), 0.25, 1e-5);
     let power = ies(&[1.0, 1.0], &[0.0, 180.0], &[0.0], Some([4.0 * PI as f32; 3]));
@@ -221,7 +221,7 @@ fn daylight_has_the_measured_brightness() {
     let rgb = sky.escaped_radiance(Vec3::Z, None).as_dvec3();
     close(rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722)) * 0.683, zenith, 1e-3);
     assert!(rgb.z > 1.5 * rgb.x, "a clear sky is blue: {rgb}");
-    // The sun contributes about 100 klx, the sky a tenth to a third of that.
+    // The sun contributes about 100 klx, and the sky contributes a tenth to a third of this value.
     let [sky, sun] = [0, 1].map(|i| irradiance(&sky.lights[i], &AT_ORIGIN, 1 << 14) * 0.683);
     assert!((60.0..110.0).contains(&sun) && (7.0..40.0).contains(&sky), "{sun} {sky} klx");
     let evening = lights(&[daylight(5.0)]);

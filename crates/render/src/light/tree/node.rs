@@ -200,7 +200,7 @@ mod tests {
             let share = f64::from(weight) / total;
             assert!((shares.probability(child) - share).abs() <= 1e-14 * share);
             sum += share;
-            // In the middle of the child's interval, and near both ends.
+            // The random number is in the middle of the child's interval, or near one of its ends.
             for part in [0.1, 0.5, 0.9].iter().filter(|_| weight > 0.0) {
                 let (found, probability, rest) = shares.sample(at + part * share).unwrap();
                 assert_eq!((found, probability), (child, shares.probability(child)));

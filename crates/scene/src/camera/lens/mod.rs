@@ -180,7 +180,7 @@ impl Lens {
     }
 
     /// Point of the undistorted plane that has this image, for a lens with an iterative inverse; `near` is an initial
-    /// guess. `None` for lenses of any other model.
+    /// guess. Returns `None` for lenses of other models.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match self {
             Lens::OpenCv(lens) => lens.undistort_plane(image, near),

@@ -194,7 +194,7 @@ impl ObjectSpec {
 pub enum AlphaMode {
     /// Both are ignored: the surface is fully opaque.
     Opaque,
-    /// Their product is the fraction of the surface that is visible.
+    /// The product of both values is the fraction of the surface that is visible.
     Blend,
 }
 

@@ -15,7 +15,7 @@ with_pose! {
     /// `location` with angles or a `target`, or by `R` with `C` or `t`; default: at the origin. Its cameras are placed
     /// in the body's axes, like cameras in a z-up world.
     pub struct RigSpec {
-        /// Its name; default `rig`.
+        /// The rig's name; default `rig`.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub name: Option<String>,
         /// Its cameras, each with a unique name: one table or several.

@@ -48,7 +48,7 @@ pub struct TextureTable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TextureChannel {
-    /// The first channel, and the only one of grey images.
+    /// The first channel, which is the only channel of grey images.
     Red,
     /// The second channel.
     Green,

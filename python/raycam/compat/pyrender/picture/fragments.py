@@ -30,8 +30,8 @@ BLUE = (0.0, 0.0, 1.0, 1.0)
 class Fragments:
     """Pixels [n] at which points or lines of a primitive are the nearest surfaces.
 
-    Each is between two vertices, `ends` [n, 2]; `share` [n] is the weight of the second. `color` is a common colour
-    that replaces the material's.
+    Each pixel is between two vertices, `ends` [n, 2]; `share` [n] is the weight of the second vertex. `color` is a
+    common colour that replaces the material's.
     """
 
     node: Node

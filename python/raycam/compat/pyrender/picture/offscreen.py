@@ -54,7 +54,9 @@ class OffscreenRenderer:
 
     @property
     def _renderer(self) -> Any:
-        """Raises `AttributeError`: programs replace its shaders to render normals, for which raycam has a channel."""
+        """Raises `AttributeError`. Programs replace the shaders of pyrender's renderer to render normals; raycam has a
+        channel for normals.
+        """
         raise AttributeError(
             "OffscreenRenderer has no _renderer and no shaders; for normals, use the channel normal: "
             'raycam.render(world, camera, channels="normal"), where world, camera and size are those of the scene'

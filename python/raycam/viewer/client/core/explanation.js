@@ -70,13 +70,13 @@ export function explanationOf({ K, lensRay, size, offset, column, row, names, co
     "6 digits are printed, 16 were used: by hand, the last printed digits may differ.",
     ...("lens" in ray ? lensLines(ray) : rayLines(P, ray)),
     "",
-    `2. FOR EACH TRIANGLE (${steps.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE`,
+    `2. FOR EACH OF ${steps.triangles} TRIANGLES: THE PLANE, AND INSIDE OR OUTSIDE`,
     "",
     ...[
       [counts.withoutArea, "have no area, n = 0: never hit"],
       [counts.parallel, "are edge-on, n·r = 0: never hit"],
       [counts.behind, "are behind the camera, t < 0: discarded"],
-      [counts.outside, "are missed: the ray meets their plane outside of them"],
+      [counts.outside, "are missed: the ray meets their planes outside of the triangles"],
       [counts.inside, "are hit"],
     ].map(([count, meaning]) => `   ${String(count).padStart(9)} ${meaning}`),
   ];
