@@ -25,7 +25,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--output",
         metavar="PATH",
         required=True,
-        help="folder to write to, or the file of a single map: .png or .exr, as in the folder, or .glb with "
+        help="output folder, or the output file of a single map: .png or .exr (depends on the map), or .glb with "
         "--to vertices",
     )
     command.add_argument(
@@ -60,7 +60,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--atlas",
         metavar="NAME",
-        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: those of the mesh)",
+        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: use the mesh's own)",
     )
     command.add_argument(
         "--samples", metavar="N", type=int, default=64, help="rays or paths per texel (default: 64)"

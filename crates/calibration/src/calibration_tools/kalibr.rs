@@ -142,7 +142,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
         _ => {
             return Err(model.fail_as(
                 ErrorCode::UnsupportedFeature,
-                format_args!("raycam does not support {name} with {distortion} {coefficients:?}"),
+                format_args!("camera_model {name} with {distortion} distortion {coefficients:?} is not supported"),
             ));
         }
     };

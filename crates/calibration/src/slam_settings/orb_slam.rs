@@ -197,13 +197,13 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
     if root.entries()?.iter().any(|(key, _)| key.starts_with("StereoRectifier")) {
         notices.push(Notice::new(
             NoticeCode::RectifiedValues,
-            "StereoRectifier, the raw pair, is ignored; the camera is the rectified one",
+            "StereoRectifier (the raw pair) is ignored; the rectified cameras are used",
         ));
     }
     if root.any(&["IMU.T_b_c1", "Tbc"]).is_some() {
         notices.push(Notice::new(
             NoticeCode::IgnoredKey,
-            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is ignored; the cameras are in the axes of camera 1",
+            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is ignored; poses are relative to camera 1",
         ));
     }
     Ok(notices)
