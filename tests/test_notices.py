@@ -49,7 +49,7 @@ def test_load_warns_at_the_line_of_the_caller(odd_obj: Path, heard: list[warning
     assert said(heard) == [str(notice) for notice in world.notices] != []
     assert str(odd_obj) in said(heard)[0]
     assert heard[0].filename == __file__
-    assert heard[0].lineno == line_of("loads")
+    assert heard[0].lineno == line_of("this line loads the file")
 
 
 def test_adding_warns_only_about_the_added_part(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
@@ -57,7 +57,7 @@ def test_adding_warns_only_about_the_added_part(odd_obj: Path, heard: list[warni
     heard.clear()
     world.add_object(mesh=odd_obj, name="again")  # this line adds the object
     assert said(heard) == [str(notice) for notice in world.notices[1:]] != []
-    assert heard[0].lineno == line_of("adds")
+    assert heard[0].lineno == line_of("this line adds the object")
     heard.clear()
     world.add_object(box={})
     assert heard == []

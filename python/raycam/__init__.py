@@ -27,6 +27,7 @@ from .errors import (
     WorldError,
 )
 from .interop.mujoco import from_mujoco
+from .interop.newton import from_newton
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .notices import strict
@@ -108,6 +109,7 @@ __all__ = [
     "explain_beam",
     "flow",
     "from_mujoco",
+    "from_newton",
     "from_open3d",
     "from_trimesh",
     "keypoints",

@@ -63,8 +63,8 @@ def _lines(world: World) -> Iterator[str]:
         yield from _camera(f"{name!r}", camera)
     if world.rigs:
         yield from _rigs(world.rigs)
-    if not world.cameras and bounds is not None:
-        yield from _camera("(none; this default camera shows the whole world)", world.default_camera())
+    if world._first_camera is None and bounds is not None:
+        yield from _camera("(default camera, which shows the whole world)", world.default_camera())
     if world.video is not None:
         video = world.video
         yield f"video      {video.frames} frames, {video.seconds:g} s at {video.fps:g} fps"

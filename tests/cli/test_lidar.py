@@ -152,6 +152,8 @@ def test_scan_uses_the_lidars_of_the_world_file(capsys: pytest.CaptureFixture[st
     with np.load("b.npz") as arrays:
         assert arrays["position"][:, 2].min() > expected["position"][:, 2].min()
     assert main(["scan", "both.toml", "--lidar", "car/top", "--at", "0", "-o", "c.npz"]) == 0
+    assert main(["scan", "both.toml", "--lidar", "top", "--at", "0", "-o", "f.npz"]) == 0
+    assert Path("c.npz").read_bytes() == Path("f.npz").read_bytes()
     capsys.readouterr()
     for world, facts in (("both.toml", ["pole", "car/top", "--lidar"]), ("street.toml", ["--lidar"])):
         assert main(["scan", world, "-o", "d.npz"]) == 2

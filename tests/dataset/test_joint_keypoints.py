@@ -1,4 +1,4 @@
-"""The option keypoints="joints" of COCO data sets, read back by pycocotools."""
+"""The option keypoints="joints": COCO data sets, read back by pycocotools, and labels of Ultralytics."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+import yaml
 from pycocotools.coco import COCO
 from raycam.dataset import write
-from support.raises import raises
+from support.raises import raises, warns
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:__array__ implementation:DeprecationWarning"
@@ -69,14 +70,53 @@ def test_joints_are_keypoints_of_the_whole_robot(tmp_path: Path, world: raycam.W
         assert one["object"] == "arm"
 
 
-def test_joints_require_a_robot_as_category_and_coco(tmp_path: Path, world: raycam.World) -> None:
+def test_joints_are_keypoints_of_yolo_labels(tmp_path: Path, world: raycam.World) -> None:
+    arm = world.robots["arm"]
+    short = (
+        (tmp_path / "arm.urdf")
+        .read_text()
+        .replace('"continuous"', '"fixed"')
+        .replace('name="arm"', 'name="stub"')
+    )
+    (tmp_path / "stub.urdf").write_text(short)
+    stub = world.add_robot(tmp_path / "stub.urdf", category="robot", location=[0, 1, 0])
+    world.add_object(sphere={"radius": 0.1}, location=[0, -0.6, 0.2], name="ball", category="ball")
+    camera = raycam.Camera.look_at([3, 0.3, 0.4], [0.1, 0.3, 0.3], [0, 0, 1], size=(160, 120), fov=40)
+    with warns(raycam.Notice, code="ignored_element", mentions=["ball"]):
+        write(world, tmp_path / "set", "yolo", cameras=[camera], keypoints="joints", task="pose", samples=1)
+    about = yaml.safe_load((tmp_path / "set/data.yaml").read_text())
+    assert about["kpt_shape"] == [2, 3]
+    assert about["names"] == {0: "arm", 1: "stub"}
+    assert about["kpt_names"] == {0: ["shoulder", "wrist"], 1: ["shoulder", "unused_1"]}
+    (file,) = (tmp_path / "set/labels").rglob("*.txt")
+    rows = {int(row[0]): np.array(row[1:], float) for row in map(str.split, file.read_text().splitlines())}
+    assert {number: len(row) for number, row in rows.items()} == {0: 4 + 2 * 3, 1: 4 + 2 * 3}
+    instance = raycam.render(world, camera, channels=["instance"])["instance"]
+    for number, (robot, flags) in enumerate([(arm, [2, 1]), (stub, [2, 0])]):
+        shown = np.isin(instance, [item.id for item in world.objects if item.category == robot.name])
+        y, x = np.nonzero(shown)
+        low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()]) + 1
+        box = np.concatenate([(low + high) / 2, high - low]) / [160, 120, 160, 120]
+        np.testing.assert_allclose(rows[number][:4], box, atol=1e-8)
+        found = rows[number][4:].reshape(2, 3)
+        joints = [robot.pose(link)[:3, 3] for link in ("upper", "hand")]
+        expected = (camera.project(joints)[0] + 0.5) / [160, 120]
+        count = sum(flag > 0 for flag in flags)
+        np.testing.assert_allclose(found[:count, :2], expected[:count], atol=1e-8)
+        assert found[:, 2].tolist() == flags
+    assert not rows[1][7:].any()
+
+
+def test_joints_require_a_robot_as_category_and_a_format_with_keypoints(
+    tmp_path: Path, world: raycam.World
+) -> None:
     camera = world.view_from("iso", size=(80, 60))
     with raises(raycam.SettingsError, code="missing_value", mentions=['category="robot"']):
         write(
             raycam.load(tmp_path / "arm.urdf"), tmp_path / "a", "coco", cameras=[camera], keypoints="joints"
         )
-    with raises(raycam.SettingsError, code="unsupported_feature", mentions=["coco"]):
-        write(world, tmp_path / "b", "yolo", cameras=[camera], keypoints="joints", task="pose")
+    with raises(raycam.SettingsError, code="unknown_key", mentions=["keypoints"]):
+        write(world, tmp_path / "b", "bop", cameras=[camera], keypoints="joints")
 
 
 @pytest.mark.parametrize(

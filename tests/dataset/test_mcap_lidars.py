@@ -51,7 +51,8 @@ def matrix(transform: Any) -> Any:
 
 def car(name: str) -> raycam.Rig:
     camera = raycam.Camera([[60, 0, 40], [0, 60, 30], [0, 0, 1]], FORWARD, [0.5, 0, 1.2], (80, 60))
-    lidar = raycam.Lidar(name, noise=False, min_range=0).placed([0.2, 0, 1.8], yaw=5)
+    light = {"near_ir_samples": 2, "near_ir_gain": 100.0} if name == "os1-16" else {}
+    lidar = raycam.Lidar(name, noise=False, min_range=0, **light).placed([0.2, 0, 1.8], yaw=5)
     return raycam.Rig({"camera": camera, "top": lidar})
 
 
@@ -59,7 +60,7 @@ def car(name: str) -> raycam.Rig:
     ("name", "fields"),
     [
         ("vlp16", ["intensity", "ring", "time"]),
-        ("os1-16", ["intensity", "t", "reflectivity", "ring", "range"]),
+        ("os1-16", ["intensity", "t", "reflectivity", "ring", "ambient", "range"]),
         ("livox-mid40", ["intensity", "tag", "line", "timestamp"]),
     ],
 )
@@ -96,6 +97,10 @@ def test_point_clouds_have_the_fields_of_the_driver_and_lie_on_their_objects(
         if name == "os1-16":
             np.testing.assert_allclose(points["t"] / 1e9, scan["time"], atol=1e-9)
             np.testing.assert_allclose(points["range"] / 1000, scan["distance"], atol=5.1e-4)
+            np.testing.assert_array_equal(points["intensity"], scan["signal"])
+            np.testing.assert_array_equal(points["reflectivity"], scan["intensity"])
+            assert (points["ambient"] == np.rint(scan["near_ir"] * 100.0)).all()
+            assert (points["ambient"] > 0).any()
         if name == "livox-mid40":
             np.testing.assert_allclose(points["timestamp"] / 1e9, 1 + number * 0.1 + scan["time"], atol=1e-6)
 

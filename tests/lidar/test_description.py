@@ -14,7 +14,7 @@ def test_description_contains_pattern_settings_and_sources() -> None:
         "rate: 5 Hz",
         "range_10: unknown",
         "max_range: 100 metres",
-        "visibility: no fog",
+        "visibility: the world's fog",
     ):
         assert line in lines
     assert any(line.startswith("source: VLP-16 User Manual") for line in lines)

@@ -22,6 +22,9 @@ def contributions(
         np.broadcast_to(np.asarray(energies, float), length.shape).copy(),
         np.zeros(count, np.int32),
         numbers,
+        np.zeros(count),
+        np.zeros((count, 3)),
+        length,
         {"instance": numbers},
         np.zeros(1, bool),
     )

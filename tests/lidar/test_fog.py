@@ -72,3 +72,29 @@ def test_echo_of_fog_below_the_threshold_adds_nothing() -> None:
     world = raycam.World()
     everything = raycam.scan(world, lidar.replace(visibility=2000), keep_lost=True)
     assert set(everything["lost"].tolist()) == {1}
+
+
+def test_fog_of_the_world_attenuates_as_the_setting_does() -> None:
+    lidar = raycam.Lidar("vlp16", noise=False, returns="last", range_10=200)
+    world = hall()
+    expected = raycam.scan(world, lidar.replace(visibility=60))
+    world.set_fog(visibility=60)
+    found = raycam.scan(world, lidar)
+    np.testing.assert_allclose(found["reflectivity"], expected["reflectivity"], rtol=1e-5)
+    clear = raycam.scan(world, lidar.replace(visibility=np.inf))
+    assert (clear["reflectivity"] > found["reflectivity"]).all()
+
+
+def test_fog_below_a_height_attenuates_the_part_of_the_way_in_it() -> None:
+    """The lidar is 3 m above the fog, the floor 20 m below it; fog above the lidar returns no echo."""
+    world = hall()
+    world.set_fog(visibility=60, height=-3)
+    ways = np.array([[0, 0, -1.0], [1, 0, -1.2], [1, 0, 0.1]])
+    lidar = raycam.Lidar.of(ways, noise=False, returns="all")
+    found, clear = raycam.scan(world, lidar), raycam.scan(hall(), lidar)
+    np.testing.assert_array_equal(found["pulse"], clear["pulse"])
+    share = np.array([17 / 20, 1 - 3 / (20 / 1.2 * 1.2), 0.0])
+    depth = attenuation(60.0) * clear["distance"] * share
+    np.testing.assert_allclose(found["reflectivity"] / clear["reflectivity"], np.exp(-2 * depth), rtol=1e-5)
+    inside = raycam.scan(world, lidar.placed([0, 0, -5]))
+    assert (inside["instance"] == -1).sum() == 3

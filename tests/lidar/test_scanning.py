@@ -254,6 +254,29 @@ def test_fog_attenuates_twice_the_visibility_law() -> None:
     assert foggy["reflectivity"][0] / clear["reflectivity"][0] == pytest.approx(1 / 20, rel=1e-5)
 
 
+def test_overlap_scales_the_energy_with_the_distance() -> None:
+    """Linear between the pairs: 0.5 + 0.3 (20 - 10) / 30 = 0.6."""
+    plain = raycam.scan(wall(20.0), beams(1, noise=False))
+    scaled = raycam.scan(wall(20.0), beams(1, noise=False, overlap=[[1, 0], [10, 0.5], [40, 0.8]]))
+    assert scaled["reflectivity"][0] == pytest.approx(0.6 * plain["reflectivity"][0], rel=1e-6)
+    assert scaled["distance"][0] == plain["distance"][0]
+
+
+def test_signal_counts_the_light_of_a_white_surface_at_one_metre() -> None:
+    """gain * 0.5 / 20², rounded; saturated at 65535."""
+    scan = raycam.scan(wall(20.0, color=[0.5] * 3), beams(1, noise=False, signal_gain=1e6))
+    assert scan["signal"].dtype == np.uint16
+    assert scan["signal"].tolist() == [1250]
+    assert raycam.scan(wall(1.0), beams(1, noise=False, signal_gain=1e6))["signal"].tolist() == [65535]
+
+
+def test_notices_of_a_scan_are_issued_and_listed() -> None:
+    with pytest.warns(raycam.Notice):
+        scan = raycam.scan(raycam.World(), beams(1))
+    assert [notice.code for notice in scan.notices] == ["empty_scan"]
+    assert raycam.scan(wall(5.0), beams(1)).notices == ()
+
+
 def test_lidar_on_a_surface_returns_finite_numbers(yard: raycam.World) -> None:
     """The floor is at z = 0, as the lidar."""
     scan = raycam.scan(yard, raycam.Lidar("os1-16", min_range=0, noise=False, range_10=50))

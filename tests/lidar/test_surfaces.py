@@ -62,3 +62,25 @@ def material_of(world: raycam.World, instance: int) -> int:
     hit = world.cast_rays([9 * corner], [-corner], fields=("material", "instance"), objects=instance)
     assert hit["instance"][0] == instance
     return int(hit["material"][0])
+
+
+@pytest.mark.parametrize("angle", [0.0, 5.0, 20.0, 40.0, 60.0])
+def test_table_of_retroreflection_is_linear_between_its_angles(angle: float) -> None:
+    """pi R_A(theta) / cos(theta) (ASTM E808); as cos^4 above the last angle."""
+    pairs = [[5, 300.0], [30, 150.0], [40, 50.0]]
+    world = raycam.World()
+    sign = {"reflectance": 0.0, "retroreflection_table": pairs}
+    world.add_object(
+        box={"size": [0.1, 90, 90]}, name="sign", location=[20, 0, 0], yaw=angle, color=[0.5] * 3, lidar=sign
+    )
+    scan = raycam.scan(world, raycam.Lidar.of([[1, 0, 0]], noise=False))
+    coefficient = {
+        0.0: 300,
+        5.0: 300,
+        20.0: 210,
+        40.0: 50,
+        60.0: 50 * (0.5 / math.cos(math.radians(40))) ** 4,
+    }
+    expected = math.pi * coefficient[angle] / math.cos(math.radians(angle))
+    assert scan["incidence"][0] == pytest.approx(angle, abs=1e-3)
+    assert scan["reflectivity"][0] == pytest.approx(expected, rel=1e-4)

@@ -95,7 +95,7 @@ def test_urdf_faults_raise_with_lines(case: str) -> None:
 
 
 def test_documents_of_other_formats_are_refused_with_their_name() -> None:
-    with raises(raycam.FormatError, code="wrong_format", mentions=["from_mujoco"]):
+    with raises(raycam.FormatError, code="wrong_format", mentions=[".xml"]):
         read_urdf(b"<mujoco/>", "r.urdf")
 
 

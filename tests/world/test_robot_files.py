@@ -129,3 +129,30 @@ def test_arguments_that_robots_do_not_support_raise(tmp_path: Path) -> None:
             raycam.World().add_robot(path, **options)  # type: ignore[arg-type]
     with pytest.raises(FileNotFoundError):
         raycam.load(tmp_path / "none.urdf")
+
+
+@pytest.mark.parametrize(
+    ("material", "expected"),
+    [
+        ('<material name="m"><color rgba="0 1 0 1"/></material>', [[0, 1, 0], [0, 1, 0]]),
+        ("", [[1, 0, 0], [0, 0, 1]]),
+    ],
+)
+def test_urdf_color_replaces_the_colors_of_stl_facets(
+    tmp_path: Path, material: str, expected: list[list[float]]
+) -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+    words = (0x8000 | 31 << 10, 0x8000 | 31)  # red and blue, as VisCAM writes them
+    heights = (0.0, 1.0)
+    facets = [
+        struct.pack("<12fH", 0, 0, 1, *np.add(corners, [0, 0, height]).ravel(), word)
+        for height, word in zip(heights, words, strict=True)
+    ]
+    (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", 2) + b"".join(facets))
+    visual = f'<visual><geometry><mesh filename="a.stl"/></geometry>{material}</visual>'
+    (tmp_path / "r.urdf").write_text(
+        f'<robot name="r"><link name="a">{visual}</link></robot>', encoding="utf-8"
+    )
+    world = raycam.load(tmp_path / "r.urdf")
+    np.testing.assert_allclose(world.triangle_colors(), expected, atol=1e-6)
+    assert not world.notices

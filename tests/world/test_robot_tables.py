@@ -77,6 +77,35 @@ def test_joint_keyframes_follow_the_curve_at_frames_and_between(tmp_path: Path) 
     np.testing.assert_array_equal(world.at(0.5).objects[still].matrix, world.objects[still].matrix)
 
 
+def test_cameras_on_links_follow_joint_keyframes(tmp_path: Path) -> None:
+    world = raycam.load(write(tmp_path, WORLD + VIDEO))
+    base = world.camera("left/wrist")
+    for time in (0.0, 0.1, 0.7, 2.0):
+        expected = world.robots["left"].pose("slide", {"turn": 1.5 * min(time, 1)})
+        moment = world.at(time)
+        np.testing.assert_allclose(moment.robots["left"].pose("slide"), expected, atol=1e-14)
+        # Other processes have the bytes of the world, without its robots.
+        sent = raycam.World.from_bytes(world.to_bytes())
+        for camera in (
+            moment.camera("left/wrist"),
+            world.camera_at(base, time),
+            world.camera_at(base.resized((8, 6)), time),
+            moment.camera_at(moment.camera("left/wrist"), time),
+            sent.camera_at(sent.camera("left/wrist"), time),
+        ):
+            np.testing.assert_allclose(camera.C, (expected @ [0, 0, 0.4, 1])[:3], atol=1e-14)
+            link_from_camera = expected[:3, :3].T @ camera.R.T
+            np.testing.assert_allclose(
+                link_from_camera, world.robots["left"].pose("slide")[:3, :3].T @ base.R.T, atol=1e-12
+            )
+    np.testing.assert_array_equal(world.camera("left/wrist").P, base.P)
+    exposed = base.exposing(0.2)
+    track = world.camera_at(exposed, 0.5).shutter["track"]
+    assert len(track) > 2
+    world.set_video(fps=10, orbit={"target": [0, 0, 0]})
+    np.testing.assert_array_equal(world.at(0.7).robots["left"].values, world.robots["left"].values)
+
+
 def test_continuous_joints_rotate_along_the_shorter_arc(tmp_path: Path) -> None:
     path = tmp_path / "wheel.urdf"
     path.write_text(

@@ -35,8 +35,8 @@ mod core {
     use crate::notice::codes;
     #[pymodule_export]
     use crate::queries::points::{
-        world_closest_points, world_distance, world_inside, world_signed_distance, world_topology, world_visible,
-        world_winding_number,
+        world_closest_points, world_distance, world_inside, world_signed_distance, world_topology, world_velocities,
+        world_visible, world_winding_number,
     };
     #[pymodule_export]
     use crate::queries::rays::{
@@ -46,13 +46,13 @@ mod core {
     use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_box};
     #[pymodule_export]
     use crate::render::encode::{
-        check_stand_in, encode_exr, encode_hdr, encode_jpeg, encode_png, linear_from_srgb8, mask_polygons, mask_runs,
-        read_exr, read_photo, read_picture, shown_from_linear, srgb_from_linear,
+        check_stand_in, compress_lzf, encode_exr, encode_hdr, encode_jpeg, encode_png, linear_from_srgb8,
+        mask_polygons, mask_runs, read_exr, read_photo, read_picture, shown_from_linear, srgb_from_linear,
     };
     #[pymodule_export]
     use crate::render::frame::{channels, merge};
     #[pymodule_export]
-    use crate::render::light::world_light_at;
+    use crate::render::light::{world_light_at, world_radiance_along};
     #[pymodule_export]
     use crate::render::progressive::Progressive;
     #[pymodule_export]

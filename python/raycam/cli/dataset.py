@@ -18,7 +18,6 @@ from .options.rigs import add_rig, find_rig
 from .options.worlds import add_world, load_world
 
 if TYPE_CHECKING:
-    from ..calibration import Cameras
     from ..camera import Camera
     from ..randomize import Recipe
     from ..rig import Rig
@@ -149,6 +148,7 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
     """The cameras of the given file, and their times; None without a file."""
     if options.cameras is None:
         return None, None
+    from ..dataset.trajectory import times_of
     from ..world.load import load
 
     times = None
@@ -156,15 +156,10 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
         cameras: Mapping[str, Camera] = load(options.cameras).cameras
     else:
         found = load_calibration(options.cameras, options)
-        cameras, times = found, _times(found)
+        cameras, times = found, times_of(found)
     if not cameras:
         raise SettingsError(f"{options.cameras}: no cameras found", code="missing_value")
     return cameras, times
-
-
-def _times(cameras: Cameras) -> list[float] | None:
-    """The times of the cameras in seconds; None if the file lacks the time of any camera."""
-    return [cameras.times[name] for name in cameras] if len(cameras.times) == len(cameras) else None
 
 
 def _from_offset(times: list[float] | None, offset: str | None) -> list[float] | None:
@@ -186,8 +181,7 @@ def _rigs(
     world: World | Recipe, options: argparse.Namespace
 ) -> tuple[Rig | Mapping[str, Rig], list[float] | None]:
     """The rig at each of its poses, and the times of the poses."""
-    from ..calibration import load_cameras
-    from ..camera import Camera
+    from ..dataset.trajectory import load_rigs, times_of
     from ..world import World
 
     if options.cameras is not None or not isinstance(world, World):
@@ -197,11 +191,9 @@ def _rigs(
     rig = mount_lidars(rig, options.lidar)
     if options.poses is None:
         return rig, None
-    # A trajectory contains poses only, so any camera can provide the intrinsics.
-    body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
-    poses = load_cameras(options.poses, intrinsics=body)
+    rigs, poses = load_rigs(rig, options.poses)
     print_notices(poses.notices)
-    return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}, _times(poses)
+    return rigs, times_of(poses)
 
 
 def _option(text: str) -> tuple[str, Any]:

@@ -266,7 +266,7 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
         return world, find_camera(world, options) if rig is None else next(iter(rig.values())), rig
     moment = world.at(options.at, parse_animation(world, options.animation))
     # An animation also moves the world's cameras. The camera that frames a world without cameras does not move.
-    seen = moment if world.cameras else world
+    seen = world if options.camera is None and world._first_camera is None else moment
     camera = find_camera(seen, options, moving=seen is world) if rig is None else next(iter(rig.values()))
     if world.video is not None:
         camera = world.camera_at(camera, options.at)

@@ -54,6 +54,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--in-world", action="store_true", help="write points in world coordinates instead of the sensor's"
     )
     command.add_argument("--text", action="store_true", help="write a .pcd file as text")
+    command.add_argument("--compress", action="store_true", help="write a compressed .pcd file")
     command.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
     command.add_argument("--animation", metavar="NAME", help="animation of a glTF file (default: the first)")
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
@@ -79,7 +80,9 @@ def _run(options: argparse.Namespace) -> None:
     with collected() as notices:
         result = scan(world, lidar, frame=options.frame, threads=options.threads)
     print_notices(notices)
-    result.save(output, fields=options.fields, in_world=options.in_world, text=options.text)
+    result.save(
+        output, fields=options.fields, in_world=options.in_world, text=options.text, compress=options.compress
+    )
     print(f"{output}: {result.count} points of {len(result.pattern)} pulses, {lidar.title}")
 
 

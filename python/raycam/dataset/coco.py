@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..annotations.keypoints import keypoints
-from ..annotations.labels import Label, join_labels
+from ..annotations.labels import Label
 from ..arguments import Bools
 from ..errors import SettingsError, nearest
+from .keypoint_labels import joined_labels, keypoint_triples, owner_names
 from .plan import Format, Index, Made, Plan, Record, Shot
 
 __all__ = ["FORMAT"]
@@ -62,16 +62,11 @@ def _check_owners(plan: Plan, category: str, points: dict[str, Any]) -> None:
             code="wrong_shape",
         )
     known = [item.name for item in plan.objects if (item.category or "object") == category]
-    for name in (name for each in owners for name in _names(each)):
+    for name in (name for each in owners for name in owner_names(each)):
         if name not in known:
             raise SettingsError(
                 nearest(f"object of the category {category!r}", name, known), code="unknown_name"
             )
-
-
-def _names(owners: str | list[str]) -> list[str]:
-    """The objects of a keypoint: the object with which the point moves, and objects that do not occlude it."""
-    return [owners] if isinstance(owners, str) else list(owners)
 
 
 def make(plan: Plan, number: int) -> Made:
@@ -82,7 +77,7 @@ def make(plan: Plan, number: int) -> Made:
     name = f"images/{plan.picture_name(number)}.png"
     annotations = [
         annotation(shot, item)
-        for item in _annotated(shot, shot.labels(frame["instance"]))
+        for item in joined_labels(shot, shot.labels(frame["instance"]), plan.options["keypoints"])
         if item.visible_pixels >= max(int(plan.options["min_pixels"]), 1)
     ]
     image = {"id": number + 1, "width": width, "height": height, "file_name": name.removeprefix("images/")}
@@ -116,20 +111,6 @@ def camera_of(shot: Shot) -> Record:
     return found
 
 
-def _annotated(shot: Shot, labels: list[Label]) -> list[Label]:
-    """The labels. If the keypoints of a category have "objects", the labels of its objects are joined to one."""
-    plan = shot.plan
-    found: list[Label] = []
-    parts: dict[str, list[Label]] = {}
-    for item in labels:
-        category = plan.categories[shot.category(item.object)]
-        if "objects" in plan.options["keypoints"].get(category, ()):
-            parts.setdefault(category, []).append(item)
-        else:
-            found.append(item)
-    return [*found, *(join_labels(items, category) for category, items in parts.items())]
-
-
 def annotation(shot: Shot, item: Label) -> Record:
     """Returns a COCO annotation, with two additional keys: `amodal_bbox` and `visible_fraction`."""
     plan = shot.plan
@@ -145,29 +126,9 @@ def annotation(shot: Shot, item: Label) -> Record:
     }
     points = plan.options["keypoints"].get(plan.categories[shot.category(item.object)])
     if points is not None:
-        places = points["points"]
-        ids = {each.name: each.id for each in shot.objects}
-        owners = [
-            [ids[name] for name in _names(each)] for each in points.get("objects", [item.name] * len(places))
-        ]
-        seen = keypoints(
-            shot.world,
-            shot.camera,
-            places,
-            [first for first, *_ in owners],
-            triangles=points.get("triangles"),
-            threads=plan.threads,
-        )
-        own = [
-            "objects" in points and int(occluder) in each
-            for occluder, each in zip(seen.occluder, owners, strict=True)
-        ]
-        triples = [
-            [*(pixel - shot.camera.corner).tolist(), 2 if visible else 1] if inside else [0, 0, 0]
-            for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible | own, strict=True)
-        ]
+        triples = keypoint_triples(shot, item, points)
         found["keypoints"] = [value for triple in triples for value in triple]
-        found["num_keypoints"] = int(seen.in_picture.sum())
+        found["num_keypoints"] = sum(triple[2] > 0 for triple in triples)
     return found
 
 

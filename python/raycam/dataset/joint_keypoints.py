@@ -19,14 +19,15 @@ JOINTS = "joints"
 def joint_keypoints(
     world: World | Recipe | WorldSequence, format: str
 ) -> tuple[dict[str, Any], list[Notice]]:
-    """Returns the option `keypoints` of "coco" for the robots of a world, by category, and notices.
+    """Returns the option `keypoints` of "coco" for the robots of a world, by category, and notices; for "yolo", the
+    same in "robots".
 
     The names are the names of all joints that are not fixed. The skeleton connects each joint with the next joint
     towards the root. Raises `SettingsError` for other formats, and if no robot was added with `category="robot"`.
     """
-    if format != "coco":
+    if format not in ("coco", "yolo"):
         raise SettingsError(
-            f'keypoints="{JOINTS}" is not supported by the format {format}; supported: coco',
+            f'keypoints="{JOINTS}" is not supported by the format {format}; supported: coco, yolo',
             code="unsupported_feature",
         )
     objects = {} if not isinstance(world, World) else {item.name: item.category for item in world.objects}
@@ -53,4 +54,4 @@ def joint_keypoints(
             'add_robot(..., category="robot") or with category = "robot" in [[robot]]',
             code="missing_value",
         )
-    return found, notices
+    return (found if format == "coco" else {"robots": found}), notices

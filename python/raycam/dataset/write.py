@@ -38,6 +38,7 @@ from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
 from .training.card import card_files
+from .trajectory import load_rigs, times_of
 from .world_sequence import MAX_WORLDS, Worlds, WorldSequence
 
 __all__ = ["FORMATS", "DatasetResult", "views", "write"]
@@ -134,6 +135,7 @@ def write(
     categories: Sequence[str] | Mapping[int, str] | None = None,
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
+    poses: str | os.PathLike[str] | None = None,
     count: int | None = None,
     resume: bool = True,
     workers: int | str | None = None,
@@ -146,10 +148,11 @@ def write(
 ) -> DatasetResult:
     """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
 
-    `cameras` and `times` are as in `views`; `options` are those of `raycam.render` (`integrator`, `samples`, `seed`,
-    `exposure`, `threads`, ...) and those of the format, below. Ground truth belongs to the exact rays through the
-    pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
-    all objects are labelled "object".
+    `cameras` and `times` are as in `views`. With a rig as `cameras`, `poses` may be a trajectory file ("tum", "euroc",
+    "kitti-poses", ...) of its body, whose times are used unless `times` is given. `options` are those of
+    `raycam.render` (`integrator`, `samples`, `seed`, `exposure`, `threads`, ...) and those of the format, below. Ground
+    truth belongs to the exact rays through the pixels' centres, independent of the samples. Objects with a category are
+    labelled; in a world without categories, all objects are labelled "object".
 
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
     rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the sensor's
@@ -183,8 +186,8 @@ def write(
     * "webdataset": `shard_size` (32) samples per tar file, `channels`, `segmentation`
     * "yolo": `task` ("detect", "segment", "pose" or "obb"), `splits` ({"train": 0.8, "val": 0.2}) by `split_seed`
       (0), where views of one world or of one pose of a rig stay together; `min_pixels` (1), `keypoints`
-      ({"points": ...}) and `flip_idx` of "pose"; the separate parts of an object are joined into one polygon by
-      double edges without width
+      ({"points": ...} or "joints") and `flip_idx` of "pose"; the separate parts of an object are joined into one
+      polygon by double edges without width
     * "panoptic": COCO's panoptic format; all objects of a category in `stuff` form one segment
     * "semantic": label ids, instance ids, colours; `labels` ({category: id}), `void` (0), `palette` ({category: rgb})
     * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes around whole objects,
@@ -192,8 +195,10 @@ def write(
     * "hdf5": BlenderProc's files; requires `h5py`; the depth of the background is 1e10
     * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; omitted with
       `depth=False`), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world,
-      base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. Lidars of a
-      rig are PointCloud2 on /NAME/points, with the fields of the manufacturer's driver, then instance and category.
+      base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. The world's
+      robots have their URDF in /robot_description, their joints in /joint_states, and their links as frames in /tf and
+      /tf_static; with several robots, the names are /ROBOT/robot_description and ROBOT/LINK. Lidars of a rig are
+      PointCloud2 on /NAME/points, with the fields of the manufacturer's driver, then instance and category.
       `imu` (0) is the rate in Hz of sensor_msgs/Imu messages of a rig's body on /imu, from its poses, without noise.
       `start_time` (1.0 s) is added to all times, because ROS reads a stamp of 0 as "latest"; `fps` (30) for views
       without a time. Requires `raycam[mcap]`
@@ -242,6 +247,9 @@ def write(
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)), code="unknown_name")
     kind = FORMATS[format]
+    if poses is not None:
+        cameras, trajectory = load_rigs(cameras, poses)
+        times = times_of(trajectory) if times is None else times
     source = _source(world, worlds, count, categories)
     _check_source(source, format, workers)
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}

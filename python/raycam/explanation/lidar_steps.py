@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..arguments import Floats
 from ..lidar import Lidar
 from ..lidar.echoes import FWHM_TO_SIGMA
-from ..lidar.scanning import LIGHT_SPEED
+from ..lidar.lidar import LIGHT_SPEED
 from ..one_line import one_line
 
 __all__ = ["BeamSteps"]

@@ -38,7 +38,10 @@ def describe_lidar(lidar: Lidar) -> str:
 def _text(name: str, value: object) -> str:
     """Returns a setting's value with its unit; "unknown" if the manufacturer's documents do not confirm it."""
     if name == "visibility" and value is None:
-        return "no fog"
+        return "the world's fog"
+    if name == "overlap":
+        pairs = value if isinstance(value, list) else []
+        return ", ".join(f"{share:g} at {at:g} m" for at, share in pairs) or "1 at all distances"
     if name == "mode" and value is None:
         return "not used by this device"
     if value is None or (name in ("beam_divergence", "beam_width") and value == (0.0, 0.0)):

@@ -161,7 +161,7 @@ def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma
             single = np.flatnonzero(near)
             if len(single):
                 mean = (places[single] * shares[single]).sum(axis=1) / shares[single].sum(axis=1)
-                top = _climb(mean, places[single], shares[single], sigma)
+                top = _single_maximum(mean, places[single], shares[single], sigma)
                 mode[rows[single]] = top[:, None]
             several = np.flatnonzero(~near)
             if len(several):
@@ -170,6 +170,23 @@ def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma
                 top = _climb(begin, places[several][repeated], shares[several][repeated], sigma)
                 mode[rows[several].reshape(-1)] = top
     return mode
+
+
+def _single_maximum(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
+    """Returns the maxima of sums of Gaussians at `places` [n, m] that have a single maximum, near the starts `at` [n].
+
+    Newton's method for the zero of the mean shift, with steps of at most half a standard deviation.
+    """
+    at = at.copy()
+    active = np.arange(len(at))
+    for _ in range(100):
+        step, spread = _shift(at[active], places[active], shares[active], sigma)
+        step = np.clip(step / np.maximum(1.0 - spread / sigma**2, 0.05), -0.5 * sigma, 0.5 * sigma)
+        at[active] += step
+        active = active[np.abs(step) > 1e-8 * sigma]
+        if not len(active):
+            break
+    return at
 
 
 def _climb(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:

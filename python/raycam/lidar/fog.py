@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
+from ..arguments import Floats
 from .echoes import FWHM_TO_SIGMA
 from .paths import HIT_FIELDS, Contributions
 
-__all__ = ["attenuation", "fog_contributions", "soft_echo"]
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["Fog", "attenuation", "fog_contributions", "fog_of", "soft_echo"]
 
 BACKSCATTER = 0.046
 """Backscattering coefficient times the visibility, in 1/sr (Rasshofer, Spies and Spies 2011)."""
@@ -20,6 +27,43 @@ STEP = 0.01
 """Step of the numerical integral, in metres."""
 REACH = 12.0
 """Distance in metres beyond which fog adds nothing to the maximum."""
+
+
+@dataclass(frozen=True)
+class Fog:
+    """The fog that a lidar is in."""
+
+    visibility: float
+    """In metres."""
+    top: tuple[int, float] | None = None
+    """The world's up axis (1 or 2), and the coordinate below which the fog is; None: everywhere."""
+
+    def contains(self, points: Floats) -> npt.NDArray[np.bool_]:
+        """Returns True [n] for points [n, 3] in the fog."""
+        if self.top is None:
+            return np.ones(len(points), bool)
+        axis, height = self.top
+        below: npt.NDArray[np.bool_] = points[:, axis] <= height
+        return below
+
+
+def fog_of(world: World, visibility: float | None) -> Fog | None:
+    """Returns the fog of a lidar's setting `visibility`, or the world's fog if it is None; None without fog.
+
+    The world's fog has the visibility ln(20) / extinction of its red light.
+    """
+    if visibility is not None:
+        return Fog(visibility) if math.isfinite(visibility) else None
+    own = world.fog
+    if own is None:
+        return None
+    extinction = float(np.ravel(own["extinction"])[0])
+    if extinction <= 0.0:
+        return None
+    height = own.get("height")
+    return Fog(
+        math.log(20.0) / extinction, None if height is None else ("xyz".index(world.up), float(height))
+    )
 
 
 def attenuation(visibility: float) -> float:
@@ -64,10 +108,17 @@ def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
 
 
 def fog_contributions(
-    pulses: range, visibility: float, pulse_length: float, sub_rays: int, found: Contributions
+    pulses: npt.NDArray[np.int64],
+    visibility: float,
+    pulse_length: float,
+    sub_rays: int,
+    drift: Floats,
+    found: Contributions,
 ) -> Contributions:
-    """Returns the fog's echo as one contribution for each pulse, without an object; `found` determines the types of the
-    fields.
+    """Returns the fog's echo as one contribution for each pulse, without an object.
+
+    The fog is at rest: `drift` [n] is the rate of change of distances along each pulse because the sensor moves.
+    `found` determines the types of the fields.
     """
     distance, energy = soft_echo(visibility, pulse_length)
     count = len(pulses)
@@ -77,12 +128,15 @@ def fog_contributions(
         fields[name] = np.full((count, *like.shape[1:]), np.nan if like.dtype.kind == "f" else -1, like.dtype)
     minus = np.full(count, -1, np.int32)
     return Contributions(
-        np.arange(pulses.start, pulses.stop, dtype=np.int64),
+        pulses,
         np.full(count, sub_rays, np.int64),
         np.full(count, distance),
         np.full(count, energy),
         np.zeros(count, np.int32),
         minus,
+        drift,
+        np.zeros((count, 3)),
+        np.full(count, distance),
         fields,
         found.deflected,
     )

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["device_intensity"]
+__all__ = ["device_intensity", "near_ir_counts", "signal_counts"]
 
+MAX_COUNT = 65535
+"""The largest count of light."""
 LARGEST = 1000.0
 """The reflectivity that devices with a logarithmic range report as 255."""
 
@@ -25,3 +27,16 @@ def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.
     above = 100.0 + np.ceil(155.0 * np.log(bright) / np.log(LARGEST))
     number: npt.NDArray[np.uint8] = np.where(reflectivity > 1.0, above, below).astype(np.uint8)
     return number
+
+
+def signal_counts(energy: npt.NDArray[np.float64], gain: float) -> npt.NDArray[np.uint16]:
+    """Returns the counts of returned photons, at most 65535; `energy` is 1 for a white target at 1 m."""
+    counts: npt.NDArray[np.uint16] = np.rint(np.minimum(energy * gain, MAX_COUNT)).astype(np.uint16)
+    return counts
+
+
+def near_ir_counts(radiance: npt.NDArray[np.float32], gain: float) -> npt.NDArray[np.uint16]:
+    """Returns counts for radiances in W/(m² sr), at most 65535; 0 for NaN."""
+    counts = np.rint(np.clip(np.nan_to_num(radiance.astype(float)) * gain, 0.0, MAX_COUNT))
+    found: npt.NDArray[np.uint16] = counts.astype(np.uint16)
+    return found

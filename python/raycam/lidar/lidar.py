@@ -14,6 +14,7 @@ from ..arguments import Floats, flag, floats, product, real, whole
 from ..errors import LidarError, nearest
 from ..rotations import rotation_of
 from .device import device_description
+from .mirrors import frame_rate, mirror_table
 from .ouster import ouster_metadata
 from .pattern import Pattern
 from .patterns import check_family, make_pattern, ouster_unit
@@ -22,13 +23,16 @@ from .pose import Track
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["SETTINGS", "Lidar", "Returns"]
+__all__ = ["LIGHT_SPEED", "SETTINGS", "Lidar", "Returns"]
 
 Returns = Literal["first", "last", "strongest", "dual", "all"]
 RETURNS = ("first", "last", "strongest", "dual", "all")
 BEAM_SAMPLES = (1, 7, 19, 37)
 FWHM_TO_FULL = math.sqrt(2.0 / math.log(2.0))
 """The width of a Gaussian beam at 1/e² divided by its full width at half maximum: 1.699."""
+
+LIGHT_SPEED = 299792458.0
+"""In metres per second."""
 
 SETTINGS: dict[str, tuple[float, float, str]] = {
     "wavelength": (100.0, 20000.0, "nanometres"),
@@ -41,6 +45,8 @@ SETTINGS: dict[str, tuple[float, float, str]] = {
     "rise_time": (0.0, 1.0, "seconds"),
     "pulse_length": (0.0, 1e-3, "seconds"),
     "visibility": (1e-3, math.inf, "metres"),
+    "signal_gain": (0.0, 1e15, "counts for a white target at 1 m"),
+    "near_ir_gain": (0.0, 1e9, "counts for 1 W/(m² sr)"),
 }
 """Numeric settings, with their limits and units."""
 
@@ -68,7 +74,13 @@ class Lidar:
     pulse_length    full width at half maximum of the pulse, in seconds
     rise_time       rise time of the pulse, in seconds; determines the distance noise of weak echoes
     wavelength      in nanometres
-    visibility      visibility in fog, in metres: the attenuation is ln(20) / visibility
+    visibility      visibility in fog, in metres: the attenuation is ln(20) / visibility (default: the world's fog;
+                    infinite: no fog)
+    overlap         pairs (distance in metres, share of the light that the receiver sees), by ascending distance
+    signal_gain     counts of the field `signal` for a white target at normal incidence at 1 m
+    waveform        True: the field `waveform`
+    near_ir_samples light paths per point for the field `near_ir` (default: 0, without this field)
+    near_ir_gain    counts of near infrared light in packets for a radiance of 1 W/(m² sr)
     max_bounces     interfaces of mirrors and glass that a ray follows (default: 2)
     noise           False: no noise and no rounding; echoes are found if their probability is at least 1/2
     seed            selects the random numbers
@@ -164,6 +176,40 @@ class Lidar:
         description = {"name": name, "title": name, "family": "table", "table": table, "max_returns": 15}
         return cls._described(description, {"rate": rate, **settings})
 
+    @classmethod
+    def with_mirror(
+        cls, kind: str, *, rate: float | None = None, name: str | None = None, **numbers: Any
+    ) -> Self:
+        """A scanner with a moving mirror; the middle of the scan is the sensor's x axis.
+
+        ============== ===========================================================================================
+        polygon        `facets`, `line_rate` (lines per second), `field_of_view` (degrees): lines from right to left
+        oscillating    `frequency` (hertz), `field_of_view`: the mirror swings as a sine, to the left first
+        conical        `frequency`, `tilt` (degrees, of the mirror's normal from its axis, which is at 45 degrees to
+                       the laser): ovals around the x axis
+        survey         `elevations` and `azimuths` as (from, to, step) in degrees: upward lines, one after another
+                       counterclockwise; `pause`: the time between lines, as a share of a line (default: 0)
+        ============== ===========================================================================================
+
+        Each kind requires `pulse_rate` in hertz. Other keywords are settings of the lidar. `rate` is the number of
+        frames per second (default: 10; for a survey, a frame is the whole grid). The mirror's motion continues from
+        frame to frame. For a scanner that looks down, place it with `pitch=90`.
+
+        Raises `LidarError` for unknown, missing and impossible numbers, and `MemoryError` for too many pulses.
+        """
+        settings = {key: numbers.pop(key) for key in list(numbers) if key in _CHECKS or key == "force_rate"}
+        table = mirror_table(kind, numbers)
+        title = name or f"{kind} mirror"
+        description = {
+            "name": title,
+            "title": title,
+            "family": "mirror",
+            "mirror": table,
+            "max_returns": 15,
+            "rate": frame_rate(table),
+        }
+        return cls._described(description, {"rate": rate, **settings})
+
     # Settings ---------------------------------------------------------------------------------------------
 
     def replace(self, **settings: Any) -> Self:
@@ -216,6 +262,8 @@ class Lidar:
                 "device; pass beam_divergence=(horizontal, vertical) in radians",
                 code="missing_value",
             )
+        if self._value("waveform") and float(self._value("pulse_length", 4e-9)) == 0.0:
+            raise LidarError("waveform requires a pulse_length above 0", code="conflicting_values")
         if self.min_range > self.max_range:
             raise LidarError(
                 f"min_range {self.min_range:g} exceeds max_range {self.max_range:g}",
@@ -270,7 +318,8 @@ class Lidar:
 
     @property
     def family(self) -> str:
-        """The kind of pattern: "velodyne", "ouster", "hesai", "risley", "line", "golden" or "table"."""
+        """The kind of pattern: "velodyne", "ouster", "hesai", "risley", "line", "golden",
+        "mirror" or "table"."""
         return str(self._description["family"])
 
     @property
@@ -315,6 +364,11 @@ class Lidar:
         return divergence
 
     @property
+    def pulse_extent(self) -> float:
+        """The pulse's full width at half maximum, in metres of distance: half the way of light in this time."""
+        return float(self._value("pulse_length", 4e-9)) * LIGHT_SPEED / 2.0
+
+    @property
     def min_range(self) -> float:
         """The smallest reported distance, in metres."""
         return float(self._value("min_range", 0.0))
@@ -345,6 +399,10 @@ class Lidar:
             pulse_length=float(self._value("pulse_length", 4e-9)),
             rise_time=float(self._value("rise_time", 1e-9)),
             wavelength=float(self._value("wavelength", 905.0)),
+            signal_gain=float(self._value("signal_gain", 5e5)),
+            near_ir_gain=float(self._value("near_ir_gain", 1.0)),
+            near_ir_samples=int(self._value("near_ir_samples", 0)),
+            waveform=bool(self._value("waveform", False)),
         )
         return found
 
@@ -381,6 +439,9 @@ class Lidar:
             "seed",
             "visibility",
             "azimuth_noise",
+            "overlap",
+            "waveform",
+            "near_ir_samples",
         }
         found = [
             name for name in _CHECKS if name not in known and name not in ("mode", "returns", "beam_samples")
@@ -549,7 +610,7 @@ class Lidar:
 
 def _number(name: str, value: Any) -> float:
     low, high, unit = SETTINGS[name]
-    if name == "max_range" and isinstance(value, float) and math.isinf(value) and value > 0:
+    if high == math.inf and isinstance(value, float) and value == math.inf:
         return math.inf
     return real(name, value, low, high, what=unit, error=LidarError)
 
@@ -561,6 +622,22 @@ def _pair(name: str, value: Any) -> list[float]:
             f"{name} must be one number or (horizontal, vertical), not {value!r}", code="wrong_shape"
         )
     return [real(name, one, 0.0, 1.0, error=LidarError) for one in values]
+
+
+def _overlap(name: str, value: Any) -> list[list[float]]:
+    rows = floats(name, value, ("n", 2), error=LidarError)
+    distances, shares = rows[:, 0], rows[:, 1]
+    if not (
+        len(rows) and np.isfinite(rows).all() and (np.diff(distances) > 0.0).all() and distances[0] >= 0.0
+    ):
+        raise LidarError(
+            f"{name} must be pairs (distance, share) with ascending distances of at least 0, not {rows.tolist()}",
+            code="out_of_range",
+        )
+    if not ((shares >= 0.0) & (shares <= 1.0)).all():
+        raise LidarError(f"{name}: shares are {shares.tolist()}; expected 0 to 1", code="out_of_range")
+    pairs: list[list[float]] = rows.tolist()
+    return pairs
 
 
 def _choice(options: Sequence[Any]) -> Callable[[str, Any], Any]:
@@ -590,5 +667,8 @@ _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "max_bounces": lambda name, value: whole(name, value, 0, 16, error=LidarError),
     "noise": lambda name, value: flag(name, value, error=LidarError),
     "seed": lambda name, value: whole(name, value, 0, 2**63 - 1, error=LidarError),
+    "overlap": _overlap,
+    "waveform": lambda name, value: flag(name, value, error=LidarError),
+    "near_ir_samples": lambda name, value: whole(name, value, 0, 1 << 16, error=LidarError),
     **dict.fromkeys(SETTINGS, _number),
 }

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from .radial_velocity import surface_velocities, world_moves
 from .surfaces import SurfaceTable, conductor_reflectance, dielectric_reflectance, retroreflectance
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ CLEARANCE = 1e-7
 """Distance in metres after an interface within which hits are ignored: they are neighbours of its triangle."""
 
 
-COLUMNS = ("pulse", "ray", "length", "energy", "bounces", "first_instance")
+COLUMNS = ("pulse", "ray", "length", "energy", "bounces", "first_instance", "drift", "arrival", "fogged")
 """Arrays of `Contributions` with one value per contribution, apart from `fields`."""
 
 
@@ -56,6 +57,12 @@ class Contributions:
     """Returned energy, in units of a white target at normal incidence at 1 m."""
     bounces: npt.NDArray[np.int32]
     first_instance: npt.NDArray[np.int32]
+    drift: Floats
+    """Rate of change of `length` because the sensor, mirrors and glass move, in m/s."""
+    arrival: Floats
+    """Direction in which the light arrives at the surface, times the refractive index [m, 3]; 0 if nothing moves."""
+    fogged: Floats
+    """Half the length of the path in fog, in metres; in glass, the optical length."""
     fields: dict[str, npt.NDArray[Any]]
     """The fields of `World.cast_rays` of the surface, and "incidence" in degrees."""
     deflected: npt.NDArray[np.bool_]
@@ -109,6 +116,10 @@ class _Rays:
     index: Floats
     bounces: npt.NDArray[np.int32]
     first_instance: npt.NDArray[np.int32]
+    drift: Floats
+    """Rate of change of `optical` because the sensor and the interfaces on the way out move, in m/s."""
+    fogged: Floats
+    """The length of the way out in fog; `optical` if the fog is everywhere."""
     skip: npt.NDArray[np.int32]
     skip_triangle: npt.NDArray[np.int32]
 
@@ -124,11 +135,15 @@ def trace_paths(
     weights: Floats,
     times: Floats | None,
     *,
+    drift: Floats | None = None,
+    fog_top: tuple[int, float] | None = None,
     max_bounces: int,
     threads: int | None,
 ) -> Contributions:
     """Returns the light from surfaces for beams of rays [n, k, 3] with weights [k], at `times` [n] (None: the world's).
 
+    `drift` [n, k] is the rate of change of distances along each ray because the sensor moves (default: 0).
+    Fog is below the coordinate `fog_top[1]` of the axis `fog_top[0]` (default: everywhere).
     Each ray's path is a tree: at a smooth interface, the share F is reflected and 1 - F is refracted (Fresnel). Each
     share counts twice, because the light returns along the same path. Both branches are followed, up to `max_bounces`
     interfaces; no random numbers are used.
@@ -152,11 +167,14 @@ def trace_paths(
         ones,
         constant(0, np.int32),
         none,
+        constant(0.0) if drift is None else drift.reshape(-1),
+        constant(0.0),
         none,
         none,
     )
     parts: list[Contributions] = []
     deflected = np.zeros(count, bool)
+    moves = times is not None and world_moves(world)
     while len(rays.pulse):
         at_surface = bool((rays.skip >= 0).any())
         hits = world.cast_rays(
@@ -176,14 +194,52 @@ def trace_paths(
         hits["surface"] = surfaces.read(hits["material"], hits["instance"], hits["triangle"])
         surfaces.note_colors(hits["surface"], hits["albedo"])
         rays.first_instance = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
-        part, cosine = _returned(surfaces, rays, hits, deflected)
+        hits["fogged"] = rays.fogged + _length_in_fog(rays, hits, fog_top)
+        part, cosine = _returned(surfaces, rays, hits, deflected, moves)
         parts.append(part)
-        rays = _onward(surfaces, rays, hits, cosine, max_bounces, deflected)
+        velocities = _InterfaceVelocities(world, times, threads) if moves else None
+        rays = _onward(surfaces, rays, hits, cosine, max_bounces, deflected, velocities)
     return Contributions.joined(parts, deflected).sorted()
 
 
+@dataclass(frozen=True)
+class _InterfaceVelocities:
+    """The velocities of the points of mirrors and glass that rays meet in a moving world."""
+
+    world: World
+    times: Floats | None
+    """By pulse, in seconds after the world's time."""
+    threads: int | None
+
+    def at(self, hits: dict[str, npt.NDArray[Any]], pulse: npt.NDArray[np.int64], chosen: Any) -> Floats:
+        """Returns the velocities [m, 3] of the hits `chosen`, in m/s."""
+        fields = {name: hits[name][chosen] for name in ("instance", "triangle", "barycentric")}
+        times = None if self.times is None else self.times[pulse[chosen]]
+        return surface_velocities(self.world, fields, times, self.threads)
+
+
+def _length_in_fog(
+    rays: _Rays, hits: dict[str, npt.NDArray[Any]], fog_top: tuple[int, float] | None
+) -> Floats:
+    """Returns the length in fog of the ways from the rays' starts to their hits, in metres."""
+    if fog_top is None:
+        optical: Floats = hits["distance"] * rays.index
+        return optical
+    axis, height = fog_top
+    start, end = rays.origins[:, axis], hits["position"][:, axis]
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    span = np.where(high > low, high - low, 1.0)
+    share = np.where(high > low, (np.clip(height, low, high) - low) / span, low <= height)
+    inside: Floats = hits["distance"] * share
+    return inside
+
+
 def _returned(
-    surfaces: SurfaceTable, rays: _Rays, hits: dict[str, npt.NDArray[Any]], deflected: npt.NDArray[np.bool_]
+    surfaces: SurfaceTable,
+    rays: _Rays,
+    hits: dict[str, npt.NDArray[Any]],
+    deflected: npt.NDArray[np.bool_],
+    moves: bool,
 ) -> tuple[Contributions, Floats]:
     """Returns the contributions of hits on surfaces that scatter light, and the cosines of incidence of all hits."""
     dot = -(rays.directions * hits["normal"]).sum(axis=1)
@@ -203,6 +259,9 @@ def _returned(
         energy,
         rays.bounces,
         rays.first_instance,
+        rays.drift,
+        rays.directions * rays.index[:, None] if moves else np.broadcast_to(np.zeros(3), (len(cosine), 3)),
+        hits["fogged"],
     )
     if not solid.all():
         chosen = np.flatnonzero(solid)
@@ -219,6 +278,7 @@ def _onward(
     cosine: Floats,
     max_bounces: int,
     deflected: npt.NDArray[np.bool_],
+    velocities: _InterfaceVelocities | None,
 ) -> _Rays:
     """Returns the continued rays: behind translucent surfaces, reflected, and refracted."""
     if not len(cosine):
@@ -240,6 +300,7 @@ def _onward(
         after.origins, after.directions = hits["position"][chosen], directions
         after.one_way = after.one_way * share
         after.geometric, after.optical, after.index = geometric[chosen], optical[chosen], index
+        after.fogged = hits["fogged"][chosen]
         after.bounces = (after.bounces + bounce).astype(np.int32)
         after.skip, after.skip_triangle = hits["instance"][chosen], hits["triangle"][chosen]
         return after
@@ -249,7 +310,10 @@ def _onward(
     branches = [follow(through, rays.directions[through], clear, rays.index[through], 0)]
     at = np.flatnonzero(smooth & ~ended)
     if len(at):
-        branches += _at_interface(surfaces, rays, hits, cosine, at, follow)
+        interfaces = _at_interface(surfaces, rays, hits, cosine, at, follow)
+        if velocities is not None:
+            _add_interface_motion(rays, interfaces, velocities.at(hits, rays.pulse, at), at)
+        branches += [branch for branch, _ in interfaces]
     joined = _Rays(
         *(
             np.concatenate([getattr(branch, name) for branch in branches])
@@ -259,6 +323,16 @@ def _onward(
     return joined.take(np.flatnonzero(joined.one_way**2 >= LEAST_ENERGY))
 
 
+def _add_interface_motion(
+    rays: _Rays, interfaces: list[tuple[_Rays, npt.NDArray[Any]]], velocity: Floats, at: npt.NDArray[Any]
+) -> None:
+    """Adds to the drift of each branch the motion of its mirror or glass, along the bend of the path."""
+    for branch, own in interfaces:
+        before = rays.index[at[own], None] * rays.directions[at[own]]
+        bend = before - branch.index[:, None] * branch.directions
+        branch.drift = branch.drift + (velocity[own] * bend).sum(axis=1)
+
+
 def _at_interface(
     surfaces: SurfaceTable,
     rays: _Rays,
@@ -266,8 +340,8 @@ def _at_interface(
     cosine: Floats,
     at: npt.NDArray[Any],
     follow: Any,
-) -> list[_Rays]:
-    """Returns the reflected and the refracted branch of rays at smooth surfaces."""
+) -> list[tuple[_Rays, npt.NDArray[Any]]]:
+    """Returns the reflected and the refracted branch of the rays `at` smooth surfaces, each with its rows of `at`."""
     material, c = hits["surface"][at], cosine[at]
     kind = surfaces.column(material, "kind")
     ior, thin = surfaces.column(material, "ior").astype(float), surfaces.column(material, "thin")
@@ -291,4 +365,4 @@ def _at_interface(
     bent = eta[:, None] * way + (eta * cos_in - cos_out)[:, None] * out
     index = np.where(thin[passing], rays.index[at][passing], behind[passing])
     refracted = follow(at[passing], bent, 1.0 - reflectance[passing], index, 1)
-    return [reflected, refracted]
+    return [(reflected, np.arange(len(at))), (refracted, passing)]

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import LidarError
 from .hesai import hesai_pattern
+from .mirrors import mirror_pattern
 from .ouster import OusterUnit, ouster_pattern
 from .pattern import Pattern, check_count, cosines, free_pattern, grid_pattern, sines
 from .risley import Prism, risley_pattern
@@ -102,6 +103,10 @@ def _line(description: dict[str, Any], rate: float, frame: int) -> Pattern:
     return grid_pattern(times[:, None], directions, np.zeros(3), [0])
 
 
+def _mirror(description: dict[str, Any], rate: float, frame: int) -> Pattern:
+    return mirror_pattern(description["mirror"], rate, frame)
+
+
 def _table(description: dict[str, Any], rate: float, frame: int) -> Pattern:
     table = description["table"]
     times = np.array(table["times"], dtype=float)
@@ -122,6 +127,7 @@ FAMILIES: dict[str, Callable[[dict[str, Any], float, int], Pattern]] = {
     "hesai": _hesai,
     "risley": _risley,
     "golden": _golden,
+    "mirror": _mirror,
     "line": _line,
     "table": _table,
 }

@@ -46,6 +46,21 @@ class Track:
             ]
         return turns[where], places[where]
 
+    def velocity_at(self, times: Floats) -> tuple[Floats, Floats]:
+        """Returns velocities in m/s and angular velocities in rad/s in world axes, [n, 3] each.
+
+        They are 0 before the first pose and after the last, and at a pose those of the motion after it.
+        """
+        linear, angular = np.zeros((len(times), 3)), np.zeros((len(times), 3))
+        piece = np.searchsorted(self.times, times, side="right")
+        for after in np.unique(piece).tolist():
+            if 0 < after < len(self.times):
+                span = float(self.times[after] - self.times[after - 1])
+                axis, angle = _arc(self.rotations[after - 1], self.rotations[after])
+                linear[piece == after] = (self.positions[after] - self.positions[after - 1]) / span
+                angular[piece == after] = axis * (angle / span)
+        return linear, angular
+
 
 def _arc(first: Floats, last: Floats) -> tuple[Floats, float]:
     """Returns the axis and the angle of the rotation from `first` to `last`, in world coordinates."""

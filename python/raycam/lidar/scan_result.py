@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats, flag, real
-from ..errors import LidarError, nearest
+from ..errors import LidarError, Notice, nearest
 from ..io.atomic_files import write
 from .files.ouster_packets import save_ouster_packets
 from .files.packets import Firings, pcap_bytes
 from .files.save import save_scan
 from .pattern import Pattern
 from .pose import transform
+from .waveform import waveform_offsets
 
 if TYPE_CHECKING:
     from .lidar import Lidar
@@ -33,10 +34,19 @@ class Scan(Mapping[str, Array]):
     `raycam.scan` lists the fields. `lidar` is the lidar that was used, `pattern` its pulses.
     """
 
-    __slots__ = ("_columns", "_lidar", "_pattern", "_up")
+    __slots__ = ("_columns", "_lidar", "_notices", "_pattern", "_up")
 
-    def __init__(self, columns: dict[str, Array], *, lidar: Lidar, pattern: Pattern, up: str = "z") -> None:
+    def __init__(
+        self,
+        columns: dict[str, Array],
+        *,
+        lidar: Lidar,
+        pattern: Pattern,
+        up: str = "z",
+        notices: Iterable[Notice] = (),
+    ) -> None:
         self._columns, self._lidar, self._pattern, self._up = columns, lidar, pattern, up
+        self._notices = tuple(notices)
         for array in columns.values():
             array.setflags(write=False)
 
@@ -73,6 +83,11 @@ class Scan(Mapping[str, Array]):
         return self._lidar
 
     @property
+    def notices(self) -> tuple[Notice, ...]:
+        """The notices that the scan issued."""
+        return self._notices
+
+    @property
     def pattern(self) -> Pattern:
         """The pulses of the frame."""
         return self._pattern
@@ -84,6 +99,14 @@ class Scan(Mapping[str, Array]):
         matrices = np.zeros((self.count, 4, 4))
         matrices[:, :3, :3], matrices[:, :3, 3], matrices[:, 3, 3] = turns, places, 1.0
         return matrices
+
+    @property
+    def waveform_offsets(self) -> Floats:
+        """The distances of the samples of `waveform` from the echo's maximum, float64 [65], in metres.
+
+        The maximum is at the point's distance without noise.
+        """
+        return waveform_offsets(self._lidar.pulse_extent)
 
     def in_world(self) -> Floats:
         """Returns the measured points in world coordinates, each by the pose at its own time, float64 [n, 3]."""
@@ -140,6 +163,16 @@ class Scan(Mapping[str, Array]):
             self._pattern.shape,
         )
 
+    def _scan_angles(self) -> npt.NDArray[np.float32]:
+        """Returns the angle of each beam from straight down in degrees, positive on the sensor's right side."""
+        vertical = "xyz".index(self._up)
+        turns, _ = self._lidar.track.at(self["time"])
+        ways = transform(turns, self._pattern.directions[self["pulse"]])
+        down = np.degrees(np.arccos(np.clip(-ways[:, vertical], -1.0, 1.0)))
+        left = (ways * turns[:, :, 1]).sum(axis=1)
+        angles: npt.NDArray[np.float32] = np.where(left > 0.0, -down, down).astype(np.float32)
+        return angles
+
     def save(
         self,
         path: str | os.PathLike[str],
@@ -147,30 +180,35 @@ class Scan(Mapping[str, Array]):
         fields: Iterable[str] | None = None,
         in_world: bool = False,
         text: bool = False,
+        compress: bool = False,
     ) -> None:
         """Writes the points to a file; the extension selects the format.
 
-        `.pcd` (0.7, binary, or text with `text`), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), `.laz`
-        (requires `raycam[laz]`), `.feather` of Argoverse 2 (requires `raycam[feather]`; coordinates are float16), and
-        `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written in addition to the position
-        (default: the fields that readers of the format expect, and ids); with `in_world`, positions are in world
-        coordinates. Lost pulses are not written, except to .npz. `.pcap` contains the packets that a VLP-16, Puck
-        Hi-Res, VLP-32C, HDL-32E, HDL-64E, VLS-128 or Ouster (profile LEGACY) sends in this frame; the same name with
+        `.pcd` (0.7, binary; text with `text`, compressed with `compress`), `.ply`, `.npz`, `.csv`, `.las` (1.4,
+        point format 6), `.laz` (requires `raycam[laz]`), `.feather` of Argoverse 2 (requires `raycam[feather]`;
+        coordinates are float16), and `.bin` of KITTI (x, y, z and intensity from 0 to 1, float32). `fields` are written
+        in addition to the position (default: the fields that readers of the format expect, and ids); with `in_world`,
+        positions are in world coordinates. Lost pulses are not written, except to .npz. `.pcap` contains the packets
+        that a VLP-16, Puck Hi-Res, VLP-32C, HDL-32E, HDL-64E, VLS-128 or Ouster sends in this frame; the same name with
         .json contains Ouster's metadata. Raises `LidarError` for an unknown extension or field.
         """
         if Path(path).suffix.lower() == ".pcap":
-            if fields is not None or in_world or text:
+            if fields is not None or in_world or text or compress:
                 raise LidarError(
-                    "packets contain distances and intensities only; omit fields, in_world and text",
+                    "packets contain distances and intensities only; omit fields, in_world, text and compress",
                     code="conflicting_values",
                 )
             if self._lidar.family == "ouster":
-                save_ouster_packets(Path(path), self, self._lidar.metadata, self._lidar.returns)
+                gain = self._lidar.settings["near_ir_gain"]
+                save_ouster_packets(Path(path), self, self._lidar.metadata, self._lidar.returns, gain)
             else:
                 write(path, pcap_bytes(self, self._firings()))
             return
         points = self.in_world() if flag("in_world", in_world) else self["position"]
-        save_scan(self, points, path, fields, flag("text", text))
+        columns: Mapping[str, Array] = self
+        if Path(path).suffix.lower() in (".las", ".laz"):
+            columns = {**self, "scan_angle": self._scan_angles()}
+        save_scan(columns, points, path, fields, flag("text", text), flag("compress", compress))
 
 
 def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:

@@ -11,25 +11,29 @@ import numpy.typing as npt
 
 from ..arguments import Floats, flag, whole
 from ..errors import LidarError, nearest
+from ..notices import collected, warn
 from .beam import beam_rays
+from .beam_axes import azimuth_errors, spun
 from .echoes import Echoes, find_echoes
-from .fog import attenuation, fog_contributions, soft_echo
-from .intensity import device_intensity
-from .lidar import Lidar
+from .fog import Fog, attenuation, fog_contributions, fog_of, soft_echo
+from .intensity import device_intensity, signal_counts
+from .lidar import LIGHT_SPEED, Lidar
+from .near_ir import near_infrared
 from .paths import Contributions, rows, trace_paths
-from .pattern import Pattern, cosines, sines
+from .pattern import Pattern
 from .pose import transform
+from .radial_velocity import radial_velocities, sensor_drift
 from .random_numbers import standard_normals, uniform_numbers
 from .scan_notices import LOST, warn_of_assumed_reflectance, warn_of_device, warn_of_empty_scan, warn_of_times
 from .scan_result import Scan
 from .surfaces import SurfaceTable
+from .waveform import sample_waveforms
 
 if TYPE_CHECKING:
     from ..world import World
 
 __all__ = [
     "KEPT",
-    "LIGHT_SPEED",
     "LOST",
     "detect_echoes",
     "lidar_named",
@@ -40,7 +44,6 @@ __all__ = [
     "trace_pulses",
 ]
 
-LIGHT_SPEED = 299792458.0
 THRESHOLD = 5.0
 """The detection threshold, in standard deviations of the receiver's noise."""
 CERTAIN = 4.9
@@ -74,7 +77,8 @@ def scan(
     return, returns   int32 [n]        number of the echo, from 0, in the order of distance; number of echoes kept
     intensity         uint8 [n]        the device's number
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
-        true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without
+    signal            uint16 [n]       the returned light, in counts: `signal_gain` for a white surface at 1 m
+    true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without
                                        noise and rounding; +inf without a hit
     true_position     float64 [n, 3]   the point on this surface, in the world; NaN without a hit
     instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
@@ -84,6 +88,11 @@ def scan(
     purity            float32 [n]      that surface's share of the echo; below 1, the point is between surfaces
     bounces           int32 [n]        mirrors and glass faces on the path; 0: directly visible
     first_instance    int32 [n]        the object that the beam meets first
+    radial_velocity   float32 [n]      m/s at which the distance to the surface point increases, from the motion of the
+                                       lidar, the surface, mirrors and glass
+    waveform          float32 [n, 65]  with the setting `waveform`: the received light around the echo, at the distances
+                                       `Scan.waveform_offsets` from its maximum; 1: a white surface at 1 m
+    near_ir           float32 [n]      with `near_ir_samples`: the world's red light along the beam, in W/(m² sr)
     pulse             int64 [n]        index of the pulse in `lidar.pattern(frame)`
     lost              int8 [n]         0 kept, 1 no hit, 2 too weak, 3 too near, 4 too far, 5 reflected away by a
                                        mirror, 6 missed by chance
@@ -100,6 +109,17 @@ def scan(
         raise LidarError(f"scan requires a raycam.Lidar, not {type(lidar).__name__}", code="wrong_type")
     frame = whole("frame", frame, 0, 2**31 - 1)
     keep_lost = flag("keep_lost", keep_lost)
+    with collected() as notices:
+        columns, pattern = _scan(world, lidar, frame, keep_lost, threads)
+    for notice in notices:
+        warn(notice)
+    return Scan(columns, lidar=lidar, pattern=pattern, up=world.up, notices=notices)
+
+
+def _scan(
+    world: World, lidar: Lidar, frame: int, keep_lost: bool, threads: int | None
+) -> tuple[Columns, Pattern]:
+    """Returns the fields of a frame and its pulses."""
     warn_of_device(lidar)
     warn_of_times(world, lidar)
     pattern = lidar.pattern(frame)
@@ -107,12 +127,21 @@ def scan(
     echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
     chosen = select_echoes(echoes, lost == KEPT, lidar)
     columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
+    main = echoes.main.take(chosen)
+    columns["radial_velocity"] = radial_velocities(
+        world, found.drift.take(main), rows(found.arrival, main), columns, columns["time"], threads
+    )
+    if lidar.settings["waveform"]:
+        length = echoes.length.take(chosen)
+        columns["waveform"] = sample_waveforms(found, columns["pulse"], length, lidar.pulse_extent)
+    if lidar.settings["near_ir_samples"]:
+        columns["near_ir"] = near_infrared(world, lidar, pattern, frame, columns["pulse"], threads)
     reasons = lost_reasons(len(pattern), echoes, lost, found, chosen)
     if not len(chosen):
         warn_of_empty_scan(lidar, reasons)
     if keep_lost:
         columns = _with_lost(pattern, columns, reasons, _along_axis(found, len(pattern)))
-    return Scan(columns, lidar=lidar, pattern=pattern, up=world.up)
+    return columns, pattern
 
 
 def scan_many(
@@ -139,14 +168,18 @@ def scan_many(
 
 
 def lidar_named(world: World, name: str) -> Lidar:
-    """Returns a lidar of the world; raises `LidarError` with similar names for an unknown lidar."""
+    """Returns a lidar of the world by its name, or by the name without its rig if only one lidar has it.
+
+    Raises `LidarError` with similar names for an unknown one.
+    """
     lidars = {key: sensor for key, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
-    if name not in lidars:
-        known = (
-            nearest("lidar", name, list(lidars)) if lidars else f"no lidar {name!r}; the world has no lidars"
-        )
-        raise LidarError(known, code="unknown_name")
-    return lidars[name]
+    if name in lidars:
+        return lidars[name]
+    mounted = [key for key in lidars if key.rpartition("/")[2] == name]
+    if len(mounted) == 1:
+        return lidars[mounted[0]]
+    known = nearest("lidar", name, list(lidars)) if lidars else f"no lidar {name!r}; the world has no lidars"
+    raise LidarError(known, code="unknown_name")
 
 
 def trace_pulses(
@@ -166,16 +199,17 @@ def trace_pulses(
     count, samples = len(pattern), settings["beam_samples"]
     surfaces = SurfaceTable(world)
     turns = uniform_numbers(count, settings["seed"], frame, "beam") if samples > 1 else np.zeros(count)
-    spin = _azimuth_noise(pattern, settings, frame)
+    spin = azimuth_errors(lidar, pattern, frame)
     step = max(1, RAYS_PER_BLOCK // samples)
-    parts = []
+    parts, drifts, in_fog = [], [], []
+    fog = fog_of(world, settings["visibility"])
     start, stop = (0, count) if pulses is None else pulses
     for first in range(start, max(stop, start + 1), step):
         block = slice(first, min(stop, first + step))
         rotations, places = lidar.track.at(pattern.times[block])
         starts, ways, weights = beam_rays(
             pattern.origins[block],
-            _spun(pattern.directions[block], spin[block]),
+            spun(pattern.directions[block], spin[block]),
             settings["beam_width"],
             settings["beam_divergence"],
             samples,
@@ -186,8 +220,14 @@ def trace_pulses(
             turn = np.repeat(rotations, samples, axis=0)
         else:  # the same pose for all pulses
             turn = np.broadcast_to(lidar.track.rotations[0], (n * samples, 3, 3))
-        origins = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3) + places[:, None]
+        offsets = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3)
         directions = transform(turn, ways.reshape(-1, 3)).reshape(n, samples, 3)
+        drift = None
+        if lidar.is_moving:
+            drift = sensor_drift(lidar.track, pattern.times[block], offsets, directions)
+        drifts.append(np.zeros(n) if drift is None else drift[:, 0])
+        origins = offsets + places[:, None]
+        in_fog.append(np.zeros(0, bool) if fog is None else fog.contains(origins[:, 0]))
         part = trace_paths(
             world,
             surfaces,
@@ -195,6 +235,8 @@ def trace_pulses(
             directions,
             weights,
             None if world._core.time is None else pattern.times[block],
+            drift=drift,
+            fog_top=None if fog is None else fog.top,
             max_bounces=settings["max_bounces"],
             threads=threads,
         )
@@ -202,25 +244,33 @@ def trace_pulses(
         parts.append(part)
     warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored and uses_energy)
     found = Contributions.joined(parts, np.concatenate([part.deflected for part in parts]))
-    if math.isfinite(settings["visibility"] or math.inf):
-        found.energy = found.energy * np.exp(-2.0 * attenuation(settings["visibility"]) * found.length)
-        return _with_fog(found, settings, range(start, max(stop, start)))
+    if settings["overlap"] is not None:
+        distances, shares = np.array(settings["overlap"]).T
+        found.energy = found.energy * np.interp(found.length, distances, shares)
+    if fog is not None:
+        found.energy = found.energy * np.exp(-2.0 * attenuation(fog.visibility) * found.fogged)
+        inside = np.flatnonzero(np.concatenate(in_fog))
+        return _with_fog(found, lidar, fog, start + inside, np.concatenate(drifts)[inside])
     return found
 
 
-def _with_fog(found: Contributions, settings: dict[str, Any], pulses: range) -> Contributions:
+def _with_fog(
+    found: Contributions, lidar: Lidar, fog: Fog, pulses: npt.NDArray[np.int64], drift: Floats
+) -> Contributions:
     """Returns the contributions with the fog's own echo of each pulse, unless it is far too weak to be detected."""
-    length = settings["pulse_length"] * LIGHT_SPEED / 2.0
+    settings = lidar.settings
     reach = settings["range_10"]
     signal = (
         math.inf
         if reach is None
-        else THRESHOLD * soft_echo(settings["visibility"], length)[1] * reach**2 / 0.1
+        else THRESHOLD * soft_echo(fog.visibility, lidar.pulse_extent)[1] * reach**2 / 0.1
     )
     if signal < THRESHOLD - CERTAIN:
         return found
-    fog = fog_contributions(pulses, settings["visibility"], length, settings["beam_samples"], found)
-    return Contributions.joined([found, fog], found.deflected).sorted()
+    echo = fog_contributions(
+        pulses, fog.visibility, lidar.pulse_extent, settings["beam_samples"], drift, found
+    )
+    return Contributions.joined([found, echo], found.deflected).sorted()
 
 
 def _along_axis(found: Contributions, count: int) -> Columns:
@@ -254,31 +304,12 @@ def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length:
     return result
 
 
-def _azimuth_noise(pattern: Pattern, settings: dict[str, Any], frame: int) -> Floats:
-    """Returns the error of each pulse's azimuth in radians: one number per column, from the encoder."""
-    sigma = math.radians(settings["azimuth_noise"]) if settings["noise"] else 0.0
-    if sigma == 0.0 or not len(pattern):
-        return np.zeros(len(pattern))
-    columns = int(pattern.columns.max()) + 1
-    errors: Floats = sigma * standard_normals(columns, settings["seed"], frame, "azimuth")
-    return errors[pattern.columns]
-
-
-def _spun(directions: Floats, angles: Floats) -> Floats:
-    """Returns the directions [n, 3] turned about z by `angles` [n]."""
-    if not angles.any():
-        return directions
-    c, s = cosines(angles.tolist()), sines(angles.tolist())
-    x, y = directions[:, 0], directions[:, 1]
-    return np.stack([c * x - s * y, s * x + c * y, directions[:, 2]], axis=1)
-
-
 def detect_echoes(
     pattern: Pattern, found: Contributions, lidar: Lidar, frame: int
 ) -> tuple[Echoes, npt.NDArray[np.int8], Floats]:
     """Returns the echoes, why each is lost (0: kept), and its signal-to-noise ratio (inf without range_10)."""
     settings = lidar.settings
-    echoes = find_echoes(found, settings["pulse_length"] * LIGHT_SPEED / 2.0)
+    echoes = find_echoes(found, lidar.pulse_extent)
     signal = np.full(len(echoes.pulse), np.inf)
     if settings["range_10"] is not None:
         signal = THRESHOLD * echoes.energy * settings["range_10"] ** 2 / 0.1
@@ -381,6 +412,7 @@ def _columns(
         "returns": returns.astype(np.int32),
         "intensity": device_intensity(lidar.family, reflectivity),
         "reflectivity": reflectivity,
+        "signal": signal_counts(echoes.energy.take(chosen), settings["signal_gain"]),
         "true_distance": scale * true["length"] + offset,
         "true_position": true["position"],
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -54,6 +55,8 @@ class Surface:
     """Diffuse reflectance at the wavelength, independent of the base colour; NaN: derived from the material."""
     retroreflection: float = 0.0
     """Coefficient of retroreflection R_A at normal incidence, in cd/(lx m²)."""
+    retroreflection_table: tuple[tuple[float, float], ...] = ()
+    """Pairs of an angle of incidence in degrees and R_A, by ascending angle, instead of `retroreflection`."""
 
 
 class SurfaceTable:
@@ -71,7 +74,7 @@ class SurfaceTable:
         """By property: True if all surfaces that were read have the same value."""
         self._of_material = np.full(0, UNKNOWN, np.int64)
         self._of_own: dict[tuple[int, int], int] = {}
-        self._own = {instance: values for instance, *values in _core.world_lidar_surfaces(world._core)}
+        self._own = {row[0]: row[1:] for row in _core.world_lidar_surfaces(world._core)}
         self._instances = np.array(sorted(self._own), np.int64)
         self.is_colored = False
         """True if any hit surface has a base colour other than grey."""
@@ -126,6 +129,15 @@ class SurfaceTable:
         self._known.append(surface)
         return len(self._known) - 1
 
+    @property
+    def has_tables(self) -> bool:
+        """True if a surface that was read has a table of coefficients of retroreflection."""
+        return any(surface.retroreflection_table for surface in self._known)
+
+    def surface(self, number: int) -> Surface:
+        """Returns a surface by its number."""
+        return self._known[number]
+
     def values(self, name: str) -> npt.NDArray[Any]:
         """Returns a property of all surfaces that were read; the last value is that of "no surface"."""
         if name not in self._columns:
@@ -144,13 +156,19 @@ class SurfaceTable:
         return values.take(surface, axis=0)
 
 
-def with_own(surface: Surface, reflectance: float | None, retroreflection: float | None) -> Surface:
+def with_own(
+    surface: Surface,
+    reflectance: float | None,
+    retroreflection: float | None,
+    table: Sequence[Sequence[float]] | None,
+) -> Surface:
     """Returns a surface with an object's own values; a mirror or glass with such values scatters light instead."""
-    if reflectance is None and retroreflection and surface.kind != "solid":
+    if reflectance is None and (retroreflection or table) and surface.kind != "solid":
         reflectance = 0.0
     if reflectance is not None:
         surface = Surface("solid", reflectance=reflectance, opacity=surface.opacity)
-    return replace(surface, retroreflection=retroreflection or 0.0)
+    pairs = tuple((float(angle), float(value)) for angle, value in table or ())
+    return replace(surface, retroreflection=retroreflection or 0.0, retroreflection_table=pairs)
 
 
 def read_surface(material: dict[str, Any]) -> Surface:
@@ -216,9 +234,14 @@ def retroreflectance(
     """
     own = table.column(surface, "reflectance")
     lambert: Floats = np.where(np.isnan(own), table.column(surface, "diffuse") * albedo, own) * cosine
-    if not any(table.values(name).any() for name in ("retroreflection", "phong", "alpha")):
+    tabulated = _tabulated_sheeting(table, surface, cosine)
+    if tabulated is None and not any(
+        table.values(name).any() for name in ("retroreflection", "phong", "alpha")
+    ):
         return lambert
     sheeting = np.pi * table.column(surface, "retroreflection") * cosine**3
+    if tabulated is not None:
+        sheeting = sheeting + tabulated
     lobes = table.column(surface, "phong").reshape(-1, 2) if len(surface) else np.zeros((0, 2))
     doubled = np.clip(2.0 * cosine**2 - 1.0, 0.0, 1.0)  # between the ray and its mirror direction
     phong = lobes[:, 0] * (lobes[:, 1] + 2.0) / 2.0 * doubled ** lobes[:, 1] * cosine * (doubled > 0.0)
@@ -232,6 +255,27 @@ def retroreflectance(
     rough = np.divide(f0 * density * masking, 4.0 * cosine, out=np.zeros_like(cosine), where=cosine > 1e-9)
     total: Floats = lambert + phong + rough + sheeting
     return total
+
+
+def _tabulated_sheeting(table: SurfaceTable, surface: npt.NDArray[Any], cosine: Floats) -> Floats | None:
+    """Returns pi R_A(theta) / cos(theta) [n] of retroreflectors with a table of R_A, 0 for others; None without any.
+
+    R_A is linear between the table's angles, constant below the first, and decreases as cos^4 above the last.
+    """
+    if not table.has_tables:
+        return None
+    found = np.zeros(len(cosine))
+    for number in np.unique(surface[surface >= 0]).tolist():
+        pairs = table.surface(number).retroreflection_table
+        if pairs:
+            own = np.flatnonzero(surface == number)
+            angles, values = np.array(pairs).T
+            theta = np.degrees(np.arccos(cosine[own]))
+            last = math.cos(math.radians(angles[-1]))
+            beyond = values[-1] * (cosine[own] / last) ** 4 if last > 1e-9 else values[-1]
+            coefficient = np.where(theta > angles[-1], beyond, np.interp(theta, angles, values))
+            found[own] = np.pi * coefficient / np.maximum(cosine[own], 1e-9)
+    return found
 
 
 def dielectric_reflectance(cosine: Floats, ratio: Floats) -> Floats:

@@ -56,8 +56,8 @@ def world_of(world: Any) -> World:
 def camera_of(world: World, camera: Any) -> Camera:
     """Returns the camera, the world's camera of this name, or the first camera of a calibration file.
 
-    None selects the world's first camera, or a camera that frames the whole world. Raises `SettingsError` for anything
-    else, `WorldError` with the nearest known name, and the errors of `load_cameras`.
+    None selects `World.default_camera`: the first camera, or a camera that frames the whole world. Raises
+    `SettingsError` for anything else, `WorldError` with the nearest known name, and the errors of `load_cameras`.
     """
     if camera is None:
         return world.default_camera()

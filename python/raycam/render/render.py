@@ -109,7 +109,9 @@ def render(
     """
     world, names = world_of(world), channel_names(channels)
     image = _Image(world, camera_of(world, camera), given_options(options, ARGUMENTS), surface, frame, region)
-    image = replace(image, is_framed=camera is None and not world.cameras, progress=progress, cancel=cancel)
+    image = replace(
+        image, is_framed=camera is None and world._first_camera is None, progress=progress, cancel=cancel
+    )
     image = replace(image, denoise=flag("denoise", denoise), truth=flag("catcher_truth", catcher_truth))
     return image.over(background, names, flag("transparent_background", transparent_background))
 

@@ -4,6 +4,7 @@ from .collada import collada_to_glb
 from .description import Geometry, Link, Material, RobotDescription, Visual
 from .joint_bag_writer import write_joint_states
 from .joint_bags import is_bag, read_joint_states
+from .joint_motion import JointMotion
 from .joint_points import JointPoint, joint_points
 from .kinematics import WIDTHS
 from .mjcf import CompiledModel
@@ -12,6 +13,7 @@ from .read import SUFFIXES, RobotModel, read_robots
 from .resolve import FileResolver, Missing, find_root
 from .robot import JointValues, Robot
 from .sdf_cameras import SdfCamera
+from .transforms import quaternion_matrices, quaternions_of
 
 __all__ = [
     "SUFFIXES",
@@ -19,6 +21,7 @@ __all__ = [
     "CompiledModel",
     "FileResolver",
     "Geometry",
+    "JointMotion",
     "JointPoint",
     "JointValues",
     "Link",
@@ -35,6 +38,8 @@ __all__ = [
     "is_bag",
     "joint_points",
     "place_camera",
+    "quaternion_matrices",
+    "quaternions_of",
     "read_joint_states",
     "read_robots",
     "write_joint_states",

@@ -102,3 +102,5 @@ class RobotDescription:
     joints: dict[str, Joint]
     """All joints by name, in the order of the file."""
     notices: list[Notice] = field(default_factory=list)
+    document: str = field(default="", repr=False)
+    """The text of the URDF, of a xacro file after its expansion; empty for other formats."""

@@ -93,12 +93,18 @@ class Kinematics:
         count = len(values)
         poses = {self.root: np.broadcast_to(np.eye(4), (count, 4, 4))}
         for joint in self.order:
-            local = joint.parent_from_joint
-            motion = self._motion(joint, values)
-            moved = local if motion is None else local @ motion
-            after = moved if joint.joint_from_child is None else moved @ joint.joint_from_child
-            poses[joint.child] = poses[joint.parent] @ after
+            poses[joint.child] = poses[joint.parent] @ self.parent_from_child(joint, values)
         return poses
+
+    def parent_from_child(self, joint: Joint, values: Floats) -> Floats:
+        """Returns the transforms of a joint's child link in its parent link for joint vectors [n, size].
+
+        [n, 4, 4], or [4, 4] for a fixed joint.
+        """
+        local = joint.parent_from_joint
+        motion = self._motion(joint, values)
+        moved = local if motion is None else local @ motion
+        return moved if joint.joint_from_child is None else moved @ joint.joint_from_child
 
     def _values(self, joint: Joint, values: Floats) -> Floats:
         """The values [n, width] of a joint."""

@@ -13,7 +13,9 @@ from ..camera import Camera
 from ..errors import Notice, WorldError, nearest
 from ..read_only import read_only_array
 from .description import RobotDescription
+from .joint_motion import JointMotion
 from .kinematics import WIDTHS, Kinematics
+from .transforms import quaternions_of
 
 __all__ = ["JointValues", "Robot"]
 
@@ -43,6 +45,10 @@ class Robot:
     """The object's name, the link's name and link_from_mesh [4, 4] of each object."""
     _cameras: list[tuple[str, str, Camera]] = field(default_factory=list, repr=False)
     """The name in the world, the link, and the camera with its pose relative to the link."""
+    _motion: JointMotion | None = field(default=None, repr=False)
+    """The motion by the world's video, or None."""
+    _inner_cameras: frozenset[str] = field(default=frozenset(), repr=False)
+    """The names in the world of the cameras that the robot's file has on links other than the root."""
 
     @classmethod
     def at_zero(cls, name: str, description: RobotDescription, world_from_root: Floats) -> Robot:
@@ -117,7 +123,13 @@ class Robot:
             self._values.copy(),
             self._parts,
             self._cameras,
+            self._motion,
+            self._inner_cameras,
         )
+
+    def _values_at(self, time: float | None) -> Floats:
+        """The joint vector at a time of the world's video; the current one if the video does not move the robot."""
+        return self._values if self._motion is None or time is None else self._motion.at(time)
 
     def _object_matrices(self, values: Floats) -> dict[str, Floats]:
         """world_from_mesh [n, 4, 4] of every object for joint vectors [n, k]."""
@@ -263,21 +275,5 @@ def _floating_values(matrices: Floats) -> Floats:
         )
     found = np.empty((len(matrices), 7))
     found[:, :3] = matrices[:, :3, 3]
-    for row, r in zip(found, rotation, strict=True):
-        row[3:] = _quaternion(r)
-    return found
-
-
-def _quaternion(r: Floats) -> Floats:
-    """The quaternion x y z w of a rotation, from the largest column of the outer product q qᵀ."""
-    outer = np.array(
-        [
-            [1 + r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
-            [r[0, 1] + r[1, 0], 1 - r[0, 0] + r[1, 1] - r[2, 2], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
-            [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], 1 - r[0, 0] - r[1, 1] + r[2, 2], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1 + r[0, 0] + r[1, 1] + r[2, 2]],
-        ]
-    )
-    column = outer[:, np.argmax(np.diag(outer))]
-    found: Floats = column / np.linalg.norm(column)
+    found[:, 3:] = quaternions_of(rotation)
     return found

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats
 
-__all__ = ["quaternion_matrices", "rotations_about", "transform"]
+__all__ = ["quaternion_matrices", "quaternions_of", "rotations_about", "transform"]
 
 
 def transform(xyz: Sequence[float], rpy: Sequence[float]) -> Floats:
@@ -44,3 +44,21 @@ def quaternion_matrices(quaternions: npt.ArrayLike) -> Floats:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return np.moveaxis(np.array(rows), -1, 0)
+
+
+def quaternions_of(rotations: Floats) -> Floats:
+    """Returns unit quaternions [n, 4], x y z w, of rotation matrices [n, 3, 3], from the largest column of q qᵀ."""
+    r = np.moveaxis(np.asarray(rotations, np.float64), 0, -1)
+    outer = np.array(
+        [
+            [1 + r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
+            [r[0, 1] + r[1, 0], 1 - r[0, 0] + r[1, 1] - r[2, 2], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
+            [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], 1 - r[0, 0] - r[1, 1] + r[2, 2], r[1, 0] - r[0, 1]],
+            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1 + r[0, 0] + r[1, 1] + r[2, 2]],
+        ]
+    )
+    outer = np.moveaxis(outer, -1, 0)
+    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
+    columns = outer[np.arange(len(outer)), :, largest]
+    found: Floats = columns / np.linalg.norm(columns, axis=1, keepdims=True)
+    return found

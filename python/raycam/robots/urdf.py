@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from typing import TypeVar
 
@@ -28,7 +29,17 @@ def read_urdf(data: bytes, name: str, limits: XmlLimits | None = None) -> RobotD
     not form a tree.
     """
     root = parse_xml(data, name, limits)
-    return _Reader(root, name).read()
+    found = _Reader(root, name).read()
+    found.document = _text(data)
+    return found
+
+
+def _text(data: bytes) -> str:
+    """The document as text; without its declaration if that specifies another encoding than UTF-8."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return re.sub(r"^<\?xml[^>]*\?>\s*", "", data.decode("latin-1"))
 
 
 class _Reader:
@@ -44,8 +55,8 @@ class _Reader:
         root = self._root
         if root.tag != "robot":
             hint = {
-                "mujoco": "; the file is MJCF: load it with mujoco.MjModel.from_xml_path and raycam.from_mujoco",
-                "sdf": "; SDF is not supported, convert the file to URDF",
+                "mujoco": "; the file is MJCF: rename it to .xml",
+                "sdf": "; the file is SDF: rename it to .sdf",
                 "COLLADA": "; the file is a Collada mesh",
             }.get(root.tag, "")
             raise self._error(root, f"expected a <robot> element, found <{root.tag}>{hint}", "wrong_format")

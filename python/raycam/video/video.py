@@ -83,7 +83,7 @@ class VideoPlan:
         animations = world.animations
         if animation is not None or animations:
             animation = _number(animations, animation)
-        if camera is None and not world.cameras:
+        if camera is None and world._first_camera is None:
             camera = framing_camera(world, moments=moments_of(world, animation))
         self.camera = world.default_camera() if camera is None else camera
         """The camera, before the video moves it."""

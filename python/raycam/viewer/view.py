@@ -94,7 +94,7 @@ def view(
         camera = next(iter(cameras.values()), None) if camera is None and photos is not None else camera
     if size is not None:
         options["size"] = size_of(size)
-        if camera is None and world.cameras:
+        if camera is None and world._first_camera is not None:
             camera = world.default_camera()
         camera = None if camera is None else camera.resized(options["size"])
     if _in_notebook() if cell is None else cell:

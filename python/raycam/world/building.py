@@ -272,11 +272,14 @@ class WorldBuilding(WorldContents):
         Accepts a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
         `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. A keyframe with `robot` and
         `joints`, a table of joint values, moves a robot: `{"time": 2, "robot": "arm", "joints": {"elbow": 0.5}}`. Its
-        joints are interpolated linearly. Raises `WorldError` for an invalid description.
+        joints are interpolated linearly, and the cameras on its links move with it. A keyframe with `camera` moves only
+        the world's camera of this name. Raises `WorldError` for an invalid description.
         """
-        given = expand_joint_keyframes(self, {**(description or {}), **keys})
+        given, motions = expand_joint_keyframes(self, {**(description or {}), **keys})
         with self._warning():
             _core.world_set_video(self._core, plain(given))
+        for name, robot in self._robots.items():
+            robot._motion = motions.get(name)
 
     # Changing ---------------------------------------------------------------------------------------------
 
@@ -347,13 +350,13 @@ class WorldBuilding(WorldContents):
         _core.world_remove_camera(self._core, _camera_name(name))
 
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
-        """Returns the first camera, or one that shows the whole world in an image of `size` (width, height)."""
+        """Returns the first camera, or one that shows the whole world in an image of `size` (width, height).
+
+        Cameras that a robot's file has on its links are not used by default; `camera(name)` returns them.
+        """
         wanted = size_of(tuple(size))
-        return (
-            Camera._of(self._core.default_camera(wanted), self.up)
-            if self.cameras
-            else self.view_from(size=wanted)
-        )
+        name = self._first_camera
+        return self.view_from(size=wanted) if name is None else self.camera(name)
 
     def view_from(
         self,

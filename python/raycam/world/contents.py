@@ -101,11 +101,21 @@ class WorldContents:
 
     @property
     def cameras(self) -> dict[str, Camera]:
-        """The cameras by name, with the default camera first, as a read-only dict."""
+        """The cameras by name, as a read-only dict; `default_camera` returns the first one."""
         found = {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
         return ReadOnlyDict(
             found, "cameras are read-only; world.add_camera, set_camera or remove_camera changes them"
         )
+
+    @property
+    def _first_camera(self) -> str | None:
+        """The name of the default camera; None if the default camera frames the world.
+
+        It is the first camera. Cameras that a robot's file has on links are omitted, because they often show what the
+        robot sees instead of the robot; cameras on the root link, such as MuJoCo's world, are not.
+        """
+        inner = {name for robot in self._robots.values() for name in robot._inner_cameras}
+        return next((name for name, _ in self._core.cameras if name not in inner), None)
 
     @property
     def rigs(self) -> dict[str, Rig]:
@@ -260,15 +270,20 @@ class WorldContents:
     def at(self, time: float, animation: str | int | None = None) -> Self:
         """Returns the world at a time of its video and of an animation.
 
-        `time` is in seconds, `animation` is a name or number (default: the first). Parts that do not move are shared
-        with this world; meshes that deform keep their triangle ids. For a camera with a shutter, `time` is the middle
-        of the exposure. Raises `WorldError` for an unknown animation and a time that is not finite.
+        `time` is in seconds, `animation` is a name or number (default: that of an earlier call of `at`, or the first).
+        Parts that do not move are shared with this world; meshes that deform keep their triangle ids. For a camera with
+        a shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation and a
+        time that is not finite.
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)
         elif animation is not None:
             animation = whole("animation", animation, 0, len(self.animations) - 1, error=WorldError)
-        return self._derived(self._core.at(real("time", time, what="seconds", error=WorldError), animation))
+        time = real("time", time, what="seconds", error=WorldError)
+        moment = self._derived(self._core.at(time, animation))
+        for robot in moment._robots.values():
+            robot._values = robot._values_at(time)
+        return moment
 
     @property
     def variants(self) -> list[str]:
@@ -292,6 +307,9 @@ class WorldContents:
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
         """Returns `camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
+
+        A camera at the pose of a world's camera that has its own keyframes, for example on a robot's link, moves with
+        that camera; any other camera moves by the orbit or by the keyframes without a name.
 
         For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
         linear steps.

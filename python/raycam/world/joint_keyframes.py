@@ -12,7 +12,7 @@ import numpy as np
 from ..arguments import Floats, floats, real
 from ..errors import Notice, WorldError, nearest
 from ..notices import warn, warn_all
-from ..robots import Robot, is_bag, read_joint_states
+from ..robots import JointMotion, Robot, is_bag, place_camera, read_joint_states
 from .robot_joints import find_robot
 
 if TYPE_CHECKING:
@@ -21,34 +21,44 @@ if TYPE_CHECKING:
 __all__ = ["expand_joint_keyframes", "read_trajectory"]
 
 STEPS_PER_FRAME = 4
-"""Object keyframes per video frame that replace joint keyframes."""
+"""Keyframes of each object per video frame, which replace joint keyframes."""
 MAX_KEYFRAMES = 2_000_000
-"""Maximum number of object keyframes that replace joint keyframes."""
+"""Maximum number of keyframes of objects and cameras that replace a robot's joint keyframes."""
 
 
-def expand_joint_keyframes(world: WorldContents, description: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns a video's description in which object keyframes replace joint keyframes.
+def expand_joint_keyframes(
+    world: WorldContents, description: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, JointMotion]]:
+    """Returns a video's description in which keyframes of objects and cameras replace joint keyframes, and the motions
+    of robots by name.
 
-    Joint values are interpolated linearly; continuous joints turn in the shorter direction. Objects get
-    `STEPS_PER_FRAME` keyframes per video frame, so that their curved paths are exact at the frames and close in
-    between. Raises `WorldError` for unknown robots, joints and keys, and for mirrored objects.
+    Joint values are interpolated linearly; continuous joints turn in the shorter direction. Objects, and cameras on
+    links, get `STEPS_PER_FRAME` keyframes per video frame, so that their curved paths are exact at the frames and close
+    in between. Raises `WorldError` for unknown robots, joints and keys, and for mirrored objects.
     """
     frames = description.get("keyframe") or []
     if not any(isinstance(frame, Mapping) and "robot" in frame for frame in frames):
-        return dict(description)
+        return dict(description), {}
     others = [frame for frame in frames if "robot" not in frame]
     fps = real("video.fps", description.get("fps", 24.0), error=WorldError)
     if not fps > 0:
         raise WorldError(f"video.fps must be positive, got {fps:g}", code="out_of_range")
     names = list(dict.fromkeys(frame["robot"] for frame in frames if "robot" in frame))
     expanded: list[dict[str, Any]] = []
+    motions: dict[str, JointMotion] = {}
+    alone = not others and description.get("orbit") is None
+    present = set(world.cameras)
     for name in names:
-        own = [frame for frame in frames if frame.get("robot") == name]
-        expanded += _object_keyframes(find_robot(world, name), own, fps)
-    return {**description, "keyframe": [*others, *expanded]}
+        robot = find_robot(world, name)
+        motion = _motion(robot, [frame for frame in frames if frame.get("robot") == name], fps, alone)
+        if motion is not None:
+            motions[name] = motion
+            expanded += _object_keyframes(robot, motion)
+            expanded += _camera_keyframes(robot, motion, present)
+    return {**description, "keyframe": [*others, *expanded]}, motions
 
 
-def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: float) -> list[dict[str, Any]]:
+def _motion(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: float, alone: bool) -> JointMotion | None:
     tracks: dict[str, list[tuple[float, Floats]]] = {}
     for frame in frames:
         for key in frame:
@@ -67,12 +77,12 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
             tracks.setdefault(joint, []).append((time, robot._joint_values(joint, value)[0][0]))
     ends = [time for track in tracks.values() for time, _ in track]
     if not ends:
-        return []
+        return None
     times = np.unique(np.concatenate([ends, np.arange(0.0, max(ends), 1.0 / (fps * STEPS_PER_FRAME))]))
-    if len(times) * len(robot._parts) > MAX_KEYFRAMES:
+    if len(times) * (len(robot._parts) + len(robot._cameras)) > MAX_KEYFRAMES:
         raise WorldError(
-            f"video.keyframe: robot {robot.name!r} requires more than {MAX_KEYFRAMES} object keyframes; "
-            "shorten the video or lower its fps",
+            f"video.keyframe: robot {robot.name!r} requires more than {MAX_KEYFRAMES} keyframes of objects and "
+            "cameras; shorten the video or lower its fps",
             code="too_large",
         )
     vectors = np.tile(robot._values, (len(times), 1))
@@ -86,11 +96,26 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
             vectors[:, start + column] = np.interp(times, [time for time, _ in track], values[:, column])
     vectors, notices = robot._limited(vectors, clamp=False)
     warn_all(notices)
-    return _moved_objects(robot, times, vectors)
+    return JointMotion(times, vectors, alone)
 
 
-def _moved_objects(robot: Robot, times: Floats, vectors: Floats) -> list[dict[str, Any]]:
+def _camera_keyframes(robot: Robot, motion: JointMotion, present: set[str]) -> list[dict[str, Any]]:
+    """Keyframes of the robot's cameras that move."""
+    found: list[dict[str, Any]] = []
+    for name, link, on_link in robot._cameras:
+        poses = robot.pose(link, motion.vectors)
+        if name not in present or np.ptp(poses, axis=0).max() == 0.0:
+            continue
+        for time, pose in zip(motion.times, poses, strict=True):
+            camera = place_camera(on_link, pose)
+            matrix = np.column_stack([camera.R.T, camera.C])
+            found.append({"time": float(time), "camera": name, "matrix": matrix, "interpolation": "linear"})
+    return found
+
+
+def _object_keyframes(robot: Robot, motion: JointMotion) -> list[dict[str, Any]]:
     found = []
+    times, vectors = motion.times, motion.vectors
     for name, matrices in robot._object_matrices(vectors).items():
         if (
             np.array_equal(matrices, np.broadcast_to(matrices[0], matrices.shape))

@@ -83,6 +83,8 @@ def place_robot(
         placed = robots.place_camera(one.camera, robot.pose(one.link))
         world._core.add_camera(full, placed._core)
         robot._cameras.append((full, one.link, one.camera))
+        if one.link != robot._kinematics.root:
+            robot._inner_cameras |= {full}
     return robot, list(dict.fromkeys([*description.notices, *files.notices, *builder.notices]))
 
 
@@ -286,6 +288,8 @@ class _Builder:
             keys["upright"] = False
         elif not _has_materials(path):
             keys |= self._material(material)
+            if suffix == ".stl" and "color" in keys:
+                keys["face_colors"] = []  # as in RViz, the description's colour replaces those of facets
         return _core.world_add_object(core, plain(keys | {"mesh": path}), None)
 
     def _image(self, mesh: Path, name: str) -> Path:

@@ -42,6 +42,8 @@ def move_robot(world: WorldContents, name: str, joints: JointValues, *, clamp: b
         if which in current and not np.array_equal(current[which], matrices[0]):
             _core.world_set_object(world._core, which, {"matrix": matrices[0]})
     robot._values = vectors[0].copy()
+    if world._core.time is not None:
+        robot._motion = None
     for camera, link, on_link in robot._cameras:
         if camera in world.cameras:
             _core.world_set_camera(world._core, camera, place_camera(on_link, robot.pose(link))._core)

@@ -21,6 +21,7 @@ from ..robots import Robot
 from .building import WorldBuilding
 from .culling import cull_faces
 from .description import plain
+from .gltf_robots import gltf_bytes
 from .point_queries import PointQueries
 from .ray_queries import RayQueries
 from .robot_tables import add_robot_tables, has_robots, split_robots
@@ -131,11 +132,12 @@ class World(WorldBuilding, RayQueries, PointQueries):
         """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
 
         The file contains meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras,
-        sun, point and spot lights, the node tree and its animations. Positions become float32. A z-up world gets a
-        root node that rotates it to glTF's y-up axes. Raises `FormatError` if the file would exceed 4 GiB, and
+        sun, point and spot lights, the node tree and its animations. A robot becomes a tree of its links, and its joint
+        keyframes an animation. Positions become float32. A z-up world gets a root node that rotates it to glTF's y-up
+        axes. Raises `FormatError` if the file would exceed 4 GiB, and
         `OSError`.
         """
-        data, notices = _core.world_to_gltf(self._core)
+        data, notices = gltf_bytes(self)
         write(path, data)
         warn_all(notices)
         return notices

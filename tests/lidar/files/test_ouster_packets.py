@@ -30,6 +30,7 @@ def test_packets_equal_those_of_ouster_sdk() -> None:
         "lost": np.zeros(len(row), np.int8),
         "distance": (1000 + 37 * row + 11 * column) / 1000.0,
         "intensity": ((row + 3 * column) % 256).astype(np.uint8),
+        "signal": np.zeros(len(row), np.uint16),
         "laser": row,
         "column": column,
     }
@@ -53,6 +54,7 @@ def test_packets_with_two_returns_equal_those_of_ouster_sdk() -> None:
         "intensity": np.concatenate([(2 * row + column)[both] % 256, (row + 3 * column) % 256]).astype(
             np.uint8
         ),
+        "signal": np.zeros(len(row) + len(both), np.uint16),
         "laser": np.concatenate([row[both], row]),
         "column": np.concatenate([column[both], column]),
     }
@@ -150,3 +152,28 @@ def test_packets_of_all_returns_or_large_distances_are_refused(tmp_path: Path) -
     assert not list(tmp_path.iterdir())
     with raises(raycam.LidarError, code="wrong_device", mentions=["vlp16"]):
         raycam.Lidar("vlp16").metadata  # noqa: B018
+
+
+def test_packets_contain_signal_and_near_infrared(tmp_path: Path) -> None:
+    """Bytes 6 and 8 of a pixel of 12 bytes in LEGACY packets; bytes 8, 10 and 12 of 16 with two returns."""
+    world = raycam.World()
+    world.add_object(box={"size": [60, 60, 30]}, name="hall", color=[0.5] * 3)
+    world.add_object(box={"size": [50, 50, 20]}, name="screen", color=[0.5] * 3, opacity=0.2, alpha="blend")
+    world.add_light("sky", radiance=7.0)
+    lidar = raycam.Lidar("os1-16", mode="512x10", noise=False, near_ir_samples=2, near_ir_gain=10)
+    scan = raycam.scan(world, lidar)
+    assert (scan["near_ir"] > 0).any()
+    scan.save(tmp_path / "one.pcap")
+    signal, near_ir = scan.image("signal"), np.rint(scan.image("near_ir") * 10)
+    data = np.frombuffer(b"".join(packets_of(tmp_path / "one.pcap")), np.uint8).reshape(512, 20 + 16 * 12)
+    pixels = data[:, 16:-4].reshape(512, 16, 12)
+    np.testing.assert_array_equal(pixels[..., 6:8].copy().view("<u2")[..., 0].T, signal)
+    np.testing.assert_array_equal(pixels[..., 8:10].copy().view("<u2")[..., 0].T, near_ir)
+    both = raycam.scan(world, lidar.replace(returns="dual"))
+    both.save(tmp_path / "dual.pcap")
+    data = np.stack([np.frombuffer(p, np.uint8)[32:-32] for p in packets_of(tmp_path / "dual.pcap")])
+    pixels = data.reshape(512, 12 + 16 * 16)[:, 12:].reshape(512, 16, 16)
+    strongest = np.maximum(both.image("signal"), both.image("signal", echo=1))
+    weakest = np.minimum(both.image("signal"), both.image("signal", echo=1))
+    for first, expected in ((8, strongest), (10, weakest), (12, near_ir)):
+        np.testing.assert_array_equal(pixels[..., first : first + 2].copy().view("<u2")[..., 0].T, expected)

@@ -44,6 +44,40 @@ def test_text_pcd_restores_every_bit(scan: raycam.Scan, tmp_path: Path) -> None:
         scan.save(tmp_path / "scan.ply", text=True)
 
 
+def test_compressed_pcd_is_read_by_pypcd4(scan: raycam.Scan, tmp_path: Path) -> None:
+    scan.save(tmp_path / "small.pcd", compress=True)
+    scan.save(tmp_path / "plain.pcd")
+    assert b"DATA binary_compressed" in (tmp_path / "small.pcd").read_bytes()[:400]
+    assert (tmp_path / "small.pcd").stat().st_size < 0.8 * (tmp_path / "plain.pcd").stat().st_size
+    small, plain = (PointCloud.from_path(tmp_path / f"{name}.pcd") for name in ("small", "plain"))
+    assert small.fields == plain.fields
+    np.testing.assert_array_equal(small.pc_data, plain.pc_data)
+    with raises(raycam.LidarError, code="conflicting_values"):
+        scan.save(tmp_path / "scan.pcd", text=True, compress=True)
+    with raises(raycam.LidarError, code="cannot_write", mentions=[".csv", ".laz"]):
+        scan.save(tmp_path / "scan.csv", compress=True)
+
+
+def test_scan_angles_of_las_are_angles_from_straight_down(yard: raycam.World, tmp_path: Path) -> None:
+    """Beams to the ground on the right, straight down and on the left of a lidar that faces along y."""
+    ways = [[0, -1, -1], [0, 0, -1], [0.5, 1, -1], [1, 0, 0]]
+    lidar = raycam.Lidar.of(ways, noise=False).placed([0, -10, 3], yaw=90)
+    scan = raycam.scan(yard, lidar)
+    scan.save(tmp_path / "scan.las")
+    las = laspy.read(tmp_path / "scan.las")
+    tilted = np.degrees(np.arctan(np.sqrt(1.25)))
+    np.testing.assert_allclose(las.scan_angle * 0.006, [45, 0, -tilted], atol=0.004)
+
+
+def test_waveforms_are_numbered_columns(yard: raycam.World, tmp_path: Path) -> None:
+    lidar = raycam.Lidar.of([[0, 0, -1.0]], noise=False, waveform=True).placed([0, 0, 3])
+    scan = raycam.scan(yard, lidar)
+    scan.save(tmp_path / "scan.csv", fields=["waveform", "signal", "radial_velocity"])
+    table = np.genfromtxt(tmp_path / "scan.csv", delimiter=",", names=True)
+    found = [float(table[f"waveform_{i}"]) for i in range(65)]
+    np.testing.assert_array_equal(np.float32(found), scan["waveform"][0])
+
+
 def test_laz_has_the_points_of_las(
     scan: raycam.Scan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,13 +7,15 @@ use pyo3::types::PyDict;
 use raycam_render::queries::points::{self, PointArrays};
 use raycam_render::queries::selection::Selection;
 use raycam_render::queries::signed_distance::{self, Sign};
+use raycam_render::queries::velocity::{self, MovingPoints};
 use raycam_render::queries::visible::{self, PointPairs};
 use raycam_render::queries::{inside, winding};
 use raycam_scene::mesh::surface::SurfaceTopology;
 
 use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, rows};
 use crate::error::settings_error;
-use crate::queries::rays::{mask, surface};
+use crate::interruptible::run_for_work;
+use crate::queries::rays::{flat, mask, surface};
 use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
@@ -132,6 +134,36 @@ pub(crate) fn world_visible<'py>(
     answer_array(world, threads, points::is_brief(pairs.from.len()), |prepared, control| {
         visible::visible(prepared, &pairs, threads, control)
     })
+}
+
+/// A dict of points [n]: their objects, triangles, weights of corners, and times in seconds after the world's time.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct MovingPointArguments<'py> {
+    instance: PyReadonlyArrayDyn<'py, i32>,
+    triangle: PyReadonlyArrayDyn<'py, i32>,
+    barycentric: Floats<'py>,
+    time: Floats<'py>,
+    threads: Option<usize>,
+}
+
+/// Returns the velocities [n, 3] of points of surfaces, in metres per second.
+#[pyfunction]
+pub(crate) fn world_velocities<'py>(
+    world: &Bound<'py, World>,
+    points: MovingPointArguments<'py>,
+) -> ArrayResult<'py, f64> {
+    let (py, state) = (world.py(), world.get().snapshot());
+    let moving = MovingPoints {
+        instances: flat(&points.instance, "instance")?,
+        triangles: flat(&points.triangle, "triangle")?,
+        barycentrics: rows(&points.barycentric, "barycentric")?,
+        times: flat(&points.time, "time")?,
+    };
+    let threads = points.threads;
+    let found = run_for_work(py, false, None, |control| velocity::velocities(&state, &moving, threads, control))?;
+    let n = found.len();
+    array(py, found.into_flattened(), &[n, 3])
 }
 
 /// (closed, oriented, boundary edges [k, 2], volume, components).

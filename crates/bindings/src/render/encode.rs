@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use raycam_formats::encode::{exr, hdr, jpeg, mask, png};
+use raycam_formats::encode::{exr, hdr, jpeg, lzf, mask, png};
 use raycam_formats::{Budget, ColorUse, read_image};
 use raycam_render::film::display;
 use raycam_scene::{ViewTransform, color};
@@ -106,6 +106,13 @@ pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>
     check_memory("an HDR file", 2 * rgb.shape().iter().product::<usize>())?;
     let rgb = contiguous(&rgb)?;
     arrays::bytes(py, &detached(py, || hdr::encode(size, rgb))?)
+}
+
+/// Compresses bytes with LZF.
+#[pyfunction]
+pub(crate) fn compress_lzf<'py>(py: Python<'py>, data: &[u8]) -> BytesResult<'py> {
+    check_memory("a compressed file", data.len().saturating_mul(2))?;
+    arrays::bytes(py, &py.detach(|| lzf::compress(data)))
 }
 
 /// Encodes an array [height, width] or [height, width, channels] of uint8 or uint16 as a PNG file.

@@ -1,9 +1,9 @@
-//! Light at points of surfaces. Python has already converted the arrays to C order and equal length.
+//! Light at points of surfaces and along rays. Python has already converted the arrays to C order and equal length.
 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use raycam_render::Control;
-use raycam_render::queries::light::{PointLight, Quantity, SurfacePoints, light_at};
+use raycam_render::queries::light::{LightRays, PointLight, Quantity, SurfacePoints, light_at, radiance_along};
 
 use crate::arrays::{Floats, NewArray, array, rows};
 use crate::error::settings_error;
@@ -50,7 +50,38 @@ pub(crate) fn world_light_at<'py>(
     let py = world.py();
     let prepared = world.get().prepared(py, settings.threads)?;
     let work = |control: &Control| light_at(&prepared, &places, quantity, &settings, control);
-    let PointLight { light, error } = run_for_work(py, false, None, work)?;
+    parts(py, run_for_work(py, false, None, work)?)
+}
+
+fn parts(py: Python<'_>, PointLight { light, error }: PointLight) -> PyResult<LightParts<'_>> {
     let n = error.len();
     Ok((array(py, light.into_flattened(), &[n, 3])?, array(py, error, &[n])?))
+}
+
+/// A dict of rays [n]: their origins, unit directions, and pixels of random numbers.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct LightRayArguments<'py> {
+    origin: Floats<'py>,
+    direction: Floats<'py>,
+    pixel: PyReadonlyArrayDyn<'py, i32>,
+}
+
+/// The radiance along rays.
+#[pyfunction]
+pub(crate) fn world_radiance_along<'py>(
+    world: &Bound<'py, World>,
+    rays: LightRayArguments<'py>,
+    arguments: RenderArguments,
+) -> PyResult<LightParts<'py>> {
+    let settings = arguments.settings()?;
+    let rays = LightRays {
+        origins: rows(&rays.origin, "origin")?,
+        directions: rows(&rays.direction, "direction")?,
+        pixels: rows(&rays.pixel, "pixel")?,
+    };
+    let py = world.py();
+    let prepared = world.get().prepared(py, settings.threads)?;
+    let work = |control: &Control| radiance_along(&prepared, &rays, &settings, control);
+    parts(py, run_for_work(py, false, None, work)?)
 }

@@ -46,10 +46,19 @@ pub(crate) fn world_from_bytes(
     Ok(World::from_inner(detached(py, read)?, folder))
 }
 
-/// Returns the world as a GLB file, with notices about everything that GLB cannot represent.
+/// Returns the world as a GLB file, with notices about everything that GLB cannot represent. If the caller writes the
+/// video, there is no notice about it.
 #[pyfunction]
-pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bound<'py, PyBytes>, Notices)> {
-    let inner = world.snapshot();
+#[pyo3(signature = (world, video_is_written=false))]
+pub(crate) fn world_to_gltf<'py>(
+    py: Python<'py>,
+    world: &World,
+    video_is_written: bool,
+) -> PyResult<(Bound<'py, PyBytes>, Notices)> {
+    let mut inner = world.snapshot().as_ref().clone();
+    if video_is_written {
+        inner.video = None;
+    }
     let (bytes, notices) = detached(py, || raycam_formats::write_gltf(&inner))?;
     Ok((arrays::bytes(py, &bytes)?, notices.into()))
 }

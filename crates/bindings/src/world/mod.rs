@@ -234,7 +234,7 @@ impl World {
         self.snapshot().video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
-    /// Returns `base` as moved by `[video]`.
+    /// Returns `base` as moved by `[video]`: by the keyframes of the world's camera at its pose, if there are any.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
         let video = world.video.as_ref().ok_or_else(|| {
@@ -243,15 +243,19 @@ impl World {
             or keyframes",
             )
         })?;
-        let inner = video.camera_at(&base.inner, time).or_raise()?;
+        let index = world.keyframed_camera(&base.inner);
+        let inner = video.camera_at(&base.inner, index, time).or_raise()?;
         Ok(Camera { inner })
     }
 
-    /// Returns the world at a time of an animation (default: the first) and of its video; it shares everything that has
+    /// Returns the world at a time of an animation (default: that of its time, else the first) and of its video; it shares everything that has
     /// been built.
     #[pyo3(name = "at", signature = (time, animation))]
     fn at_time(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
-        self.derive(|world| world.at_time(WorldTime { time, animation }))
+        self.derive(|world| {
+            let animation = animation.or(world.time.and_then(|clock| clock.animation));
+            world.at_time(WorldTime { time, animation })
+        })
     }
 
     /// Returns the world at the middle of the exposure of a pixel's line; unchanged if the world has no time.

@@ -38,12 +38,18 @@ pub(crate) fn world_add_sensor(world: &World, name: String, kind: String, settin
     })
 }
 
-/// Object, reflectance and retroreflection of the objects with a key `lidar`.
+/// Object, reflectance, retroreflection and its table.
+type LidarSurfaceParts = (usize, Option<f64>, Option<f64>, Option<Vec<[f64; 2]>>);
+
+/// Values for lidars of the objects with a key `lidar`.
 #[pyfunction]
-pub(crate) fn world_lidar_surfaces(world: &World) -> Vec<(usize, Option<f64>, Option<f64>)> {
+pub(crate) fn world_lidar_surfaces(world: &World) -> Vec<LidarSurfaceParts> {
     let world = world.snapshot();
-    let objects = world.objects.iter().enumerate();
-    objects.filter_map(|(id, object)| object.lidar.map(|own| (id, own.reflectance, own.retroreflection))).collect()
+    let parts = |(id, object): (usize, &raycam_scene::Object)| {
+        let own = object.lidar.clone()?;
+        Some((id, own.reflectance, own.retroreflection, own.retroreflection_table))
+    };
+    world.objects.iter().enumerate().filter_map(parts).collect()
 }
 
 /// Returns a rig as moved by the video of a world: the world's rig with that name, if `named_cameras`.

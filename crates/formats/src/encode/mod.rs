@@ -1,8 +1,9 @@
-//! Encoders of frames and masks: bytes from pixels. They are independent of other folders; the caller writes the bytes
+//! Encoders of frames and masks (bytes from pixels), and compression. They are independent of other folders; the caller writes the bytes
 //! to disk.
 
 pub mod exr;
 pub mod hdr;
 pub mod jpeg;
+pub mod lzf;
 pub mod mask;
 pub mod png;

@@ -24,20 +24,20 @@ pub(crate) struct CausticCaster {
     pub weight: f32,
 }
 
-/// Maximum number of casters; each takes time at every diffuse hit. Lab note: "Up to 32 casters", 11-26.
+/// Maximum number of casters; each takes time at every diffuse hit. Lab note: "There are up to 32 casters", 11-26.
 pub(crate) const MAX_CASTERS: usize = 32;
 /// Number of casters that are always used. Lab note: "up to four caustic casters", 11-22.
 const FIRST_CASTERS: usize = 4;
-/// Minimum light that each further caster casts, relative to the first caster. Lab note: "a quarter of the most",
-/// 11-26.
+/// Minimum light that each further caster casts, relative to the first caster. Lab note: "a quarter of the largest
+/// amount", 11-26.
 const MIN_FURTHER_FRACTION: f64 = 0.25;
 /// Number of the largest objects whose cast light is measured. Not tuned: twice [`MAX_CASTERS`].
 pub(crate) const MAX_CANDIDATES: usize = 64;
-/// Roughness above which metal counts as rough. Lab note: "roughness 0.45 (metal) and 0.35 (glass)", 11-23.
+/// Roughness above which metal counts as rough. Lab note: "roughness up to 0.45 (metal) or 0.35 (glass)", 11-23.
 const MAX_SMOOTH_CONDUCTOR: f32 = 0.45;
 /// Roughness above which glass counts as rough. Lab note: as for metal.
 const MAX_SMOOTH_DIELECTRIC: f32 = 0.35;
-/// Roughness above which an object is not a caster. Lab note: "Rougher casters, up to 0.8", 11-26.
+/// Roughness above which an object is not a caster. Lab note: "a roughness up to 0.8", 11-26.
 const MAX_ROUGHNESS: f32 = 0.8;
 /// Minimum fraction of all light that a rough caster casts. Lab note: "a fifth of all light", 11-26.
 const MIN_ROUGH_FRACTION: f64 = 0.2;
@@ -62,9 +62,9 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
     all
 }
 
-/// Casters among the candidates, with their indices, sorted by the light that they cast. `thrown` is the fraction of all
-/// light that each candidate casts, as far as it was measured. Smooth candidates count even if they cast no measured
-/// light, because light may reach them on other paths.
+/// Casters among the candidates, with their indices, sorted by the light that they cast. `thrown` is the fraction of
+/// all light that each candidate casts, as far as it was measured. Smooth candidates count even if they cast no
+/// measured light, because light may reach them on other paths.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
     let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);

@@ -21,8 +21,8 @@ pub(crate) const MAX_GAPS: usize = 8;
 const MIN_FIRST_GAIN: [f64; 2] = [0.03, 0.02];
 /// Minimum fraction of the variance that each further ball removes, for the same two halves.
 const MIN_FURTHER_GAIN: [f64; 2] = [0.012, 0.01];
-/// Minimum fraction of the other half's variance that all balls together remove. Lab note: "Without the 10 % of all",
-/// 11-27.
+/// Minimum fraction of the other half's variance that all balls together remove. Lab note: "without the minimum of 10
+/// %", 11-27.
 const MIN_WHOLE_GAIN: f64 = 0.1;
 /// Factor on a ball's radius, because few photons do not cover the whole gap.
 const MARGIN: f64 = 1.15;

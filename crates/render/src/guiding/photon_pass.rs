@@ -30,14 +30,14 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Maximum number of photons emitted to each caustic caster. Lab note: "16,384 photons a caster", 11-23.
+/// Maximum number of photons emitted to each caustic caster. Lab note: "16,384 photons per caster", 11-23.
 const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
-/// Maximum number of photons emitted to all casters together. Lab note: "2^18 photons at most", 11-26.
+/// Maximum number of photons emitted to all casters together. Lab note: "at most 2^18 photons", 11-26.
 const MAX_PHOTONS: u32 = 1 << 18;
 /// Maximum number of photons emitted to each candidate to measure the light that it casts. Lab note: "2,048 photons",
 /// 11-26.
 const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
-/// Maximum number of photons emitted to all candidates together. Lab note: "to each of 32 candidates", 11-26.
+/// Maximum number of photons emitted to all candidates together. Lab note: "for each of 32 candidates", 11-26.
 const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
 /// Photons traced together. Not tuned; results do not depend on it.
 const PHOTON_BATCH: u32 = 1 << 11;

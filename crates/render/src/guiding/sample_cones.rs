@@ -15,9 +15,10 @@ pub(crate) const MAX_GUIDED_WEIGHT: f32 = 0.2;
 /// Maximum density of samples towards a caster, relative to uniform samples of the hemisphere. Lab note: "at most 16
 /// times as densely", 11-22.
 pub(crate) const MAX_DENSITY_RATIO: f32 = 16.0;
-/// Maximum fraction of a surface's samples that are guided by caustic maps. Lab note: "Constants of it", 11-23.
+/// Maximum fraction of a surface's samples that are guided by caustic maps. Lab note: "the constants of caustic maps",
+/// 11-23.
 const MAX_MAP_WEIGHT: f32 = 0.2;
-/// Maximum density of samples guided by caustic maps. Lab note: "up to 64 times as densely", 11-23.
+/// Maximum density of samples guided by caustic maps. Lab note: "up to 64 times the density", 11-23.
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
 /// Fraction of the casters' weight that remains next to a map. Not tuned.
 const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;

@@ -1,12 +1,13 @@
-//! Light at points of surfaces: the irradiance that they receive, and the radiance that leaves them.
+//! Light at points of surfaces (the irradiance that they receive, and the radiance that leaves them), and along rays.
 
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::Hit;
+use raycam_bvh::{ExactHit, ExactRay, Hit};
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::ground_truth::convert::to_float_hit;
 use crate::guiding_switch::install_guiding;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::path::PathScratch;
@@ -14,6 +15,7 @@ use crate::integrator::requirements::effective_lights;
 use crate::integrator::{irradiance, radiance};
 use crate::interaction::ray_cone::RayCone;
 use crate::memory::check_memory;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::in_tasks;
 use crate::sampling::sampler::Sampler;
@@ -72,6 +74,35 @@ impl SurfacePoints<'_> {
     }
 }
 
+/// Rays along which light arrives at their origins.
+#[derive(Clone, Copy, Debug)]
+pub struct LightRays<'a> {
+    /// In world coordinates.
+    pub origins: &'a [[f64; 3]],
+    /// Unit vectors, opposite to the light.
+    pub directions: &'a [[f64; 3]],
+    /// Pixels of an image, which select the random numbers.
+    pub pixels: &'a [[i32; 2]],
+}
+
+impl LightRays<'_> {
+    fn check(&self) -> Result<(), RenderError> {
+        let n = self.origins.len();
+        if [self.directions.len(), self.pixels.len()] != [n; 2] {
+            return Err(RenderError::settings(format!(
+                "{n} origins, {} directions and {} pixels; expected one per ray",
+                self.directions.len(),
+                self.pixels.len()
+            )));
+        }
+        let is_finite = |[a, b]: [&[f64; 3]; 2]| a.iter().chain(b).all(|x| x.is_finite());
+        match self.origins.iter().zip(self.directions).position(|(a, b)| !is_finite([a, b])) {
+            None => Ok(()),
+            Some(at) => Err(RenderError::settings(format!("ray {at} is not finite"))),
+        }
+    }
+}
+
 /// Light to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
@@ -104,9 +135,33 @@ pub fn light_at(
     settings: &Settings,
     control: &Control,
 ) -> Result<PointLight, RenderError> {
-    settings.check([1, 1])?;
     points.check(world)?;
-    let n = points.instances.len();
+    trace_light(world, Source::Points(points, quantity), settings, control)
+}
+
+/// Radiance along rays, in watts per square metre and steradian, path traced with the samples, depth, clamp and seed of
+/// `settings`; the sky's for rays that hit nothing. The same arguments give the same values for any number of threads.
+///
+/// # Errors
+/// [`RenderError::Settings`] for invalid settings or rays, [`RenderError::Cancelled`], and errors of [`with_pool`].
+pub fn radiance_along(
+    world: &PreparedWorld,
+    rays: &LightRays,
+    settings: &Settings,
+    control: &Control,
+) -> Result<PointLight, RenderError> {
+    rays.check()?;
+    trace_light(world, Source::Rays(rays), settings, control)
+}
+
+fn trace_light(
+    world: &PreparedWorld,
+    source: Source,
+    settings: &Settings,
+    control: &Control,
+) -> Result<PointLight, RenderError> {
+    settings.check([1, 1])?;
+    let n = source.len();
     check_memory(|| format!("light at {n} points"), n as u64 * POINT_BYTES)?;
     with_pool(settings.threads, || {
         let guiding = install_guiding(world);
@@ -115,7 +170,7 @@ pub fn light_at(
             guiding.learn(&world.geometry, effective_lights(settings.integrator, world), settings);
         }
     })?;
-    let tracer = PointTracer { world, points, quantity, settings, control };
+    let tracer = LightTracer { world, source, settings, control };
     let (mut found, mut error) = (PointLight::default(), None);
     let work = |range| tracer.trace(range);
     in_tasks((n, f64::INFINITY), settings.threads, control, work, |part| match part {
@@ -128,16 +183,50 @@ pub fn light_at(
     error.map_or(Ok(found), Err)
 }
 
-/// Arguments of [`light_at`].
-struct PointTracer<'a> {
+/// Light that is computed, and where.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Points(&'a SurfacePoints<'a>, Quantity),
+    Rays(&'a LightRays<'a>),
+}
+
+impl Source<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Source::Points(points, _) => points.instances.len(),
+            Source::Rays(rays) => rays.origins.len(),
+        }
+    }
+
+    fn pixels(&self) -> &[[i32; 2]] {
+        match self {
+            Source::Points(points, _) => points.pixels,
+            Source::Rays(rays) => rays.pixels,
+        }
+    }
+
+    fn is_irradiance(&self) -> bool {
+        matches!(self, Source::Points(_, Quantity::Irradiance))
+    }
+}
+
+/// Arguments of [`trace_light`].
+struct LightTracer<'a> {
     world: &'a PreparedWorld,
-    points: &'a SurfacePoints<'a>,
-    quantity: Quantity,
+    source: Source<'a>,
     settings: &'a Settings,
     control: &'a Control,
 }
 
-/// Rays that end at the points, as if they had just hit the surfaces there.
+/// Ray and its hit.
+struct Arrival {
+    /// Scene-local.
+    origin: DVec3,
+    direction: Vec3,
+    hit: Hit,
+}
+
+/// Rays and their hits, one for each sample. Rays to points of surfaces start next to them.
 #[derive(Default)]
 struct ArrivedRays {
     origins: Vec<DVec3>,
@@ -147,7 +236,7 @@ struct ArrivedRays {
     cones: Vec<RayCone>,
 }
 
-impl PointTracer<'_> {
+impl LightTracer<'_> {
     fn trace(&self, range: Range<usize>) -> Result<PointLight, RenderError> {
         let (mut rays, mut paths) = (ArrivedRays::default(), PathScratch::default());
         let mut found = PointLight::default();
@@ -175,30 +264,48 @@ impl PointTracer<'_> {
 
     /// Sets the rays for the samples of several points.
     fn arrive(&self, some: &[usize], samples: Range<u32>, rays: &mut ArrivedRays) {
-        let Self { world, points, settings, .. } = self;
         let ArrivedRays { origins, directions, hits, samplers, cones } = rays;
         origins.clear();
         directions.clear();
         hits.clear();
         samplers.clear();
-        for &at in some {
-            let (instance, triangle) = (points.instances[at] as u32, points.triangles[at] as u32);
-            let corners = world.geometry.corners(instance, triangle);
-            let [a, b, c] = points.barycentrics[at];
-            let position = corners[0] * a + corners[1] * b + corners[2] * c;
-            let sampler = Sampler::for_pixel(settings.seed, settings.frame, points.pixels[at].map(|x| x as u32));
-            let normal = DVec3::from(points.normals[at]);
-            // On the outer side of a closed body.
-            let lift = RELATIVE_LIFT * position.abs().max_element().max(f64::MIN_POSITIVE);
+        let (settings, pixels) = (self.settings, self.source.pixels());
+        for (&at, Arrival { origin, direction, hit }) in some.iter().zip(self.arrivals(some)) {
+            let sampler = Sampler::for_pixel(settings.seed, settings.frame, pixels[at].map(|x| x as u32));
             for sample in samples.clone() {
-                origins.push(position - world.geometry.origin + normal * lift);
-                directions.push(-normal.as_vec3());
-                hits.push(Hit { t: lift as f32, u: b as f32, v: c as f32, instance, triangle });
+                origins.push(origin);
+                directions.push(direction);
+                hits.push(hit);
                 samplers.push(sampler.with_sample(sample));
             }
         }
         cones.clear();
         cones.resize(hits.len(), RayCone::default());
+    }
+
+    /// The rays of some points, as if they had just hit the surfaces there; or some rays and their exact hits.
+    fn arrivals(&self, some: &[usize]) -> Vec<Arrival> {
+        let geometry = &self.world.geometry;
+        match self.source {
+            Source::Points(points, _) => some.iter().map(|&at| arrival_at(geometry, points, at)).collect(),
+            Source::Rays(rays) => {
+                let exact = |&at: &usize| ExactRay {
+                    origin: rays.origins[at],
+                    direction: rays.directions[at],
+                    t_min: 0.0,
+                    t_max: f64::INFINITY,
+                };
+                let queries: Vec<ExactRay> = some.iter().map(exact).collect();
+                let mut hits = vec![ExactHit::MISS; some.len()];
+                geometry.closest_exact(&queries, &mut hits);
+                let arrival = |(ray, hit): (&ExactRay, &ExactHit)| Arrival {
+                    origin: DVec3::from(ray.origin) - geometry.origin,
+                    direction: DVec3::from(ray.direction).as_vec3(),
+                    hit: to_float_hit(hit),
+                };
+                queries.iter().zip(&hits).map(arrival).collect()
+            }
+        }
     }
 
     fn shade(&self, rays: &ArrivedRays, paths: &mut PathScratch) -> Result<Vec<Vec3>, RenderError> {
@@ -215,9 +322,10 @@ impl PointTracer<'_> {
         let mut light = vec![Vec3::ZERO; rays.hits.len()];
         let mut missed = vec![false; rays.hits.len()];
         let out = (&mut light[..], &mut missed[..]);
-        match self.quantity {
-            Quantity::Irradiance => irradiance(self.world, self.settings, &batch, self.control, paths, out)?,
-            Quantity::Radiance => radiance(self.world, self.settings, &batch, self.control, paths, &[], out)?,
+        if self.source.is_irradiance() {
+            irradiance(self.world, self.settings, &batch, self.control, paths, out)?;
+        } else {
+            radiance(self.world, self.settings, &batch, self.control, paths, &[], out)?;
         }
         Ok(light)
     }
@@ -234,12 +342,27 @@ impl PointTracer<'_> {
     /// Appends means and standard errors of sums over samples: of light, of luminance and of its square.
     fn write(&self, sums: &[(Vec3, f64, f64)], found: &mut PointLight) {
         let n = f64::from(self.settings.samples);
-        let factor = if self.quantity == Quantity::Irradiance { std::f32::consts::PI } else { 1.0 };
+        let factor = if self.source.is_irradiance() { std::f32::consts::PI } else { 1.0 };
         for &(light, luminance, square) in sums {
             found.light.push((light * (factor / n as f32)).to_array());
             let variance = (square - luminance * luminance / n).max(0.0) / (n - 1.0);
             let error = if n < 2.0 { f64::INFINITY } else { (variance / n).sqrt() };
             found.error.push(error as f32 * factor);
         }
+    }
+}
+
+/// Ray against the normal of a point, from its outer side on a closed body.
+fn arrival_at(geometry: &Geometry, points: &SurfacePoints, at: usize) -> Arrival {
+    let (instance, triangle) = (points.instances[at] as u32, points.triangles[at] as u32);
+    let corners = geometry.corners(instance, triangle);
+    let [a, b, c] = points.barycentrics[at];
+    let position = corners[0] * a + corners[1] * b + corners[2] * c;
+    let normal = DVec3::from(points.normals[at]);
+    let lift = RELATIVE_LIFT * position.abs().max_element().max(f64::MIN_POSITIVE);
+    Arrival {
+        origin: position - geometry.origin + normal * lift,
+        direction: -normal.as_vec3(),
+        hit: Hit { t: lift as f32, u: b as f32, v: c as f32, instance, triangle },
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Rays hit closed triangles ([`rays`], [`visible`]; with a time per ray: [`timed`]) or cross surfaces ([`crossings`]).
 //! Crossings decide whether points are inside ([`inside`]). Points have closest points ([`points`]) and signed
-//! distances ([`signed_distance`]); points of surfaces receive and emit light ([`light`]).
+//! distances ([`signed_distance`]); points of surfaces receive and emit light ([`light`]) and move
+//! ([`velocity`]).
 
 pub mod crossings;
 pub mod fields;
@@ -16,5 +17,6 @@ pub mod selection;
 pub mod signed_distance;
 mod tasks;
 pub mod timed;
+pub mod velocity;
 pub mod visible;
 pub mod winding;

@@ -77,7 +77,7 @@ pub fn check_mounts<'a>(cameras: impl Iterator<Item = &'a str>, sensors: &[Named
 }
 
 /// What an object's surface returns to a lidar. Values that are not given are derived from the material.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LidarSurface {
     /// The diffuse reflectance at the laser's wavelength, 0 to 1, of the whole surface, instead of the material's.
@@ -87,6 +87,10 @@ pub struct LidarSurface {
     /// sheeting (ASTM E808); it decreases with the incidence angle as cos⁴. 0 if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retroreflection: Option<f64>,
+    /// Pairs of an incidence angle in degrees and R_A, by ascending angle, instead of `retroreflection`; linear between
+    /// the angles, constant below the first, and decreasing as cos⁴ above the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub retroreflection_table: Option<Vec<[f64; 2]>>,
 }
 
 impl LidarSurface {
@@ -99,12 +103,30 @@ impl LidarSurface {
             let message = format!("{value}: expected {range}");
             Err(SceneError::schema(ErrorCode::OutOfRange, format!("lidar.{key}"), message))
         };
+        const COEFFICIENT: &str = "0 to 1000000 cd/(lx m²)";
         match (self.reflectance, self.retroreflection) {
             (Some(value), _) if !(0.0..=1.0).contains(&value) => fail("reflectance", value, "0 to 1"),
-            (_, Some(value)) if !(0.0..=1e6).contains(&value) => {
-                fail("retroreflection", value, "0 to 1000000 cd/(lx m²)")
-            }
+            (_, Some(value)) if !(0.0..=1e6).contains(&value) => fail("retroreflection", value, COEFFICIENT),
             _ => Ok(()),
+        }?;
+        let Some(table) = &self.retroreflection_table else { return Ok(()) };
+        if table.is_empty() || self.retroreflection.is_some() {
+            let key = "lidar.retroreflection_table";
+            return Err(match table.is_empty() {
+                true => SceneError::schema(ErrorCode::MissingValue, key, "[]; expected pairs [angle, R_A]"),
+                false => SceneError::schema(ErrorCode::ConflictingValues, key, "given in addition to retroreflection"),
+            });
         }
+        let mut before = -1.0;
+        for &[angle, value] in table {
+            if !(0.0..=90.0).contains(&angle) || angle <= before {
+                return fail("retroreflection_table", angle, "ascending angles from 0 to 90 degrees");
+            }
+            if !(0.0..=1e6).contains(&value) {
+                return fail("retroreflection_table", value, COEFFICIENT);
+            }
+            before = angle;
+        }
+        Ok(())
     }
 }

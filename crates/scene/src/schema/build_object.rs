@@ -62,7 +62,7 @@ impl ObjectSpec {
         let name = self.object_name(kind)?;
         let (visible, shadow_catcher) = (self.visible.take(), self.shadow_catcher.unwrap_or(false));
         self.lidar.as_ref().map_or(Ok(()), LidarSurface::validate)?;
-        let mut lidar = self.lidar;
+        let mut lidar = self.lidar.take();
         let mut category = self.category.take().map(|Category(name)| name);
 
         let (mesh, materials) = match self.instance_of.take() {

@@ -1,6 +1,6 @@
 //! From `[video]` to the motion of cameras, objects and rigs.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
@@ -13,35 +13,40 @@ use crate::video::{KeyframeInterpolation, KeyframedMotion, Video, check_length};
 use crate::world::World;
 
 impl VideoSpec {
-    /// Returns the described video of a world, which may refer to the world's objects and rigs by name.
+    /// Returns the described video of a world, which may refer to the world's objects, rigs and cameras by name.
     ///
     /// # Errors
     /// [`SceneError::Schema`] if keyframes of one mover are not in order of time, are empty or contradict each other,
-    /// if an object is unknown, or if values are invalid.
+    /// if an object, rig or camera is unknown, or if values are invalid.
     pub fn build(&self, world: &World) -> Result<Video> {
         let fail = |code, key: &str, message: String| Err(SceneError::schema(code, key, message));
         let mut camera = Mover::default();
         let mut objects: Vec<(usize, Mover)> = Vec::new();
         let mut rigs: Vec<(usize, Mover)> = Vec::new();
+        let mut cameras: Vec<(usize, Mover)> = Vec::new();
         for (i, key) in self.keyframe.iter().enumerate() {
             let place = format!("keyframe[{i}]");
-            if key.matrix.is_some() && key.object.is_none() {
-                let message = "applies only to objects; use location and angles, or target".into();
+            if key.matrix.is_some() && key.object.is_none() && key.camera.is_none() {
+                let message = "applies only to objects and named cameras; use location and angles, or target".into();
                 return fail(ErrorCode::ConflictingValues, &format!("{place}.matrix"), message);
             }
-            let mover = match (&key.object, &key.rig) {
-                (None, None) => &mut camera,
-                (Some(name), None) => {
+            let mover = match (&key.object, &key.rig, &key.camera) {
+                (None, None, None) => &mut camera,
+                (Some(name), None, None) => {
                     let id = world.find_object(name).map_err(|error| error.in_context(&format!("{place}.object")))?;
                     mover_mut(&mut objects, id)
                 }
-                (None, Some(name)) => {
+                (None, Some(name), None) => {
                     let id = world.find_rig(name).map_err(|error| error.in_context(&format!("{place}.rig")))?;
                     mover_mut(&mut rigs, id)
                 }
-                (Some(_), Some(_)) => {
-                    let message = "object is given too; expected only one of the two".into();
-                    return fail(ErrorCode::ConflictingValues, &format!("{place}.rig"), message);
+                (None, None, Some(name)) => {
+                    let id = world.own_camera(name).map_err(|error| error.in_context(&format!("{place}.camera")))?;
+                    mover_mut(&mut cameras, id)
+                }
+                _ => {
+                    let message = "object, rig and camera are alternatives; expected only one of them".into();
+                    return fail(ErrorCode::ConflictingValues, &place, message);
                 }
             };
             mover.add(key, world.up, self.interpolation).map_err(|error| error.in_context(&place))?;
@@ -62,8 +67,8 @@ impl VideoSpec {
                 format!("target {:?}, degrees {}; expected finite numbers", orbit.target, orbit.degrees),
             );
         }
-        let last =
-            objects.iter().chain(&rigs).filter_map(|(_, mover)| mover.time).chain(camera.time).fold(0.0, f64::max);
+        let movers = objects.iter().chain(&rigs).chain(&cameras);
+        let last = movers.filter_map(|(_, mover)| mover.time).chain(camera.time).fold(0.0, f64::max);
         let (fps, seconds) = (self.fps, self.seconds.unwrap_or(if last > 0.0 { last } else { 4.0 }));
         check_length(fps, seconds)?;
         let motions = |movers: Vec<(usize, Mover)>| {
@@ -78,6 +83,7 @@ impl VideoSpec {
             camera: camera.motion,
             objects: motions(objects),
             rigs: motions(rigs),
+            cameras: motions(cameras),
         })
     }
 }
@@ -113,7 +119,8 @@ impl Mover {
             return fail(
                 ErrorCode::ConflictingValues,
                 "",
-                "only some keyframes of one object have a matrix; use a matrix in all of them or in none".into(),
+                "only some keyframes of one object or camera have a matrix; use a matrix in all of them or in none"
+                    .into(),
             );
         }
         if let Some(rows) = &key.matrix {
@@ -185,6 +192,18 @@ impl Mover {
         };
         let motion = &mut self.motion;
         motion.location.push(key.time, transform.translation, interpolation);
+        if key.camera.is_some() {
+            if !stretch.abs_diff_eq(DMat3::IDENTITY, 1e-6) {
+                return fail(
+                    ErrorCode::NotARotation,
+                    "matrix",
+                    "a camera's matrix must consist of a rotation and a translation",
+                );
+            }
+            let world_from_body = turn * rotation::CAMERA_FROM_BODY;
+            motion.rotation.push(key.time, DQuat::from_mat3(&world_from_body), interpolation);
+            return Ok(());
+        }
         let world_from_body = turn * rotation::world_from_reference(up);
         motion.rotation.push(key.time, DQuat::from_mat3(&world_from_body), interpolation);
         let [x, y, z] = [stretch.x_axis, stretch.y_axis, stretch.z_axis];

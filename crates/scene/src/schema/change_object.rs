@@ -141,7 +141,7 @@ impl ObjectSpec {
             visible.apply(object);
         }
         object.shadow_catcher = self.shadow_catcher.unwrap_or(object.shadow_catcher);
-        object.lidar = self.lidar.or(object.lidar);
+        object.lidar = self.lidar.or(object.lidar.take());
         if let Some((world_from_mesh, scale_shear)) = place {
             (object.world_from_mesh, object.scale_shear) = (world_from_mesh, scale_shear);
             world.release_object(id);

@@ -156,6 +156,9 @@ impl ObjectSpec {
     /// Applies the description's attributes to the mesh, and checks the mesh.
     pub(super) fn change_mesh(&mut self, additions: &mut Additions) -> Result<()> {
         let mesh = Arc::make_mut(&mut additions.mesh);
+        if self.face_colors.as_ref().is_some_and(Vec::is_empty) {
+            (mesh.face_colors, self.face_colors) = (None, None);
+        }
         if self.face_colors.is_some() || self.vertex_colors.is_some() {
             // Colours specified here are shown unchanged, whatever the file's materials are.
             additions.materials.iter_mut().for_each(|material| material.color = [1.0; 3]);

@@ -46,6 +46,8 @@ pub struct Video {
     pub(crate) objects: Vec<(usize, KeyframedMotion)>,
     /// By the index of the rig.
     pub(crate) rigs: Vec<(usize, KeyframedMotion)>,
+    /// By the index of the camera.
+    pub(crate) cameras: Vec<(usize, KeyframedMotion)>,
 }
 
 /// Tracks of a moving camera, object or rig. Rotations are world_from_body, with body axes x forward, y left, z up.
@@ -81,11 +83,17 @@ impl KeyframedMotion {
 }
 
 impl Video {
-    /// Checks that it moves only objects and rigs with indices below these counts.
+    /// Checks that it moves only objects, rigs and cameras with indices below these counts.
     ///
     /// # Errors
-    /// [`SceneError`] if it moves unknown objects, or if its length is zero or infinite.
-    pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<()> {
+    /// [`SceneError`] if it moves unknown parts, or if its length is zero or infinite.
+    pub(crate) fn validate(&self, objects: usize, rigs: usize, cameras: usize) -> Result<()> {
+        if let Some((id, _)) = self.cameras.iter().find(|(id, _)| *id >= cameras) {
+            return Err(SceneError::World(
+                ErrorCode::IndexOutOfRange
+                    .message(format!("the video moves camera {id}, but the world has {cameras} cameras")),
+            ));
+        }
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::World(
                 ErrorCode::IndexOutOfRange.message(format!("the video moves rig {id}, but the world has {rigs} rigs")),
@@ -120,27 +128,29 @@ impl Video {
         frame as f64 / self.fps
     }
 
-    /// Returns `base` (one of the world's cameras, or another one) as moved by the video, at a time in seconds. A
-    /// camera without its own motion continues to move with the video while its shutter is open; the time is the middle
-    /// of its motion.
+    /// Returns `base` (one of the world's cameras, or another one) as moved by the video, at a time in seconds: by the
+    /// keyframes of the camera with this index in the world, otherwise by those of all cameras. A camera without its
+    /// own motion continues to move with the video while its shutter is open; the time is the middle of its motion.
     ///
     /// # Errors
     /// [`SceneError::Camera`] if it would have to look straight up or down at its target.
-    pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera> {
-        let moved = self.camera_pose(base, time)?;
-        let still = self.orbit.is_none() && self.camera == KeyframedMotion::default();
+    pub fn camera_at(&self, base: &Camera, index: Option<usize>, time: f64) -> Result<Camera> {
+        let own = self.cameras.iter().find(|(id, _)| Some(*id) == index).map(|(_, motion)| motion);
+        let moved = self.camera_pose(base, own, time)?;
+        let still = own.is_none() && self.orbit.is_none() && self.camera == KeyframedMotion::default();
         let Some(shutter) = base.motion().filter(|shutter| shutter.is_static() && !still) else {
             return Ok(moved);
         };
         let motion = shutter.resampled(|since_middle| {
-            let then = self.camera_pose(base, time + since_middle)?;
+            let then = self.camera_pose(base, own, time + since_middle)?;
             Ok(Pose { r: then.r(), c: then.c() })
         })?;
         moved.with_motion(motion)
     }
 
-    fn camera_pose(&self, base: &Camera, time: f64) -> Result<Camera> {
-        if let Some(orbit) = &self.orbit {
+    /// `base` moved by its own keyframes, or else by the orbit or the keyframes of all cameras.
+    fn camera_pose(&self, base: &Camera, own: Option<&KeyframedMotion>, time: f64) -> Result<Camera> {
+        if let Some(orbit) = self.orbit.as_ref().filter(|_| own.is_none()) {
             let angle = orbit.degrees * (time / self.seconds);
             if angle == 0.0 {
                 return Ok(base.clone());
@@ -150,14 +160,15 @@ impl Video {
             let eye = target + turn * (base.c() - target);
             return base.at_pose(base.r() * turn.transpose(), eye);
         }
-        let location = self.camera.location.evaluate(time);
+        let motion = own.unwrap_or(&self.camera);
+        let location = motion.location.evaluate(time);
         let eye = location.unwrap_or(base.c());
-        if let Some(target) = self.camera.target.evaluate(time) {
+        if let Some(target) = motion.target.evaluate(time) {
             let facing =
                 Camera::look_at(eye, target, self.up.axis(), DMat3::IDENTITY, base.size(), base.pixel_center())?;
             return base.at_pose(facing.r(), eye);
         }
-        match (self.camera.rotation_at(self.up, time), location) {
+        match (motion.rotation_at(self.up, time), location) {
             (None, None) => Ok(base.clone()),
             (None, Some(eye)) => base.at_pose(base.r(), eye),
             (Some(world_from_body), _) => base.at_pose(rotation::CAMERA_FROM_BODY * world_from_body.transpose(), eye),

@@ -27,7 +27,7 @@ impl Video {
             // Like a camera that looks along the body's x axis.
             let k = DMat3::IDENTITY;
             let ahead = Camera::new(k, rotation::CAMERA_FROM_BODY * body.r, body.c, [1, 1], PixelCenter::Integer)?;
-            let moved = self.camera_pose(&ahead, time)?;
+            let moved = self.camera_pose(&ahead, None, time)?;
             if moved == ahead {
                 return Ok(rig.clone());
             }

@@ -18,7 +18,7 @@ use crate::world::{Object, World, WorldTime};
 
 impl World {
     /// Returns the world at a time: moved by one of its animations, if it has any, and by its video. Parts that do not
-    /// move are shared. Cameras are unchanged; see [`Video::camera_at`].
+    /// move are shared. Of the cameras, only those with their own keyframes move; see [`Video::camera_at`].
     ///
     /// # Errors
     /// The errors of [`World::animated_at`] and of [`World::at_video_time`].
@@ -45,8 +45,8 @@ impl World {
         animated || self.video.iter().any(|video| !video.objects.is_empty())
     }
 
-    /// Returns the world at a time of its video in seconds; objects are moved, geometry is shared. Cameras are
-    /// unchanged; see [`Video::camera_at`].
+    /// Returns the world at a time of its video in seconds; objects and cameras with their own keyframes are moved,
+    /// geometry is shared. Other cameras are unchanged; see [`Video::camera_at`].
     ///
     /// # Errors
     /// [`SceneError::World`] if an object would have to face a point straight above or below it, or its own location.
@@ -57,7 +57,23 @@ impl World {
                 object.world_from_mesh = motion.world_from_mesh_at(object, self.up, time)?;
             }
         }
+        if let Some(video) = &self.video {
+            for (id, _) in &video.cameras {
+                if let Some(named) = moved.cameras.get_mut(*id) {
+                    named.camera = video.camera_at(&named.camera, Some(*id), time)?;
+                }
+            }
+        }
         Ok(moved)
+    }
+
+    /// Returns the index of the world's camera at the pose of `base` that the video moves by its own keyframes.
+    pub fn keyframed_camera(&self, base: &Camera) -> Option<usize> {
+        let mut moving = self.video.iter().flat_map(|video| &video.cameras).map(|(id, _)| *id);
+        moving.find(|id| {
+            let named = self.cameras.get(*id).map(|named| &named.camera);
+            named.is_some_and(|camera| camera.r() == base.r() && camera.c() == base.c())
+        })
     }
 
     /// Returns the motions of the objects that the video moves, by ascending object, if nothing else moves the world.

@@ -134,13 +134,17 @@ impl World {
         Ok(())
     }
 
-    /// Replaces a camera and detaches it from its node.
+    /// Replaces a camera and detaches it from its node and, in a world at a time, also from its keyframes.
     ///
     /// # Errors
     /// [`SceneError::World`] if the camera does not exist or belongs to a rig.
     pub fn set_camera(&mut self, name: &str, camera: Camera) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras[number].camera = camera;
+        let is_moment = self.time.is_some();
+        if let Some(video) = self.video.as_mut().filter(|_| is_moment) {
+            video.cameras.retain(|(other, _)| *other != number);
+        }
         self.change_tree(|tree| tree.cameras.retain(|mount| mount.camera != number));
         Ok(())
     }
@@ -152,12 +156,15 @@ impl World {
     pub fn remove_camera(&mut self, name: &str) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras.remove(number);
+        if let Some(video) = &mut self.video {
+            video.cameras.retain_mut(|(camera, _)| follow(camera, number));
+        }
         self.change_tree(|tree| tree.cameras.retain_mut(|mount| follow(&mut mount.camera, number)));
         Ok(())
     }
 
     /// Index of a camera that does not belong to a rig.
-    fn own_camera(&self, name: &str) -> Result<usize> {
+    pub(crate) fn own_camera(&self, name: &str) -> Result<usize> {
         self.find_camera(name)?;
         for rig in &self.rigs {
             let of_rig = name.strip_prefix(rig.name()).is_some_and(|rest| rest.starts_with('/'));

@@ -34,7 +34,7 @@ impl World {
         }
         self.render.validate()?;
         if let Some(video) = &self.video {
-            video.validate(self.objects.len(), self.rigs.len())?;
+            video.validate(self.objects.len(), self.rigs.len(), self.cameras.len())?;
         }
         for rig in &self.rigs {
             rig.cameras()?;

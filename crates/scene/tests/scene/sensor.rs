@@ -40,6 +40,13 @@ fn invalid_sensors_are_refused_with_their_key() {
         (r#"{"rig": {"lidar": {"device": "a", "trajectory": "b"}}}"#, ["rig[0].lidar[0].trajectory", "keyframe"]),
         (r#"{"object": {"box": {}, "lidar": {"reflectance": 2}}}"#, ["object[0].lidar.reflectance", "0 to 1"]),
         (r#"{"object": {"box": {}, "lidar": {"retroreflection": -1}}}"#, ["object[0].lidar.retroreflection", "-1"]),
+        (r#"{"object": {"box": {}, "lidar": {"retroreflection_table": []}}}"#, ["retroreflection_table", "pairs"]),
+        (r#"{"object": {"box": {}, "lidar": {"retroreflection_table": [[9, 1], [9, 2]]}}}"#, ["_table", "ascending"]),
+        (r#"{"object": {"box": {}, "lidar": {"retroreflection_table": [[9, -1]]}}}"#, ["_table", "-1"]),
+        (
+            r#"{"object": {"box": {}, "lidar": {"retroreflection": 1, "retroreflection_table": [[9, 1]]}}}"#,
+            ["_table", "in addition"],
+        ),
     ] {
         let error = build(json).unwrap_err().to_string();
         assert!(facts.iter().all(|fact| error.contains(fact)), "{error}");
@@ -53,6 +60,7 @@ fn instances_share_the_lidar_values_of_their_object() {
             {"instance_of": "a", "lidar": {"retroreflection": 300}}, {"box": {}}]}"#,
     )
     .unwrap();
-    let found: Vec<_> = world.objects.iter().map(|o| o.lidar.map(|l| (l.reflectance, l.retroreflection))).collect();
+    let found: Vec<_> =
+        world.objects.iter().map(|o| o.lidar.as_ref().map(|l| (l.reflectance, l.retroreflection))).collect();
     assert_eq!(found, [Some((Some(0.8), None)), Some((Some(0.8), None)), Some((None, Some(300.0))), None]);
 }

@@ -17,7 +17,7 @@ fn world(up: &str, video: &str) -> Result<World, SceneError> {
 }
 
 fn camera_at(world: &World, time: f64) -> Camera {
-    world.video.as_ref().unwrap().camera_at(&world.cameras[0].camera, time).unwrap()
+    world.video.as_ref().unwrap().camera_at(&world.cameras[0].camera, None, time).unwrap()
 }
 
 fn keyframes(interpolation: &str, keys: &str) -> World {
@@ -35,20 +35,20 @@ fn orbits_start_with_the_still_image_and_keep_their_distance() {
         let still = &world.cameras[0].camera;
         let video = world.video.as_ref().unwrap();
         assert_eq!(video.frame_count(), 20);
-        assert_eq!(video.camera_at(still, video.time(0)).unwrap(), *still);
+        assert_eq!(video.camera_at(still, None, video.time(0)).unwrap(), *still);
         let target = DVec3::new(0.0, 0.0, 0.5);
         for frame in 0..20 {
-            let camera = video.camera_at(still, video.time(frame)).unwrap();
+            let camera = video.camera_at(still, None, video.time(frame)).unwrap();
             assert!(((camera.c() - target).length() - (still.c() - target).length()).abs() < 1e-12);
             assert!(((camera.c() - still.c()).dot(axis)).abs() < 1e-12, "level");
             assert!((camera.project(target).0 - still.project(target).0).length() < 1e-9, "the target stays put");
             assert_eq!(camera.k(), still.k());
         }
         // Counter-clockwise as seen from above: a quarter turn moves east to north.
-        let quarter = video.camera_at(still, 0.5).unwrap().c() - target;
+        let quarter = video.camera_at(still, None, 0.5).unwrap().c() - target;
         let expected = DMat3::from_axis_angle(axis, std::f64::consts::FRAC_PI_2) * (still.c() - target);
         assert!(close(quarter, expected));
-        let around = video.camera_at(still, 2.0).unwrap();
+        let around = video.camera_at(still, None, 2.0).unwrap();
         assert!(close(around.c(), still.c()) && close(around.forward(), still.forward()));
     }
 }
@@ -217,6 +217,33 @@ fn objects_keep_their_angles_unless_a_target_is_given() {
 }
 
 #[test]
+fn named_cameras_move_by_their_own_keyframes_only() {
+    // From (0, 0, 1), facing down with x right, to (2, 0, 1), turned by 90 degrees about the optical axis.
+    let keys = r#"{ "camera": "camera", "time": 0, "matrix": [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 1]] },
+        { "camera": "camera", "time": 1, "matrix": [[0, 1, 0, 2], [1, 0, 0, 0], [0, 0, -1, 1]] },
+        { "time": 0, "location": [9, 9, 9] }"#;
+    let world = keyframes("linear", keys);
+    let video = world.video.as_ref().unwrap();
+    let base = &world.cameras[0].camera;
+    assert_eq!(world.keyframed_camera(base), Some(0));
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let world_from_camera = DMat3::from_cols_array(&[half, half, 0.0, half, -half, 0.0, 0.0, 0.0, -1.0]);
+    for moved in
+        [video.camera_at(base, Some(0), 0.5).unwrap(), world.at_video_time(0.5).unwrap().cameras[0].camera.clone()]
+    {
+        assert!(close(moved.c(), DVec3::new(1.0, 0.0, 1.0)));
+        let difference = moved.r().transpose() - world_from_camera;
+        assert!(difference.to_cols_array().iter().all(|v| v.abs() < 1e-12), "{difference}");
+    }
+    assert!(close(video.camera_at(base, None, 0.5).unwrap().c(), DVec3::splat(9.0)), "others follow the video");
+    let other = base.at_pose(base.r(), DVec3::X).unwrap();
+    assert_eq!(world.keyframed_camera(&other), None);
+    let mut fewer = world.clone();
+    fewer.remove_camera("camera").unwrap();
+    assert!(fewer.clone().validated().is_ok(), "keyframes of a removed camera are removed");
+}
+
+#[test]
 fn invalid_video_values_are_refused() {
     let fails = |video: &str, expected: &str| {
         let error = world("z", video).expect_err("an error").to_string();
@@ -252,6 +279,14 @@ fn invalid_video_values_are_refused() {
     fails(
         r#"{ "orbit": { "target": [0, 0, 0] }, "keyframe": { "time": 1, "yaw": 1 } }"#,
         "video.orbit: keyframes of the camera are given too; expected only one of the two",
+    );
+    fails(
+        r#"{ "keyframe": { "time": 1, "camera": "camera", "matrix": [[2, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] } }"#,
+        "video.keyframe[0].matrix: a camera's matrix must consist of a rotation and a translation",
+    );
+    fails(
+        r#"{ "keyframe": { "time": 1, "camera": "camera", "object": "box", "yaw": 1 } }"#,
+        "video.keyframe[0]: object, rig and camera are alternatives; expected only one of them",
     );
     fails(
         r#"{ "orbit": { "targt": [0, 0, 0] } }"#,

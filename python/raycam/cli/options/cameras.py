@@ -40,7 +40,7 @@ def add_camera(command: argparse.ArgumentParser) -> None:
         "--camera",
         metavar="NAME|FILE[:NAME]",
         help="camera to render: the name of a camera in the world, or a calibration or world file with cameras "
-        "(default: the first camera)",
+        "(default: the first camera that is not on a robot's link)",
     )
     add_size(command, "image size in pixels; the field of view stays the camera's")
     add_lens(command)

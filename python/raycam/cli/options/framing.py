@@ -47,7 +47,7 @@ def is_framed(world: World, options: argparse.Namespace) -> bool:
     is_placed = any(getattr(options, name, None) is not None for name in ("view_from", "zoom"))
     if getattr(options, "camera", None) is not None:
         return is_placed
-    return is_placed or getattr(options, "fov", None) is not None or not world.cameras
+    return is_placed or getattr(options, "fov", None) is not None or world._first_camera is None
 
 
 def find_camera(world: World, options: argparse.Namespace, *, moving: bool = False) -> Camera:

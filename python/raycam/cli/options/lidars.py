@@ -107,7 +107,7 @@ def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, 
 
     Raises `SettingsError` without `--lidar` if the world has no lidar, or several.
     """
-    from ...lidar import Lidar
+    from ...lidar import Lidar, lidar_named
 
     own = {name: sensor for name, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
     name = options.lidar
@@ -116,10 +116,11 @@ def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, 
             found = f"the world has the lidars {', '.join(own)}" if own else "the world file has no lidar"
             raise SettingsError(f"{found}; select one with --lidar NAME", code="missing_value")
         name = next(iter(own))
+    is_own = any(name in (key, key.rpartition("/")[2]) for key in own)
     angles = [getattr(options, angle) for angle in ("roll", "pitch", "yaw")]
     is_placed = options.location is not None or any(angle is not None for angle in angles)
-    if name in own:
-        lidar = own[name].replace(**settings)
+    if is_own:
+        lidar = lidar_named(world, name).replace(**settings)
         if not is_placed:
             return lidar
     else:

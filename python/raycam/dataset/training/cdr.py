@@ -6,6 +6,7 @@ Sources: OMG CDR, little endian, aligned as in XCDR1; ROS 2 `tf2_msgs`; REP-105 
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...arguments import Floats, product
 from ...camera import Camera
 from ..plan import Plan
 
-__all__ = ["BODY", "WORLD", "Cdr", "body_of", "mount_of", "quaternion", "transform"]
+__all__ = ["BODY", "WORLD", "Cdr", "body_of", "mount_of", "quaternion", "transform", "transforms_message"]
 
 WORLD, BODY = "world", "base_link"
 """The fixed frame, and the frame of a rig's body."""
@@ -69,8 +70,20 @@ def quaternion(rotation: Floats) -> list[float]:
 
 def transform(stamp: int, parent: str, child: str, rotation: Floats, translation: Floats) -> bytes:
     """A `tf2_msgs/TFMessage` with one transform, which takes coordinates in `child` to coordinates in `parent`."""
-    message = Cdr().add_numbers("I", 1).add_header(stamp, parent).add_text(child)
-    return message.add_numbers("d", *translation).add_numbers("d", *quaternion(rotation)).to_bytes()
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, translation
+    return transforms_message(stamp, [(parent, child, pose)])
+
+
+def transforms_message(stamp: int, rows: Sequence[tuple[str, str, Floats]]) -> bytes:
+    """A `tf2_msgs/TFMessage` of transforms [4, 4] with their parent and child, from coordinates in the child to
+    coordinates in the parent.
+    """
+    message = Cdr().add_numbers("I", len(rows))
+    for parent, child, pose in rows:
+        message.add_header(stamp, parent).add_text(child)
+        message.add_numbers("d", *pose[:3, 3]).add_numbers("d", *quaternion(pose[:3, :3]))
+    return message.to_bytes()
 
 
 def body_of(plan: Plan, pose: list[int]) -> tuple[Floats, Floats]:

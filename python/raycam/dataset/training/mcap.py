@@ -1,4 +1,4 @@
-"""A ROS 2 bag in MCAP: camera_info, images, depth, instance ids, poses and the frame tree. Requires the package `mcap`.
+"""A ROS 2 bag in MCAP: camera_info, images, depth, instance ids, robots, poses and the frame tree. Requires `mcap`.
 
 Sources: the MCAP specification (mcap.dev); ROS 2 `sensor_msgs`, `geometry_msgs` and `tf2_msgs`; REP-105 for the frames;
 OMG CDR, little endian, aligned as in XCDR1.
@@ -29,6 +29,7 @@ from ..plan import Format, Index, Made, Plan, Record, View, k_with_integer_cente
 from .cdr import BODY, WORLD, Cdr, body_of, mount_of, quaternion, transform
 from .mcap_imu import IMU_DEFINITION, check_imu, imu_records
 from .mcap_lidars import lidar_messages
+from .mcap_robots import DESCRIPTION_TOPIC, JOINT_STATE, description_messages, robot_notices, robot_records
 
 __all__ = ["FORMAT"]
 
@@ -59,6 +60,7 @@ DEFINITIONS = {
     "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
     f"{RULE}MSG: sensor_msgs/PointField\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n{STAMPED}",
     "std_msgs/msg/String": "string data\n",
+    JOINT_STATE: f"{HEADER}string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n{STAMPED}",
     **{
         kind: f"{text}{RULE}MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n{QUATERNION}{STAMPED}"
         for kind, text in IMU_DEFINITION.items()
@@ -67,7 +69,7 @@ DEFINITIONS = {
 """Message definitions in `ros2msg` syntax, including nested types."""
 BAG = "raycam.mcap"
 LATCHED = ("/tf_static", "/instances")
-"""Topics that are sent once and that late subscribers also receive."""
+"""Topics that are sent once and that late subscribers also receive, with the robots' descriptions."""
 LATCHED_QOS = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9223372036\n"
     "    nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n"
@@ -268,16 +270,23 @@ def has_fixed_mounts(plan: Plan) -> bool:
     return _fixed[plan]
 
 
+def is_latched(topic: str) -> bool:
+    """Returns True for topics that are sent once and that late subscribers also receive."""
+    return topic in LATCHED or topic.endswith(DESCRIPTION_TOPIC)
+
+
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Makes the bag, a piece for each view, and `metadata.yaml`, which `ros2 bag` requires to open the folder."""
     table = {str(item.id): {"name": item.name, "category": item.category} for item in plan.objects}
     start = stamp_of(plan, 0)
     about = Cdr().add_text(json.dumps(table)).to_bytes()
     first = ("/instances", "std_msgs/msg/String", base64.b64encode(about).decode())
+    frames = {names(plan, number)[1] for number in range(len(plan.shots))}
 
     def every() -> Iterator[Record]:
-        moving = merge(records(), imu_records(plan, stamp_of), key=lambda record: record["stamp"])
-        return chain([{"stamp": start, "messages": [first]}], moving)
+        robots = robot_records(plan, frames, stamp_of)
+        moving = merge(records(), robots, imu_records(plan, stamp_of), key=lambda record: record["stamp"])
+        return chain([{"stamp": start, "messages": [first, *description_messages(plan)]}], moving)
 
     yield BAG, bag(every())
     yield "metadata.yaml", [metadata(every()).encode()]
@@ -295,7 +304,7 @@ def bag(records: Iterator[Record]) -> Iterator[bytes]:
                 if kind not in schemas:
                     schemas[kind] = writer.register_schema(kind, "ros2msg", DEFINITIONS[kind].encode())
                 if topic not in channels:
-                    about = {"offered_qos_profiles": LATCHED_QOS} if topic in LATCHED else {}
+                    about = {"offered_qos_profiles": LATCHED_QOS} if is_latched(topic) else {}
                     channels[topic] = writer.register_channel(topic, "cdr", schemas[kind], metadata=about)
                 stamp = record["stamp"]
                 data = base64.b64decode(text)
@@ -314,7 +323,7 @@ def metadata(records: Iterator[Record]) -> str:
         last = max(last, record["stamp"])
         for topic, kind, _ in record["messages"]:
             counts[topic, kind] = counts.get((topic, kind), 0) + 1
-    quality = {topic: json.dumps(LATCHED_QOS if topic in LATCHED else "") for topic, _ in counts}
+    quality = {topic: json.dumps(LATCHED_QOS if is_latched(topic) else "") for topic, _ in counts}
     topics = "".join(
         f"    - topic_metadata:\n        name: {json.dumps(topic)}\n        type: {kind}\n"
         f"        serialization_format: cdr\n"
@@ -330,4 +339,4 @@ def metadata(records: Iterator[Record]) -> str:
     )
 
 
-FORMAT = Format(make, index, check, OPTIONS, posed=True, writes_lidars=True)
+FORMAT = Format(make, index, check, OPTIONS, posed=True, writes_lidars=True, notices=robot_notices)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ...arguments import product
 from ...lidar import Scan
+from ...lidar.intensity import near_ir_counts
 from ..lidars import lidars_of, pose_of, scan_lidar
 from ..plan import Plan
 from .cdr import BODY, WORLD, Cdr, body_of, transform
@@ -32,12 +33,14 @@ VELODYNE: list[Field] = [
     ("time", "f4", lambda scan, stamp: scan["time"]),
 ]
 OUSTER: list[Field] = [
-    ("intensity", "f4", lambda scan, stamp: scan["intensity"]),
+    ("intensity", "f4", lambda scan, stamp: scan["signal"]),
     ("t", "u4", lambda scan, stamp: np.rint(scan["time"] * 1e9)),
     ("reflectivity", "u2", lambda scan, stamp: scan["intensity"]),
     ("ring", "u2", lambda scan, stamp: scan["ring"]),
+    ("ambient", "u2", lambda scan, stamp: _ambient(scan)),
     ("range", "u4", lambda scan, stamp: np.rint(scan["distance"] * 1000.0)),
 ]
+"""In the driver, `intensity` is the signal, `reflectivity` the calibrated 8-bit number."""
 LIVOX: list[Field] = [
     ("intensity", "f4", lambda scan, stamp: scan["intensity"]),
     ("tag", "u1", lambda scan, stamp: np.zeros(scan.count)),
@@ -75,6 +78,13 @@ def lidar_messages(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, 
             fixed = transform(stamp, BODY, name, turn, place)
             found.append(("/tf_static", "tf2_msgs/msg/TFMessage", fixed))
     return found
+
+
+def _ambient(scan: Scan) -> npt.NDArray[np.uint16]:
+    """Returns the counts of near infrared light; 0 if the lidar's setting near_ir_samples is 0."""
+    if "near_ir" not in scan:
+        return np.zeros(scan.count, np.uint16)
+    return near_ir_counts(scan["near_ir"], scan.lidar.settings["near_ir_gain"])
 
 
 def point_cloud(scan: Scan, stamp: int, frame: str) -> bytes:

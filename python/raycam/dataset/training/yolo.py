@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...annotations.keypoints import keypoints
 from ...annotations.labels import Label
-from ...errors import SettingsError
+from ...errors import Notice, SettingsError
 from ..coco import polygons
+from ..keypoint_labels import joined_labels, keypoint_triples
 from ..plan import Format, Index, Made, Plan, Record, Shot
 from .splits import SPLITS, check_splits, split_names
 
@@ -31,16 +32,21 @@ def check(plan: Plan) -> None:
         raise SettingsError(f"task is {task!r}, expected one of {', '.join(TASKS)}", code="invalid_value")
     if bool(points) != (task == "pose"):
         raise SettingsError(
-            'task "pose" and the option keypoints require each other: keypoints={"points": [[x, y, z], ...]}',
+            'task "pose" and the option keypoints require each other: keypoints={"points": [[x, y, z], ...]} or '
+            'keypoints="joints"',
             code="missing_value",
         )
-    if points and (not isinstance(points, dict) or np.ndim(points.get("points", 0)) != 2):
+    if (
+        points
+        and "robots" not in points
+        and (not isinstance(points, dict) or np.ndim(points.get("points", 0)) != 2)
+    ):
         raise SettingsError(
             'keypoints: expected {"points": [[x, y, z], ...]} in the coordinates of the meshes',
             code="wrong_shape",
         )
     flip = plan.options["flip_idx"]
-    if flip is not None and (not points or sorted(flip) != list(range(len(points["points"])))):
+    if flip is not None and (not points or sorted(flip) != list(range(_point_count(points)))):
         raise SettingsError(
             f"flip_idx is {flip!r}, expected a permutation of the keypoints' numbers",
             code="invalid_value",
@@ -53,15 +59,39 @@ def make(plan: Plan, number: int) -> Made:
     frame = shot.render(["color", "instance"])
     place = f"{split_names(plan)[number]}/{plan.picture_name(number)}"
     least = max(int(plan.options["min_pixels"]), 1)
-    classes = {category: i for i, category in enumerate(sorted(plan.categories))}
+    classes = {category: i for i, category in enumerate(_class_categories(plan))}
+    robots = plan.options["keypoints"].get("robots", {})
     lines = []
-    for item in shot.labels(frame["instance"]):
-        if item.visible_pixels >= least:
+    for item in joined_labels(shot, shot.labels(frame["instance"]), robots):
+        if item.visible_pixels >= least and shot.category(item.object) in classes:
             values = numbers(shot, item)
             text = " ".join(_short(value) for value in values)
             lines.append(f"{classes[shot.category(item.object)]} {text}\n")
     files = {f"images/{place}.png": frame.to_png(), f"labels/{place}.txt": "".join(lines).encode()}
     return files, {"objects": len(lines)}
+
+
+def _class_categories(plan: Plan) -> list[int]:
+    """The ids of the categories that are classes: all, or those of robots whose joints are the keypoints."""
+    robots = plan.options["keypoints"].get("robots")
+    return sorted(number for number, name in plan.categories.items() if robots is None or name in robots)
+
+
+def _point_count(points: dict[str, Any]) -> int:
+    """The number of keypoints of each label; robots with fewer joints have additional points that are not labelled."""
+    if "robots" in points:
+        return max(len(robot["points"]) for robot in points["robots"].values())
+    return len(points["points"])
+
+
+def notices(plan: Plan) -> list[Notice]:
+    """Returns a notice about categories that have no keypoints and are therefore not labelled."""
+    classes = _class_categories(plan)
+    others = [name for number, name in plan.categories.items() if number not in classes]
+    if not others:
+        return []
+    text = f'keypoints="joints": objects without joints are not labelled: {", ".join(others[:10])}'
+    return [Notice(text, "ignored_element", others[:3], len(others))]
 
 
 def _short(value: float) -> str:
@@ -81,12 +111,12 @@ def numbers(shot: Shot, item: Label) -> list[float]:
     box = [(x + w / 2) / width, (y + h / 2) / height, w / width, h / height]
     if task == "detect":
         return box
-    places = shot.plan.options["keypoints"]["points"]
-    seen = keypoints(shot.world, shot.camera, places, [item.object] * len(places), threads=shot.plan.threads)
-    for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible, strict=True):
-        found = (pixel - shot.camera.corner) / size
-        box += [*found.tolist(), 2.0 if visible else 1.0] if inside else [0.0, 0.0, 0.0]
-    return box
+    given = shot.plan.options["keypoints"]
+    category = shot.plan.categories[shot.category(item.object)]
+    triples = keypoint_triples(shot, item, given["robots"][category] if "robots" in given else given)
+    for across, down, visibility in triples:
+        box += [across / width, down / height, float(visibility)]
+    return box + [0.0] * 3 * (_point_count(given) - len(triples))
 
 
 def outlines(item: Label) -> list[Points]:
@@ -158,18 +188,26 @@ def _turn(a: Points, b: Points, c: Points) -> float:
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Makes `data.yaml`: the folders of the splits, the names of the classes."""
-    names = [plan.categories[number] for number in sorted(plan.categories)]
+    names = [plan.categories[number] for number in _class_categories(plan)]
     used = dict.fromkeys(plan.options["splits"])
     # Without `path`, Ultralytics uses the file's folder; `path: .` would be the current folder.
     lines = [f"{split}: images/{split}" for split in used]
     lines += [f"{split}: images/train" for split in ("train", "val") if split not in used and "train" in used]
     points: Any = plan.options["keypoints"]
     if points:
-        lines.append(f"kpt_shape: [{len(points['points'])}, 3]")
+        lines.append(f"kpt_shape: [{_point_count(points)}, 3]")
         if plan.options["flip_idx"] is not None:
             lines.append(f"flip_idx: {list(plan.options['flip_idx'])}")
     lines += ["names:", *(f"  {i}: {name!r}" for i, name in enumerate(names))]
+    if "robots" in points:
+        lines += ["kpt_names:", *(f"  {i}: {_point_names(points, name)}" for i, name in enumerate(names))]
     yield "data.yaml", ["".join(line + "\n" for line in lines).encode()]
 
 
-FORMAT = Format(make, index, check, OPTIONS, many_worlds=True)
+def _point_names(points: dict[str, Any], category: str) -> str:
+    """The names of a robot's joints as a list in YAML; additional points have no joint."""
+    own = points["robots"][category]["names"]
+    return json.dumps([*own, *(f"unused_{number}" for number in range(len(own), _point_count(points)))])
+
+
+FORMAT = Format(make, index, check, OPTIONS, many_worlds=True, notices=notices)

@@ -19,11 +19,15 @@ HEADER_SIZE, RECORD_HEADER_SIZE, EXTRA_SIZE = 375, 54, 192
 SCALE = 1e-4
 """The step of coordinates, in metres."""
 EXTRA_TYPES = {"u1": 1, "i1": 2, "u2": 3, "i2": 4, "u4": 5, "i4": 6, "u8": 7, "i8": 8, "f4": 9, "f8": 10}
-STANDARD = ("position", "intensity", "return", "returns", "time")
+STANDARD = ("position", "intensity", "return", "returns", "time", "scan_angle")
+ANGLE_STEP = 0.006
+"""The step of scan angles, in degrees."""
 
 
 def las_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
     """Returns the file's bytes: GPS times are seconds from the frame's start, other fields are extra bytes.
+
+    Scan angles are angles from straight down, positive on the sensor's right side.
 
     Coordinates are integers in steps of 0.1 mm.
     """
@@ -52,6 +56,8 @@ def las_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
     total = np.minimum(arrays["returns"], 15)
     records["returns"] = number | (total << 4)
     records["time"] = arrays["time"]
+    if "scan_angle" in arrays:
+        records["angle"] = np.rint(arrays["scan_angle"] / ANGLE_STEP)
     for name, array in extra.items():
         records[f"+{name}"] = array
     by_return = np.bincount(number, minlength=16)[1:16] if count else np.zeros(15, np.int64)

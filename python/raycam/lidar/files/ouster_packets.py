@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from ...errors import LidarError
 from ...io.atomic_files import write
+from ..intensity import near_ir_counts
 from .pcap import pcap_file
 
 __all__ = ["crc64", "ouster_dual_packets", "ouster_packets", "save_ouster_packets"]
@@ -56,12 +57,16 @@ DUAL_PIXEL = np.dtype(
 
 
 def ouster_packets(
-    columns: Mapping[str, npt.NDArray[Any]], shape: tuple[int, int], rate: float, start: float = 0.0
+    columns: Mapping[str, npt.NDArray[Any]],
+    shape: tuple[int, int],
+    rate: float,
+    start: float = 0.0,
+    near_ir: Any = 0,
 ) -> list[tuple[float, bytes]]:
     """Returns the times in seconds and the bytes of the packets of a frame with `shape` (rows, columns).
 
-    A range of 0 is a pulse without a point. Signal and near infrared are 0. Raises `LidarError` for distances beyond
-    20 bits of millimetres.
+    A range of 0 is a pulse without a point. `near_ir` are the counts of near infrared light [n] (default: 0). Raises
+    `LidarError` for distances beyond 20 bits of millimetres.
     """
     rows, count = shape
     kept = columns["lost"] == 0
@@ -84,6 +89,8 @@ def ouster_packets(
     at = (columns["column"][kept], columns["laser"][kept])
     table["pixels"]["range"][at] = millimetres
     table["pixels"]["reflectivity"][at] = columns["intensity"][kept]
+    table["pixels"]["signal"][at] = columns["signal"][kept]
+    table["pixels"]["near_ir"][at] = np.broadcast_to(near_ir, len(kept))[kept]
     packets = []
     for first in range(0, count, COLUMNS):
         packets.append((start + first / (count * rate), table[first : first + COLUMNS].tobytes()))
@@ -91,7 +98,11 @@ def ouster_packets(
 
 
 def ouster_dual_packets(
-    columns: Mapping[str, npt.NDArray[Any]], shape: tuple[int, int], rate: float, start: float = 0.0
+    columns: Mapping[str, npt.NDArray[Any]],
+    shape: tuple[int, int],
+    rate: float,
+    start: float = 0.0,
+    near_ir: Any = 0,
 ) -> list[tuple[float, bytes]]:
     """Returns the times in seconds and the bytes of the packets of a frame with up to two returns per pulse.
 
@@ -105,11 +116,14 @@ def ouster_dual_packets(
     energy = np.asarray(columns["reflectivity"][kept], float) / np.square(columns["distance"][kept])
     pulse = columns["column"][kept].astype(np.int64) * rows + columns["laser"][kept]
     order = np.lexsort((-energy, pulse))
-    pulse, words = pulse[order], words[order]
+    pulse, words, signal = pulse[order], words[order], columns["signal"][kept][order]
     is_first = np.append(True, np.diff(pulse) != 0)[: len(pulse)]
     pixels = np.zeros(rows * count, DUAL_PIXEL)
     pixels["range"][pulse[is_first]] = words[is_first]
     pixels["range2"][pulse[~is_first]] = words[~is_first]
+    pixels["signal"][pulse[is_first]] = signal[is_first]
+    pixels["signal2"][pulse[~is_first]] = signal[~is_first]
+    pixels["near_ir"][pulse] = np.broadcast_to(near_ir, len(columns["lost"]))[kept][order]
     column = np.dtype([("time", "<u8"), ("number", "<u2"), ("status", "<u2"), ("pixels", DUAL_PIXEL, rows)])
     packet = np.dtype(
         [
@@ -160,9 +174,15 @@ def _millimetres(distances: npt.NDArray[np.float64], largest: int) -> npt.NDArra
 
 
 def save_ouster_packets(
-    path: Path, columns: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, Any], returns: str
+    path: Path,
+    columns: Mapping[str, npt.NDArray[Any]],
+    metadata: Mapping[str, Any],
+    returns: str,
+    near_ir_gain: float,
 ) -> None:
     """Writes the packets to `path`, and the metadata, which decoders require, to the same name with .json.
+
+    `near_ir_gain` are the counts for a radiance of 1 W/(m² sr) in the field `near_ir`, if there is one.
 
     Raises `LidarError` for returns other than "strongest", "last" and "dual", and if the .json file exists and was not
     written by raycam.
@@ -184,7 +204,8 @@ def save_ouster_packets(
     encode = ouster_packets
     if returns == "dual":
         encode, layout["udp_profile_lidar"] = ouster_dual_packets, DUAL_PROFILE
-    packets = encode(columns, shape, float(layout["fps"]))
+    counts: Any = near_ir_counts(columns["near_ir"], near_ir_gain) if "near_ir" in columns else 0
+    packets = encode(columns, shape, float(layout["fps"]), near_ir=counts)
     own = {**metadata, "lidar_data_format": layout, "user_data": MARK}
     write(beside, json.dumps(own, indent=1).encode())
     write(path, pcap_file(packets, PORT))

@@ -1,14 +1,17 @@
-"""PCD 0.7, binary or as text. Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html."""
+"""PCD 0.7: binary, compressed or as text. Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html."""
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
+from ... import _core
 from .records import point_records
 
-__all__ = ["pcd_bytes", "pcd_text"]
+__all__ = ["pcd_bytes", "pcd_compressed", "pcd_text"]
 
 LETTERS = {"f": "F", "i": "I", "u": "U", "b": "U"}
 
@@ -17,6 +20,14 @@ def pcd_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
     """Returns the file's bytes; x, y and z are float32, other fields have their own types."""
     records = point_records(arrays)
     return _header(records, "binary") + records.tobytes()
+
+
+def pcd_compressed(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
+    """Returns the bytes of a file with compressed points (LZF), field after field."""
+    records = point_records(arrays)
+    fields = b"".join(np.ascontiguousarray(records[name]).tobytes() for name in records.dtype.names or ())
+    packed = _core.compress_lzf(fields)
+    return _header(records, "binary_compressed") + struct.pack("<II", len(packed), len(fields)) + packed
 
 
 def pcd_text(arrays: dict[str, npt.NDArray[Any]]) -> bytes:

@@ -12,12 +12,16 @@ __all__ = ["point_records", "scalar_columns"]
 
 
 def scalar_columns(arrays: dict[str, npt.NDArray[Any]]) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """Yields one-dimensional columns: position as x, y, z, other vectors as NAME_x, NAME_y, NAME_z."""
+    """Yields one-dimensional columns: position as x, y, z, other vectors as NAME_x, NAME_y, NAME_z.
+
+    Columns of more than three numbers are NAME_0, NAME_1 and so on.
+    """
     for name, array in arrays.items():
         if array.ndim == 1:
             yield name, array
             continue
-        for index, axis in enumerate("xyz"[: array.shape[1]]):
+        width = array.shape[1]
+        for index, axis in enumerate("xyz"[:width] if width <= 3 else map(str, range(width))):
             yield (axis if name == "position" else f"{name}_{axis}"), array[:, index]
 
 

@@ -16,7 +16,7 @@ from ...io.npz import npz_bytes
 from .csv import csv_bytes
 from .feather import feather_bytes
 from .las import las_bytes, laz_bytes
-from .pcd import pcd_bytes, pcd_text
+from .pcd import pcd_bytes, pcd_compressed, pcd_text
 from .ply import ply_bytes
 
 __all__ = ["FORMATS", "save_scan"]
@@ -61,9 +61,10 @@ def save_scan(
     path: str | os.PathLike[str],
     fields: Iterable[str] | None,
     text: bool = False,
+    compress: bool = False,
 ) -> None:
     """Writes a scan's fields with the points `position` [n, 3]; see `Scan.save`."""
-    write(path, encode_scan(columns, position, Path(path).suffix, fields, text))
+    write(path, encode_scan(columns, position, Path(path).suffix, fields, text, compress))
 
 
 def check_extension(extension: str) -> None:
@@ -79,15 +80,27 @@ def encode_scan(
     extension: str,
     fields: Iterable[str] | None = None,
     text: bool = False,
+    compress: bool = False,
 ) -> bytes:
-    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd", `text` PCD's text form."""
+    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd".
+
+    `text` and `compress` select PCD's other forms.
+    """
     check_extension(extension)
     write, defaults = FORMATS[extension.lower()]
-    if text:
+    if text or compress:
         if extension.lower() != ".pcd":
-            raise LidarError(f"{extension}: only .pcd has a text form", code="cannot_write")
-        write = pcd_text
+            form = "text" if text else "compressed"
+            raise LidarError(
+                f"{extension}: only .pcd has a {form} form; for compressed files, use .pcd, .laz, .npz or .feather",
+                code="cannot_write",
+            )
+        if text and compress:
+            raise LidarError("a .pcd file is either text or compressed", code="conflicting_values")
+        write = pcd_text if text else pcd_compressed
     chosen = _chosen(columns, extension, fields, defaults)
+    if "scan_angle" in columns:
+        chosen.append("scan_angle")
     rows = slice(None) if extension.lower() == ".npz" else columns["lost"] == 0
     return write({"position": position[rows], **{name: columns[name][rows] for name in chosen}})
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 
-from ..._core import world_to_gltf
 from ...errors import Notice, SettingsError
 from ...render.frame import Frame
+from ...world.gltf_robots import gltf_bytes
 from ..page import page
 from ..scene.world_file import world_file
 from ..session import Session, View
@@ -34,7 +34,7 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     view = session.view
     title = view.opened.title
     if format == "glb":
-        data, notices = world_to_gltf(view.base._core)
+        data, notices = gltf_bytes(view.base)
         for notice in notices:
             session.notify(str(notice))
         return f"{_stem(title)}.glb", MEDIA[format], data

@@ -60,7 +60,11 @@ class Opened:
     def fills_window(self) -> bool:
         """True if the first camera frames the world and therefore has the shape of the window."""
         base = self.edits.world
-        return self.camera is None and base.bounds is not None and bool(self.framing or not base.cameras)
+        return (
+            self.camera is None
+            and base.bounds is not None
+            and bool(self.framing or base._first_camera is None)
+        )
 
     @property
     def first_shape(self) -> Literal["own", "home"]:
@@ -81,7 +85,7 @@ class Opened:
         for name, each in base.cameras.items():
             if each == camera:
                 return each, name
-        has_own = bool(base.cameras) or base.bounds is None
+        has_own = base._first_camera is not None or base.bounds is None
         is_framed = not has_own and camera == base.default_camera(camera.size)
         return (world.default_camera(camera.size) if is_framed else camera), ""
 

@@ -65,7 +65,7 @@ pub struct ObjectSpec {
     /// refined until edges are as short as a texel, and its vertices move along the normals. Default: only the shading
     /// normals are bent.
     pub displace: Option<DisplaceSpec>,
-    /// Linear colours per triangle (before `refine`), each 0 to 1.
+    /// Linear colours per triangle (before `refine`), each 0 to 1; an empty list removes those of the file.
     pub face_colors: Option<Vec<[f32; 3]>>,
     /// Linear colours per vertex, interpolated, each 0 to 1.
     pub vertex_colors: Option<Vec<[f32; 3]>>,

@@ -98,6 +98,22 @@ with_pose! {
         /// The visibility in fog, in metres; no fog if not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub visibility: Option<f64>,
+        /// The receiver's overlap: pairs of a distance in metres and the share of the light that the receiver sees there,
+        /// by ascending distance; linear between the distances.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub overlap: Option<Vec<[f64; 2]>>,
+        /// Counts of the field `signal` for a white target at normal incidence at 1 m.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub signal_gain: Option<f64>,
+        /// True for the field `waveform`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub waveform: Option<bool>,
+        /// Light paths per point for the field `near_ir`; 0: without this field.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub near_ir_samples: Option<u32>,
+        /// Counts of near infrared light in packets for a radiance of 1 W/(m² sr).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub near_ir_gain: Option<f64>,
         /// Mirrors and glass faces that a ray follows.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub max_bounces: Option<u32>,

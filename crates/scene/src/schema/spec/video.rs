@@ -29,10 +29,12 @@ pub struct VideoSpec {
 pub struct KeyframeSpec {
     /// Time in seconds from the start.
     pub time: f64,
-    /// The name of the object that moves. Default: the camera moves, unless `rig` is given.
+    /// The name of the object that moves. Default: the camera moves, unless `rig` or `camera` is given.
     pub object: Option<String>,
     /// The name of the rig that moves.
     pub rig: Option<String>,
+    /// The name of the world's camera that moves, while other cameras do not move with it.
+    pub camera: Option<String>,
     /// Its location.
     pub location: Option<[f64; 3]>,
     /// Roll in degrees; default 0 if other angles are given.
@@ -44,9 +46,10 @@ pub struct KeyframeSpec {
     pub yaw: Option<f64>,
     /// A point to face, instead of angles (objects face it with their x axis in a z-up world).
     pub target: Option<[f64; 3]>,
-    /// The affine transform world_from_mesh of an object, 3x4 or 4x4, instead of location, angles and target. It must
-    /// not mirror. Either all or none of an object's keyframes have a matrix. The rotation follows the shorter arc, the
-    /// stretch is interpolated linearly.
+    /// The affine transform world_from_mesh of an object, or the pose world_from_camera of a named camera (x right, y
+    /// down, z forward), 3x4 or 4x4, instead of location, angles and target. It must not mirror. Either all or none of
+    /// the keyframes of an object or a camera have a matrix. The rotation follows the shorter arc, the stretch is
+    /// interpolated linearly.
     pub matrix: Option<Vec<[f64; 4]>>,
     /// Interpolation from this keyframe to the next; default: the video's.
     pub interpolation: Option<KeyframeInterpolation>,

@@ -36,7 +36,7 @@ function nameOf(channel) {
   const cell = element("th", "", { scope: "row" });
   channel.split(/(?<=_)/).forEach((part, i) => cell.append(i ? element("wbr") : "", part));
   const unit = unitOf(channel);
-  if (unit) cell.append(" ", element("small", unit === "pixels" ? "px" : unit));
+  if (unit) cell.dataset.unit = unit === "pixels" ? "px" : unit;
   return cell;
 }
 

@@ -1,0 +1,74 @@
+"""The rate at which the distance between a lidar and a surface changes, as FMCW lidars measure it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arguments import Floats
+from .pose import Track
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["radial_velocities", "sensor_drift", "surface_velocities", "world_moves"]
+
+
+def world_moves(world: World) -> bool:
+    """True if objects may move after the world's time."""
+    return world._core.time is not None and world._core.is_animated
+
+
+def sensor_drift(track: Track, times: Floats, origins: Floats, directions: Floats) -> Floats:
+    """Returns the rate [n, k] at which rays from a moving sensor become shorter or longer because the sensor moves.
+
+    `origins` and `directions` [n, k, 3] are the starts of rays minus the sensor's position, and unit vectors, both in
+    world axes. In m/s, negative for a sensor that moves along the ray.
+    """
+    linear, angular = track.velocity_at(times)
+    moved = linear[:, None] + np.cross(angular[:, None], origins)
+    drift: Floats = -(moved * directions).sum(axis=-1)
+    return drift
+
+
+def surface_velocities(
+    world: World, fields: dict[str, npt.NDArray[Any]], times: Floats | None, threads: int | None
+) -> Floats:
+    """Returns the velocities in the world [n, 3] of hit points as parts of their surfaces, in m/s; 0 for instance -1.
+
+    `times` [n] are seconds after the world's time.
+    """
+    count = len(fields["instance"])
+    if times is None or not count or not world_moves(world):
+        return np.broadcast_to(np.zeros(3), (count, 3))
+    points = {
+        "instance": np.ascontiguousarray(fields["instance"]),
+        "triangle": np.ascontiguousarray(fields["triangle"]),
+        "barycentric": np.ascontiguousarray(fields["barycentric"], np.float64),
+        "time": np.ascontiguousarray(times, np.float64),
+        "threads": threads,
+    }
+    return _core.world_velocities(world._core, points)
+
+
+def radial_velocities(
+    world: World,
+    drift: Floats,
+    arrival: Floats,
+    fields: dict[str, npt.NDArray[Any]],
+    times: Floats,
+    threads: int | None,
+) -> npt.NDArray[np.float32]:
+    """Returns the rate of change of the distances of hits with `fields` at `times`, in m/s, float32 [n].
+
+    It is positive if the distance increases. `drift` [n] is the part of the sensor, mirrors and glass, `arrival` [n, 3]
+    the direction of the light at the surface times the refractive index. A point of the surface is followed along its
+    motion, and each mirror and glass face along its own; by Fermat's principle, other changes of the path do not change
+    its length.
+    """
+    moved = surface_velocities(world, fields, times, threads)
+    rate: npt.NDArray[np.float32] = (drift + (moved * arrival).sum(axis=1)).astype(np.float32)
+    return rate

@@ -1,0 +1,31 @@
+"""The joint values of a robot over the time of a video."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arguments import Floats
+
+__all__ = ["JointMotion"]
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """Joint values at increasing times, interpolated linearly in between; constant before the first and after the last.
+
+    Values of continuous joints are unwrapped, so that linear interpolation turns in the shorter direction.
+    """
+
+    times: Floats
+    """Seconds [n]."""
+    vectors: Floats
+    """Joint vectors [n, k], in the order of `Robot.joints`."""
+    whole_video: bool = True
+    """True if the video moves nothing but robots."""
+
+    def at(self, time: float) -> Floats:
+        """Returns the joint vector [k] at a time in seconds."""
+        columns = [np.interp(time, self.times, column) for column in self.vectors.T]
+        return np.array(columns, np.float64)
